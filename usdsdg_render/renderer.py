@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +21,7 @@ from usdsdg_render.labels import label_pass, sight
 from usdsdg_render.labels.aov import check_names
 from usdsdg_render.labels.coverage import Coverage
 from usdsdg_render.labels.label_batch import LabelBatch
+from usdsdg_render.labels.parts import DividedGprims, FaceEntries
 from usdsdg_render.labels.previous_frame import PreviousFrames
 from usdsdg_render.labels.sight import SurfacePoints
 from usdsdg_render.path.film import Film, tone_map
@@ -36,6 +39,9 @@ Progress = Callable[[str, int, "int | None"], None]
 
 # Bytes of GPU memory that the process keeps between frames.
 KEPT_BYTES = 1 << 30
+
+# Of scenes whose gprims are not divided into parts.
+WHOLE: FaceEntries = MappingProxyType({})
 
 _LABEL_MODES = {"surface": BY_THRESHOLD, "behind": BEHIND_GLASS}
 
@@ -144,11 +150,18 @@ class WarpRenderer:
         """
         return self.labels_of([view], aovs)[0]
 
-    def labels_of(self, views: Sequence[CameraView], aovs: Collection[str]) -> list[dict[str, np.ndarray]]:
-        """Render `labels` of many views; views of the same size share a launch."""
+    def labels_of(
+        self, views: Sequence[CameraView], aovs: Collection[str], *, faces: FaceEntries = WHOLE
+    ) -> list[dict[str, np.ndarray]]:
+        """Render `labels` of many views; views of the same size share a launch.
+
+        faces: by gprim, of those that are divided into parts, the entry of each face: entries are all gprims, then all
+            parts. The AOV `instance` has entries then.
+        """
         results: list[dict[str, np.ndarray]] = [{} for _ in views]
+        divided = self._divided(faces)
         for indices in view_batches.label_batches(views):
-            batch = self.label_batch([views[k] for k in indices], aovs)
+            batch = self._divided_batch([views[k] for k in indices], aovs, divided)
             for k, arrays in zip(indices, batch.numpy(), strict=True):
                 results[k] = arrays
         return results
@@ -178,18 +191,35 @@ class WarpRenderer:
             self._previous_frames.remember(views, self._scene)
         return LabelBatch(len(views), arrays, self.threads)
 
+    def _divided(self, faces: FaceEntries) -> DividedGprims:
+        return DividedGprims(self._scene, faces, self.device)
+
+    def _divided_batch(self, views: Sequence[CameraView], aovs: Collection[str], divided: DividedGprims) -> LabelBatch:
+        """Render `label_batch`, with entries as instances."""
+        if not divided.are_there or "instance" not in aovs:
+            return self.label_batch(views, aovs)
+        batch = self.label_batch(views, {*aovs, "triangle"})
+        divided.tell_apart(batch.arrays["instance"], batch.arrays["triangle"])
+        return replace(batch, arrays={name: batch.arrays[name] for name in aovs})
+
     def labels_and_masks(
-        self, views: Sequence[CameraView], aovs: Collection[str], groups: Sequence[Sequence[int]]
+        self,
+        views: Sequence[CameraView],
+        aovs: Collection[str],
+        groups: Sequence[Sequence[int]],
+        *,
+        faces: FaceEntries = WHOLE,
     ) -> tuple[list[dict[str, np.ndarray]], list[PixelMasks]]:
-        """Render `labels_of`, and the masks of the same groups of gprims in each of the views."""
+        """Render `labels_of`, and the masks of the same groups of gprims, or of entries, in each of the views."""
         results: dict[int, tuple[dict[str, np.ndarray], PixelMasks]] = {}
+        divided = self._divided(faces)
         for indices in view_batches.label_batches(views):
             some = [views[k] for k in indices]
-            batch = self.label_batch(some, {*aovs, "instance"})
+            batch = self._divided_batch(some, {*aovs, "instance"}, divided)
             masks: list[PixelMasks] = []
-            for part in view_batches.mask_batches(len(some), len(self.gprims)):
+            for part in view_batches.mask_batches(len(some), len(divided.instances)):
                 shown = LabelBatch(len(part), {"instance": batch.arrays["instance"][part.start : part.stop]})
-                masks += self.coverage_batch(some[part.start : part.stop], groups, shown).pixel_masks()
+                masks += self._coverage(some[part.start : part.stop], groups, shown, divided).pixel_masks()
             results |= dict(zip(indices, zip(batch.numpy(), masks, strict=True), strict=True))
         return [results[k][0] for k in range(len(views))], [results[k][1] for k in range(len(views))]
 
@@ -213,8 +243,13 @@ class WarpRenderer:
         self, views: Sequence[CameraView], groups: Sequence[Sequence[int]], batch: LabelBatch
     ) -> Coverage:
         """Compute the masks of views of one size, and leave them on the device; `batch` holds their AOV `instance`."""
+        return self._coverage(views, groups, batch, self._divided(WHOLE))
+
+    def _coverage(
+        self, views: Sequence[CameraView], groups: Sequence[Sequence[int]], batch: LabelBatch, divided: DividedGprims
+    ) -> Coverage:
         shown = batch.arrays["instance"]
-        return Coverage(self._on_device, views, groups, shown, mode=self._label_mode, threads=self.threads)
+        return Coverage(self._on_device, views, groups, shown, divided, mode=self._label_mode, threads=self.threads)
 
     def coverage(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray:
         """Compute size and bounds of the amodal mask of each group of gprims.
@@ -224,7 +259,9 @@ class WarpRenderer:
         """
         return self.pixel_masks(view, groups).coverage
 
-    def coverage_around(self, view: CameraView, groups: Sequence[Sequence[int]]) -> np.ndarray:
+    def coverage_around(
+        self, view: CameraView, groups: Sequence[Sequence[int]], *, faces: FaceEntries = WHOLE
+    ) -> np.ndarray:
         """Compute `coverage` outside of the image, in margins as wide and as high as the image (`CameraView.widened`).
 
         Bounds are in pixels of the image, from -width to 2 width - 1 and from -height to 2 height - 1. Nothing is
@@ -237,7 +274,7 @@ class WarpRenderer:
         shown = np.full((1, wide.height, wide.width), -1, np.int32)
         shown[:, rows : rows + view.height, columns : columns + view.width] = LEFT_OUT
         batch = LabelBatch(1, {"instance": wp.array(shown, dtype=wp.int32, device=self.device)})
-        found = self.coverage_batch([wide], groups, batch).sums()[0, :, :5].astype(np.int64)
+        found = self._coverage([wide], groups, batch, self._divided(faces)).sums()[0, :, :5].astype(np.int64)
         found[found[:, 0] > 0, 1:] -= (*wide.margin, *wide.margin)
         return found
 
@@ -260,14 +297,21 @@ class WarpRenderer:
         return sight.follow(self._on_device, self._scene, points, view, mode=self._label_mode, threads=self.threads)
 
     def first_hits(
-        self, origins: np.ndarray, directions: np.ndarray, first: np.ndarray, last: np.ndarray
+        self,
+        origins: np.ndarray,
+        directions: np.ndarray,
+        first: np.ndarray,
+        last: np.ndarray,
+        *,
+        faces: FaceEntries = WHOLE,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the distance (N,) of the first surface on each ray, inf for none, and its gprim (N,), -1 for none.
 
         Surfaces count as in labels. origins, directions: (N, 3); only distances from `first` to `last` (N,) count.
         """
         rays = {"origins": origins, "directions": directions, "first": first, "last": last}
-        return sight.first_hits(self._on_device, rays, mode=self._label_mode, threads=self.threads)
+        divided = self._divided(faces)
+        return sight.first_hits(self._on_device, rays, divided, mode=self._label_mode, threads=self.threads)
 
     def new_film(self, width: int, height: int) -> Film:
         """Return an empty film."""

@@ -176,7 +176,9 @@ def test_only_what_moved_is_bounded_again(stage, monkeypatch):
     reader = LabeledPrimReader(stage)
     gprims = RayCaster(stage).gprims
     reader.read(gprims)
-    monkeypatch.setattr("usdsdg.annotators.labeled_prims.read_hull", lambda *_: pytest.fail("geometry was read again"))
+    monkeypatch.setattr(
+        "usdsdg.annotators.labeled_prims.read_hull", lambda *_, **__: pytest.fail("geometry was read again")
+    )
     monkeypatch.setattr(LabeledPrimReader, "_gprim_bound", lambda *_: pytest.fail("bounds were computed again"))
     place(stage.GetPrimAtPath("/World/A"), translate=(1, 0, 0))
     reader.read(gprims)
@@ -343,9 +345,9 @@ def test_a_new_time_reads_the_geometry_of_what_varies_alone(stage, monkeypatch):
     reader.read(gprims, time=Usd.TimeCode(0))
     seen = []
 
-    def noted(prim, *rest):
+    def noted(prim, *rest, **options):
         seen.append(prim.GetName())
-        return bounds.read_hull(prim, *rest)
+        return bounds.read_hull(prim, *rest, **options)
 
     monkeypatch.setattr(entities, "read_hull", noted)
     found = reader.read(gprims, time=Usd.TimeCode(5))

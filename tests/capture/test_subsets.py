@@ -5,7 +5,6 @@ import pytest
 from pxr import Gf, UsdGeom
 
 import usdsdg as rep
-from usdsdg.errors import Unsupported
 from usdsdg.session.settings_store import get_settings
 from usdsdg.stage.semantics.labels import add_labels
 
@@ -75,10 +74,3 @@ def test_point_clouds_have_the_labels_of_subsets(product):
     left = points["data"][:, 0] < 1
     assert len(set(points["info"]["pointInstance"][left])) == 1
     assert len(np.unique(points["info"]["pointInstance"])) == 2
-
-
-def test_boxes_of_subsets_are_refused(product):
-    get_settings().set(SETTING, True)
-    rep.annotators.get("bounding_box_2d_tight").attach(product)
-    with pytest.raises(Unsupported, match="perSubsetSegmentation"):
-        rep.orchestrator.step()

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.geometry.skinning import Skinning
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
@@ -17,18 +18,19 @@ _AXES = {"X": 0, "Y": 1, "Z": 2}
 Hull = Callable[[np.ndarray], np.ndarray]
 
 
-def read_hull(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Hull | None:
-    """Return the hull of a gprim in its own frame [stage units], or None when it has no finite extent.
+def read_hull(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning, *, divided: bool = False) -> Hull | None:
+    """Return the hull of a gprim or GeomSubset in its own frame [stage units], or None when it has no finite extent.
 
-    Skinned meshes are posed by their skeleton at `time`.
+    Skinned meshes are posed by their skeleton at `time`. divided: of a mesh, only the faces that no subset has.
     """
     kind = prim.GetTypeName()
     if kind in _QUADRICS:
         return _QUADRICS[kind](prim, time)
     if kind == "Mesh":
-        points = _mesh_points(UsdGeom.Mesh(prim), time, skinning)
+        left = read_face_parts(prim, time)[1] < 0 if divided else None
+        points = _mesh_points(UsdGeom.Mesh(prim), time, skinning, left)
     elif kind == "GeomSubset":
-        points = _subset_points(UsdGeom.Subset(prim), time, skinning)
+        points = _subset_points(prim, time, skinning)
     else:
         points = _corner_points(prim, kind, time)
     points = points[np.isfinite(points).all(axis=1)]
@@ -47,29 +49,31 @@ def _corner_points(prim: Usd.Prim, kind: str, time: Usd.TimeCode) -> np.ndarray:
     return _box_corners(extent[0], extent[1])
 
 
-def _mesh_points(mesh: UsdGeom.Mesh, time: Usd.TimeCode, skinning: Skinning) -> np.ndarray:
+def _mesh_points(
+    mesh: UsdGeom.Mesh, time: Usd.TimeCode, skinning: Skinning, faces: np.ndarray | None = None
+) -> np.ndarray:
+    """Return the points that faces use; faces: (F,) bool, of some of them."""
     skinned = skinning.skin(mesh.GetPrim(), time)
     points = mesh.GetPointsAttr().Get(time) if skinned is None else skinned.points
     points = np.asarray(() if points is None else points, np.float64).reshape(-1, 3)
     used = np.asarray(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
     if not len(used):
         return points
+    if faces is not None:
+        used = used[np.repeat(faces, mesh.GetFaceVertexCountsAttr().Get(time))[: len(used)]]
     # Points that no face uses are not part of the surface. The renderer reports indices out of range.
     is_used = np.zeros(len(points), bool)
     is_used[used[(used >= 0) & (used < len(points))]] = True
     return points[is_used]
 
 
-def _subset_points(subset: UsdGeom.Subset, time: Usd.TimeCode, skinning: Skinning) -> np.ndarray:
-    """Return the points of the subset's faces, in the frame of its mesh, which is the subset's own."""
-    mesh = UsdGeom.Mesh(subset.GetPrim().GetParent())
-    skinned = skinning.skin(mesh.GetPrim(), time)
-    points = np.asarray(mesh.GetPointsAttr().Get(time) or () if skinned is None else skinned.points, np.float64)
-    counts = np.asarray(mesh.GetFaceVertexCountsAttr().Get(time) or (), np.int64)
-    used = np.asarray(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
-    faces = np.isin(np.arange(len(counts)), np.asarray(subset.GetIndicesAttr().Get(time) or (), np.int64))
-    used = used[np.repeat(faces, counts)[: len(used)]]
-    return points.reshape(-1, 3)[np.unique(used[(used >= 0) & (used < len(points))])]
+def _subset_points(subset: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> np.ndarray:
+    """Return the points of the faces that are the subset's, in the frame of its mesh, which is its own."""
+    mesh = subset.GetParent()
+    subsets, of_face = read_face_parts(mesh, time)
+    if subset.GetPath() not in subsets:
+        return np.zeros((0, 3))
+    return _mesh_points(UsdGeom.Mesh(mesh), time, skinning, of_face == subsets.index(subset.GetPath()))
 
 
 def _plane_corners(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:

@@ -128,6 +128,7 @@ class LabeledPrimReader:
         self._labels = LabeledStage(stage)
         self._hulls: dict[Sdf.Path, Hull | None] = {}
         self._static: set[Sdf.Path] = set()  # gprims whose hull does not vary over time
+        self._divided: set[Sdf.Path] = set()  # meshes whose GeomSubsets are gprims of their own
         self._skinning = Skinning()
         self._bounds: dict[Sdf.Path, dict[tuple[Owner, tuple[int, ...]], np.ndarray]] = {}  # by path of the owner
         self._ownership: _Ownership | None = None
@@ -162,6 +163,7 @@ class LabeledPrimReader:
         if owned is None or owned.gprims != gprims or owned.selections.keys() != self._filters.keys():
             owned = self._ownership = self._assign(gprims)
             self._bounds.clear()
+            self._divide(gprims)
         cache = UsdGeom.XformCache(time)
         frames = PointFrames(self._stage, cache)
         bounds = [self._bound(owner, group, cache, frames) for owner, group in zip(owned.owners, owned.groups)]
@@ -233,6 +235,14 @@ class LabeledPrimReader:
 
     # Geometry
 
+    def _divide(self, gprims: tuple[str, ...]) -> None:
+        """Note which meshes are divided: hulls of those that were not, or are no more, are others."""
+        prims = map(self._stage.GetPrimAtPath, map(prim_path, gprims))
+        meshes = {prim.GetPath().GetParentPath() for prim in prims if prim.IsA(UsdGeom.Subset)}
+        for path in meshes ^ self._divided:
+            self._hulls.pop(path, None)
+        self._divided = meshes
+
     def _bound(
         self, owner: Owner, group: tuple[int, ...], cache: UsdGeom.XformCache, frames: PointFrames
     ) -> np.ndarray:
@@ -254,7 +264,7 @@ class LabeledPrimReader:
         path, steps = prim_path(self._ownership.gprims[gprim]), self._ownership.steps[gprim]
         prim = self._stage.GetPrimAtPath(path)
         if path not in self._hulls:
-            self._hulls[path] = read_hull(prim, cache.GetTime(), self._skinning)
+            self._hulls[path] = read_hull(prim, cache.GetTime(), self._skinning, divided=path in self._divided)
             self._note_whether_static(prim)
         hull = self._hulls[path]
         if hull is None:
@@ -291,7 +301,8 @@ class LabeledPrimReader:
         for root in changes.resynced:
             self._ownership = None
             self._labels.invalidate(root)
-            self._hulls = {path: hull for path, hull in self._hulls.items() if not path.HasPrefix(root)}
+            changed = root.GetParentPath() if root.GetParentPath() in self._divided else root
+            self._hulls = {path: hull for path, hull in self._hulls.items() if not path.HasPrefix(changed)}
             self._bounds = {path: known for path, known in self._bounds.items() if not path.HasPrefix(root)}
             self._invalidate_bounds([root])
         for names, paths in changes.by_names.items():
@@ -299,13 +310,14 @@ class LabeledPrimReader:
                 self._ownership = None
                 self._labels.invalidate()
             if not _GEOMETRY.isdisjoint(names):
-                # Also those of the subsets of a mesh.
-                edited = set(paths)
+                # Also those of the subsets of a mesh, and of the mesh and others of its subsets.
+                edited = {path.GetParentPath() if path.GetParentPath() in self._divided else path for path in paths}
                 self._hulls = {
                     at: hull
                     for at, hull in self._hulls.items()
                     if at not in edited and at.GetParentPath() not in edited
                 }
+                self._bounds = {at: known for at, known in self._bounds.items() if at.GetParentPath() not in edited}
                 self._invalidate_bounds(edited)
             elif any(name.startswith("xformOp") for name in names):
                 # The bounds of labeled ancestors change; those in the prim's own frame do not.

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg.annotators.point_instances import Steps, find_steps, first_points, prim_path
+from usdsdg.annotators.subset_setting import subsets_are_told_apart
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import warn_once
 from usdsdg.stage.geometry.instancers import POSABLE_INSTANCES
@@ -74,9 +75,13 @@ class LabeledStage:
         return found
 
     def every_gprim(self) -> list[str]:
-        """Return the gprims of the stage in its order, visible or not; those of prototypes as instances of point 0."""
+        """Return the gprims of the stage in its order, visible or not, with the GeomSubsets that are told apart.
+
+        Those of prototypes are instances of point 0.
+        """
         everything = Usd.PrimRange.Stage(self._stage, Usd.TraverseInstanceProxies())
-        paths = [str(prim.GetPath()) for prim in everything if prim.IsA(UsdGeom.Gprim)]
+        kinds = (UsdGeom.Gprim, UsdGeom.Subset) if subsets_are_told_apart() else (UsdGeom.Gprim,)
+        paths = [str(prim.GetPath()) for prim in everything if any(map(prim.IsA, kinds))]
         return first_points(self._stage, paths)
 
     def all_labels(self, owner: Owner, gprims: Sequence[str]) -> Labels:

@@ -63,12 +63,12 @@ class FrameScene:
 
     def coverage_around(self, groups: Sequence[Sequence[int]]) -> np.ndarray:
         assert isinstance(self._view, CameraView)
-        return self._renderer.coverage_around(self._view, groups)
+        return self._renderer.coverage_around(self._view, groups, faces=self._table.faces)
 
     def first_hits(
         self, origins: np.ndarray, directions: np.ndarray, first: np.ndarray, last: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        return self._renderer.first_hits(origins, directions, first, last)
+        return self._renderer.first_hits(origins, directions, first, last, faces=self._table.faces)
 
     def follow(self, view: CameraView, captures: int) -> tuple[np.ndarray, np.ndarray]:
         points = self.points() if captures == 0 else self._earlier.of(self._path, captures)

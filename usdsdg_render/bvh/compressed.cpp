@@ -1,4 +1,5 @@
-// Body of closest, occluded and closest_in_instance on CUDA; ANY_HIT and ONE_INSTANCE are set by query.py.
+// Body of closest, occluded, closest_in_instance and closest_in_part on CUDA; query.py sets ANY_HIT and
+// ONE_INSTANCE, and defines is_in_part.
 //
 // The two levels of traverse.cpp with nodes of 80 bytes (see compress.py), after Ylitie, Karras and Laine, "Efficient
 // Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs" (HPG 2017): a group is a base index and a word whose
@@ -107,7 +108,7 @@ auto intersects = [&](int item) {
         return false;
     const float scale = 1.0f / det;
     const float t = __fmul_rn(dot3(a, b, c, az, bz, cz), __fmul_rn(scale, sz));
-    if (!(t > tmin && t < best_t))
+    if (!(t > tmin && t < best_t && is_in_part(__float_as_int(p0.w))))
         return false;
     best_t = t;
     best_u = __fmul_rn(b, scale);

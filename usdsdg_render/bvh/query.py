@@ -40,10 +40,16 @@ _ONLY_FINITE = """
 """
 
 
-def _snippet(*, any_hit: bool, one_instance: bool) -> str:
+def flags_of(*, any_hit: bool, one_instance: bool, one_part: bool = False) -> str:
+    """Return what the two bodies expect to be defined before them."""
+    in_part = "parts.data[first_triangle + triangle] == only_part" if one_part else "true"
     flags = f"constexpr bool ANY_HIT = {str(any_hit).lower()}, ONE_INSTANCE = {str(one_instance).lower()};\n"
-    if not one_instance:
-        flags += "constexpr int only_instance = 0;\n"
+    flags += f"auto is_in_part = [&](int triangle) {{ return {in_part}; }};\n"
+    return flags if one_instance else flags + "constexpr int only_instance = 0;\n"
+
+
+def _snippet(**kind: bool) -> str:
+    flags = flags_of(**kind)
     cuda = f"constexpr int STACK_SIZE = {CUDA_STACK_SIZE};\n{_COMPRESSED}"
     cpu = f"constexpr int STACK_SIZE = {STACK_SIZE};\n{_TRAVERSE}"
     return f"{_ONLY_FINITE}{flags}#if defined(__CUDA_ARCH__)\n{cuda}\n#else\n{cpu}\n#endif\n"
@@ -66,6 +72,20 @@ def wide_closest_in_instance(
 @wp.func_native(_snippet(any_hit=True, one_instance=True))
 def wide_any_hit_in_instance(
     tlas: Tlas, origin: wp.vec3, direction: wp.vec3, tmin: float, tmax: float, only_instance: int
+) -> Packed: ...
+
+
+@wp.func_native(_snippet(any_hit=False, one_instance=True, one_part=True))
+def wide_closest_in_part(
+    tlas: Tlas,
+    origin: wp.vec3,
+    direction: wp.vec3,
+    tmin: float,
+    tmax: float,
+    only_instance: int,
+    parts: wp.array(dtype=wp.int32),  # of triangles; those of the instance begin at
+    first_triangle: int,
+    only_part: int,
 ) -> Packed: ...
 
 

@@ -1,4 +1,5 @@
-// Body of closest, occluded and closest_in_instance on a CPU; ANY_HIT and ONE_INSTANCE are set by query.py.
+// Body of closest, occluded, closest_in_instance and closest_in_part on a CPU; query.py sets ANY_HIT and
+// ONE_INSTANCE, and defines is_in_part.
 //
 // TLAS and BLAS have one format: a node tests eight boxes at once, a leaf tests triangles in blocks of eight. The
 // triangle test is that of Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013): vertices are
@@ -174,12 +175,13 @@ for (;;) {
                 do {
                     const int k = __builtin_ctz(hits);
                     hits &= hits - 1;
-                    if (t[k] < best_t) {
+                    const int triangle = ((const int*)(block + 72))[k];
+                    if (t[k] < best_t && is_in_part(triangle)) {
                         best_t = t[k];
                         best_u = b[k] * scale[k];
                         best_v = c[k] * scale[k];
                         best_instance = entered;
-                        best_triangle = ((const int*)(block + 72))[k];
+                        best_triangle = triangle;
                     }
                 } while (hits);
             }

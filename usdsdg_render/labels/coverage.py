@@ -22,6 +22,7 @@ from usdsdg_render.kernels.labels import coverage as kernels
 from usdsdg_render.kernels.labels.coverage import BYTES, MaskWord
 from usdsdg_render.kernels.labels.screen_bounds import ANYWHERE, SIDES, bound_on_screen
 from usdsdg_render.labels import lens_bounds
+from usdsdg_render.labels.parts import DividedGprims
 from usdsdg_render.memory.readback import read_back
 
 if TYPE_CHECKING:
@@ -46,8 +47,9 @@ class Coverage:
 
     Args:
         views: cameras with images of one size.
-        groups: gprim indices of each group.
-        shown: (views, height, width) int32, the instance AOV of the same views and mode.
+        groups: entries of each group; gprim indices where no gprim is divided.
+        shown: (views, height, width) int32, the entries that the same views show in the same mode.
+        divided: the entries.
     """
 
     def __init__(
@@ -56,16 +58,19 @@ class Coverage:
         views: Sequence[CameraView],
         groups: Sequence[Sequence[int]],
         shown: wp.array,
+        divided: DividedGprims,
         *,
         mode: int,
         threads: int | None,
     ) -> None:
-        self._scene, self._views, self._groups = device_scene, views, len(groups)
+        self._scene, self._views, self._groups, self._divided = device_scene, views, len(groups), divided
         self._device, self._threads = device_scene.device, threads
         self._size = views[0].width, views[0].height
         self._cameras = camera_array(views, self._device)
-        self._tested, members = _tested(groups, device_scene.placement.placed)
-        self._device_tested = self._array(self._tested, wp.int32)
+        tested, members = _tested(groups, device_scene.placement.placed[divided.instances])
+        # Of each tested entry; -1 for none.
+        self._instances = np.append(divided.instances, -1)[tested]
+        self._tested = self._array(tested, wp.int32)
         self._words = self._fill_words(self._list_words(self._screen_bounds()), shown, mode)
         if members is not None:
             self._words = self._merge_groups(self._words, *members)
@@ -93,8 +98,9 @@ class Coverage:
 
     def _screen_bounds(self) -> wp.array:
         """Bound the pixels that instances can cover by 8-DOPs, (views, tested, SIDES) float32."""
-        bounds = self._empty((len(self._views), len(self._tested), SIDES), wp.float32)
-        inputs = [self._scene.tables, self._scene.supports, self._cameras, self._device_tested]
+        bounds = self._empty((len(self._views), len(self._instances), SIDES), wp.float32)
+        instances = self._array(self._instances, wp.int32)
+        inputs = [self._scene.tables, self._scene.supports, self._cameras, instances]
         self._rows(bound_on_screen, bounds.shape[:2], inputs, [bounds])
         for k, view in enumerate(self._views):
             if view.lens is not None:
@@ -103,10 +109,10 @@ class Coverage:
 
     def _lens_bounds(self, view: CameraView) -> np.ndarray:
         """Return the screen bounds of one view with a lens model: rectangles, as 8-DOPs (tested, SIDES)."""
-        present = self._tested >= 0
+        present = self._instances >= 0
         bounds = np.full((len(present), SIDES), ANYWHERE)
         bounds[~present] = -ANYWHERE
-        placement, instances = self._scene.placement, self._tested[present]
+        placement, instances = self._scene.placement, self._instances[present]
         world_boxes = (each[instances].astype(np.float64) for each in (placement.lower, placement.upper))
         rectangles = lens_bounds.bound_through_lens(view, *world_boxes)
         bounds[present, :2], bounds[present, 4:6] = rectangles[:, 2:], -rectangles[:, :2]
@@ -129,10 +135,11 @@ class Coverage:
         covered, visible = (self._empty(len(words), wp.uint64) for _ in range(2))
         # On a CPU a thread fills a whole word, on a GPU a byte of it.
         threads = 1 if self._device == "cpu" else BYTES
-        inputs = [self._scene.tables, self._cameras, mode, shown, self._device_tested, words, BYTES // threads]
+        parts = self._divided.record
+        inputs = [self._scene.tables, self._cameras, mode, shown, parts, self._tested, words, BYTES // threads]
         shape = (len(words), threads)
         outputs = [_bytes(covered), _bytes(visible)]
-        self._rows(kernels.fill_mask_words, shape, inputs, outputs, band_rows=WORDS_PER_BAND)
+        self._rows(self._divided.fill_kernel, shape, inputs, outputs, band_rows=WORDS_PER_BAND)
         return _Words(words, covered, visible)
 
     def _merge_groups(self, given: _Words, first_group: np.ndarray, groups_of: np.ndarray) -> _Words:
@@ -198,10 +205,10 @@ class _HostWords:
 def _tested(
     groups: Sequence[Sequence[int]], placed: np.ndarray
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray] | None]:
-    """Select the instances to test, and the groups that each of them belongs to.
+    """Select the entries to test, and the groups that each of them belongs to.
 
-    If no instance is in two groups and no group has two instances, the result is the instance of each group (or -1)
-    and None. Else the second result is (first_group, groups): the groups of instance i are
+    If no entry is in two groups and no group has two entries, the result is the entry of each group (or -1)
+    and None. Else the second result is (first_group, groups): the groups of entry i are
     groups[first_group[i]:first_group[i + 1]], with i an index into the first result.
     """
     members = np.array([each for group in groups for each in group], np.int64)

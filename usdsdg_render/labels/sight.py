@@ -12,6 +12,7 @@ from usdsdg_render.device.camera import camera_array
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.labels import sight as kernels
+from usdsdg_render.labels.parts import DividedGprims
 from usdsdg_render.scene.scene import Prototype, Scene
 
 if TYPE_CHECKING:
@@ -71,9 +72,14 @@ def follow(
 
 
 def first_hits(
-    device_scene: DeviceScene, rays: Mapping[str, np.ndarray], *, mode: int, threads: int | None
+    device_scene: DeviceScene,
+    rays: Mapping[str, np.ndarray],
+    divided: DividedGprims,
+    *,
+    mode: int,
+    threads: int | None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distance (N,) float32 of the first hit of each ray, inf for none, and its instance (N,) int32, or -1.
+    """Return the distance (N,) float32 of the first hit of each ray, inf for none, and its entry (N,) int32, or -1.
 
     rays: origins, directions (N, 3), and first and last distance (N,).
     """
@@ -83,11 +89,12 @@ def first_hits(
         wp.array(np.ascontiguousarray(rays[name], np.float32), dtype=dtype, device=device)
         for name, dtype in kinds.items()
     ]
-    outputs = [wp.empty(count, dtype=dtype, device=device) for dtype in (wp.float32, wp.int32)]
+    outputs = [wp.empty(count, dtype=dtype, device=device) for dtype in (wp.float32, wp.int32, wp.int32)]
     launch_rows(
         kernels.trace_rays, (count,), [device_scene.tables, *inputs, mode], outputs, device=device, threads=threads,
         band_rows=_RAYS_PER_BAND,
     )  # fmt: skip
+    divided.tell_apart(*outputs[1:])
     return outputs[0].numpy(), outputs[1].numpy()
 
 

@@ -10,7 +10,7 @@ import warp as wp
 
 from usdsdg_render.bvh import acceleration_structure
 from usdsdg_render.bvh.compress import NODE_WORDS
-from usdsdg_render.bvh.query import _COMPRESSED, CUDA_STACK_SIZE, Packed
+from usdsdg_render.bvh.query import _COMPRESSED, CUDA_STACK_SIZE, Packed, flags_of
 from usdsdg_render.scene import structs
 from usdsdg_render.scene.struct_rows import records
 
@@ -42,9 +42,7 @@ static constexpr auto __float_as_int = [](float a) { return __builtin_bit_cast(i
 
 
 def _snippet(any_hit: bool) -> str:
-    flags = (
-        f"constexpr bool ANY_HIT = {str(any_hit).lower()}, ONE_INSTANCE = false;\nconstexpr int only_instance = 0;\n"
-    )
+    flags = flags_of(any_hit=any_hit, one_instance=False)
     return f"{{{_INTRINSICS}{flags}constexpr int STACK_SIZE = {CUDA_STACK_SIZE};\n{_COMPRESSED}}}"
 
 

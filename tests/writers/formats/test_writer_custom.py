@@ -87,11 +87,11 @@ class StandIn(RayCaster):
     def sync(self, time):
         self.gprims = RayCaster(current_stage()).gprims
 
-    def labels_of(self, views, aovs):
+    def labels_of(self, views, aovs, *, faces):
         return [{name: aov for name, aov in self.labels(view).items() if name in aovs} for view in views]
 
-    def labels_and_masks(self, views, aovs, groups):
-        return self.labels_of(views, aovs), [self.pixel_masks(view, groups) for view in views]
+    def labels_and_masks(self, views, aovs, groups, *, faces):
+        return self.labels_of(views, aovs, faces=faces), [self.pixel_masks(view, groups) for view in views]
 
     def new_film(self, width, height):
         return {}

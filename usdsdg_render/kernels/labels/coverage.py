@@ -4,6 +4,8 @@ Screen bounds of instances are split into words of up to 64 pixels of a row, eac
 hits the instance, and words of instances are merged into words of the groups that they belong to.
 """
 
+from typing import Any
+
 import warp as wp
 
 from usdsdg.stage.geometry import pixel_masks
@@ -28,6 +30,18 @@ class MaskWord:
     row: wp.int32
     first: wp.int32
     last: wp.int32
+
+
+@wp.struct
+class Parts:
+    """Gprims that are divided into parts: entries are all gprims, by their index, then all parts.
+
+    In a divided gprim each triangle is of one entry; the gprim's own has what is left.
+    """
+
+    instance: wp.array(dtype=wp.int32)  # of each entry
+    first: wp.array(dtype=wp.int32)  # of each gprim: where its triangles begin in `entry`; -1 for whole ones
+    entry: wp.array(dtype=wp.int32)  # of each triangle of divided gprims
 
 
 @wp.func
@@ -84,7 +98,7 @@ def list_mask_words(
 
 
 @wp.func
-def hits_alone(tables: SceneTables, camera: Camera, x: int, y: int, instance: int, mode: int):
+def hits_alone(tables: SceneTables, parts: Parts, camera: Camera, x: int, y: int, instance: int, mode: int):
     """Return whether the ray through the center of a pixel would hit an instance if it were alone in the scene."""
     ray = pixel_ray(camera, x, y)
     if tables.tlas.instances[instance].cutout != 0:
@@ -92,39 +106,48 @@ def hits_alone(tables: SceneTables, camera: Camera, x: int, y: int, instance: in
     return wide_any_hit_in_instance(tables.tlas, ray.origin, ray.direction, ray.tmin, ray.tmax, instance)[3] >= 0
 
 
-@wp.kernel(enable_backward=False, module=LABELS)
-def fill_mask_words(
-    tables: SceneTables,
-    cameras: wp.array(dtype=Camera),
-    mode: int,
-    shown: wp.array3d(dtype=wp.int32),  # the instance AOV
-    tested: wp.array(dtype=wp.int32),  # instances
-    words: wp.array(dtype=MaskWord),
-    bytes_of_thread: int,
-    first_word: int,
-    # out: the bytes of each word, one bit per pixel
-    covered: wp.array2d(dtype=wp.uint8),
-    visible: wp.array2d(dtype=wp.uint8),
-):
-    s, part = wp.tid()
-    s += first_word
-    word = words[s]
-    camera = cameras[word.image]
-    instance = tested[word.owner]
-    word_start = word.first / WORD_PIXELS * WORD_PIXELS
-    for b in range(part * bytes_of_thread, (part + 1) * bytes_of_thread):
-        met = int(0)
-        seen = int(0)
-        begin = word_start + 8 * b
-        for x in range(wp.max(word.first, begin), wp.min(word.last, begin + 8)):
-            bit = 1 << (x - begin)
-            here = shown[word.image, word.row, x]
-            if here == instance:
-                seen = seen | bit
-            elif here != LEFT_OUT and hits_alone(tables, camera, x, word.row, instance, mode):
-                met = met | bit
-        covered[s, b] = wp.uint8(met | seen)
-        visible[s, b] = wp.uint8(seen)
+def fill_kernel(covers: wp.Function, module: Any) -> Any:
+    """Make the kernel that fills mask words; `covers` has the arguments of `hits_alone`, with entries as instances."""
+
+    @wp.kernel(enable_backward=False, module=module)
+    def fill_mask_words(
+        tables: SceneTables,
+        cameras: wp.array(dtype=Camera),
+        mode: int,
+        shown: wp.array3d(dtype=wp.int32),  # entry of each pixel; the instance AOV where nothing is divided
+        parts: Parts,
+        tested: wp.array(dtype=wp.int32),  # entries
+        words: wp.array(dtype=MaskWord),
+        bytes_of_thread: int,
+        first_word: int,
+        # out: the bytes of each word, one bit per pixel
+        covered: wp.array2d(dtype=wp.uint8),
+        visible: wp.array2d(dtype=wp.uint8),
+    ):
+        s, part = wp.tid()
+        s += first_word
+        word = words[s]
+        camera = cameras[word.image]
+        entry = tested[word.owner]
+        word_start = word.first / WORD_PIXELS * WORD_PIXELS
+        for b in range(part * bytes_of_thread, (part + 1) * bytes_of_thread):
+            met = int(0)
+            seen = int(0)
+            begin = word_start + 8 * b
+            for x in range(wp.max(word.first, begin), wp.min(word.last, begin + 8)):
+                bit = 1 << (x - begin)
+                here = shown[word.image, word.row, x]
+                if here == entry:
+                    seen = seen | bit
+                elif here != LEFT_OUT and covers(tables, parts, camera, x, word.row, entry, mode):
+                    met = met | bit
+            covered[s, b] = wp.uint8(met | seen)
+            visible[s, b] = wp.uint8(seen)
+
+    return fill_mask_words
+
+
+fill_mask_words = fill_kernel(hits_alone, LABELS)
 
 
 @wp.kernel(enable_backward=False, module=LABELS)

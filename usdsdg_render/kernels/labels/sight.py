@@ -29,11 +29,13 @@ def trace_rays(
     # out: of the first hit between the two distances
     distance: wp.array(dtype=wp.float32),  # inf for none
     instance: wp.array(dtype=wp.int32),  # -1 for none
+    triangle: wp.array(dtype=wp.int32),
 ):
     i = wp.tid()
     i += first_ray
     hit = closest(tables, origins[i], directions[i], first_distance[i], last_distance[i], mode, 0.5)
     instance[i] = hit.instance
+    triangle[i] = hit.triangle
     distance[i] = wp.where(hit.instance < 0, wp.inf, hit.t)
 
 
