@@ -183,7 +183,7 @@ def test_an_error_of_the_scripts_own_writer_that_it_catches_is_said_too(tmp_path
 def test_an_error_shows_the_text_of_the_line(tmp_path):
     script = """
         import omni.replicator.core as rep
-        name = "DOPEWriter"
+        name = "PoseWritter"
         rep.WriterRegistry.get(name)
     """
     done = run(tmp_path, script, expect=1)

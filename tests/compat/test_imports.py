@@ -44,6 +44,27 @@ def test_every_import_of_the_tutorial_script_resolves():
     )
 
 
+def test_writers_of_isaac_sim_are_the_same_classes_by_all_their_names():
+    assert (
+        run(
+            """
+            import usdsdg.compat; usdsdg.compat.install()
+            from isaacsim.replicator.writers import DOPEWriter, PytorchListener, PytorchWriter, YCBVideoWriter
+            from isaacsim.replicator.writers.scripts.writers import DOPEWriter as ours
+            from omni.replicator.isaac.scripts.writers import DOPEWriter as old
+            from omni.replicator.isaac.scripts.writers.dope_writer import DOPEWriter as oldest
+            from omni.replicator.isaac.scripts.writers.pytorch_listener import PytorchListener as listener
+            from omni.replicator.isaac.scripts.writers.pytorch_writer import PytorchWriter as writer
+            import omni.replicator.core as rep
+            import omni.replicator.isaac as dr
+            print(DOPEWriter is ours is old is oldest, PytorchListener is listener, PytorchWriter is writer,
+                  type(rep.WriterRegistry.get("YCBVideoWriter")) is YCBVideoWriter, hasattr(dr, "physics_view"))
+            """
+        )
+        == "True True True True True"
+    )
+
+
 def test_importing_a_missing_module_explains_the_gap():
     assert "has no counterpart in usdsdg yet" in run(
         """

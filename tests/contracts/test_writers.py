@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from PIL import Image
+from scipy.io import loadmat
 
 from tests.annotators.ray_caster import known, make_frame
 from tests.annotators.scenes import street
@@ -24,9 +25,18 @@ OPTIONS = {
     "CosmosWriter": {},
     "YoloWriter": {"task": "segment"},
     "BopWriter": {},
+    "DOPEWriter": {"class_name_to_index_map": {"apple": 1}},
+    "YCBVideoWriter": {
+        "num_frames": 9,
+        "class_name_to_index_map": {"apple": 1, "Pear": 2, "secret": 3, "far": 4},
+        **dict.fromkeys(["rgb", "bounding_box_2d_tight", "semantic_segmentation", "pose", "exact"], True),
+        "distance_to_image_plane": True,
+    },
     "DataVisualizationWriter": {"bounding_box_2d_tight": True, "bounding_box_3d": True},
 }
-WITHOUT_FILES = {"FPSWriter"}
+# PytorchWriter needs a listener, and torch.
+WITHOUT_FILES = {"FPSWriter", "PytorchWriter"}
+NEEDED = {"class_name_to_index_map", "num_frames"}
 WRONG = [
     ({"frame_paddign": 3}, "has no option 'frame_paddign'. Did you mean 'frame_padding'? It has: output_dir, "),
     ({"frame_padding": "3"}, "frame_padding is '3'; expected a whole number."),
@@ -84,6 +94,12 @@ def test_every_file_can_be_read(name, frame, tmp_path):
             assert {len(line.split()) for line in path.read_text().splitlines()} == {15}
         elif "labels" in path.relative_to(tmp_path).parts and path.suffix == ".txt":
             assert all(len(line.split()) % 2 for line in path.read_text().splitlines())
+        elif path.suffix == ".mat":
+            assert "poses" in loadmat(path)
+        elif path.suffix == ".xyz":
+            assert np.loadtxt(path).shape[1] == 3
+        elif path.name == "train.txt" or path.name.endswith("-box.txt"):
+            assert path.read_text()
         elif path.suffix == ".ply":
             assert path.read_bytes().startswith(b"ply\n")
         elif path.suffix == ".yaml":
@@ -133,10 +149,11 @@ def has(name, option):
     [(name, wrong, message) for name in OPTIONS for wrong, message in WRONG if has(name, *wrong)],
 )
 def test_wrong_options_are_errors_that_name_them(name, options, message, tmp_path):
+    needed = {option: value for option, value in OPTIONS[name].items() if option in NEEDED}
     with pytest.raises(WriterError, match=re.escape(message)):
-        writers.get(name, init_params={"output_dir": str(tmp_path), **options})
+        writers.get(name, init_params={"output_dir": str(tmp_path), **needed, **options})
     with pytest.raises(WriterError, match=re.escape(message)):
-        writers.get_writers()[name](**{"output_dir": str(tmp_path), **options})
+        writers.get_writers()[name](**{"output_dir": str(tmp_path), **needed, **options})
 
 
 @pytest.mark.parametrize("name", OPTIONS)

@@ -96,7 +96,8 @@ class AnnotatorRegistry:
         """Register an annotator that applies an augmentation node, or whose node has an equivalent annotator.
 
         There is no OmniGraph, so only these nodes work: Replicator's augmentation nodes
-        ("omni.replicator.core.AugRotateExp", on the first of `input_rendervars`) and Isaac Sim's times.
+        ("omni.replicator.core.AugRotateExp", on the first of `input_rendervars`), Isaac Sim's times and gates, and its
+        poses for DOPEWriter and YCBVideoWriter.
 
         Args:
             name: under which the annotator is registered.
@@ -143,6 +144,11 @@ _NODE_ANNOTATORS = {
     "SdNoOp": "IsaacNoop",
     "ReadFabricTime": "fabricTime",
     "ReadRpFabricTime": "rpFabricTime",
+    "Dope": "dope",
+    "Pose": "pose",
+    # Order in a graph, of which there is none.
+    "RationalTimeSyncGate": "IsaacNoop",
+    "SyncGate": "IsaacNoop",
 }
 
 

@@ -29,11 +29,23 @@ WEAK_ROOTS = ("semantics", "Semantics", "video_encoding")
 _OLD_PRIM_MODULES = (
     "xform_prim", "xform_prim_view", "rigid_prim", "rigid_prim_view", "geometry_prim", "geometry_prim_view",
 )  # fmt: skip
+_WRITERS = "usdsdg.compat.isaacsim.replicator.writers"
+_WRITER_PACKAGES = tuple(
+    f"{extension}.scripts{part}"
+    for extension in ("isaacsim.replicator.writers", "omni.replicator.isaac")
+    for part in (".writers", "")
+)
+_WRITER_MODULES = (
+    "data_visualization_writer", "dope_writer", "pose_writer", "pytorch_listener", "pytorch_writer", "ycb_video_writer",
+)  # fmt: skip
 # Longest prefix first. These names are modules of usdsdg itself, without a file in `usdsdg.compat`.
 ALIASES = (
     ("omni.replicator.core.scripts", "usdsdg"),
     ("omni.replicator.core", "usdsdg"),
     ("omni.replicator.replicator_yaml", "usdsdg.replicator_yaml"),
+    # The modules of the writers, one per class, and their packages are one module.
+    *((f"{package}.{name}", _WRITERS) for package in _WRITER_PACKAGES for name in _WRITER_MODULES),
+    *((package, _WRITERS) for package in _WRITER_PACKAGES),
     ("omni.replicator.isaac", "usdsdg.compat.isaacsim.replicator.domain_randomization"),
     ("omni.kit.scripting", "usdsdg.compat.omni.behavior.scripting.core"),
     ("omni.isaac.sensor", "usdsdg.compat.isaacsim.sensors.camera"),

@@ -11,9 +11,12 @@ from usdsdg.writers.formats import (
     BopWriter,
     CocoWriter,
     CosmosWriter,
+    DOPEWriter,
     FPSWriter,
     KittiWriter,
     PoseWriter,
+    PytorchWriter,
+    YCBVideoWriter,
     YoloWriter,
 )
 from usdsdg.writers.registry import (
@@ -33,7 +36,7 @@ __all__ = [
     "get", "get_writers", "WriterRegistry",
     # the formats
     "BasicWriter", "PoseWriter", "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter",
-    "YoloWriter", "BopWriter",
+    "YoloWriter", "BopWriter", "DOPEWriter", "YCBVideoWriter", "PytorchWriter",
     # writers of one's own
     "Writer", "register_writer", "register_node_writer", "unregister_writer",
     # where files go

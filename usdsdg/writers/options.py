@@ -84,6 +84,8 @@ def _check_types(writer: str, values: Mapping[str, Any], hints: Mapping[str, Any
 
 
 def _fits(value: Any, hint: Any) -> bool:
+    if hint is Any:
+        return True
     if _is_union(hint):
         return any(_fits(value, option) for option in typing.get_args(hint))
     if typing.get_origin(hint) is list:

@@ -11,13 +11,6 @@ from usdsdg.writers.base import ON_FRAME, Writer
 registered: Registry[type[Writer]] = Registry("writer", WriterRegistryError)
 _categories: dict[str, str | None] = {}
 
-# Names that Replicator has and usdsdg does not, with the reason and the alternative that the error gives.
-UNSUPPORTED: dict[str, str] = {
-    "DOPEWriter": "it is deprecated; use PoseWriter with format='dope'",
-    "YCBVideoWriter": "it is deprecated; use PoseWriter or BasicWriter",
-    "PytorchWriter": "it is not implemented; read annotators with get_data()",
-}
-
 
 def get(
     name: str, init_params: Mapping[str, Any] | None = None, render_products: Any = None, trigger: Any = ON_FRAME
@@ -30,10 +23,7 @@ def get(
 
     Raises:
         WriterRegistryError: there is no such writer; the message lists near misses.
-        Unsupported: Replicator has it and usdsdg does not.
     """
-    if name in UNSUPPORTED and name not in registered:
-        raise Unsupported(f"Writer {name!r}: {UNSUPPORTED[name]}.")
     kind = registered.get(name)
     writer = kind.__new__(kind)
     if init_params is not None:

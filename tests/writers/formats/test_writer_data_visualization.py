@@ -7,7 +7,7 @@ from PIL import Image
 from tests.annotators.ray_caster import add_cube, known, make_frame, new_stage
 from tests.annotators.scenes import add_camera, mask_of
 from usdsdg import annotators, writers
-from usdsdg.errors import WriterError
+from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
 
 PRODUCT = "/Render/HydraTextures/rp1"
 GREEN, RED = (0, 128, 0, 255), (255, 0, 0, 255)
@@ -83,21 +83,22 @@ def test_backgrounds_are_pictures_of_the_same_frame(cube, tmp_path):
     assert np.abs(normals[inside][:, :3] - expected).max() <= 1
 
 
+def test_a_color_that_is_none_is_refused(cube, tmp_path):
+    with pytest.raises(WriterError, match="no color that Pillow knows"):
+        write(tmp_path, cube, bounding_box_2d_tight=True, bounding_box_2d_tight_params={"outline": "greenish"})
+
+
 @pytest.mark.parametrize(
     ("params", "message"),
     [
-        ({"background": "depth"}, "background 'depth' is none of rgb, normals"),
-        ({"outline": "greenish"}, "no color that Pillow knows"),
-        ({"colour": "red"}, "'colour'; known are background, fill, outline, width"),
+        ({"background": "depth"}, "background 'depth' is none of rgb, normals, so the picture is transparent"),
+        ({"outline": "red"}, "'outline' has no effect; known are background, fill, width"),
     ],
 )
-def test_wrong_parameters_are_refused(tmp_path, params, message):
-    with pytest.raises(WriterError, match=message):
-        writers.get(
-            "DataVisualizationWriter",
-            init_params={
-                "output_dir": str(tmp_path),
-                "bounding_box_2d_tight": True,
-                "bounding_box_2d_tight_params": params,
-            },
-        )
+def test_parameters_without_effect_are_named_and_ignored(cube, tmp_path, params, message):
+    forget_warnings()
+    plain = write(tmp_path / "plain", cube, bounding_box_3d=True)
+    with pytest.warns(UsdsdgWarning, match=message):
+        found = write(tmp_path / "given", cube, bounding_box_3d=True, bounding_box_3d_params=params)
+    for name, picture in plain.items():
+        np.testing.assert_array_equal(found[name], picture)

@@ -11,6 +11,7 @@ from usdsdg.annotators.kinds import (  # noqa: F401
     light,
     matte,
     object_coordinates,
+    object_poses,
     oriented_boxes,
     pointcloud,
     segmentation,

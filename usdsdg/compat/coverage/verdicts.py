@@ -11,7 +11,7 @@ import inspect
 import re
 import sys
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
@@ -34,7 +34,9 @@ _OTHER_WRITERS = ("ROS1", "ROS2", "RtxLidar", "RtxRadar")  # of extensions that 
 # An entry of the section "Raises" with its continued lines.
 _REFUSED = re.compile(r"^ +(?:\w+, )*Unsupported(?:, \w+)*: (.*(?:\n {8,}.*)*)", re.MULTILINE)
 # What the caller or the installation lacks, not we.
-_NO_GAP = re.compile(r"as `|boto3 is not|a bucket without boto3\.|there is no such|Replicator has it|`\w+` is neither")
+_NO_GAP = re.compile(
+    r"as `|boto3 is not|torch is not|a bucket without boto3\.|there is no such|Replicator has it|`\w+` is neither"
+)
 _REGISTERED = re.compile(r"(annotators|writers)\.get\('(.*)'\)")
 
 
@@ -101,8 +103,12 @@ def is_known(name: str) -> bool:
     if registered is None:
         return True
     family, member = registered.groups()
-    reasons = named_annotators.UNSUPPORTED if family == "annotators" else writers.UNSUPPORTED
-    return member in reasons or member.startswith(_OTHER_WRITERS)
+    return member in _reasons(family) or member.startswith(_OTHER_WRITERS)
+
+
+def _reasons(family: str) -> Mapping[str, str]:
+    """Return the registered names that are known and not here, with the reason."""
+    return named_annotators.UNSUPPORTED if family == "annotators" else {}
 
 
 def _imported(name: str) -> tuple[ModuleType | None, list[str]]:
@@ -117,11 +123,7 @@ def _imported(name: str) -> tuple[ModuleType | None, list[str]]:
 
 
 def _registered(family: str, name: str) -> Verdict:
-    reasons, get = (
-        (named_annotators.UNSUPPORTED, named_annotators.get)
-        if family == "annotators"
-        else (writers.UNSUPPORTED, writers.get)
-    )
+    reasons, get = _reasons(family), named_annotators.get if family == "annotators" else writers.get
     if name.startswith(_OTHER_WRITERS) or "out of scope" in reasons.get(name, ""):
         return Verdict(OUT_OF_SCOPE, reasons.get(name, "it publishes to ROS or shows a lidar, which are out of scope"))
     if name in reasons:

@@ -2,16 +2,19 @@
 
 from usdsdg.writers.formats.bop.writer_bop import BopWriter
 from usdsdg.writers.formats.coco.writer_coco import CocoWriter
+from usdsdg.writers.formats.dope.writer_dope import DOPEWriter
 from usdsdg.writers.formats.kitti.writer_kitti import KittiWriter
 from usdsdg.writers.formats.pose.writer_pose import PoseWriter
+from usdsdg.writers.formats.pytorch.writer_pytorch import PytorchWriter
 from usdsdg.writers.formats.writer_basic import BasicWriter
 from usdsdg.writers.formats.writer_cosmos import CosmosWriter
 from usdsdg.writers.formats.writer_data_visualization import DataVisualizationWriter
 from usdsdg.writers.formats.writer_fps import FPSWriter
+from usdsdg.writers.formats.ycb_video.writer_ycb_video import YCBVideoWriter
 from usdsdg.writers.formats.yolo.writer_yolo import YoloWriter
 
 # Registered from the start, in the order of `writers.get_writers()`.
 DEFAULT_WRITERS = (
     BasicWriter, PoseWriter, CocoWriter, KittiWriter, CosmosWriter, FPSWriter, DataVisualizationWriter, YoloWriter,
-    BopWriter,
+    BopWriter, DOPEWriter, YCBVideoWriter, PytorchWriter,
 )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image, ImageColor, ImageDraw
 
 from usdsdg.annotators import named_annotators
-from usdsdg.errors import WriterError
+from usdsdg.errors import WriterError, warn_once
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
@@ -34,6 +34,9 @@ class DataVisualizationWriter(Writer):
     Edges of 3D boxes are clipped to what is in front of the camera, and curved where the lens curves them.
     """
 
+    BB_2D_TIGHT, BB_2D_LOOSE, BB_3D = TIGHT, LOOSE, SOLID
+    SUPPORTED_BACKGROUNDS = list(BACKGROUNDS)
+
     version = "0.1.0"
     data_structure = "renderProduct"
     shares_arrays = True
@@ -57,6 +60,8 @@ class DataVisualizationWriter(Writer):
             picture is transparent), `outline` and `fill` colors as Pillow reads them (green, and none), `width` in
             pixels (1).
         bounding_box_3d_params: `background`, `fill` as the color of the edges, and `width`.
+
+        Other parameters and backgrounds are ignored with a warning, as Isaac Sim ignores them.
 
         Raises:
             WriterError: an option has an invalid value, or there is nowhere to write.
@@ -91,18 +96,21 @@ class DataVisualizationWriter(Writer):
 
 
 def _checked_style(annotator: str, style: Style) -> Style:
-    """Return the parameters of a kind of boxes.
+    """Return the parameters of a kind of boxes that have an effect; warn of others.
 
     Raises:
-        WriterError: one is unknown or has an invalid value.
+        WriterError: a color is none.
     """
     known = _SOLID if annotator == SOLID else _RECTANGLE
     where = f"DataVisualizationWriter: {annotator.removesuffix('_fast')}_params"
     if unknown := [name for name in style if name not in known]:
-        raise WriterError(f"{where} has {', '.join(map(repr, unknown))}; known are {', '.join(known)}.")
+        warn_once(f"{where}: {', '.join(map(repr, unknown))} has no effect; known are {', '.join(known)}")
     background = style.get("background")
     if background not in (None, *BACKGROUNDS):
-        raise WriterError(f"{where}: background {background!r} is none of {', '.join(BACKGROUNDS)}.")
+        warn_once(
+            f"{where}: background {background!r} is none of {', '.join(BACKGROUNDS)}, so the picture is transparent"
+        )
+        style = {**style, "background": None}
     for name in ("fill", "outline"):
         if isinstance(color := style.get(name), str):
             try:

@@ -31,9 +31,9 @@ class Placed(NamedTuple):
 
 
 class Model(NamedTuple):
-    """Triangles of one object."""
+    """Triangles of one object, in millimeters where BopWriter has it."""
 
-    points: np.ndarray  # (N, 3) float32 [mm]
+    points: np.ndarray  # (N, 3) float32
     triangles: np.ndarray  # (T, 3) int32
 
 
@@ -55,12 +55,12 @@ class Models:
         number: of its class, from 1. matrix: local to world, row vectors. millimeters: per stage unit.
         """
         linear = np.asarray(matrix, np.float64)[:3, :3]
-        rotation = _nearest_rotation(linear)
+        rotation = nearest_rotation(linear)
         # What a rigid pose cannot say is in the model: scale, shear, and mirroring.
         stretch = linear @ rotation.T
         key = (path, number, np.round(stretch * millimeters, 3).tobytes())
         if key not in self._known:
-            model = _model(stage, path, stretch * millimeters)
+            model = model_of(stage, path, stretch * millimeters)
             if model is None:
                 warn_once(f"BopWriter: {path} has no triangles, so it has no model and is left out.")
                 return None
@@ -92,8 +92,11 @@ def ply(model: Model) -> bytes:
     return mesh.export(file_type="ply", vertex_normal=True)  # pyright: ignore[reportReturnType]
 
 
-def _model(stage: Usd.Stage, path: str, to_millimeters: np.ndarray) -> Model | None:
-    """Return the triangles of a labeled prim without those of labeled prims inside of it."""
+def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
+    """Return the triangles of a labeled prim without those of labeled prims inside of it; None if it has none.
+
+    stretch: linear map (3, 3), for row vectors, from the prim's frame to the model's.
+    """
     prim = stage.GetPrimAtPath(re.sub(r"(\[\d+\])+$", "", path))
     if not prim:
         return None
@@ -110,8 +113,8 @@ def _model(stage: Usd.Stage, path: str, to_millimeters: np.ndarray) -> Model | N
             continue
         matrix = part.to_world @ to_local
         local = part.triangles.points @ matrix[:3, :3] + matrix[3, :3]
-        points.append(local @ to_millimeters)
-        turned = np.linalg.det(matrix[:3, :3] @ to_millimeters) < 0
+        points.append(local @ stretch)
+        turned = np.linalg.det(matrix[:3, :3] @ stretch) < 0
         triangles.append((part.triangles.faces[:, ::-1] if turned else part.triangles.faces) + count)
         count += len(local)
     if not count:
@@ -119,7 +122,7 @@ def _model(stage: Usd.Stage, path: str, to_millimeters: np.ndarray) -> Model | N
     return Model(np.concatenate(points).astype(np.float32), np.concatenate(triangles).astype(np.int32))
 
 
-def _nearest_rotation(linear: np.ndarray) -> np.ndarray:
+def nearest_rotation(linear: np.ndarray) -> np.ndarray:
     """Return the rotation (3, 3), for row vectors, that is nearest to a linear map."""
     u, _, vt = np.linalg.svd(linear)
     rotation = u @ vt

@@ -19,13 +19,12 @@ from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_bytes, write_image, write_json
 from usdsdg.writers.formats.bop.bop_models import MILLIMETERS, Models, Placed, ply
 from usdsdg.writers.formats.shapes.camera_projection import camera_matrix
+from usdsdg.writers.formats.shapes.opencv_frame import opencv_position, opencv_rotation
 from usdsdg.writers.options import label_params, typed
 
 RGB, DEPTH, CAMERA = "rgb", "distance_to_image_plane", "camera_params"
 BOXES_3D, WHOLE, INSTANCES = "bounding_box_3d_fast", "bounding_box_2d_amodal", "instance_segmentation_fast"
 AMODAL = "amodal_instance_segmentation"
-# From the camera's axes in USD to OpenCV's: x right, y down, z ahead.
-_TO_OPENCV = np.diag((1.0, -1.0, -1.0))
 # The JSON files of a scene are written again after this many pictures, and at the end.
 _PICTURES = 25
 
@@ -209,18 +208,18 @@ def _by_text(values: Mapping[int, Any]) -> dict[str, Any]:
 def _camera(
     params: Mapping[str, Any], world_to_camera: np.ndarray, millimeters: float, depth_scale: float
 ) -> dict[str, Any]:
-    rotation = _TO_OPENCV @ world_to_camera[:3, :3].T
+    rotation = opencv_rotation(np.eye(3), world_to_camera)
     return {
         "cam_K": camera_matrix(params).ravel().tolist(),
         "depth_scale": depth_scale,
         "cam_R_w2c": rotation.ravel().tolist(),
-        "cam_t_w2c": (_TO_OPENCV @ world_to_camera[3, :3] * millimeters).tolist(),
+        "cam_t_w2c": (opencv_position(np.zeros(3), world_to_camera) * millimeters).tolist(),
     }
 
 
 def _pose(placed: Placed, world_to_camera: np.ndarray, millimeters: float) -> dict[str, Any]:
-    rotation = _TO_OPENCV @ world_to_camera[:3, :3].T @ placed.rotation
-    position = _TO_OPENCV @ (placed.position @ world_to_camera[:3, :3] + world_to_camera[3, :3])
+    rotation = opencv_rotation(placed.rotation, world_to_camera)
+    position = opencv_position(placed.position, world_to_camera)
     return {
         "cam_R_m2c": rotation.ravel().tolist(),
         "cam_t_m2c": (position * millimeters).tolist(),

@@ -13,6 +13,7 @@ from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json
+from usdsdg.writers.formats.pose.intrinsics import intrinsics
 from usdsdg.writers.formats.pose.pose_overlay import PosedBox, draw_overlay
 from usdsdg.writers.formats.shapes import cuboid
 from usdsdg.writers.formats.shapes.camera_projection import project
@@ -135,11 +136,9 @@ class PoseWriter(Writer):
         self.backend.schedule_together(steps)
 
     def _camera_data(self, camera: Mapping[str, Any]) -> dict[str, Any]:
-        _warn_of_intrinsics(str(camera["cameraModel"]))
         width, height = (int(size) for size in camera["renderProductResolution"])
         projection = np.asarray(camera["cameraProjection"], np.float64).reshape(4, 4)
         view = np.asarray(camera["cameraViewTransform"], np.float64).reshape(4, 4)
-        focal = float(camera["cameraFocalLength"]) / (float(camera["cameraAperture"][0]) / width)
         described: dict[str, Any] = {}
         if self._format is None:
             described["aperture"] = camera["cameraAperture"].tolist()
@@ -147,13 +146,7 @@ class PoseWriter(Writer):
             described["focal_length"] = float(camera["cameraFocalLength"])
             described["resolution"] = [width, height]
             described["meters_per_scene_unit"] = float(camera["metersPerSceneUnit"])
-        described["intrinsics"] = {
-            "fx": focal,
-            "fy": focal,
-            # The principal point: the image center unless the aperture has an offset.
-            "cx": float((1 - projection[2, 0]) * width / 2),
-            "cy": float((1 + projection[2, 1]) * height / 2),
-        }
+        described["intrinsics"] = intrinsics("PoseWriter", camera)
         described["camera_view_matrix"] = np.round(view, 5).tolist()
         described["camera_projection_matrix"] = np.round(projection, 5).tolist()
         if self._format == "centerpose":
@@ -215,14 +208,6 @@ def _checked_format(format: str | None) -> str | None:
     if format is not None and format.lower() not in FORMATS:
         raise WriterError(f"PoseWriter: format {format!r} does not exist; use None, {' or '.join(map(repr, FORMATS))}.")
     return None if format is None else format.lower()
-
-
-def _warn_of_intrinsics(model: str) -> None:
-    if model != "pinhole":
-        warn_once(
-            f"PoseWriter: fx and fy of a camera of model {model!r} do not describe its projection: they are, as in "
-            "Replicator, those of a pinhole with its focal length. The projected keypoints are correct."
-        )
 
 
 def _write_overlay(

@@ -1,0 +1,1 @@
+"""The form of DOPE's training data, as Isaac Sim's DOPEWriter has it."""

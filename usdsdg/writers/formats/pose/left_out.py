@@ -1,0 +1,23 @@
+"""Frames that a writer leaves out, since no object that it could train with is visible in them."""
+
+from usdsdg.errors import warn_once
+
+
+class LeftOut:
+    """Counts frames, and those that were left out."""
+
+    def __init__(self) -> None:
+        self.last_is_valid = True
+        self._frames = self._left_out = 0
+
+    def note(self, is_valid: bool) -> bool:
+        """Count a frame, valid if an object is visible in it; return whether to write it."""
+        self.last_is_valid = is_valid
+        self._frames += 1
+        self._left_out += not is_valid
+        return is_valid
+
+    def warn(self, writer: str) -> None:
+        """Warn if all frames were left out, so that nothing was written."""
+        if self._frames and self._left_out == self._frames:
+            warn_once(f"{writer} wrote none of {self._frames} frames, since no labeled object is visible in any")

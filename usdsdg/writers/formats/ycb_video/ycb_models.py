@@ -1,0 +1,70 @@
+"""The models of the classes, as points in meters: `points.xyz`."""
+
+import io
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdsdg.errors import warn_once
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.poses.transforms import as_array, local_to_world, meters_per_unit
+from usdsdg.writers.formats.bop.bop_models import model_of, nearest_rotation
+
+_SAME = 1e-4  # meters by which points of equal shapes may differ; transforms are 32-bit in payloads
+
+
+class Models:
+    """The first shape of each class; `new` has those that are not written yet, by class."""
+
+    def __init__(self) -> None:
+        self.new: dict[str, np.ndarray] = {}
+        self._points: dict[str, np.ndarray | None] = {}
+        self._compared: set[tuple[str, str, bytes]] = set()
+
+    def place(self, path: str, name: str, matrix: np.ndarray, meters: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rotation (3, 3), for column vectors, and position (3,) [stage units] of an object in the world.
+
+        matrix: local to world, row vectors. meters: per stage unit. Scale, shear and mirroring are in the model.
+        """
+        linear = np.asarray(matrix, np.float64)[:3, :3]
+        rotation = nearest_rotation(linear)
+        stretch = linear @ rotation.T * meters
+        key = (path, name, np.round(stretch, 6).tobytes())
+        if key not in self._compared:
+            self._compared.add(key)
+            self._compare(path, name, stretch)
+        return rotation.T, np.asarray(matrix, np.float64)[3, :3]
+
+    def _compare(self, path: str, name: str, stretch: np.ndarray) -> None:
+        model = model_of(current_stage(), path, stretch)
+        points = None if model is None else model.points
+        if name not in self._points:
+            self._points[name] = points
+            if points is not None:
+                self.new[name] = points
+        elif not _equal(self._points[name], points):
+            warn_once(
+                f"YCBVideoWriter: {path} differs in shape or scale from the first object of the class {name!r}, and "
+                "YCB-Video has one model of a class: give it a class of its own."
+            )
+
+
+def _equal(one: np.ndarray | None, other: np.ndarray | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return one.shape == other.shape and bool(np.abs(one - other).max(initial=0.0) <= _SAME)
+
+
+def points_file(points: np.ndarray) -> bytes:
+    """Return a `points.xyz` of points (N, 3): x y z in each line, with six digits after the point."""
+    buffer = io.BytesIO()
+    np.savetxt(buffer, points, fmt="%.6f", delimiter=" ", newline="\n")
+    return buffer.getvalue()
+
+
+def vertices_in(mesh: UsdGeom.Mesh | Usd.Prim, frame: Usd.Prim) -> np.ndarray:
+    """Return the vertices (N, 3) of a mesh in the frame of another prim [m]."""
+    prim = mesh.GetPrim()
+    matrix = as_array(local_to_world(prim)) @ np.linalg.inv(as_array(local_to_world(frame)))
+    points = np.array(UsdGeom.PointBased(prim).GetPointsAttr().Get() or [], np.float64).reshape(-1, 3)
+    return (points @ matrix[:3, :3] + matrix[3, :3]) * meters_per_unit(prim.GetStage())
