@@ -13,7 +13,7 @@ class FileKind(Enum):
 
     SCRIPT = "a script, which `usdsdg run {}` runs"
     REPLICATOR_YAML = "a Replicator YAML file, which `usdsdg run {}` runs"
-    CONFIGURATION = "a configuration of the object-based scenario, which `usdsdg generate {}` runs"
+    CONFIGURATION = "a configuration of a scenario, which `usdsdg generate {}` runs"
     STAGE = "a stage, which `usdsdg render {} FOLDER` renders; `usdsdg generate {}` runs a graph that was saved in it"
 
 
@@ -49,7 +49,7 @@ def _kind_of_values(file: Path) -> FileKind | None:
         return None  # the reader of the file reports what is wrong
     if not isinstance(values, dict):
         return None
-    if not ObjectBasedConfig.model_fields.keys().isdisjoint(values):
+    if "job" in values or not ObjectBasedConfig.model_fields.keys().isdisjoint(values):
         return FileKind.CONFIGURATION
     has_calls = any(_is_call(key) for group in (values, *values.values()) for key in _keys(group))
     return FileKind.REPLICATOR_YAML if has_calls else None

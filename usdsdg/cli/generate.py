@@ -37,8 +37,7 @@ def generate(
     Given a stage that a script saved, run its graph again without the script.
     """
     with command_context(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
-        from usdsdg.scenarios import object_based, saved_pipeline
-        from usdsdg.scenarios.config import load_config
+        from usdsdg.scenarios import jobs, saved_pipeline
 
         check_kind(config, FileKind.CONFIGURATION, FileKind.STAGE)
         overrides = [*(set_ or []), *([f"seed={seed}"] if seed is not None else [])]
@@ -46,6 +45,6 @@ def generate(
         if config.suffix.lower() in saved_pipeline.SUFFIXES:
             saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides))
             return
-        options = load_config(config, overrides)
+        job, options = jobs.load_job(config, overrides)
         seed_everything(options.seed)
-        object_based.run(options)
+        job.run(options)

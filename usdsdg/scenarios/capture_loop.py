@@ -1,9 +1,6 @@
 """Capture loop: which randomizers run at which frame, how frames are captured, how much is simulated between them."""
 
-import signal
-import sys
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -17,6 +14,7 @@ from usdsdg.scenarios import randomizers
 from usdsdg.scenarios.cameras import Cameras
 from usdsdg.scenarios.config import ObjectBasedConfig, PathTracing
 from usdsdg.scenarios.draws import Draws
+from usdsdg.scenarios.interruption import stop_request
 from usdsdg.scenarios.objects import Bodies
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
@@ -66,7 +64,7 @@ def start_timeline() -> None:
 
 def capture_frames(config: ObjectBasedConfig, scene: Scene, draws: Draws) -> int:
     """Capture `num_frames` frames; return how many were captured, which are fewer after Ctrl-C."""
-    with _stop_request() as stop_requested:
+    with stop_request() as stop_requested:
         for frame in range(config.num_frames):
             _randomize(frame, config, scene, draws)
             _capture(frame, config, scene)
@@ -177,23 +175,3 @@ def _simulate_between(seconds: float) -> None:
         get_app().update()
         if timeline.get_current_time() - start > seconds:
             return
-
-
-@contextmanager
-def _stop_request() -> Iterator[Callable[[], bool]]:
-    """Turn the first Ctrl-C into a flag that the loop reads between frames; the second one interrupts at once."""
-    asked = threading.Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield asked.is_set
-        return
-
-    def on_interrupt(_signal: int, _frame: object) -> None:
-        asked.set()
-        signal.signal(signal.SIGINT, before)
-        print("stopping after this frame; Ctrl-C again stops at once", file=sys.stderr)
-
-    before = signal.signal(signal.SIGINT, on_interrupt)
-    try:
-        yield asked.is_set
-    finally:
-        signal.signal(signal.SIGINT, before)

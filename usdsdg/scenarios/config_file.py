@@ -44,9 +44,7 @@ def read_config(path: str | os.PathLike[str], overrides: Sequence[str], model: t
         ConfigError: with every problem found, each with its line, its key and the expected values.
     """
     file = Path(path)
-    source = _parse(file)
-    for override in overrides:
-        _override(source, override)
+    source = _read(file, overrides)
     config = None
     try:
         config = model.model_validate(source.values)
@@ -55,6 +53,22 @@ def read_config(path: str | os.PathLike[str], overrides: Sequence[str], model: t
     if config is None or source.problems:
         raise ConfigError(_message(file, source))
     return config
+
+
+def read_key(path: str | os.PathLike[str], overrides: Sequence[str], key: str) -> Any:
+    """Return one value of a file with its overrides, as it is written; None where it is not given.
+
+    Raises:
+        ConfigError: the file is missing or unreadable.
+    """
+    return _read(Path(path), overrides).values.get(key)
+
+
+def _read(file: Path, overrides: Sequence[str]) -> _Source:
+    source = _parse(file)
+    for override in overrides:
+        _override(source, override)
+    return source
 
 
 def _message(file: Path, source: _Source) -> str:

@@ -1,6 +1,6 @@
 """Types of values in configurations: numbers with bounds, ranges, texts."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
@@ -15,13 +15,17 @@ Flag = Annotated[bool, Field(strict=True)]
 Shape = Literal["capsule", "cone", "cylinder", "sphere", "cube"]
 
 
-def _ordered(values: tuple[float, float]) -> tuple[float, float]:
+_Pair = TypeVar("_Pair", tuple[float, float], tuple[int, int])
+
+
+def _ordered(values: _Pair) -> _Pair:
     if values[0] > values[1]:
         raise ValueError(f"{list(values)} is the wrong way round; expected the smaller number first")
     return values
 
 
 Range = Annotated[tuple[Positive, Positive], AfterValidator(_ordered)]
+CountRange = Annotated[tuple[Count, Count], AfterValidator(_ordered)]
 
 
 class Section(BaseModel):

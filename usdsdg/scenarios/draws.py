@@ -27,10 +27,11 @@ class Draws:
     """Draws that depend only on the seed, a purpose string and an index."""
 
     seed: int
+    scenario: str = "object_based"
 
     def generator(self, purpose: str, index: int = 0) -> np.random.Generator:
         """Return the generator of a purpose and an index."""
-        return sampling.generator(self.seed, f"object_based/{purpose}", index)
+        return sampling.generator(self.seed, f"{self.scenario}/{purpose}", index)
 
     def placement(
         self, purpose: str, index: int, low: Sequence[float], high: Sequence[float], scale: tuple[float, float]

@@ -1,0 +1,1 @@
+"""A bin picking dataset: parts dropped into a bin, seen by several cameras."""

@@ -1,0 +1,1 @@
+"""A detection dataset: labeled objects among distractors before pictures or skies."""

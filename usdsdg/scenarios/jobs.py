@@ -1,0 +1,49 @@
+"""Which scenario a configuration is for: its key `job`, without which it is the object-based one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from usdsdg.errors import ConfigError
+from usdsdg.scenarios import object_based
+from usdsdg.scenarios.config import ObjectBasedConfig
+from usdsdg.scenarios.config_errors import suggestion
+from usdsdg.scenarios.config_file import read_config, read_key
+from usdsdg.scenarios.detection import job as detection
+from usdsdg.scenarios.detection.config import DetectionConfig
+
+KEY = "job"
+
+
+@dataclass(frozen=True)
+class Job:
+    """A scenario: the model of its configuration, and what runs it."""
+
+    model: type[Any]
+    run: Callable[[Any], Any]
+
+
+JOBS = {
+    "object_based": Job(ObjectBasedConfig, object_based.run),
+    "detection": Job(DetectionConfig, detection.run),
+}
+
+
+def load_job(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> tuple[Job, Any]:
+    """Return the job of a configuration file, and its configuration with "key=value" overrides applied.
+
+    Raises:
+        ConfigError: the job is not known, or as `read_config`.
+    """
+    name = read_key(path, overrides, KEY)
+    if name is None:
+        return JOBS["object_based"], read_config(path, overrides, ObjectBasedConfig)
+    known = [each for each in JOBS if each != "object_based"]
+    if name not in known:
+        raise ConfigError(
+            f"{path}: {KEY}: {name!r} is not known{suggestion(str(name), known)}; there are {', '.join(known)}"
+        )
+    return JOBS[name], read_config(path, overrides, JOBS[name].model)

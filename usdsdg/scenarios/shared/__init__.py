@@ -1,0 +1,1 @@
+"""What the jobs share: folders of meshes and pictures, cameras, lights, output formats."""

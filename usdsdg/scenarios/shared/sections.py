@@ -1,0 +1,141 @@
+"""Keys that all jobs have, and those of a camera."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from usdsdg.calibration.files import read_calibration, read_rig
+from usdsdg.calibration.rig import Mount
+from usdsdg.errors import UsdsdgError
+from usdsdg.scenarios.config_values import AtLeastOne, Count, Flag, Positive, Section, Text
+from usdsdg.scenarios.shared.formats import format_problems
+from usdsdg.scenarios.shared.mesh_folder import files_by_label
+from usdsdg.session.render_products import size_problem
+
+Fraction = Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
+Angle = Annotated[float, Field(strict=True, gt=0.0, lt=170.0)]
+Formats = dict[Text, dict[Text, Any] | None]
+Unit = Literal["auto", "m", "cm", "mm", "inch", "foot"]
+
+
+class Rendering(Section):
+    """How pictures are rendered."""
+
+    samples: Annotated[int, Field(strict=True, ge=4)] = Field(
+        default=8, description="samples per pixel, 4 or more; more of them give less noise"
+    )
+    path_tracing: Flag = Field(
+        default=False, description="true: many bounces of light, and 128 samples or more; false: the fast mode"
+    )
+
+
+class JobConfig(Section):
+    """Keys of every job. Lengths are in meters."""
+
+    job: Text = Field(description="detection or bin_picking")
+    meshes: Text = Field(description="a folder of meshes or USD files, one object each")
+    mesh_unit: Unit = Field(default="auto", description="auto, m, cm, mm, inch or foot")
+    labels: dict[Text, Annotated[str, Field(strict=True)]] = Field(
+        default={}, description="classes by the names of meshes, for example {mug_2: mug}; '' leaves a mesh out"
+    )
+    output_dir: Text = Field(description="the folder of the dataset, relative to the working directory")
+    formats: Formats = Field(
+        description="formats to write with their options, for example {yolo: {task: segment}, coco: {}}"
+    )
+    splits: dict[Text, Positive] = Field(description="shares of the parts, for example {train: 0.8, val: 0.2}")
+    min_visibility: Fraction = Field(
+        default=0.0, description="objects of which less is visible are not labeled; a fraction, 0 to 1"
+    )
+    min_pixels: AtLeastOne = Field(
+        default=1, description="objects with fewer visible pixels are not labeled; 1 or more"
+    )
+    resolution: tuple[AtLeastOne, AtLeastOne] | None = Field(
+        default=None, description="width and height in pixels; null for those of the calibration, or 640 x 480"
+    )
+    rendering: Rendering = Field(default=Rendering(), description="a mapping with samples and path_tracing")
+    seed: Count = Field(default=0, description="a whole number, 0 or more; the same seed gives the same dataset")
+
+    @field_validator("resolution")
+    @classmethod
+    def _can_be_made(cls, resolution: tuple[int, int] | None) -> tuple[int, int] | None:
+        if resolution and (problem := size_problem(*resolution)):
+            raise ValueError(problem)
+        return resolution
+
+    @field_validator("formats")
+    @classmethod
+    def _are_written(cls, formats: dict[str, Any]) -> dict[str, Any]:
+        if problems := format_problems(formats):
+            raise ValueError("; ".join(problems))
+        return {name: dict(options or {}) for name, options in formats.items()}
+
+    @field_validator("labels")
+    @classmethod
+    def _are_meshes(cls, labels: dict[str, str], info: ValidationInfo) -> dict[str, str]:
+        if "meshes" in info.data:
+            as_value_error(files_by_label, info.data["meshes"], labels)
+        return labels
+
+    @field_validator("meshes")
+    @classmethod
+    def _has_meshes(cls, folder: str) -> str:
+        as_value_error(files_by_label, folder)
+        return folder
+
+    def files(self) -> dict[str, list[str]]:
+        """Return the mesh files by class."""
+        return files_by_label(self.meshes, self.labels)
+
+
+class CameraConfig(Section):
+    """The lens of the cameras: a calibration, or a field of view."""
+
+    calibration: Annotated[str, Field(strict=True)] = Field(
+        default="", description="YAML file of OpenCV, ROS or Kalibr; with several cameras, a rig; empty for none"
+    )
+    undistorted: Flag = Field(
+        default=False, description="true: pictures after the distortion of the calibration has been removed"
+    )
+    field_of_view: Angle = Field(default=55.0, description="degrees across, without a calibration; 1 to 170")
+
+    @model_validator(mode="after")
+    def _can_be_read(self) -> CameraConfig:
+        if self.calibration:
+            as_value_error(mounts_of, self)
+        elif self.undistorted:
+            raise ValueError("camera.undistorted is true without a calibration; expected one in camera.calibration")
+        return self
+
+
+def mounts_of(camera: CameraConfig) -> list[Mount]:
+    """Return the calibrated cameras; of `file#name` that one, at the place of the rig. [] without a calibration.
+
+    Raises:
+        ConfigError: the calibration cannot be read.
+    """
+    if not camera.calibration:
+        return []
+    file, _, name = camera.calibration.partition("#")
+    mounts = list(read_rig(file).mounts)
+    if name:
+        mounts = [only_mount(camera.calibration)]
+    if camera.undistorted:
+        mounts = [Mount(each.name, each.calibration.undistorted(), each.pose) for each in mounts]
+    return mounts
+
+
+def only_mount(path: str) -> Mount:
+    """Return one calibrated camera at the place of the rig."""
+    return Mount(Path(path).name.partition("#")[2] or "camera", read_calibration(path), np.eye(4))
+
+
+def as_value_error(function: Any, *arguments: Any) -> Any:
+    """Call a function of our own, with its errors as those of a validator, which are reported with all others."""
+    try:
+        return function(*arguments)
+    except UsdsdgError as error:
+        raise ValueError(str(error)) from error
