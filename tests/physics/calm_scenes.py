@@ -6,9 +6,10 @@ The prims that are of interest are the children of /World/Things; their half siz
 from __future__ import annotations
 
 import numpy as np
+import trimesh
 from pxr import Usd
 
-from tests.physics.scenes import add, new_stage, physics_material
+from tests.physics.scenes import add, mesh, new_stage, physics_material
 
 SIZES = (0.005, 0.04)  # m, half sizes of small things
 HEIGHTS = (0.5, 3.0)  # m
@@ -75,14 +76,7 @@ def one_place(count: int = 60, *, half: float = 0.05) -> Usd.Stage:
 
 def bin_of(count: int = 200, *, seed: int = 3) -> Usd.Stage:
     """Boxes, spheres and cylinders of 3 to 10 cm that fall into a bin of 60 cm."""
-    stage = _floor()
-    for name, at, scale in (
-        ("east", (0.35, 0, 1.0), (0.05, 0.4, 1.0)),
-        ("west", (-0.35, 0, 1.0), (0.05, 0.4, 1.0)),
-        ("north", (0, 0.35, 1.0), (0.3, 0.05, 1.0)),
-        ("south", (0, -0.35, 1.0), (0.3, 0.05, 1.0)),
-    ):
-        add(stage, f"/World/{name}", at=at, scale=scale, body=False)
+    stage = _bin()
     rng = np.random.default_rng(seed)
     for i in range(count):
         x, y = rng.uniform(-0.22, 0.22, 2)
@@ -92,6 +86,33 @@ def bin_of(count: int = 200, *, seed: int = 3) -> Usd.Stage:
         if kind != "Cube":
             scale[1] = scale[2] = scale[0]
         _thing(stage, i, kind, at=at, scale=tuple(scale), rotate=tuple(rng.uniform(0, 360, 3)))
+    return stage
+
+
+def bin_of_pebbles(count: int = 200, *, seed: int = 3) -> Usd.Stage:
+    """Meshes with 40 corners each, flat and long ones of 4 to 14 cm, that fall into a bin of 60 cm."""
+    stage = _bin()
+    rng = np.random.default_rng(seed)
+    for i in range(count):
+        points = rng.normal(size=(40, 3))
+        points *= rng.uniform(0.02, 0.07, 3) / np.linalg.norm(points, axis=1, keepdims=True)
+        hull = trimesh.convex.convex_hull(points)
+        x, y = rng.uniform(-0.2, 0.2, 2)
+        at, rotate = (x, y, 0.1 + 0.13 * (i // 4)), tuple(rng.uniform(0, 360, 3))
+        _thing(stage, i, "Mesh", at=at, rotate=rotate, scale=(1, 1, 1))
+        mesh(stage, f"/World/Things/thing_{i:03}", hull.vertices, hull.faces)
+    return stage
+
+
+def _bin() -> Usd.Stage:
+    stage = _floor()
+    for name, at, scale in (
+        ("east", (0.35, 0, 1.0), (0.05, 0.4, 1.0)),
+        ("west", (-0.35, 0, 1.0), (0.05, 0.4, 1.0)),
+        ("north", (0, 0.35, 1.0), (0.3, 0.05, 1.0)),
+        ("south", (0, -0.35, 1.0), (0.3, 0.05, 1.0)),
+    ):
+        add(stage, f"/World/{name}", at=at, scale=scale, body=False)
     return stage
 
 

@@ -159,7 +159,10 @@ class StepCorrections:
             self.loads.apply(after, observed.body_parent_f)
         if self.locked_axes is not None:
             self.locked_axes.apply(before, after, h)
-        self.stabilization.apply(before, after, self.sleeping.asleep, self.squeezes.squeezed, h)
+        squeezes = self.squeezes
+        self.stabilization.apply(
+            before, after, h, asleep=self.sleeping.asleep, squeezed=squeezes.squeezed, neighbors=squeezes.neighbors
+        )
         if kind.depenetrates:
             self.depenetration.clamp_velocities(before, after, h)
 

@@ -65,10 +65,20 @@ class Stabilization:
         rest_time[bodies] = 0.0
         self.rest_time.assign(rest_time)
 
-    def apply(self, before: newton.State, after: newton.State, asleep: wp.array, squeezed: wp.array, dt: float) -> None:
+    def apply(
+        self,
+        before: newton.State,
+        after: newton.State,
+        dt: float,
+        *,
+        asleep: wp.array,
+        squeezed: wp.array,
+        neighbors: wp.array,
+    ) -> None:
         """Correct the state `after` the solver's step of `dt` seconds.
 
-        `asleep` (N,) marks the bodies to hold, `squeezed` (N,) those that are not at rest however slow they are.
+        `asleep` (N,) marks the bodies to hold, `squeezed` (N,) those that are not at rest however slow they are, and
+        `neighbors` (N,) counts the free bodies that touch each.
         """
         import warp as wp
 
@@ -86,6 +96,7 @@ class Stabilization:
                 self._sleep_threshold,
                 asleep,
                 squeezed,
+                neighbors,
                 self._max_velocity,
                 self._max_angular_velocity,
                 before.body_q,

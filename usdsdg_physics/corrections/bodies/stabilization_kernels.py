@@ -9,6 +9,9 @@ import warp as wp
 
 from usdsdg_physics.corrections.bodies.free_bodies import set_free_body
 
+# Speed below which a body in a pile may be at rest, in its radii of gyration [1/s].
+REST_TURN = wp.constant(1.0)
+
 
 @wp.kernel
 def stabilize_bodies(
@@ -21,6 +24,7 @@ def stabilize_bodies(
     sleep_threshold: wp.array[wp.float32],
     asleep: wp.array[wp.int32],
     squeezed: wp.array[wp.int32],
+    neighbors: wp.array[wp.int32],
     max_velocity: wp.array[wp.float32],
     max_angular_velocity: wp.array[wp.float32],
     previous_body_q: wp.array[wp.transform],
@@ -39,12 +43,14 @@ def stabilize_bodies(
 ):
     """Clamp the velocity of each body, hold bodies at rest or asleep, and revert a step that is not finite.
 
-    A body may be at rest while its kinetic energy per mass [m²/s²] is below its sleep threshold, as in PhysX, and its
-    speed below a fraction of what `gravity` (1,) [m/s²] alone would give it in one step: only a supported body stays
-    below it for longer than an instant, and one that loses its support leaves at once. After `rest_delay` seconds it is
-    held where it was, so that the last millimeters per second of the contact solver do not show as creep. Bodies that
-    are `squeezed` are not, since they are moved without speed; those `asleep` are held at once. `inertia_per_mass` is
-    the mean moment of inertia over the mass [m²].
+    A body may be at rest while its kinetic energy per mass [m²/s²] is below its sleep threshold. This grows with the
+    number of its `neighbors`, as in PhysX: what lies in a pile gets small impulses from all sides. It does not for
+    small bodies, which would move far in proportion. And the speed must be below a fraction of what `gravity` (1,)
+    [m/s²] alone would give it in one step: only a supported body stays below it for longer than an instant, and one
+    that loses its support leaves at once. After `rest_delay` seconds it is held where it was, so that the last
+    millimeters per second of the contact solver do not show as creep. Bodies that are `squeezed` are not, since they
+    are moved without speed; those `asleep` are held at once. `inertia_per_mass` is the mean moment of inertia over the
+    mass [m²].
     """
     body = wp.tid()
     if free[body] == 0:
@@ -58,13 +64,16 @@ def stabilize_bodies(
 
     rest_speed = rest_gravity_fraction * gravity[0] * dt
     max_rest_energy = wp.float32(wp.float64(0.5) * rest_speed * rest_speed)
+    threshold = sleep_threshold[body]
+    in_pile = wp.min(threshold * wp.float32(1 + neighbors[body]), 0.5 * inertia_per_mass[body] * REST_TURN * REST_TURN)
+    rest_energy = wp.min(wp.max(threshold, in_pile), max_rest_energy)
     hold = int(0)
     if not (wp.isfinite(speed) and wp.isfinite(angular_speed) and finite_transform(pose)):
         nonfinite_steps[body] = nonfinite_steps[body] + 1
         hold = 1
     elif asleep[body] != 0:
         hold = 1
-    elif gravity_enabled[body] != 0 and squeezed[body] == 0 and energy < wp.min(sleep_threshold[body], max_rest_energy):
+    elif gravity_enabled[body] != 0 and squeezed[body] == 0 and energy < rest_energy:
         rest_time[body] = rest_time[body] + wp.float32(dt)
         if rest_time[body] >= rest_delay:
             hold = 1

@@ -41,6 +41,8 @@ class Squeezes:
         # (N,) not zero for bodies that overlap with others farther than what rests.
         self.squeezed = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
         self._support = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
+        # (N,) how many others that are free touch each body.
+        self.neighbors = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
 
     def redirect_contacts(self, state: newton.State) -> None:
         """Correct the contacts before the solver's step, after those that need to know which shapes touch."""
@@ -50,11 +52,12 @@ class Squeezes:
 
         self.squeezed.zero_()
         self._support.zero_()
+        self.neighbors.zero_()
         wp.launch(
             note_squeezes,
             dim=self._contacts.shape0.size,
             inputs=[self._model.shape_body, self._half_thickness, self._free, state.body_q, self._contacts],
-            outputs=[self.squeezed, self._support],
+            outputs=[self.squeezed, self._support, self.neighbors],
             device=self._model.device,
         )
         wp.launch(

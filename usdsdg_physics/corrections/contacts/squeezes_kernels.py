@@ -16,6 +16,8 @@ FULLY_SQUEEZED = wp.constant(0.75)
 # Bodies that are farther inside each other [m], or are squeezed, do not rest.
 MAX_REST_DEPTH = wp.constant(0.002)
 OVERLAPS = wp.constant(64)  # set besides the bits of directions
+# Shapes touch where their gap is smaller [m].
+TOUCHES = wp.constant(1.0e-3)
 # Cosine of the angle with an axis below which something pushes in its direction.
 MIN_COSINE = wp.constant(0.5)
 
@@ -32,11 +34,12 @@ def note_squeezes(
     # out
     squeezed: wp.array[wp.int32],
     support: wp.array[wp.int32],
+    neighbors: wp.array[wp.int32],
 ):
     """Note in `squeezed` which bodies overlap with others, and where what is not `free` squeezes them.
 
     Its bits are OVERLAPS and the `directions` in which such a shape, `support`, pushes the body. `half_thickness` [m]
-    is that of shapes.
+    is that of shapes. `neighbors` counts for each body the free ones that touch it, by pairs of their shapes.
     """
     contact = wp.tid()
     if contact >= contacts.count[0] or contacts.shape0[contact] < 0 or contacts.shape1[contact] < 0:
@@ -48,10 +51,13 @@ def note_squeezes(
     point0 = world_point(body0, contacts.point0[contact], body_q)
     point1 = world_point(body1, contacts.point1[contact], body_q)
     depth = -contact_gap(contact, point0, point1, contacts)
-    if depth <= 0.0:
-        return
     free0 = is_free(body0, free)
     free1 = is_free(body1, free)
+    if free0 and free1 and depth > -TOUCHES and is_first_of_pair(contact, contacts):
+        wp.atomic_add(neighbors, body0, 1)
+        wp.atomic_add(neighbors, body1, 1)
+    if depth <= 0.0:
+        return
     if free0:
         limit = SQUEEZED * half_thickness[first]
         if not free1 and depth > limit:
@@ -132,6 +138,15 @@ def redirect_squeezes(
     move = -share * (arm - wp.dot(arm, normal) * normal)
     contacts.point0[contact] = body_point(body0, point0 + move, body_q)
     contacts.point1[contact] = body_point(body1, point1 + move, body_q)
+
+
+@wp.func
+def is_first_of_pair(contact: int, contacts: ContactArrays):
+    """Return whether the contact before this one, if any, is of other shapes."""
+    if contact == 0:
+        return True
+    same0 = contacts.shape0[contact] == contacts.shape0[contact - 1]
+    return not (same0 and contacts.shape1[contact] == contacts.shape1[contact - 1])
 
 
 @wp.func
