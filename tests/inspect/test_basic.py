@@ -157,13 +157,13 @@ def test_what_some_frames_lack_is_a_problem(tmp_path):
     folder.path("bounding_box_2d_tight", "_labels_0003.json").unlink()
     folder.path("bounding_box_2d_tight", "_0004.npy").write_bytes(b"\x93NUMPY broken")
     told = page(tmp_path).problems()
-    assert told["picture missing"] == ["0001: rgb_0001.png is missing"]
-    assert told["missing file"] == [
-        "0003: bounding_box_2d_tight_labels_0003.json is missing",
-        "0002: bounding_box_2d_tight_0002.npy is missing",
-    ]
+    assert told["labels without picture"] == ["bounding_box_2d_tight_0001.npy: there is no picture of it"]
+    assert told["picture without labels"] == ["rgb_0002.png: there are no labels of it"]
+    assert told["missing file"] == ["bounding_box_2d_tight_labels_0003.json: is missing"]
     assert told["unreadable file"][0].startswith("bounding_box_2d_tight_0004.npy: ")
     assert told["empty frame"] == ["0000: no object in view"]
+    # Each of them is told once.
+    assert sum(map(len, told.values())) == 5
 
 
 def test_odd_boxes_are_problems(tmp_path):
@@ -171,7 +171,8 @@ def test_odd_boxes_are_problems(tmp_path):
     folder.rgb(0)
     folder.boxes("bounding_box_2d_tight", 0, [(5, 0, 0, 9, 9, 0.0), (0, 60, 0, 70, 9, 0.0)])
     told = page(tmp_path).problems()
-    assert told["unknown label"] == ["0000: a box has id 5, which the labels file does not know"]
+    text = "bounding_box_2d_tight_0000.npy: a box has id 5, which the labels file does not know"
+    assert told["odd labels"] == [text]
     assert told["box outside the picture"] == ["0000: the box of /World/thing_1 reaches outside the picture"]
 
 

@@ -26,8 +26,9 @@ _BROKEN = (OSError, ValueError, KeyError, TypeError, EOFError, SyntaxError, zipf
 class Folder:
     """The files of a dataset, and what is recorded about them. Paths are relative, with slashes."""
 
-    def __init__(self, path: Path, *, recorded: bool = True) -> None:
+    def __init__(self, path: Path, *, files: list[str] | None = None, recorded: bool = True) -> None:
         """
+        files: those of the dataset; default all in the folder.
         recorded: whether to read the records of frames.
 
         Raises:
@@ -37,7 +38,7 @@ class Folder:
             raise DatasetError(f"{path} is no folder; give the one that a writer wrote to (its output_dir)")
         self.path = path
         self.faults: list[Fault] = []
-        self.files = [each.as_posix() for each in files_below(path)]
+        self.files = [each.as_posix() for each in files_below(path)] if files is None else files
         self.records = self._records() if recorded else []
         self.record_of = {file: record for record in self.records for file in record.files}
         self.classes: dict[str, Any] | None = self._read(CLASSES, "?", json.loads) if self.has(CLASSES) else None
@@ -88,6 +89,8 @@ class Folder:
             return decode((self.path / file).read_bytes())
         except FileNotFoundError:
             self.faults.append(Fault(file, frame, "is missing"))
+        except json.JSONDecodeError as error:
+            self.faults.append(Fault(file, frame, f"is not valid JSON at line {error.lineno}: {error.msg}"))
         except _BROKEN as error:
             self.faults.append(Fault(file, frame, f"cannot be read: {str(error).splitlines()[0] or type(error)}"))
         return None

@@ -49,3 +49,8 @@ def images(folder: Folder, read: set[str]) -> Iterator[Seen]:
         for seen in each.read(folder, [file for file in folder.files if file not in read]):
             read.update(seen.files)
             yield seen
+
+
+def objects_of(seen: Seen) -> list[SeenObject]:
+    """Return the objects of an image of any format."""
+    return next(each for each in FORMATS if seen.format == each.NAME).objects(seen)

@@ -193,6 +193,11 @@ class Seen:
     def name(self) -> str:
         return f"{self.view}/{self.frame}" if self.view else self.frame
 
+    def further_images(self) -> dict[str, tuple[str, np.ndarray]]:
+        """Return the images that only this format has, with their files: those of `extra`."""
+        pairs = {name: value for name, value in self.extra.items() if isinstance(value, tuple) and len(value) == 2}
+        return {name: pair for name, pair in pairs.items() if isinstance(pair[1], np.ndarray)}
+
 
 def packed(image: np.ndarray) -> np.ndarray:
     """Return the colors of an image, (H, W, 3 or 4) uint8, as one number each; a missing alpha is 255."""

@@ -1,8 +1,11 @@
 """What the files of a dataset say about one object in one image, in pixels, independent of their format."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
+from usdsdg.datasets.seen import Seen
 
 
 @dataclass
@@ -14,6 +17,7 @@ class SeenObject:
     edges        (n, 4) pixels of the parts in front of the camera, if the cuboid extends behind it
     axes         (4, 2) pixels: center, then the centers of the faces toward local +x, +y, +z
     outline      polygons (n, 2) in pixels: of a mask, or one with the corners of an oriented box
+    mask         returns the visible pixels, (H, W) bool, from the image as it is with its pixels; None if not known
     keypoints    (n, 3) pixel and state: 0 outside of the image or not labeled, 1 hidden, 2 visible
     distance     meters from the camera; visibility and truncation are fractions 0…1
     """
@@ -26,6 +30,7 @@ class SeenObject:
     edges: np.ndarray | None = None
     axes: np.ndarray | None = None
     outline: list[np.ndarray] | None = None
+    mask: Callable[[Seen], np.ndarray | None] | None = None
     keypoints: np.ndarray | None = None
     distance: float | None = None
     visibility: float | None = None

@@ -3,14 +3,12 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
-from usdsdg.datasets.formats.basic import DEPTHS
-from usdsdg.inspect import image_encoding
+from usdsdg.inspect import image_encoding, problems
 from usdsdg.inspect.image_encoding import Encoded
+from usdsdg.inspect.layers import layers
 from usdsdg.inspect.records import Dataset, Frame, Problem
 
 Progress = Callable[[str, int, int | None], None]
@@ -20,7 +18,8 @@ SIZES = (960, 720, 540, 400)
 BUDGET = 42_000_000
 # Frames that are encoded to estimate the size of all.
 PROBES = 4
-BROKEN = (OSError, ValueError, SyntaxError, EOFError)
+# Pixels by which a box may reach out of the picture: formats have a few digits.
+_ROUNDED = 0.01
 
 
 @dataclass
@@ -59,13 +58,15 @@ def embed(dataset: Dataset, *, budget: int = BUDGET, progress: Progress | None =
     chosen = frames if len(frames) <= capacity else _evenly_chosen(dataset, capacity)
     with ThreadPoolExecutor(max_workers=4) as pool:
         shown = []
-        for made in pool.map(lambda frame: _encode(dataset, frame, longest), chosen):
+        for made in pool.map(lambda frame: _encode(frame, longest), chosen):
             shown.append(made)
             if progress is not None:
                 progress("pictures", len(shown), len(chosen))
     for made in shown:
         dataset.problems.extend(made.problems)
     _check_unshown(dataset, {id(frame) for frame in chosen})
+    for part, folder in {frame.part: frame.folder for frame in frames}.items():
+        problems.add_faults(dataset, part, folder)
     _check_sizes(dataset, shown)
     return Embedding(shown, _note(len(frames), shown, longest))
 
@@ -75,7 +76,7 @@ def _largest_size(dataset: Dataset, budget: int) -> tuple[int, float]:
     probes = [dataset.frames[i] for i in np.unique(np.linspace(0, len(dataset.frames) - 1, PROBES).astype(int))]
     mean = 0.0
     for longest in SIZES:
-        mean = sum(_encode(dataset, frame, longest).bytes for frame in probes) / len(probes)
+        mean = sum(_encode(frame, longest).bytes for frame in probes) / len(probes)
         # With a margin, since other frames may compress less well than the probes.
         if 1.15 * mean * len(dataset.frames) <= budget:
             return longest, mean
@@ -92,49 +93,29 @@ def _evenly_chosen(dataset: Dataset, capacity: int) -> list[Frame]:
     return [frame for frame in frames if id(frame) in chosen]
 
 
-def _encode(dataset: Dataset, frame: Frame, longest: int) -> Shown:
-    shown = Shown(frame)
-    if frame.picture is not None:
-        try:
-            shown.picture, shown.size = image_encoding.photograph(dataset.folder / frame.picture, longest)
-        except BROKEN as error:
-            shown.problems.append(Problem("unreadable picture", f"{frame.picture}: {error}", frame.name))
-    for kind, path in frame.layers.items():
-        try:
-            shown.layers[kind], size = _layer(dataset, kind, path, longest)
-        except BROKEN as error:
-            shown.problems.append(Problem("unreadable picture", f"{path}: {error}", frame.name))
-            continue
+def _encode(frame: Frame, longest: int) -> Shown:
+    shown, seen = Shown(frame), frame.seen.complete()
+    if seen.colors:
+        shown.picture = image_encoding.photograph(seen.colors[0].image, longest)
+        shown.size = (seen.colors[0].image.shape[1], seen.colors[0].image.shape[0])
+    for layer in layers(seen, frame.objects):
+        shown.layers[layer.kind] = layer.draw(longest)
         if shown.size is None:
-            shown.size = size
-        elif shown.size != size:
-            text = f"{path} is {size[0]} x {size[1]}, the picture {shown.size[0]} x {shown.size[1]} pixels"
+            shown.size = layer.size
+        elif shown.size != layer.size:
+            text = (
+                f"{frame.path(layer.file)} is {layer.size[0]} x {layer.size[1]}, the picture {shown.size[0]} x "
+                f"{shown.size[1]} pixels"
+            )
             shown.problems.append(Problem("sizes differ", text, frame.name))
     return shown
-
-
-def _layer(dataset: Dataset, kind: str, path: Path, longest: int) -> tuple[Encoded, tuple[int, int]]:
-    file = dataset.folder / path
-    if kind in DEPTHS:
-        values = np.load(file, allow_pickle=False)
-        return image_encoding.depth(values, longest), (values.shape[1], values.shape[0])
-    if kind == "normals":
-        return image_encoding.photograph(file, longest)
-    with Image.open(file) as opened:
-        size = opened.size
-    return image_encoding.mask(file, longest), size
 
 
 def _check_unshown(dataset: Dataset, shown: set[int]) -> None:
     """Check that at least the header of every omitted image is readable."""
     for frame in dataset.frames:
-        if id(frame) in shown or frame.picture is None:
-            continue
-        try:
-            with Image.open(dataset.folder / frame.picture):
-                pass
-        except BROKEN as error:
-            dataset.problems.append(Problem("unreadable picture", f"{frame.picture}: {error}", frame.name))
+        if id(frame) not in shown and frame.seen.picture and frame.folder.has(frame.seen.picture):
+            frame.folder.image_size(frame.seen.picture, frame.seen.name)
 
 
 def _check_sizes(dataset: Dataset, shown: Sequence[Shown]) -> None:
@@ -149,7 +130,7 @@ def _check_sizes(dataset: Dataset, shown: Sequence[Shown]) -> None:
             dataset.problems.append(Problem("sizes differ", text, each.frame.name))
         for seen in each.frame.objects:
             box = seen.box
-            if box and (box[0] < 0 or box[1] < 0 or box[2] > each.size[0] or box[3] > each.size[1]):
+            if box and min(box[0], box[1], each.size[0] - box[2], each.size[1] - box[3]) < -_ROUNDED:
                 text = f"{each.frame.name}: the box of {seen.prim_path or seen.label} reaches outside the picture"
                 dataset.problems.append(Problem("box outside the picture", text, each.frame.name))
 

@@ -4,7 +4,6 @@ import base64
 import io
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,35 +29,24 @@ class Encoded:
         return f"data:{self.media};base64,{base64.b64encode(self.data).decode()}"
 
 
-def photograph(path: Path, longest: int, quality: int = 82) -> tuple[Encoded, tuple[int, int]]:
-    """Encode as JPEG with at most `longest` pixels per side; also return the original (width, height).
-
-    Raises:
-        OSError, ValueError: the image cannot be read.
-    """
-    with Image.open(path) as opened:
-        size = opened.size
-        # Decode JPEG sources at a fraction of their size if that suffices.
-        opened.draft("RGB", (longest, longest))
-        picture = _on_gray(opened)
+def photograph(image: np.ndarray, longest: int, quality: int = 82) -> Encoded:
+    """Encode an image, (H, W) or (H, W, 3 or 4) uint8, as JPEG with at most `longest` pixels per side."""
+    picture = _on_gray(Image.fromarray(_bytes(image)))
     picture.thumbnail((longest, longest), Image.Resampling.LANCZOS, reducing_gap=2.0)
-    return Encoded("image/jpeg", _saved(picture, "JPEG", quality=quality)), size
+    return Encoded("image/jpeg", _saved(picture, "JPEG", quality=quality))
 
 
-def mask(path: Path, longest: int) -> Encoded:
-    """Encode a mask as PNG with exactly the original colors; ids without colors get generated ones."""
-    with Image.open(path) as opened:
-        opened.load()
-        values = np.asarray(opened)
+def mask(values: np.ndarray, longest: int) -> Encoded:
+    """Encode a mask, ids (H, W) or colors (H, W, 3 or 4), as PNG with exactly its colors; ids get generated ones."""
     values = values[:: _stride(values.shape, longest), :: _stride(values.shape, longest)]
-    packed = values if values.ndim == 2 else _packed(values)
-    ids, indices = np.unique(packed, return_inverse=True)
+    shown = values if values.ndim == 2 else _packed(values)
+    ids, indices = np.unique(shown, return_inverse=True)
     # Four channels without any alpha are ids that were stored as colors.
     colored = values.ndim == 3 and (values.shape[2] == 3 or values[..., 3].any())
     palette = _unpacked(ids) if colored else _colors_of(ids)
     if len(ids) > 256:
-        return Encoded("image/png", _saved(Image.fromarray(palette[indices.reshape(packed.shape)]), "PNG"))
-    picture = Image.fromarray(indices.reshape(packed.shape).astype(np.uint8))
+        return Encoded("image/png", _saved(Image.fromarray(palette[indices.reshape(shown.shape)]), "PNG"))
+    picture = Image.fromarray(indices.reshape(shown.shape).astype(np.uint8))
     picture.putpalette(palette[:, :3].tobytes())
     return Encoded("image/png", _saved(picture, "PNG", transparency=palette[:, 3].tobytes(), optimize=True))
 
@@ -78,6 +66,13 @@ def depth(values: np.ndarray, longest: int) -> Encoded:
     colored = _depth_table()[(fraction * 255).astype(np.uint8)]
     colored[~hit] = 0
     return Encoded("image/jpeg", _saved(Image.fromarray(colored), "JPEG", quality=80), (near, far))
+
+
+def _bytes(image: np.ndarray) -> np.ndarray:
+    """Return an image as bytes: those of 16 bits lose their lower half, yes and no become white and black."""
+    if image.dtype == bool:
+        return image.astype(np.uint8) * 255
+    return (image >> 8).astype(np.uint8) if image.dtype == np.uint16 else image.astype(np.uint8)
 
 
 def _stride(shape: tuple[int, ...], longest: int) -> int:

@@ -16,8 +16,11 @@ from usdsdg.errors import OutputNotWritable
 from usdsdg.inspect import statistics
 from usdsdg.inspect.dataset import read_dataset
 from usdsdg.inspect.embedding import BUDGET, Embedding, Progress, Shown, embed
+from usdsdg.inspect.layers import KINDS
 from usdsdg.inspect.records import Dataset
 
+# Media type of images whose pixels are ids.
+_SHARP = "image/png"
 # Number of problems of one kind that are listed; the rest is only counted.
 LISTED = 200
 
@@ -51,7 +54,7 @@ def page(dataset: Dataset, embedding: Embedding) -> str:
     # A label or path could hold "</script>".
     data = json.dumps(values, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     filled = {
-        "{{title}}": html.escape(f"{_text(dataset.folder.resolve().name)} – usdsdg inspect"),
+        "{{title}}": html.escape(f"{_text(dataset.path.resolve().name)} – usdsdg inspect"),
         "{{style}}": parts[1],
         "{{script}}": parts[2] + parts[3],
         "{{data}}": data,
@@ -79,8 +82,8 @@ def _values(dataset: Dataset, embedding: Embedding) -> tuple[dict[str, Any], lis
     images: list[str] = []
     views = sorted({frame.view for frame in dataset.frames})
     values = {
-        "title": _text(dataset.folder.resolve().name),
-        "folder": _text(dataset.folder.resolve()),
+        "title": _text(dataset.path.resolve().name),
+        "folder": _text(dataset.path.resolve()),
         "writers": dataset.writers,
         "metadata": dataset.metadata,
         "views": views,
@@ -94,9 +97,16 @@ def _values(dataset: Dataset, embedding: Embedding) -> tuple[dict[str, Any], lis
         "histograms": statistics.histograms(dataset, names),
         "problems": _problems(dataset),
         "unshown": dict(sorted(dataset.unshown.items())),
+        "layers": _layers(embedding),
         "frames": [_frame(shown, views, names, images) for shown in embedding.shown],
     }
     return values, images
+
+
+def _layers(embedding: Embedding) -> list[str]:
+    """Return the kinds of layers in the order of the page."""
+    found = dict.fromkeys(kind for shown in embedding.shown for kind in shown.layers)
+    return [*(kind for kind in KINDS if kind in found), *sorted(found.keys() - set(KINDS))]
 
 
 def _problems(dataset: Dataset) -> list[dict[str, Any]]:
@@ -120,7 +130,7 @@ def _frame(shown: Shown, views: list[str], names: list[str], images: list[str]) 
         "size": shown.size,
         "picture": number(shown.picture.uri) if shown.picture else None,
         "layers": {
-            kind: {"image": number(encoded.uri), "values": _rounded(encoded.values)}
+            kind: {"image": number(encoded.uri), "values": _rounded(encoded.values), "sharp": encoded.media == _SHARP}
             for kind, encoded in shown.layers.items()
         },
         "labeled": frame.labeled,
@@ -138,6 +148,8 @@ def _object(seen: SeenObject, names: list[str]) -> dict[str, Any]:
         "cuboid": _rounded(seen.cuboid),
         "edges": _rounded(seen.edges),
         "axes": _rounded(seen.axes),
+        "outline": None if seen.outline is None else [_rounded(polygon) for polygon in seen.outline],
+        "keypoints": _rounded(seen.keypoints),
         "size": _rounded(seen.size),
         "distance": _rounded(seen.distance),
         "visibility": _rounded(seen.visibility),

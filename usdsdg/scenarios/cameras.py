@@ -1,5 +1,6 @@
 """Cameras that look at labeled objects, each with a collision sphere that pushes other objects away."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
@@ -69,12 +70,19 @@ def look_at_targets(
 def _pose(
     purpose: str, index: int, targets: list[Usd.Prim], config: ObjectBasedConfig, draws: Draws
 ) -> tuple[Gf.Vec3d, Gf.Quatf]:
+    _, aim, distance = drawn_aim(purpose, index, targets, config, draws)
+    return draws.pose_on_sphere(f"{purpose}/pose", index, aim, distance)
+
+
+def drawn_aim(
+    purpose: str, index: int, targets: Sequence[Usd.Prim], config: ObjectBasedConfig, draws: Draws
+) -> tuple[Usd.Prim, Gf.Vec3d, float]:
+    """Draw what a camera looks at: the target, a point near it, and how far from that point the camera is."""
     offset = config.camera_look_at_target_offset
     target = draws.choice(f"{purpose}/target", index, targets)
     generator = draws.generator(f"{purpose}/aim", index)
     aim = Gf.Vec3d(target.GetAttribute("xformOp:translate").Get()) + Gf.Vec3d(*generator.uniform(-offset, offset, 3))
-    distance = float(generator.uniform(*config.camera_distance_to_target_min_max))
-    return draws.pose_on_sphere(f"{purpose}/pose", index, aim, distance)
+    return target, aim, float(generator.uniform(*config.camera_distance_to_target_min_max))
 
 
 def _add_sphere(camera: Usd.Prim, radius: float) -> Usd.Prim:

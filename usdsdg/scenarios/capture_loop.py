@@ -11,6 +11,7 @@ from usdsdg.app.app import get_app
 from usdsdg.create.render_products import HydraTexture
 from usdsdg.scenarios import cameras as camera_steps
 from usdsdg.scenarios import randomizers
+from usdsdg.scenarios.aiming import Aiming
 from usdsdg.scenarios.cameras import Cameras
 from usdsdg.scenarios.config import ObjectBasedConfig, PathTracing
 from usdsdg.scenarios.draws import Draws
@@ -64,9 +65,15 @@ def start_timeline() -> None:
 
 def capture_frames(config: ObjectBasedConfig, scene: Scene, draws: Draws) -> int:
     """Capture `num_frames` frames; return how many were captured, which are fewer after Ctrl-C."""
+    aiming = Aiming(scene.cameras, scene.labeled.all, config, draws)
     with stop_request() as stop_requested:
         for frame in range(config.num_frames):
             _randomize(frame, config, scene, draws)
+            if config.camera_aim_again:
+                if frame % CAMERAS_EVERY == 0:
+                    aiming.remember_places()
+                _let_events_run()
+                aiming.aim(scene.stage, frame)
             _capture(frame, config, scene)
             if stop_requested():
                 return frame + 1
@@ -100,6 +107,12 @@ def _clear_space_around(cameras: Cameras) -> None:
     for _ in range(CLEARING_UPDATES):
         get_app().update()
     cameras.set_colliding(False)
+
+
+def _let_events_run() -> None:
+    """Update once, so that what was randomized, such as lights, is where it will be in the image."""
+    get_timeline().play()
+    get_app().update()
 
 
 def _capture(frame: int, config: ObjectBasedConfig, scene: Scene) -> None:

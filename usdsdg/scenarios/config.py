@@ -97,6 +97,9 @@ class ObjectBasedConfig(Section):
     camera_distance_to_target_min_max: Range = Field(
         (0.1, 0.5), description="nearest and farthest distance [m], for example [0.25, 0.75]"
     )
+    camera_aim_again: Flag = Field(
+        False, description="true or false: whether cameras are aimed at what they show before every frame"
+    )
     writer_type: Text | None = Field(None, description="name of a writer, such as PoseWriter or BasicWriter")
     writer_kwargs: dict[Text, Any] = Field({}, description="arguments of the writer, such as output_dir")
     labeled_assets_and_properties: list[LabeledAsset] = Field(

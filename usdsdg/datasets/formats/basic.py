@@ -80,8 +80,7 @@ def _seen(folder: Folder, view: str, number: str, parts: Parts) -> Seen:
     seen.undrawn = [kind for part in parts if (kind := part.split("/")[0]) not in SHOWN]
     for kind, short in _BOXES.items():
         _read_boxes(folder, seen, parts, kind, short)
-    if seen.boxes:
-        seen.labels = seen.boxes[0].file
+    seen.labels = next((parts[f"{kind}/npy"] for kind in _BOXES if f"{kind}/npy" in parts), "")
     _read_camera(folder, seen, parts)
     seen.later(lambda made: _read_images(folder, made, parts))
     return seen
@@ -142,14 +141,16 @@ def _read_boxes(folder: Folder, seen: Seen, parts: Parts, kind: str, short: str)
     if file is None or rows is None:
         return
     labels_file, paths_file = (parts.get(f"{kind}/{table}/json") for table in ("labels", "prim_paths"))
-    table = folder.json(labels_file, seen.name) if labels_file else {}
-    paths = folder.json(paths_file, seen.name) if paths_file else None
     if labels_file is None:
-        folder.faults.append(Fault(file, seen.name, "has no file of labels"))
+        name = Path(file).with_suffix(".json").name.replace(f"{kind}_", f"{kind}_labels_", 1)
+        folder.faults.append(Fault(Path(file).with_name(name).as_posix(), seen.name, "is missing"))
+        return
+    table = folder.json(labels_file, seen.name)
+    paths = folder.json(paths_file, seen.name) if paths_file else None
     parsed = folder.parsed(
-        labels_file or file, seen.name, lambda: [_labels(folder, seen, file, table or {}, row) for row in rows]
+        labels_file, seen.name, lambda: [_labels(folder, seen, file, table or {}, row) for row in rows]
     )
-    if parsed is not None and table is not None and labels_file is not None:
+    if parsed is not None and table is not None:
         names = [_name(each) for each in parsed]
         seen.boxes.append(Boxes(file, short, list(map(text_of, parsed)), paths, rows, _filter(seen, kind), names))
 

@@ -187,12 +187,16 @@ def _read_images(
 def objects(seen: Seen) -> list[SeenObject]:
     """Return the objects of the poses, with the boxes of their models."""
     scene: Scene = seen.extra["scene"]
-    return [_object(each, scene) for each in scene.objects]
+    return [_object(index, each, scene) for index, each in enumerate(scene.objects)]
 
 
-def _object(posed: Posed, scene: Scene) -> SeenObject:
+def _object(index: int, posed: Posed, scene: Scene) -> SeenObject:
     number, info = int(posed.pose["obj_id"]), posed.info
-    made = SeenObject(scene.models.label(number), visibility=float(info["visib_fract"]))
+    made = SeenObject(
+        scene.models.label(number),
+        visibility=float(info["visib_fract"]),
+        mask=lambda read: read.extra["scene"].objects[index].visible,
+    )
     made.box, made.loose = _edges(info["bbox_visib"]), _edges(info["bbox_obj"])
     keypoints = scene.models.keypoints(number)
     if keypoints is None:

@@ -92,7 +92,7 @@ def objects(seen: Seen) -> list[SeenObject]:
 def _object(mask: Mask, masks: Masks) -> SeenObject:
     x, y, width, height = mask.box
     name = masks.categories.get(mask.category, {}).get("name", mask.category)
-    return SeenObject(str(name), box=(x, y, x + width, y + height))
+    return SeenObject(str(name), box=(x, y, x + width, y + height), mask=lambda _: mask.mask)
 
 
 def _own(seen: Seen, tables: _Tables) -> Mapping[str, Mapping[str, Any]]:

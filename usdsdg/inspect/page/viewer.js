@@ -7,24 +7,29 @@
   const NAMES = {
     picture: "Picture", normals: "Normals", distance_to_camera: "Distance to camera", distance_to_image_plane: "Distance to image plane",
     semantic_segmentation: "Semantic mask", instance_segmentation: "Instance mask", instance_id_segmentation: "Prim mask",
-    box: "Visible boxes", loose: "Whole boxes", cuboid: "Cuboids", axes: "Axes", names: "Names",
+    panoptic: "Panoptic", ids: "Class ids", colors: "Class colors", instances: "Object numbers", "instance colors": "Object colors",
+    depth: "Gray depth", edges: "Edges", shaded_seg: "Shaded segments", bounding_box_2d_tight_fast: "Drawn visible boxes",
+    bounding_box_2d_loose_fast: "Drawn whole boxes", bounding_box_3d_fast: "Drawn cuboids",
+    box: "Visible boxes", loose: "Whole boxes", outline: "Outlines", keypoints: "Keypoints", cuboid: "Cuboids", axes: "Axes", names: "Names",
   };
   const KEYS = {
-    picture: "p", box: "b", loose: "w", cuboid: "c", axes: "a", names: "n", semantic_segmentation: "m", instance_segmentation: "i",
+    picture: "p", box: "b", loose: "w", outline: "o", keypoints: "k", cuboid: "c", axes: "a", names: "n", semantic_segmentation: "m", instance_segmentation: "i",
     instance_id_segmentation: "j", distance_to_camera: "d", distance_to_image_plane: "e", normals: "u",
   };
-  const PICTURES = ["normals", "distance_to_camera", "distance_to_image_plane", "semantic_segmentation", "instance_segmentation", "instance_id_segmentation"];
+  const PICTURES = data.layers;
+  const named = name => NAMES[name] ?? name.replaceAll("_", " ").replace(/^./, first => first.toUpperCase());
+  const keyed = name => (KEYS[name] ?? "").toUpperCase();
 
   const odd = new Set(data.problems.flatMap(group => group.list.map(([, frame]) => frame)).filter(Boolean));
   const has = part => data.frames.some(frame => frame.objects.some(object => part === "cuboid" ? object.cuboid || object.edges : object[part]));
   const available = [
     ...(data.frames.some(frame => frame.picture !== null) ? ["picture"] : []),
     ...PICTURES.filter(kind => data.frames.some(frame => frame.layers[kind])),
-    ...["box", "loose", "cuboid", "axes"].filter(has), ...(data.classes.length ? ["names"] : []),
+    ...["box", "loose", "outline", "keypoints", "cuboid", "axes"].filter(has), ...(data.classes.length ? ["names"] : []),
   ];
   const state = {
     index: 0, order: data.frames.map((_, index) => index), filter: null, view: null, hidden: new Set(), chosen: null, hovered: null,
-    on: new Set(["picture", "names", available.includes("box") ? "box" : "cuboid", "cuboid", "axes"].filter(name => available.includes(name))),
+    on: new Set(["picture", "names", "box", "outline", "keypoints", "cuboid", "axes"].filter(name => available.includes(name))),
     opacity: 0.6, zoom: 1, pan: [0, 0],
   };
   if (!available.includes("picture")) state.on.add(available.find(name => PICTURES.includes(name)) ?? "box");
@@ -80,6 +85,15 @@
   const drawAxes = (axes, place) => {
     for (let axis = 0; axis < 3; axis++) { path([axes[0], axes[axis + 1]], place, false); stroke(AXES[axis], 2.4); }
   };
+  const drawOutline = (polygons, place, color, filled) => polygons.filter(Boolean).forEach(points => {
+    path(points, place, true);
+    if (filled) { context.fillStyle = color + "38"; context.fill(); }
+    stroke(color, 1.6);
+  });
+  const drawKeypoints = (points, place, color) => points.filter(([, , seen]) => seen > 0).forEach(([x, y, seen]) => {
+    context.beginPath(); context.arc(place.x + x * place.scale, place.y + y * place.scale, 3.5, 0, 2 * Math.PI);
+    context.fillStyle = seen > 1 ? color : "transparent"; context.fill(); stroke(seen > 1 ? "#fff" : color, 1.2);
+  });
   const anchor = object => {
     const box = object.box ?? object.loose;
     if (box) return [box[0], box[1]];
@@ -112,10 +126,13 @@
     };
     const base = state.on.has("picture") && shown.picture !== null;
     if (base) put(shown.picture, 1, state.zoom < 4);
-    for (const kind of PICTURES) {
-      if (state.on.has(kind) && shown.layers[kind]) put(shown.layers[kind].image, base ? state.opacity : 1, !kind.includes("segmentation"));
+    const chosen = PICTURES.filter(kind => state.on.has(kind) && shown.layers[kind]);
+    // A frame without a picture shows its first layer where no other is chosen.
+    const over = chosen.length || shown.picture !== null || !state.on.has("picture") ? chosen : PICTURES.filter(kind => shown.layers[kind]).slice(0, 1);
+    for (const kind of over) {
+      put(shown.layers[kind].image, base ? state.opacity : 1, !shown.layers[kind].sharp);
     }
-    const depth = PICTURES.filter(kind => kind.startsWith("distance") && state.on.has(kind) && shown.layers[kind]).pop();
+    const depth = over.filter(kind => kind.startsWith("distance")).pop();
     at("depth-scale").style.display = depth ? "block" : "none";
     if (depth) {
       const [near, far] = shown.layers[depth].values;
@@ -126,7 +143,9 @@
       const color = data.classes[object.class].color;
       context.globalAlpha = focus && focus !== object ? 0.25 : 1;
       if (state.on.has("loose") && object.loose) drawBox(object.loose, place, color, true, focus === object && !object.box);
-      if (state.on.has("box") && object.box) drawBox(object.box, place, color, false, focus === object);
+      if (state.on.has("box") && object.box && !(state.on.has("outline") && object.outline)) drawBox(object.box, place, color, false, focus === object);
+      if (state.on.has("outline") && object.outline) drawOutline(object.outline, place, color, focus === object);
+      if (state.on.has("keypoints") && object.keypoints) drawKeypoints(object.keypoints, place, color);
       if (state.on.has("cuboid")) drawCuboid(object, place, color);
       if (state.on.has("axes") && object.axes) drawAxes(object.axes, place);
     }
@@ -135,7 +154,7 @@
       drawName(object, place, data.classes[object.class].color);
     }
     context.globalAlpha = 1;
-    if (!base && !PICTURES.some(kind => state.on.has(kind) && shown.layers[kind]) && !visible(shown).length) {
+    if (!base && !over.length && !visible(shown).length) {
       context.fillStyle = "#8d95a1"; context.font = "14px system-ui, sans-serif"; context.textAlign = "center";
       context.fillText(shown.picture === null ? "no picture" : "nothing to show: all layers are off", box.width / 2, box.height / 2);
       context.textAlign = "start";
@@ -156,7 +175,7 @@
       onclick: () => { state.chosen = state.chosen === object ? null : object; showObjects(); draw(); },
     }, make("i", { class: "dot" }), make("span", {}, data.classes[object.class].name), make("em", {}, described(object)),
       ...(object.path ? [make("small", {}, `\u200e${object.path}`)] : [])));
-    const none = frame()?.labeled === false ? "No labels could be read." : "No objects.";
+    const none = frame()?.labeled === false ? "No labels." : "No objects.";
     at("objects").replaceChildren(...(list.length ? list : [make("p", { class: "none" }, none)]));
   };
 
@@ -230,7 +249,7 @@
   };
   const showLayers = () => {
     const rows = available.map(name => make("label", { class: "toggle" },
-      make("input", { type: "checkbox", checked: state.on.has(name), onchange: () => flip(name) }), NAMES[name], make("kbd", {}, KEYS[name].toUpperCase())));
+      make("input", { type: "checkbox", checked: state.on.has(name), onchange: () => flip(name) }), named(name), ...(keyed(name) ? [make("kbd", {}, keyed(name))] : [])));
     if (available.includes("picture") && available.some(name => PICTURES.includes(name))) {
       const last = available.findLastIndex(name => PICTURES.includes(name));
       rows.splice(last + 1, 0, make("label", { class: "amount" }, "over the picture",
@@ -330,7 +349,7 @@
     const layer = Object.keys(KEYS).find(name => KEYS[name] === key);
     if (commands[key]) { event.preventDefault(); commands[key](); } else if (layer) flip(layer);
   });
-  const table = [["← →", "previous, next picture"], ["PgUp PgDn", "ten back, ten on"], ["Home End", "first, last"], ...available.map(name => [KEYS[name].toUpperCase(), NAMES[name]]),
+  const table = [["← →", "previous, next picture"], ["PgUp PgDn", "ten back, ten on"], ["Home End", "first, last"], ...available.filter(keyed).map(name => [keyed(name), named(name)]),
     ["F", "only pictures with problems"], ...(data.views.length > 1 ? [["V", "next render product"]] : []), ["wheel, drag", "zoom, move"], ["Z", "whole picture"], ["Esc", "all pictures, no choice"], ["T", "light or dark"]];
   at("keys").replaceChildren(...table.map(([key, text]) => make("tr", {}, make("td", {}, make("kbd", {}, key)), make("td", {}, text))));
 

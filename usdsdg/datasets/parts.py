@@ -1,0 +1,48 @@
+"""The datasets below a folder: each has a folder of its own, as where several writers wrote side by side."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path, PurePosixPath
+
+from usdsdg.datasets.listing import MAX_DEPTH, files_below
+from usdsdg.record import CLASSES
+
+# Of what writers put beside a dataset, and files that are in the root of one of their format.
+_BESIDE = PurePosixPath(CLASSES).parts[0]
+_IN_ROOT = re.compile(r"^(data\.yaml|coco_annotations_.+\.json)$")
+_BOP_SCENE = "scene_gt.json"  # two folders below the root
+
+
+def parts(folder: Path) -> list[tuple[str, list[str]]]:
+    """Return the datasets below a folder: each with its path, "" for the folder itself, and its files relative to it.
+
+    A file belongs to the innermost dataset that it is in.
+    """
+    roots = {"", *_roots(folder)}
+    found: dict[str, list[str]] = {root: [] for root in sorted(roots)}
+    for path in files_below(folder):
+        root = next(each for each in _folders_above(path) if each in roots)
+        found[root].append(path.relative_to(root).as_posix() if root else path.as_posix())
+    return [(root, files) for root, files in found.items() if files]
+
+
+def _folders_above(path: Path) -> Iterator[str]:
+    """Yield the folders of a file, from the inside, and "" at the end."""
+    yield from (parent.as_posix() for parent in path.parents if parent.parts)
+    yield ""
+
+
+def _roots(folder: Path) -> Iterator[str]:
+    for where, folders, names in os.walk(folder):
+        inside = Path(where).relative_to(folder)
+        is_root = _BESIDE in folders or any(_IN_ROOT.match(name) for name in names)
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        if len(inside.parts) >= MAX_DEPTH:
+            folders.clear()
+        if is_root and inside.parts:
+            yield inside.as_posix()
+        if _BOP_SCENE in names and len(inside.parts) > 2:
+            yield inside.parent.parent.as_posix()
