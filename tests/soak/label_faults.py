@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 from tests.verify import datasets, faults_above
-from tests.verify.label_faults import KINDS
+from tests.verify.all_label_faults import KINDS
 from usdsdg.verify import verify
 
 

@@ -13,6 +13,7 @@ import usdsdg as rep
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.session import session
 from usdsdg.session.stage_context import current_stage, new_stage
+from usdsdg.stage.keypoints import set_keypoints
 from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.stage.semantics.labels import add_labels
 
@@ -42,6 +43,8 @@ DATASETS: dict[str, tuple[str, dict[str, Any], int]] = {  # number of cameras
         2,
     ),
     "coco": ("CocoWriter", {"coco_categories": CATEGORIES}, 1),
+    "coco_plain": ("CocoWriter", {"splits": {"train": 3, "val": 1}, "keypoints": True, "panoptic": True}, 2),
+    "coco_polygons": ("CocoWriter", {"plain_names": True, "segmentation": "polygon", "min_pixels": 4}, 1),
     "kitti": ("KittiWriter", {"mapping_dict": CLASSES, "bbox_height_threshold": 2, "omit_semantic_type": True,
                               "colorize_instance_segmentation": True}, 1),
     "pose": ("PoseWriter", {"exact_camera_frame": True, "skip_empty_frames": False}, 1),
@@ -120,6 +123,8 @@ class Scene:
             lid.AddTranslateOp().Set(Gf.Vec3d(0, 0, 0.5))
             lid.AddScaleOp().Set(Gf.Vec3f(0.3, 0.3, 0.06))
             add_labels(lid.GetPrim(), {"class": ["lid"]})
+        if label == "can":
+            set_keypoints(root.GetPrim(), {"top": (0, 0, 0.3), "front": (0, -0.3, 0), "side": (0.3, 0, 0)})
         root.AddTranslateOp()
         root.AddOrientOp()
         return root

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import usdsdg as rep
 from tests.verify import datasets
-from tests.verify.label_faults import KINDS
+from tests.verify.all_label_faults import KINDS
 from usdsdg.cli.commands import app
 from usdsdg.errors import DatasetError
 from usdsdg.verify import verify

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +12,13 @@ import numpy as np
 
 from usdsdg.annotators.class_table import ClassTable, ids_are_stable
 from usdsdg.annotators.frame import PIXELS, Frame
+from usdsdg.annotators.kinds.keypoints import PRIMS as KEYPOINTS
+from usdsdg.annotators.labeled_prims import Selection
 from usdsdg.capture.stage_records import StageMoment
 from usdsdg.capture.tiles import views_of
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.record import FRAMES, frame_record, id_runs, samples
-from usdsdg.record.frame_record import OPAQUE, FrameRecord, ProductRecord, SelectionRecord
+from usdsdg.record.frame_record import OPAQUE, FrameRecord, KeypointRecord, ProductRecord, SelectionRecord
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
@@ -197,6 +199,7 @@ def product_record(frame: Frame, filters: tuple[str, ...], *, amodal: bool) -> P
         runs=None if ids is None else id_runs.encode(ids),
         depth=None if depth is None else samples.grid(depth),
         normals=None if normals is None else samples.normal_steps(samples.grid(normals)),
+        keypoints=tuple(_keypoints(frame, selections)),
         thumbnail=None if color is None else samples.block_means(color),
         checksums={
             name: samples.checksum(aovs[name]) for name in sorted(aovs) if name not in AOVS | {"HdrColor", "normals"}
@@ -205,6 +208,16 @@ def product_record(frame: Frame, filters: tuple[str, ...], *, amodal: bool) -> P
         | ({} if color is None or (color[..., 3] == 255).all() else {OPAQUE: samples.checksum(color[..., :3])})
         | ({} if normals is None else {"normal_image": samples.checksum(samples.normal_image(normals))}),
     )
+
+
+def _keypoints(frame: Frame, selections: Mapping[str, Selection]) -> Iterator[KeypointRecord]:
+    """Yield the keypoints that an annotator has read."""
+    paths = frame.labeled_prims.prim_paths
+    selected = {key: {paths[row] for row in each.rows.tolist()} for key, each in selections.items()}
+    for prim in frame.memo.get(KEYPOINTS, ()):
+        above = {key: next((name for name in prim.ancestors if name in own), None) for key, own in selected.items()}
+        owners = {key: name for key, name in above.items() if name is not None}
+        yield KeypointRecord(owners, prim.keypoints, prim.positions)
 
 
 def _visible_gprims(instance: np.ndarray | None, count: int) -> tuple[np.ndarray | None, np.ndarray]:

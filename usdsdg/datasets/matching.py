@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from typing import Any
 
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.truth import Truth
@@ -17,6 +18,12 @@ def record_of(folder: Folder, files: Sequence[str]) -> FrameRecord | None:
     return next(
         folder.record_of[file] for file in files if file in folder.record_of and folder.record_of[file].number == number
     )
+
+
+def classes_of(folder: Folder, key: str) -> list[dict[str, Any]] | None:
+    """Return the rows of the class table of a label filter; None if it is not written."""
+    tables = (folder.classes or {}).get("tables", ())
+    return next((each["classes"] for each in tables if (each["filter"] or "") == key), None)
 
 
 def truth_of(folder: Folder, files: Sequence[str], view: str) -> Truth | None:

@@ -114,6 +114,9 @@ class Mask:
     box: tuple[float, float, float, float]  # x, y, width, height
     area: float
     decode: Callable[[], np.ndarray | None]
+    has_holes: bool = True  # False: polygons, in which they are filled
+    polygons: list[np.ndarray] = field(default_factory=list)  # (N, 2) corners [pixels]
+    keypoints: tuple[list[float], int] | None = None  # x, y, v of each, and how many are in the picture
 
     @cached_property
     def mask(self) -> np.ndarray | None:
@@ -131,6 +134,19 @@ class Masks:
     categories: Mapping[int, Mapping[str, Any]]
     own: Mapping[str, Mapping[str, Any]]  # categories that the file must have, by label
     filter: str = ""
+    things_only: bool = False  # categories of stuff have no annotations
+    by_class: bool = False  # categories are the classes of the dataset, each a set of labels
+
+
+@dataclass(frozen=True)
+class Segments:
+    """The segments of one image of a panoptic COCO file."""
+
+    file: str
+    picture: str
+    ids: np.ndarray  # (H, W) int64; 0 for none
+    records: list[Mapping[str, Any]]
+    categories: Mapping[int, Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -167,6 +183,7 @@ class Seen:
     cameras: list[Camera] = field(default_factory=list)
     poses: list[Poses] = field(default_factory=list)
     masks: list[Masks] = field(default_factory=list)
+    segments: list[Segments] = field(default_factory=list)
     points: list[Points] = field(default_factory=list)
     arrays: dict[str, tuple[str, np.ndarray]] = field(default_factory=dict)  # AOVs: name to file and array
     normals: list[Color] = field(default_factory=list)

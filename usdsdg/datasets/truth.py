@@ -96,6 +96,35 @@ class Truth:
             return None
         return np.where(members < 0, len(names) - 1 - members, members), [*names, UNLABELLED, nothing]
 
+    def is_visible_enough(self, thing: Thing) -> bool:
+        """Return whether a thing is as visible as the writer's options `min_pixels` and `min_visibility` ask."""
+        fewest, least = (
+            self.record.parameters.get(f"min_{name}", own) for name, own in (("pixels", 1), ("visibility", 0))
+        )
+        return thing.visible >= max(fewest, 1) and (thing.occlusion is None or 1.0 - thing.occlusion >= least)
+
+    def keypoints(self, key: str) -> dict[str, dict[str, tuple[float, float, bool]]]:
+        """Return column and row [pixels] of each keypoint, and whether it is in the picture, by thing and by name.
+
+        A keypoint belongs to the nearest prim above it that the filter `key` selects.
+        """
+        camera = self.camera
+        found: dict[str, dict[str, tuple[float, float, bool]]] = {}
+        if camera is None:
+            return found
+        for each in self.product.keypoints:
+            if key not in each.owners:
+                continue
+            pixels, depths = camera.project(each.positions)
+            if camera.lens is not None and not camera.lens.is_flat:
+                depths = np.linalg.norm(each.positions - camera.local_to_world[3, :3], axis=1)
+            near, far = camera.clipping_range
+            inside = ((pixels >= 0) & (pixels < (camera.width, camera.height))).all(axis=1)
+            inside &= (depths > near) & (depths < far)
+            rows = zip(each.names, pixels.tolist(), inside.tolist())
+            found.setdefault(each.owners[key], {}).update({name: (x, y, seen) for name, (x, y), seen in rows})
+        return found
+
     def _things(self, key: str) -> list[Thing]:
         members, selection = self.members(key), self.selection(key)
         if members is None or selection is None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import PurePath
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,14 @@ class SelectionRecord:
     member_of_gprim: np.ndarray  # (G,) int: index into rows, -1 for gprims of no selected prim
 
 
+class KeypointRecord(NamedTuple):
+    """The keypoints of one prim that is not hidden."""
+
+    owners: Mapping[str, str]  # by label filter: the nearest prim above it that this selects
+    names: tuple[str, ...]
+    positions: np.ndarray  # (K, 3) in the world [stage units]
+
+
 @dataclass(frozen=True)
 class ProductRecord:
     """What one render product showed. Of prims those that are in view, hidden ones too, have a row."""
@@ -53,6 +61,7 @@ class ProductRecord:
     runs: tuple[np.ndarray, np.ndarray] | None = None  # of the image of visible gprims; None: not rendered
     depth: np.ndarray | None = None  # distance_to_camera [m] of every STEP-th pixel
     normals: np.ndarray | None = None  # of every STEP-th pixel, int8 in steps of 1/127
+    keypoints: tuple[KeypointRecord, ...] = ()  # where an annotator reads them
     thumbnail: np.ndarray | None = None  # uint8 (h, w, 3): means of blocks of the color image
     checksums: Mapping[str, int] = field(default_factory=dict)  # CRC-32 of whole AOVs, by name
 
@@ -154,6 +163,9 @@ def _encoded(product: ProductRecord) -> tuple[dict[str, Any], dict[str, np.ndarr
         "normals": product.normals,
         "thumbnail": product.thumbnail,
     }
+    if product.keypoints:
+        values["keypoints"] = [[each.owners, each.names] for each in product.keypoints]
+        arrays["keypoints"] = np.concatenate([each.positions for each in product.keypoints]).astype(np.float32)
     if product.runs is not None:
         arrays["run_ids"], arrays["run_lengths"] = product.runs
     for index, each in enumerate(product.selections.values()):
@@ -175,5 +187,15 @@ def _decoded(values: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Pro
         values["columns"], tuple(values["gprims"]), tuple(values["prims"]), tuple(values["labels"]),
         arrays["bounds"].astype(np.float64), poses, arrays.get("amodal"), selections,
         (arrays["run_ids"], arrays["run_lengths"]) if "run_ids" in arrays else None,
-        arrays.get("depth"), arrays.get("normals"), arrays.get("thumbnail"), values["checksums"],
+        arrays.get("depth"), arrays.get("normals"), _keypoints(values, arrays), arrays.get("thumbnail"),
+        values["checksums"],
     )  # fmt: skip
+
+
+def _keypoints(values: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> tuple[KeypointRecord, ...]:
+    found, start = [], 0
+    for owners, names in values.get("keypoints", ()):
+        positions = arrays["keypoints"][start : start + len(names)].astype(np.float64)
+        found.append(KeypointRecord(owners, tuple(names), positions))
+        start += len(names)
+    return tuple(found)

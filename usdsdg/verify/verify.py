@@ -23,17 +23,21 @@ from usdsdg.verify.checks import (
     drawn,
     files,
     ids,
-    kitti,
     points,
     poses,
     solids,
 )
-from usdsdg.verify.checks.coco import Coco
+from usdsdg.verify.checks.formats import coco_keypoints, coco_segments, kitti
+from usdsdg.verify.checks.formats.coco import Coco
 from usdsdg.verify.checks.tables import Tables
 from usdsdg.verify.checks.yolo import Yolo
 from usdsdg.verify.redraw import redraw
 from usdsdg.verify.report import Report
 
+# Of single images; those that compare images are made for each dataset.
+CHECKS = (
+    ids, boxes, solids, depth, camera, poses, points, arrays, bop, cosmos, drawn, coco_keypoints, coco_segments,
+)  # fmt: skip
 Progress = Callable[[str, int, int | None], None]
 MISSING = "there is no record beside the files, so only what they say of each other was checked"
 
@@ -61,7 +65,7 @@ def verify(
         report.formats[seen.format] += 1
         if data.records and seen.truth is None:
             report.notes.append(f"{seen.format}: image {seen.name} has no record")
-        for check in (ids, boxes, solids, depth, camera, poses, points, arrays, bop, cosmos, drawn, *tables):
+        for check in (*CHECKS, *tables):
             report.faults += _found(check.check, seen)
         report.faults += _found(color.check, seen, named)
         if progress is not None:

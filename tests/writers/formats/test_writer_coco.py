@@ -256,7 +256,7 @@ def test_the_file_waits_for_its_pictures():
             self.paths.append(path)
 
     backend = Slow()
-    file = CocoFile(backend, {}, [])
+    file = CocoFile(backend, dict, list)
     file.path = "coco.json"
     backend.schedule(write_text, path="picture.png", text="")
     file.add({"id": 0}, [])

@@ -29,6 +29,9 @@ KEYPOINT = np.dtype(
 )
 
 
+PRIMS = "keypoint prims"  # what a frame's memo calls them
+
+
 @define("keypoints", aovs=["instance"], params={**LABEL_PARAMS, "tolerance": 0.005}, dtype=KEYPOINT)
 def keypoints(frame: Frame, params: Params) -> Annotation:
     """Keypoints that `functional.modify.keypoints` has set on prims, in the picture.
@@ -46,7 +49,7 @@ def keypoints(frame: Frame, params: Params) -> Annotation:
     predicate, tolerance = predicate_of(params), params["tolerance"]
     if isinstance(tolerance, bool) or not isinstance(tolerance, (int, float)) or tolerance < 0:
         raise AnnotatorError(f"keypoints: tolerance is {tolerance!r}; expected a distance of 0 m or more")
-    prims = frame.derive("keypoint prims", frame.labeled_prims.read_keypoints)
+    prims = frame.derive(PRIMS, frame.labeled_prims.read_keypoints)
     names = sorted({name for prim in prims for name in prim.keypoints})
     info = {"keypointNames": names, "primPaths": [prim.name for prim in prims for _ in prim.keypoints]}
     rows = np.zeros(len(info["primPaths"]), KEYPOINT)

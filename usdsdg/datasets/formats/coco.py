@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import PurePosixPath
@@ -12,23 +11,26 @@ import numpy as np
 
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
-from usdsdg.datasets.matching import truth_of
-from usdsdg.datasets.seen import Color, Mask, Masks, Seen
+from usdsdg.datasets.matching import classes_of, truth_of
+from usdsdg.datasets.polygons import filled
+from usdsdg.datasets.seen import Color, Mask, Masks, Seen, Segments
 from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.writers.formats.coco.coco_categories import Categories
+from usdsdg.writers.formats.coco.files import ImageFiles, Names, PlainNames, names_of
 
 NAME = "CocoWriter"
-LOOKED_FOR = "CocoWriter's coco_annotations_0.json"
-_FILE = re.compile(r"^coco_annotations_.+\.json$")
+LOOKED_FOR = "CocoWriter's coco_annotations_0.json or annotations/instances_train.json"
+_BOXES = "bounding_box_2d_tight_fast"
 
 
 def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     """Yield what each JSON says about each of its images."""
     for file in files:
-        if not _FILE.match(PurePosixPath(file).name):
+        names = names_of(file)
+        values = None if names is None else folder.json(file, "all")
+        if names is None or values is None:
             continue
-        values = folder.json(file, "all")
-        tables = None if values is None else folder.parsed(file, "all", lambda f=file, v=values: _Tables(folder, f, v))
+        tables = folder.parsed(file, "all", lambda f=file, n=names, v=values: _Tables(folder, f, n, v))
         if tables is not None:
             yield from _images(folder, tables)
 
@@ -41,20 +43,41 @@ def _images(folder: Folder, tables: _Tables) -> Iterator[Seen]:
 
 
 class _Tables:
-    """The sections of a JSON."""
+    """The sections of a JSON, and those of the panoptic one where there is one."""
 
-    def __init__(self, folder: Folder, file: str, values: Mapping[str, Any]) -> None:
-        self.file, self.images = file, values["images"]
+    def __init__(self, folder: Folder, file: str, names: Names, values: Mapping[str, Any]) -> None:
+        self.file, self.names, self.images = file, names, values["images"]
         self.categories = {each["id"]: each for each in values["categories"]}
         self.by_image: dict[int, list[Mapping[str, Any]]] = {}
         for each in values["annotations"]:
             self.by_image.setdefault(each["image_id"], []).append(each)
         for number in sorted(set(self.by_image) - {each["id"] for each in self.images}):
             folder.faults.append(Fault(file, str(number), "annotations are of an image that is not in `images`"))
-        for name in ("images", "annotations", "categories"):
-            repeated = [number for number, count in Counter(each["id"] for each in values[name]).items() if count > 1]
-            if repeated:
-                folder.faults.append(Fault(file, "all", f"several of `{name}` have one id", "", _listed(repeated)))
+        _check_ids(folder, file, values, ("images", "annotations", "categories"))
+        self.segments = self._segments(folder)
+
+    def _segments(self, folder: Folder) -> dict[int, Mapping[str, Any]] | None:
+        """Return the panoptic annotation of each image; None if there is no such file."""
+        file = self.names.panoptic
+        values = folder.json(file, "all") if folder.has(file) else None
+        if values is None:
+            return None
+        _check_ids(folder, file, values, ("images", "categories"))
+        self.panoptic_categories = {each["id"]: each for each in values["categories"]}
+        found = {each["image_id"]: each for each in values["annotations"]}
+        mine, theirs = ({each["id"] for each in images} for images in (self.images, values["images"]))
+        if mine != theirs or mine != set(found):
+            folder.faults.append(
+                Fault(file, "all", f"has not the images of {self.file}", str(len(mine)), f"{len(theirs)}, {len(found)}")
+            )
+        return found
+
+
+def _check_ids(folder: Folder, file: str, values: Mapping[str, Any], sections: tuple[str, ...]) -> None:
+    for name in sections:
+        repeated = [number for number, count in Counter(each["id"] for each in values[name]).items() if count > 1]
+        if repeated:
+            folder.faults.append(Fault(file, "all", f"several of `{name}` have one id", "", _listed(repeated)))
 
 
 def _listed(numbers: list[int]) -> str:
@@ -62,63 +85,110 @@ def _listed(numbers: list[int]) -> str:
 
 
 def _image(folder: Folder, tables: _Tables, image: Mapping[str, Any]) -> Seen:
-    path = PurePosixPath(image["file_name"])
-    panoptic = str(path.with_name(path.name.replace("rgb_", "panoptic_", 1)).with_suffix(".png"))
-    mine = [str(path), panoptic]
-    seen = Seen(NAME, path.stem, "", mine, truth_of(folder, mine, str(path.parent)))
+    files = tables.names.image(image["file_name"])
+    path, is_plain = PurePosixPath(files.picture), isinstance(tables.names, PlainNames)
+    mine = [files.picture, *([files.classes] if files.classes else [])]
+    mine += [files.panoptic] if tables.segments is not None else []
+    # Of several products the name is before the number.
+    view = path.stem.rpartition("_")[0] if is_plain else str(path.parent)
+    name = path.relative_to(path.parents[1]).with_suffix("").as_posix() if is_plain else path.stem
+    seen = Seen(NAME, name, "", mine, truth_of(folder, mine, view))
     seen.size = (int(image["width"]), int(image["height"]))
-    masks = [_mask(each) for each in tables.by_image.get(image["id"], [])]
-    seen.picture, seen.labels = str(path), tables.file
-    seen.later(lambda made: _read_images(folder, made, panoptic))
-    key = seen.truth.filter_of("bounding_box_2d_tight_fast") if seen.truth else ""
-    seen.masks.append(Masks(tables.file, image, masks, tables.categories, _own(seen, tables), key))
+    masks = [_mask(each, seen.size) for each in tables.by_image.get(image["id"], [])]
+    seen.picture, seen.labels = files.picture, tables.file
+    key = seen.truth.filter_of(_BOXES) if seen.truth else ""
+    own = _own(folder, seen, tables, is_plain)
+    by_class = is_plain and seen.truth is not None and not seen.truth.record.parameters.get("coco_categories")
+    seen.masks.append(
+        Masks(tables.file, image, masks, tables.categories, own, key, things_only=is_plain, by_class=by_class)
+    )
+    seen.later(lambda made: _read_images(folder, made, tables, files))
     return seen
 
 
-def _read_images(folder: Folder, seen: Seen, panoptic: str) -> None:
-    color = folder.image(seen.picture, seen.name)
+def _read_images(folder: Folder, seen: Seen, tables: _Tables, files: ImageFiles) -> None:
+    color = folder.image(files.picture, seen.name)
     if color is not None:
-        seen.colors.append(Color(seen.picture, color, exact=seen.picture.lower().endswith(".png")))
-    drawn = folder.image(panoptic, seen.name) if folder.has(panoptic) else None
+        seen.colors.append(Color(files.picture, color, exact=files.picture.lower().endswith(".png")))
+    drawn = folder.image(files.classes, seen.name) if files.classes and folder.has(files.classes) else None
     if drawn is not None:
-        seen.extra["panoptic"] = (panoptic, drawn)
+        seen.extra["panoptic"] = (files.classes, drawn)
+    record = (tables.segments or {}).get(seen.masks[0].image["id"])
+    if record is not None:
+        seen.segments += _segments(folder, seen, tables, files, record)
 
 
 def objects(seen: Seen) -> list[SeenObject]:
-    """Return the objects of the annotations."""
+    """Return the objects of the annotations, with polygons and keypoints."""
     return [_object(each, masks) for masks in seen.masks for each in masks.masks]
 
 
 def _object(mask: Mask, masks: Masks) -> SeenObject:
     x, y, width, height = mask.box
     name = masks.categories.get(mask.category, {}).get("name", mask.category)
-    return SeenObject(str(name), box=(x, y, x + width, y + height), mask=lambda _: mask.mask)
+    points = np.array(mask.keypoints[0]).reshape(-1, 3) if mask.keypoints else None
+    box = (x, y, x + width, y + height)
+    if mask.polygons:
+        return SeenObject(str(name), box=box, outline=mask.polygons, keypoints=points)
+    return SeenObject(str(name), box=box, mask=lambda _: mask.mask, keypoints=points)
 
 
-def _own(seen: Seen, tables: _Tables) -> Mapping[str, Mapping[str, Any]]:
-    """Return the categories by label: the user's own, else the classes that the user has fixed, else COCO's."""
+def _segments(
+    folder: Folder, seen: Seen, tables: _Tables, files: ImageFiles, record: Mapping[str, Any]
+) -> Iterator[Segments]:
+    image, file = folder.image(files.panoptic, seen.name), tables.names.panoptic
+    if record["file_name"] != files.panoptic_name:
+        folder.faults.append(
+            Fault(file, seen.name, "names another picture", files.panoptic_name, str(record["file_name"]))
+        )
+    if image is not None and image.ndim == 3:
+        channels = image.astype(np.int64)
+        ids = channels[..., 0] + 256 * channels[..., 1] + 256**2 * channels[..., 2]
+        yield Segments(file, files.panoptic, ids, record["segments_info"], tables.panoptic_categories)
+    elif image is not None:
+        folder.faults.append(Fault(files.panoptic, seen.name, "has three channels", "3", "1"))
+
+
+def _own(folder: Folder, seen: Seen, tables: _Tables, is_plain: bool) -> Mapping[str, Mapping[str, Any]]:
+    """Return the categories by label: the user's own, else the classes of the dataset, else COCO's."""
     if seen.truth is None:
         return {str(each["name"]): each for each in tables.categories.values()}
     record = seen.truth.record
     if record.parameters.get("coco_categories"):
         return record.parameters["coco_categories"]
+    if is_plain:
+        listed = classes_of(folder, seen.truth.filter_of(_BOXES)) or []
+        return {row["name"]: {"name": row["name"], "id": row["id"]} for row in listed}
     if record.semantic_classes:
         return {name: {"name": name, "id": number} for name, number in record.semantic_classes.items()}
     return {each["name"]: each for each in Categories(None).all()}
 
 
-def _mask(values: Mapping[str, Any]) -> Mask:
+def _mask(values: Mapping[str, Any], size: tuple[int, int]) -> Mask:
     x, y, width, height = (float(each) for each in values["bbox"])
-    number, category = int(values["id"]), int(values["category_id"])
-    return Mask(number, category, (x, y, width, height), float(values["area"]), lambda: _decoded(values))
+    encoded, points = values["segmentation"], None
+    if "keypoints" in values:
+        points = ([float(each) for each in values["keypoints"]], int(values["num_keypoints"]))
+    polygons = [np.array(each, np.float64).reshape(-1, 2) for each in encoded] if isinstance(encoded, list) else []
+    return Mask(
+        int(values["id"]), int(values["category_id"]), (x, y, width, height), float(values["area"]),
+        lambda: _decoded(encoded, polygons, size), not isinstance(encoded, list), polygons, points,
+    )  # fmt: skip
 
 
-def _decoded(values: Mapping[str, Any]) -> np.ndarray | None:
-    encoded = values["segmentation"]
+def _decoded(encoded: Any, polygons: list[np.ndarray], size: tuple[int, int]) -> np.ndarray | None:
     try:
-        return decoded(encoded["counts"], tuple(encoded["size"]))
-    except (ValueError, IndexError, TypeError):
+        return _inside(polygons, size) if isinstance(encoded, list) else decoded(encoded["counts"], encoded["size"])
+    except (ValueError, IndexError, TypeError, KeyError):
         return None
+
+
+def _inside(polygons: list[np.ndarray], size: tuple[int, int]) -> np.ndarray:
+    """Return the pixels (H, W) inside of any polygon."""
+    inside = np.zeros((size[1], size[0]), bool)
+    for each in polygons:
+        inside |= filled(each, (size[1], size[0]))
+    return inside
 
 
 def decoded(counts: str | list[int], size: tuple[int, int]) -> np.ndarray:

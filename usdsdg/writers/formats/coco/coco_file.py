@@ -1,7 +1,7 @@
-"""The JSON file of a COCO dataset, which grows with every image."""
+"""A JSON file of a COCO dataset, which grows with every image."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from usdsdg.writers.backends.backend import BaseBackend
@@ -16,21 +16,19 @@ _IMAGES, _GROWTH = 25, 0.1
 class CocoFile:
     """Images, annotations and categories collected so far; the file contains those up to the last `write`."""
 
-    def __init__(self, backend: BaseBackend, head: Mapping[str, Any], categories: Sequence[Category]) -> None:
-        """head: the sections before the images: info and licenses. categories: those of the dataset."""
+    def __init__(
+        self,
+        backend: BaseBackend,
+        head: Callable[[], Mapping[str, Any]],
+        categories: Callable[[], Sequence[Category]],
+        path: str = "",
+    ) -> None:
+        """head: returns the sections before the images: info and licenses. categories: those of the dataset so far."""
         self._backend, self._head, self._categories = backend, head, categories
-        self.path = ""
+        self.path = path
         self._images: list[str] = []
         self._annotations: list[str] = []
         self._written = -1  # number of images in the file
-
-    def next_image_id(self) -> int:
-        """Return the id of the next image; ids start at 0."""
-        return len(self._images)
-
-    def next_annotation_id(self) -> int:
-        """Return the id of the next annotation; ids start at 1, since COCO's evaluation treats id 0 as no match."""
-        return len(self._annotations) + 1
 
     def add(self, image: Mapping[str, Any], annotations: Sequence[Mapping[str, Any]]) -> None:
         """Add an image with its annotations; write the file if it has grown enough."""
@@ -50,8 +48,8 @@ class CocoFile:
     def _text(self) -> str:
         """Return the JSON text, with one line per record."""
         separator = ",\n"
-        categories = [json.dumps(category) for category in self._categories]
+        categories = [json.dumps(category) for category in self._categories()]
         tables = {"images": self._images, "annotations": self._annotations, "categories": categories}
-        parts = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in self._head.items()]
+        parts = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in self._head().items()]
         parts += [f'"{name}": [\n{separator.join(rows)}\n]' for name, rows in tables.items()]
         return "{\n" + separator.join(parts) + "\n}\n"

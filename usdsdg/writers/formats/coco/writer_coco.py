@@ -1,9 +1,7 @@
-"""CocoWriter: images, and one JSON of boxes, masks and categories in COCO's format."""
+"""CocoWriter: images, and JSON of boxes, masks, keypoints, segments and categories in COCO's forms."""
 
-import hashlib
 import os
 import re
-import string
 from collections.abc import Mapping
 from functools import partial
 from typing import Any
@@ -13,32 +11,40 @@ import numpy as np
 from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.session import current
+from usdsdg.session.stage_context import current_stage
 from usdsdg.writers import base
 from usdsdg.writers.backends.group import BackendDispatch
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image
+from usdsdg.writers.formats.coco import coco_annotations, coco_keypoints
+from usdsdg.writers.formats.coco.class_categories import ClassCategories
+from usdsdg.writers.formats.coco.coco_annotations import BOXES, CLASSES, INSTANCES, KEYPOINTS, RGB
 from usdsdg.writers.formats.coco.coco_categories import Categories
 from usdsdg.writers.formats.coco.coco_file import CocoFile
-from usdsdg.writers.formats.shapes import run_length
+from usdsdg.writers.formats.coco.files import ImageFiles, Names, PlainNames, ReplicatorNames, id_of_seed, sequence_of
+from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
+from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.options import typed
 
-RGB, BOXES = "rgb", "bounding_box_2d_tight_fast"
-CLASSES, INSTANCES = "semantic_segmentation", "instance_segmentation_fast"
 _SEMANTIC_TYPES = ["class", "coco", "stuff", "thing"]
-_ID_LENGTH = 8
 _ALWAYS = "images, boxes and masks of labeled objects are always written, and nothing else"
 _XYWH_ABSOLUTE = 1  # value of `bbox_mode` for x, y, width and height in pixels
+_MASKS = ("rle", "polygon")
 
 
 class CocoWriter(Writer):
-    """Writes `<product>/rgb_<camera>_<id>.NNNN.png`, next to it `panoptic_...` with each pixel in the color of its
-    category, and `coco_annotations_<id>.json` of all images (cocodataset.org, "object detection").
+    """Writes COCO's forms of datasets (cocodataset.org), with the file names of Replicator or, plain, those of COCO.
 
-    Every visible object is an annotation: a box [x, y, width, height] in pixels, its mask as compressed RLE, and the
-    number of mask pixels as its area. The JSON is complete at any time and only lists images that exist; it is
-    rewritten from time to time, at the end of a run, and when the program ends.
+    Replicator's: `<product>/rgb_<camera>_<id>.NNNN.png`, next to it `panoptic_...` with each pixel in the color of its
+    category, and `coco_annotations_<id>.json` of all images. An existing output_dir is not modified: a new folder next
+    to it, with _0001 (and so on) appended, is written to.
 
-    An existing output_dir is not modified: a new folder next to it, with _0001 (and so on) appended, is written to.
+    Plain: `train/000000.png`, `annotations/instances_train.json`, with `panoptic` also
+    `annotations/panoptic_train.json` and `annotations/panoptic_train/000000.png`; so for each split.
+
+    Every visible object is an annotation: a box [x, y, width, height] in pixels, its mask as compressed run lengths or
+    as polygons, and the number of mask pixels as its area. The JSON is complete at any time and only lists images that
+    exist; it is rewritten from time to time, at the end of a run, and when the program ends.
     """
 
     version = "0.0.1"
@@ -67,6 +73,14 @@ class CocoWriter(Writer):
         colorize_semantic_segmentation: bool = True,
         colorize_instance_segmentation: bool = True,
         colorize_instance_id_segmentation: bool = True,
+        plain_names: bool | None = None,
+        splits: dict | None = None,
+        segmentation: str = "rle",
+        keypoints: dict | bool = False,
+        panoptic: bool = False,
+        coco_info: dict | None = None,
+        min_visibility: float = 0.0,
+        min_pixels: int = 1,
     ) -> None:
         """
         semantic_types: types of labels to use; default class, coco, stuff and thing.
@@ -81,6 +95,22 @@ class CocoWriter(Writer):
             BasicWriter, which scripts pass on. They change nothing: images, boxes and masks are always written, ids of
             gprims never. One that asks for something else warns.
         colorize_semantic_segmentation, colorize_instance_segmentation, colorize_instance_id_segmentation: ignored.
+
+        Beyond Replicator:
+
+        plain_names: COCO's file names instead of Replicator's; default where `splits` are given. Categories are then by
+            default the classes of the dataset, with the ids that they have in masks, and objects of categories with
+            "isthing" 0 are in the panoptic form only, as in COCO.
+        splits: relative sizes of the parts of the dataset, such as {"train": 0.8, "val": 0.2}; default all "train".
+        segmentation: masks as "rle", which are exact, or as "polygon": outlines along the edges of pixels, one for each
+            part, in which holes are filled.
+        keypoints: True: those of the stage, in the order of their names; or by category a list of names or
+            {"keypoints": names, "skeleton": [(name, name), ...], "sigmas": a number for each}. Coordinates are those of
+            boxes: the first pixel is from 0 to 1. Sigmas, by default 0.05, are in the info as "keypoint_sigmas".
+        panoptic: also COCO's panoptic form, with the ids of instance_segmentation as those of segments.
+        coco_info: entries of the info section, such as {"description": "Bins", "version": "2"}.
+        min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are left out.
+        min_pixels: so are objects with fewer visible pixels.
 
         Raises:
             WriterError: an option has an invalid value, or two categories have the same id.
@@ -99,87 +129,154 @@ class CocoWriter(Writer):
         for name, (value, fixed) in asked.items():
             if bool(value) is not fixed:
                 warn_once(f"CocoWriter: {name}={value!r} has no effect: {_ALWAYS}.")
-        self._categories = Categories(coco_categories)
+        if segmentation not in _MASKS:
+            raise WriterError(f"CocoWriter: segmentation is {segmentation!r}; expected one of {', '.join(_MASKS)}.")
+        self._plain = splits is not None if plain_names is None else bool(plain_names)
+        if splits is not None and not self._plain:
+            raise WriterError("CocoWriter: splits need plain_names; Replicator's names have no place for them.")
+        label_filter = {"semanticTypes": semantic_types or _SEMANTIC_TYPES}
+        names = [RGB, BOXES, INSTANCES, *([] if self._plain else [CLASSES]), *([KEYPOINTS] if keypoints else [])]
+        self.annotators = [named_annotators.get(name, {} if name == RGB else label_filter) for name in names]
+        self._enough = VisibleEnough("CocoWriter", min_visibility, min_pixels)
+        self._keypoints = coco_keypoints.Keypoints(keypoints if isinstance(keypoints, dict) else {})
+        self._label_filter = self.get_annotator(BOXES).label_filter
+        by_class = self._plain and coco_categories is None
+        self._categories = ClassCategories(self._label_filter) if by_class else Categories(coco_categories)
         self._image_format = checked_image_format(image_output_format)
         self._padding = checked_padding(frame_padding)
         self._licenses = coco_license_info or []
+        self._info = _info(self.version) | (coco_info or {})
         self.backend = BackendDispatch(
-            output_dir=output_dir, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint, overwrite=False
+            output_dir=output_dir,
+            bucket=s3_bucket,
+            region=s3_region,
+            endpoint_url=s3_endpoint,
+            overwrite=self._plain,
         )
         self.dataset_id = dataset_id
         self._sequence, self._frame_id = "", 0
-        head = {"info": _info(self.version), "licenses": self._licenses}
-        self._file = CocoFile(self.backend, head, self._categories.all())
-        # Also if a script ends or is interrupted before its run is complete.
-        current().io_queue.call_at_exit(self._file.write)
-        types = {"semanticTypes": semantic_types or _SEMANTIC_TYPES}
-        self.annotators = [
-            named_annotators.get(RGB),
-            *(named_annotators.get(name, types) for name in (BOXES, CLASSES, INSTANCES)),
-        ]
+        self._images = self._annotated = 0
+        self._splits = Splits("CocoWriter", splits)
+        self._polygons, self._with_keypoints, self._panoptic = segmentation == "polygon", bool(keypoints), panoptic
+        self._files = {split: self._file(things_only=self._plain) for split in self._splits.names}
+        self._panoptic_files = {split: self._file() for split in self._splits.names if panoptic}
 
     def write(self, data: dict[str, Any]) -> None:
-        self.dataset_id = self.dataset_id or _id_of_seed(base.global_seed())
-        self._file.path = f"coco_annotations_{self.dataset_id}.json"
-        sequence = _sequence(data.get("trigger_outputs") or {})
+        if self._with_keypoints:
+            on_stage = partial(coco_keypoints.on_stage, current_stage(), self._label_filter)
+            self._keypoints.find(self._categories, on_stage)
+        for split in self._splits.names:
+            self._files[split].path = self._file_names(split).instances
+            if self._panoptic:
+                self._panoptic_files[split].path = self._file_names(split).panoptic
+        sequence = "" if self._plain else sequence_of(data.get("trigger_outputs") or {})
         if sequence != self._sequence:
             self._sequence, self._frame_id = sequence, 0
+        several = max(len(self.render_products), len(data["renderProducts"])) > 1
         for product, seen in data["renderProducts"].items():
-            self._write_product(product, seen)
+            self._write_product(product, seen, several)
         self._frame_id += 1
 
     def on_final_frame(self) -> None:
-        self._file.write()
+        for file in (*self._files.values(), *self._panoptic_files.values()):
+            file.write()
 
     def detach(self) -> None:
         super().detach()
         if self.backend is not None:
             self.on_final_frame()
 
-    def _write_product(self, product: str, seen: Mapping[str, Any]) -> None:
-        camera = seen["camera"][1:].replace("Replicator/", "").replace("/", "-").replace("_", "-")
-        stem = f"{camera}_{self.dataset_id}.{self._sequence}{self._frame_id:0{self._padding}d}"
-        file_name = f"{product}/rgb_{stem}.{self._image_format}"
+    def _file(self, *, things_only: bool = False) -> CocoFile:
+        """Return a file without images, which is also written if a script ends or is interrupted before its run is."""
+        assert self.backend is not None
+
+        def categories() -> list[dict[str, Any]]:
+            every = map(self._keypoints.described, self._categories.all())
+            return [each for each in every if each.get("isthing", 1) or not things_only]
+
+        file = CocoFile(self.backend, self._head, categories)
+        current().io_queue.call_at_exit(file.write)
+        return file
+
+    def _head(self) -> dict[str, Any]:
+        sigmas = self._keypoints.sigmas(self._categories.all())
+        return {"info": self._info | ({"keypoint_sigmas": sigmas} if sigmas else {}), "licenses": self._licenses}
+
+    def _file_names(self, split: str) -> Names:
+        if self._plain:
+            return PlainNames(split)
+        self.dataset_id = self.dataset_id or id_of_seed(base.global_seed())
+        return ReplicatorNames(self.dataset_id)
+
+    def _write_product(self, product: str, seen: Mapping[str, Any], several: bool) -> None:
+        number, split = f"{self._sequence}{self._frame_id:0{self._padding}d}", self._splits.of(self._frame_id)
+        if self._plain:
+            name = f"{product}_{number}" if several else number
+        else:
+            camera = seen["camera"][1:].replace("Replicator/", "").replace("/", "-").replace("_", "-")
+            name = f"{product}/rgb_{camera}_{self.dataset_id}.{number}"
+        files = self._file_names(split).image(f"{name}.{self._image_format}")
+        instances = seen[INSTANCES]["data"]
+        things = coco_annotations.things(seen, self._categories, self._enough)
+        pictures = {files.picture: seen[RGB]["data"][..., :3]}
+        if files.classes is not None:
+            pictures[files.classes] = self._colored(seen[CLASSES])
+        if self._panoptic:
+            pictures[files.panoptic], segments = coco_annotations.segments(instances, things)
         assert self.backend is not None
         self.backend.schedule_together(
-            [
-                partial(write_image, path=file_name, data=seen[RGB]["data"][..., :3]),
-                partial(write_image, path=f"{product}/panoptic_{stem}.png", data=self._colored(seen[CLASSES])),
-            ]
+            [partial(write_image, path=path, data=image) for path, image in pictures.items()]
         )
+        image = self._image(files, seen)
+        if self._panoptic:
+            record = {"image_id": image["id"], "file_name": files.panoptic_name, "segments_info": segments}
+            self._panoptic_files[split].add(image, [record])
+        if self._plain:
+            things = [each for each in things if each.category.get("isthing", 1)]
+        self._files[split].add(image, self._annotations(seen, things, image))
+
+    def _image(self, files: ImageFiles, seen: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the record of an image. Ids are unique among all splits."""
         width, height = (int(size) for size in seen["resolution"])
-        image = {
-            "file_name": file_name,
-            "id": self._file.next_image_id(),
+        self._images += 1
+        return {
+            "file_name": files.picture_name,
+            "id": self._images - 1,
             "height": height,
             "width": width,
             "license": self._licenses[0].get("id", 0) if self._licenses else 0,
             "date_captured": "",
-            "flicker_url": "",  # the spelling is Replicator's
+            **({} if self._plain else {"flicker_url": ""}),  # the spelling is Replicator's
         }
-        self._file.add(image, self._annotations(seen, image))
 
-    def _annotations(self, seen: Mapping[str, Any], image: Mapping[str, Any]) -> list[dict[str, Any]]:
-        """Return the annotation records of one image, of the objects that have a category."""
-        boxes, runs = seen[BOXES], run_length.runs_of_ids(seen[INSTANCES]["data"])
-        first, records = self._file.next_annotation_id(), []
-        for row, instance in zip(boxes["data"], boxes["bboxIds"]):
-            category = self._categories.of(boxes["idToLabels"][int(row["semanticId"])])
-            if category is None:
-                continue
-            lengths = runs[int(instance)]
-            x, y = int(row["x_min"]), int(row["y_min"])
+    def _annotations(
+        self, seen: Mapping[str, Any], things: list[coco_annotations.Thing], image: Mapping[str, Any]
+    ) -> list[dict[str, Any]]:
+        """Return the annotation records of one image."""
+        instances = seen[INSTANCES]["data"]
+        if self._with_keypoints:
+            points = coco_annotations.keypoints(seen, things, self._keypoints)
+        else:
+            points = [{}] * len(things)
+        records = []
+        for each, own_points in zip(things, points):
+            # Ids start at 1, since COCO's evaluation treats id 0 as no match.
+            self._annotated += 1
+            if self._polygons:
+                mask: Any = coco_annotations.polygons(each, instances)
+            else:
+                mask = coco_annotations.run_lengths(each, instances.shape)
             records.append(
                 {
-                    "id": first + len(records),
+                    "id": self._annotated,
                     "image_id": image["id"],
-                    # The annotator's x_max and y_max are inclusive.
-                    "bbox": [x, y, int(row["x_max"]) + 1 - x, int(row["y_max"]) + 1 - y],
-                    "area": float(lengths[1::2].sum()),
-                    "bbox_mode": _XYWH_ABSOLUTE,
-                    "category_id": category["id"],
+                    "bbox": list(each.box),
+                    "area": float(each.area),
+                    **({} if self._plain else {"bbox_mode": _XYWH_ABSOLUTE}),
+                    "category_id": each.category["id"],
                     "iscrowd": 0,
-                    "segmentation": {"size": [image["height"], image["width"]], "counts": run_length.encoded(lengths)},
+                    "segmentation": mask,
+                    **own_points,
                 }
             )
         return records
@@ -202,18 +299,3 @@ def _info(version: str) -> dict[str, Any]:
         "date_created": "",
         "contributor": "",
     }
-
-
-def _id_of_seed(seed: int | None) -> str:
-    """Return eight letters that depend on the seed only."""
-    digest = hashlib.blake2b(str(seed).encode(), digest_size=_ID_LENGTH).digest()
-    return "".join(string.ascii_lowercase[byte % len(string.ascii_lowercase)] for byte in digest)
-
-
-def _sequence(trigger_outputs: Mapping[str, Any]) -> str:
-    """Return the part of Replicator's image names that counts how often on_time triggers have fired."""
-    prefix = ""
-    for name, count in trigger_outputs.items():
-        if "on_time" in name:
-            prefix = f"{count}_{prefix}_"
-    return prefix

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.polygons import without_holes
 from usdsdg.datasets.seen import Mask, Masks, Seen
-from usdsdg.datasets.truth import Thing
+from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.verify.checks.compare import of_pixels
 
 _OTHER = "other"
@@ -56,6 +57,8 @@ def _categories(masks: Masks) -> Faults:
         if list(category.get("color", ())) == [0, 0, 0] and category["name"] not in _BLACK_IS_FINE:
             yield Fault(masks.file, "all", f"category {number}, {category['name']}, is black, as the background is")
     for label, each in masks.own.items():
+        if masks.things_only and not each.get("isthing", 1):
+            continue
         found = masks.categories.get(int(each["id"]))
         if found is None or found["name"] != each["name"]:
             yield Fault(
@@ -85,7 +88,7 @@ def _masks(seen: Seen, masks: Masks) -> Faults:
             size = "none" if each.mask is None else str(each.mask.shape[::-1])
             yield Fault(masks.file, seen.name, f"{name} has a mask of the image's size", str(seen.size), size)
             continue
-        covered += each.mask
+        covered += each.mask & each.has_holes
         rows, columns = np.nonzero(each.mask)
         if not len(rows):
             yield Fault(masks.file, seen.name, f"{name} has an empty mask")
@@ -93,7 +96,8 @@ def _masks(seen: Seen, masks: Masks) -> Faults:
         box = (float(columns.min()), float(rows.min()), float(np.ptp(columns) + 1), float(np.ptp(rows) + 1))
         if each.box != box:
             yield Fault(masks.file, seen.name, f"the box of {name} is the extent of its mask", str(box), str(each.box))
-        if each.area != len(rows):
+        # A polygon also has what is in its holes.
+        if each.area != len(rows) and (each.has_holes or not 0 < each.area <= len(rows)):
             yield Fault(
                 masks.file, seen.name, f"the area of {name} is the pixels of its mask", str(len(rows)), f"{each.area:g}"
             )
@@ -111,8 +115,7 @@ def _things(seen: Seen, masks: Masks) -> Faults:
     for each in masks.masks:
         if each.mask is None or each.mask.shape != members.shape or not each.mask.any():
             continue
-        shown, counts = np.unique(members[each.mask], return_counts=True)
-        index = int(shown[counts.argmax()])
+        index = index_of(each, members)
         if index < 0:
             yield Fault(masks.file, seen.name, f"annotation {each.number} is where nothing labeled is")
             continue
@@ -126,7 +129,10 @@ def _things(seen: Seen, masks: Masks) -> Faults:
                 f"{taken[index].number} and {each.number}",
             )
         taken[index] = each
-        wrong = each.mask != (members == index)
+        own = members == index
+        if each.area != thing.visible:
+            yield Fault(masks.file, seen.name, f"the area of {thing.path}", str(thing.visible), f"{each.area:g}")
+        wrong = each.mask != (own if each.has_holes else without_holes(own))
         if wrong.any():
             yield Fault(
                 masks.file,
@@ -139,12 +145,42 @@ def _things(seen: Seen, masks: Masks) -> Faults:
                 masks.file, seen.name, f"the category of {thing.path}, {thing.label}", str(category), str(each.category)
             )
     for index, thing in enumerate(things):
-        if thing.visible and index not in taken and category_of(thing, masks) is not None:
+        if index not in taken and is_listed(thing, masks, seen.truth) and is_thing(thing, masks):
             yield Fault(masks.file, seen.name, f"{thing.path} is visible and has no annotation")
+    for index, each in taken.items():
+        if not is_listed(things[index], masks, seen.truth):
+            what = f"{things[index].path} is less visible than min_visibility and min_pixels ask, and is annotated"
+            yield Fault(masks.file, seen.name, what, "", str(each.number))
+
+
+def index_of(mask: Mask, members: np.ndarray) -> int:
+    """Return which member most pixels of a mask show that is not empty; of polygons those on the edge count too."""
+    assert mask.mask is not None
+    shown, counts = np.unique(members[mask.mask], return_counts=True)
+    if mask.has_holes or len(shown) == 1:
+        return int(shown[counts.argmax()])
+    # What is in the holes may be larger: of those with this area, the one that fills the mask.
+    exact = [index for index in shown.tolist() if index >= 0 and (without_holes(members == index) == mask.mask).all()]
+    return exact[0] if exact else int(shown[counts.argmax()])
+
+
+def is_listed(thing: Thing, masks: Masks, truth: Truth) -> bool:
+    """Return whether a thing has a category and is as visible as the writer's options ask."""
+    return category_of(thing, masks) is not None and truth.is_visible_enough(thing)
+
+
+def is_thing(thing: Thing, masks: Masks) -> bool:
+    """Return whether a thing of its category is annotated: in COCO's own files stuff is not."""
+    number = category_of(thing, masks)
+    own = next((each for each in masks.own.values() if int(each["id"]) == number), {})
+    return not masks.things_only or bool(own.get("isthing", 1))
 
 
 def category_of(thing: Thing, masks: Masks) -> int | None:
     """Return the id of a thing's category: of its last label that has one, else of "other"; None: it has none."""
+    if masks.by_class:
+        whole = masks.own.get(",".join(label for _, label in sorted(thing.labels.items())))
+        return None if whole is None else int(whole["id"])
     by_label = {_plain(label): int(each["id"]) for label, each in masks.own.items()}
     names = [name for text in thing.labels.values() for name in (text, *text.split(","))]
     known = [by_label[_plain(name)] for name in names if _plain(name) in by_label]

@@ -1,0 +1,1 @@
+"""Checks of what one dataset format has, and no other."""
