@@ -1,14 +1,17 @@
 """The table of layers: every package, room and root module with what of the project it may import.
 
 The order is from the bottom to the top: a row names only rows above it, so there are no cycles. A room of an engine may
-import `usdsdg.errors` and `usdsdg.stage` besides the rooms of its own engine that its row names.
+import `usdsdg.errors`, `usdsdg.parallel` and `usdsdg.stage` besides the rooms of its own engine that its row names.
 """
 
 ENGINES = ("usdsdg_physics", "usdsdg_render")
+# What their rooms may import of usdsdg.
+OF_ENGINES = ("errors", "parallel", "stage")
 
 # usdsdg: name -> what it may import, names without "usdsdg.".
 USDSDG = {
     "errors": "",
+    "parallel": "",
     "stage": "errors",
     "session": "errors stage",
     "articulations": "errors stage session",
@@ -23,7 +26,7 @@ USDSDG = {
     "modify": "errors stage session arguments graph distribution scatter",
     "create": "errors stage session arguments graph distribution modify calibration",
     "randomizer": "errors stage session arguments graph distribution scatter modify",
-    "annotators": "errors stage session arguments graph",
+    "annotators": "errors parallel stage session arguments graph",
     "writers": "errors stage session arguments annotators",
     "functional": "errors stage session arguments graph rng scatter randomizer writers",
     "physics": "errors stage arguments graph distribution modify functional",

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.labeled_prims import LabeledPrims, Selection
+from usdsdg.annotators.pixels import look_ups
+from usdsdg.annotators.pixels.look_ups import PIXELS, X_MAX, X_MIN, Y_MAX, Y_MIN
 from usdsdg.annotators.scene_queries import SceneQueries
 from usdsdg.errors import AnnotatorError, Unsupported
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg.stage.geometry.pixel_masks import PixelMasks
-
-# Columns of `Frame.coverage`.
-PIXELS, X_MIN, Y_MIN, X_MAX, Y_MAX = range(5)
 
 
 @dataclass(frozen=True)
@@ -88,21 +87,57 @@ class Frame:
         """Return the labeled prims whose labels pass the filter `predicate`; None lets every label pass."""
         return self.labeled_prims.select(predicate)
 
+    @property
+    def sums(self) -> np.ndarray:
+        """Visible pixels and their bounds of each gprim, (G, 5) int64 as `coverage`."""
+        return self.derive("sums", lambda: look_ups.sum_by_gprim(self.aov("instance"), len(self.gprims)))
+
+    @property
+    def shown_gprims(self) -> np.ndarray:
+        """The gprims of which any pixel is visible, int64."""
+        return np.flatnonzero(self.sums[:, PIXELS] > 0)
+
+    @property
+    def shows_background(self) -> bool:
+        """Whether any pixel shows no gprim."""
+        return int(self.sums[:, PIXELS].sum()) < self.shape[0] * self.shape[1]
+
+    def look_up(self, table: np.ndarray) -> np.ndarray:
+        """Return the value of each pixel's gprim (H, W, ...), of a table with a last entry for pixels without a hit.
+
+        The image of one table is made once; entries have 4 or 8 bytes.
+        """
+        key = ("look up", table.dtype.str, table.shape[1:], table.tobytes())
+        return self.derive(key, lambda: look_ups.look_up(self.aov("instance"), table))
+
+    @property
+    def black(self) -> np.ndarray:
+        """An image of 0, 0, 0, 1, float16 (H, W, 4)."""
+        return self.derive("black", lambda: np.tile(np.array([0, 0, 0, 1], np.float16), (*self.shape, 1)))
+
     def members(self, predicate: str | None) -> np.ndarray:
         """Return (H, W) int32: the index in `selection(predicate)` of each pixel's prim, -1 for everything else."""
-        # Pixels without a hit have index -1 and look up the appended entry.
-        return self.derive(
-            ("members", predicate),
-            lambda: np.append(self.selection(predicate).member_of_gprim, np.int32(-1))[self.aov("instance")],
-        )
+        return self.look_up(np.append(self.selection(predicate).member_of_gprim, np.int32(-1)))
 
     def visible_pixels(self, predicate: str | None) -> np.ndarray:
         """Return (K,) int64: the number of visible pixels of each of the K selected prims."""
-        count = len(self.selection(predicate))
-        return self.derive(
-            ("visible_pixels", predicate),
-            lambda: np.bincount(self.members(predicate).ravel() + 1, minlength=count + 1)[1:],
-        )
+        return self.visible(predicate)[:, PIXELS]
+
+    def visible(self, predicate: str | None) -> np.ndarray:
+        """Return visible pixels and their bounds of each of the K selected prims, (K, 5) int64 as `coverage`."""
+        return self.derive(("visible", predicate), lambda: self._sum_members(self.selection(predicate)))
+
+    def _sum_members(self, selection: Selection) -> np.ndarray:
+        sums = np.full((len(selection), 5), -1, np.int64)
+        shown = self.shown_gprims
+        owned = shown[selection.member_of_gprim[shown] >= 0]
+        members, of_gprims = selection.member_of_gprim[owned], self.sums[owned]
+        sums[members] = (0, *self.shape[::-1], -1, -1)
+        np.add.at(sums[:, PIXELS], members, of_gprims[:, PIXELS])
+        for column, least in ((X_MIN, np.minimum), (Y_MIN, np.minimum), (X_MAX, np.maximum), (Y_MAX, np.maximum)):
+            least.at(sums[:, column], members, of_gprims[:, column])
+        sums[sums[:, PIXELS] < 0, PIXELS] = 0
+        return sums
 
     def occlusion(self, predicate: str | None) -> np.ndarray:
         """Return (K,) float32: the occluded fraction of each selected prim's amodal pixels; nan out of view."""

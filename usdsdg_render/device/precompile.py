@@ -5,8 +5,8 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 
 import warp as wp
 
+from usdsdg.parallel import CUDA_BLOCK, available_threads
 from usdsdg_render.bvh import build, compress
-from usdsdg_render.device.parallel import CUDA_BLOCK, available_threads
 from usdsdg_render.kernels.labels import coverage, label_kernels, lens_motion, screen_bounds, sight
 from usdsdg_render.kernels.path import cpu_path, tone_map, wavefront, wavelet_denoiser
 from usdsdg_render.kernels.scene import instance_transforms

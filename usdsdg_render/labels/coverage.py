@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import warp as wp
 
+from usdsdg.parallel import launch_rows
 from usdsdg.stage.geometry.pixel_masks import MASK_WORD, WORD_PIXELS, PixelMasks
 from usdsdg_render.device.camera import camera_array
 from usdsdg_render.device.device_scene import DeviceScene
-from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.labels import coverage as kernels
 from usdsdg_render.kernels.labels.coverage import BYTES, MaskWord
 from usdsdg_render.kernels.labels.screen_bounds import ANYWHERE, SIDES, bound_on_screen

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import warp as wp
 
-from usdsdg_render.device.parallel import launch_rows
+from usdsdg.parallel import launch_rows
 from usdsdg_render.kernels.labels.label_boxes import WORD_PIXELS, label_boxes, map_labels
 from usdsdg_render.memory.readback import read_back
 

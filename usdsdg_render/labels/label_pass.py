@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import warp as wp
 
+from usdsdg.parallel import launch_rows
 from usdsdg_render.device.camera import views_record
 from usdsdg_render.device.device_scene import DeviceScene
-from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.cameras.camera import BAND
 from usdsdg_render.kernels.labels.ambient_occlusion import AMBIENT_DISTANCE
 from usdsdg_render.kernels.labels.aov_table import HEMISPHERE, HIT, MATERIAL, PIXEL, SURFACE

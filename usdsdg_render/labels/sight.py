@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import warp as wp
 
+from usdsdg.parallel import launch_rows
 from usdsdg_render.device.camera import camera_array
 from usdsdg_render.device.device_scene import DeviceScene
-from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.labels import sight as kernels
 from usdsdg_render.labels.parts import DividedGprims
 from usdsdg_render.scene.scene import Prototype, Scene

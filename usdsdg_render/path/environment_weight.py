@@ -3,8 +3,8 @@
 import numpy as np
 import warp as wp
 
+from usdsdg.parallel import launch_rows
 from usdsdg_render.device.device_scene import DeviceScene
-from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.path.environment_weight import GRID_SIZE, GROUPS, sample_environment_visibility
 from usdsdg_render.scene.struct_rows import uploaded
 from usdsdg_render.scene.structs import Camera

@@ -4,7 +4,7 @@ import numpy as np
 import warp as wp
 
 from usdsdg.errors import RenderError, warn_once
-from usdsdg_render.device.parallel import launch_rows
+from usdsdg.parallel import launch_rows
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.tone_map import tone_map_pixels
 from usdsdg_render.kernels.path.wavelet_denoiser import blend

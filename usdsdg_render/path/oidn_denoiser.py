@@ -17,7 +17,7 @@ import numpy as np
 import warp as wp
 
 from usdsdg.errors import RenderError
-from usdsdg_render.device.parallel import available_threads, launch_rows
+from usdsdg.parallel import available_threads, launch_rows
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.wavelet_denoiser import BLOCK_PIXELS, average_with_margin, block_luminance
 

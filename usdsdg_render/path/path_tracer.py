@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from usdsdg.errors import RenderError, warn_once
+from usdsdg.parallel import launch_rows
 from usdsdg_render.device import view_batches
 from usdsdg_render.device.camera import camera_records, views_of
 from usdsdg_render.device.device_scene import DeviceScene
-from usdsdg_render.device.parallel import launch_rows
 from usdsdg_render.kernels.path.cpu_path import add_samples
 from usdsdg_render.kernels.path.path_state import PathOptions
 from usdsdg_render.path.environment_weight import environment_weights

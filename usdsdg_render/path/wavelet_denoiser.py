@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from usdsdg_render.device.parallel import launch_rows
+from usdsdg.parallel import launch_rows
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.wavelet_denoiser import atrous_pass, demodulate, remodulate
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.annotators.ray_caster import add_cube, make_frame, new_stage
 from tests.annotators.scenes import crowds, mask_of, street
 from usdsdg import annotators
-from usdsdg.annotators.kinds.boxes import pixel_boxes
+from usdsdg.annotators.pixels.look_ups import sum_by_gprim
 
 CORNERS = ["x_min", "y_min", "x_max", "y_max"]
 
@@ -134,12 +134,13 @@ def test_types_drop_boxes(frame):
         lambda width: st.lists(st.lists(st.integers(-1, 4), min_size=width, max_size=width), min_size=1, max_size=12)
     )
 )
-def test_pixel_boxes_equal_a_search_over_pixels(rows):
-    members = np.array(rows)
-    boxes = pixel_boxes(members, 5)
-    for value in range(5):
-        mask = members == value
-        assert boxes[value].tolist() == (box_of_mask(mask) if mask.any() else [-1] * 4)
+@settings(deadline=None)
+def test_pixels_and_bounds_of_gprims_equal_a_search_over_pixels(rows):
+    shown = np.array(rows, np.int32)
+    sums = sum_by_gprim(shown, 5)
+    for gprim in range(5):
+        mask = shown == gprim
+        assert sums[gprim].tolist() == [mask.sum(), *(box_of_mask(mask) if mask.any() else [-1] * 4)]
 
 
 @given(stage=crowds())

@@ -66,7 +66,7 @@ masks = arrays.arrays(bool, st.tuples(st.integers(1, 9), st.integers(1, 9))).fil
 
 
 @given(masks)
-@settings(max_examples=60)
+@settings(max_examples=60, deadline=None)
 def test_the_rectangle_is_the_least_around_the_pixels(mask):
     check(mask, oriented_boxes._rectangles(_Frame([mask]), "visible")[0])
 

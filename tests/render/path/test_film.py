@@ -11,7 +11,7 @@ import pytest
 from tests.render import scenes
 from tests.render.images import EXACT, radiance, renderer_of
 from usdsdg.errors import RenderError, UsdsdgWarning
-from usdsdg_render.device.parallel import for_bands
+from usdsdg.parallel import for_bands
 from usdsdg_render.settings import PathSettings, ToneSettings
 
 

@@ -115,9 +115,7 @@ def occlusion(frame: Frame, params: Params) -> Annotation:
 def _tight(frame: Frame, params: Params, key: Callable) -> Annotation:
     predicate = predicate_of(params)
     listed = np.flatnonzero(frame.visible_pixels(predicate) > 0)
-    count = len(frame.selection(predicate))
-    corners = frame.derive(("corners", predicate), lambda: pixel_boxes(frame.members(predicate), count))
-    return _boxes_2d(frame, params, key, listed, corners)
+    return _boxes_2d(frame, params, key, listed, frame.visible(predicate)[:, X_MIN:])
 
 
 def _loose(frame: Frame, params: Params, key: Callable) -> Annotation:
@@ -161,20 +159,3 @@ def with_tables(frame: Frame, params: Params, key: Callable, listed: np.ndarray,
 def _amodal_pixels(frame: Frame, params: Params) -> np.ndarray:
     """Return (K,) amodal pixel counts of the selected prims."""
     return frame.coverage[frame.selection(predicate_of(params)).rows, PIXELS]
-
-
-def pixel_boxes(members: np.ndarray, count: int) -> np.ndarray:
-    """Return (count, 4) inclusive x_min, y_min, x_max, y_max of the pixels of each value 0..count-1; -1 if absent."""
-    height, width = members.shape
-    # Which value occurs in which row and column; values are shifted by one, so that -1 (nothing) has an entry too.
-    in_row, in_column = np.zeros((height, count + 1), bool), np.zeros((width, count + 1), bool)
-    y, x = np.nonzero(members >= 0)
-    value = members[y, x] + 1
-    in_row[y, value] = True
-    in_column[x, value] = True
-    boxes = np.full((count, 4), -1, np.int64)
-    seen = np.any(in_row, axis=0)[1:]
-    columns, rows = in_column[:, 1:][:, seen], in_row[:, 1:][:, seen]
-    boxes[seen, 0], boxes[seen, 2] = columns.argmax(axis=0), width - 1 - columns[::-1].argmax(axis=0)
-    boxes[seen, 1], boxes[seen, 3] = rows.argmax(axis=0), height - 1 - rows[::-1].argmax(axis=0)
-    return boxes

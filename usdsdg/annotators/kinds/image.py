@@ -7,10 +7,10 @@ import numpy as np
 
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.pixels import encodings
+from usdsdg.annotators.pixels.encodings import HALF_MAX
 
 Params = Mapping[str, Any]
-
-_HALF_MAX = float(np.finfo(np.float16).max)
 
 
 @define("rgb", "LdrColor", needs_path_tracing=True, dtype=np.uint8)
@@ -40,20 +40,19 @@ def distance_to_image_plane(frame: Frame, params: Params) -> Annotation:
 @define("PtZDepth", aovs=["distance_to_image_plane"], dtype=np.float16)
 def z_depth(frame: Frame, params: Params) -> Annotation:
     """distance_to_image_plane [m] as float16 (H, W, 4), in the first three channels; the fourth is 1."""
-    depth = _halves(frame.aov("distance_to_image_plane"))
-    return Annotation(four_channels(np.repeat(depth[..., None], 3, axis=2), 1.0))
+    return Annotation(encodings.gray_halves(frame.aov("distance_to_image_plane")))
 
 
 @define("PtWorldNormal", aovs=["normals"], dtype=np.float16)
 def world_normals(frame: Frame, params: Params) -> Annotation:
     """As normals, float16 (H, W, 4)."""
-    return Annotation(four_channels(_halves(frame.aov("normals")), 1.0))
+    return Annotation(encodings.halves(frame.aov("normals")))
 
 
 @define("normals", "SmoothNormal", aovs=["normals"], dtype=np.float32)
 def normals(frame: Frame, params: Params) -> Annotation:
     """Unit normals in the world, float32 (H, W, 4); 0 0 0 where nothing is hit. The fourth channel is 1."""
-    return Annotation(four_channels(frame.aov("normals"), 1.0))
+    return Annotation(encodings.floats(frame.aov("normals"), 1.0))
 
 
 @define("motion_vectors", "MotionVectors", "Motion2d", aovs=["motion_vectors"], dtype=np.float32)
@@ -62,7 +61,7 @@ def motion_vectors(frame: Frame, params: Params) -> Annotation:
 
     Replicator documents only the format of Motion2d; here it is the same array.
     """
-    return Annotation(four_channels(frame.aov("motion_vectors"), 0.0))
+    return Annotation(encodings.floats(frame.aov("motion_vectors"), 0.0))
 
 
 @define("PtWorldPos", aovs=["position"], dtype=np.float16)
@@ -71,45 +70,37 @@ def world_position(frame: Frame, params: Params) -> Annotation:
 
     Half precision as in Replicator's path tracer; pointcloud has the points in float32.
     """
-    return Annotation(four_channels(_halves(frame.aov("position")), 1.0))
-
-
-def _halves(numbers: np.ndarray) -> np.ndarray:
-    """Convert to float16, infinite beyond its range."""
-    with np.errstate(over="ignore"):
-        return numbers.astype(np.float16)
+    return Annotation(encodings.halves(frame.aov("position")))
 
 
 @define("DiffuseAlbedo", aovs=["albedo"], dtype=np.uint8)
 def diffuse_albedo(frame: Frame, params: Params) -> Annotation:
     """Base color, linear, uint8 (H, W, 4)."""
-    albedo = np.clip(frame.aov("albedo"), 0, 1) * 255 + 0.5
-    return Annotation(four_channels(albedo.astype(np.uint8), 255))
+    return Annotation(encodings.eight_bits(frame.aov("albedo")))
 
 
 @define("SpecularAlbedo", "PtReflectionFilter", aovs=["specular"], dtype=np.float16)
 def specular_albedo(frame: Frame, params: Params) -> Annotation:
     """Specular reflectance at normal incidence, linear, float16 (H, W, 4); the fourth channel is 1."""
-    return Annotation(four_channels(frame.aov("specular").astype(np.float16), 1.0))
+    return Annotation(encodings.halves(frame.aov("specular")))
 
 
 @define("PtDiffuseFilter", aovs=["diffuse"], dtype=np.float16)
 def diffuse_filter(frame: Frame, params: Params) -> Annotation:
     """Diffuse reflectance, linear, float16 (H, W, 4): 0 for metals; the fourth channel is 1."""
-    return Annotation(four_channels(frame.aov("diffuse").astype(np.float16), 1.0))
+    return Annotation(encodings.halves(frame.aov("diffuse")))
 
 
 @define("Roughness", aovs=["roughness"], dtype=np.uint8)
 def roughness(frame: Frame, params: Params) -> Annotation:
     """Roughness, uint8 (H, W, 4): 0 (mirror) to 255 in three equal channels; the fourth channel is 255."""
-    values = np.clip(frame.aov("roughness"), 0, 1) * 255 + 0.5
-    return Annotation(four_channels(np.repeat(values.astype(np.uint8)[..., None], 3, axis=2), 255))
+    return Annotation(encodings.eight_bits(frame.aov("roughness")))
 
 
 @define("BumpNormal", aovs=["bump_normals"], dtype=np.float32)
 def bump_normals(frame: Frame, params: Params) -> Annotation:
     """As normals, with the material's normal map."""
-    return Annotation(four_channels(frame.aov("bump_normals"), 1.0))
+    return Annotation(encodings.floats(frame.aov("bump_normals"), 1.0))
 
 
 @define("PtSelfIllumination", aovs=["emission"], dtype=np.float16)
@@ -118,7 +109,7 @@ def self_illumination(frame: Frame, params: Params) -> Annotation:
 
     The fourth channel is 1.
     """
-    return Annotation(four_channels(np.minimum(frame.aov("emission"), _HALF_MAX).astype(np.float16), 1.0))
+    return Annotation(encodings.halves(frame.aov("emission"), limit=HALF_MAX))
 
 
 @define("EmissionAndForegroundMask", aovs=["emission", "instance"], dtype=np.float16)
@@ -128,9 +119,7 @@ def emission_and_foreground_mask(frame: Frame, params: Params) -> Annotation:
     The fourth channel is the mask: 1 where there is geometry, 0 where nothing is hit. Replicator documents a single
     channel, which is not enough for both.
     """
-    channels = four_channels(np.minimum(frame.aov("emission"), _HALF_MAX).astype(np.float16), 0.0)
-    channels[..., 3] = frame.aov("instance") >= 0
-    return Annotation(channels)
+    return Annotation(encodings.halves(frame.aov("emission"), limit=HALF_MAX, instance=frame.aov("instance")))
 
 
 @define("PtBackground", aovs=["instance"], needs_path_tracing=True, dtype=np.float16)
@@ -139,25 +128,10 @@ def background(frame: Frame, params: Params) -> Annotation:
 
     At silhouettes pixels of HdrColor are anti-aliased, so they contain light of the geometry.
     """
-    color = frame.aov("HdrColor").copy()
-    color[frame.aov("instance") >= 0] = 0
-    return Annotation(color)
+    return Annotation(encodings.behind_everything(frame.aov("HdrColor"), frame.aov("instance")))
 
 
 @define("LdrColorIsaacConvertRGBAToRGB", needs_path_tracing=True, dtype=np.uint8)
 def rgb_without_alpha(frame: Frame, params: Params) -> Annotation:
     """Tone-mapped color, uint8 (H, W, 3)."""
-    return Annotation(np.ascontiguousarray(frame.aov("LdrColor")[..., :3]))
-
-
-def half(image: np.ndarray) -> np.ndarray:
-    """Convert (H, W, 3) to float16 (H, W, 4) with 1 in the fourth channel, clipped to the largest float16."""
-    return four_channels(np.minimum(image, _HALF_MAX).astype(np.float16), 1.0)
-
-
-def four_channels(image: np.ndarray, fill: float) -> np.ndarray:
-    """Extend (H, W, C) to (H, W, 4): missing channels are 0, the fourth is `fill`."""
-    out = np.zeros((*image.shape[:2], 4), image.dtype)
-    out[..., : image.shape[2]] = image
-    out[..., 3] = fill
-    return out
+    return Annotation(encodings.without_alpha(frame.aov("LdrColor")))

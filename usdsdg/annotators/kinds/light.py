@@ -11,7 +11,8 @@ import numpy as np
 
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
-from usdsdg.annotators.kinds.image import four_channels, half
+from usdsdg.annotators.pixels import encodings
+from usdsdg.annotators.pixels.encodings import HALF_MAX
 
 Params = Mapping[str, Any]
 
@@ -19,13 +20,13 @@ Params = Mapping[str, Any]
 @define("DirectDiffuse", aovs=["direct_diffuse"], needs_path_tracing=True, dtype=np.float16)
 def direct_diffuse(frame: Frame, params: Params) -> Annotation:
     """Diffuse reflection of direct light and environment [nits], float16 (H, W, 4); the fourth channel is 1."""
-    return Annotation(half(frame.aov("direct_diffuse")))
+    return Annotation(encodings.halves(frame.aov("direct_diffuse"), limit=HALF_MAX))
 
 
 @define("DirectSpecular", aovs=["direct_specular"], needs_path_tracing=True, dtype=np.float16)
 def direct_specular(frame: Frame, params: Params) -> Annotation:
     """Specular reflection of direct light and environment [nits], float16 (H, W, 4); the fourth channel is 1."""
-    return Annotation(half(frame.aov("direct_specular")))
+    return Annotation(encodings.halves(frame.aov("direct_specular"), limit=HALF_MAX))
 
 
 @define("PtDirectIllumation", aovs=["direct_diffuse", "direct_specular"], needs_path_tracing=True, dtype=np.float16)
@@ -34,37 +35,38 @@ def direct_illumination(frame: Frame, params: Params) -> Annotation:
 
     The spelling of the name is Replicator's.
     """
-    return Annotation(half(frame.aov("direct_diffuse") + frame.aov("direct_specular")))
+    diffuse, specular = frame.aov("direct_diffuse"), frame.aov("direct_specular")
+    return Annotation(encodings.halves(diffuse, plus=specular, limit=HALF_MAX))
 
 
 @define("IndirectDiffuse", "PtGlobalIllumination", aovs=["indirect_diffuse"], needs_path_tracing=True, dtype=np.float16)
 def indirect_diffuse(frame: Frame, params: Params) -> Annotation:
     """Diffuse reflection of light from other surfaces [nits], float16 (H, W, 4); the fourth channel is 1."""
-    return Annotation(half(frame.aov("indirect_diffuse")))
+    return Annotation(encodings.halves(frame.aov("indirect_diffuse"), limit=HALF_MAX))
 
 
 @define("PtReflections", aovs=["reflections"], needs_path_tracing=True, dtype=np.float16)
 def reflections(frame: Frame, params: Params) -> Annotation:
     """Specular reflection of light from other surfaces [nits], float16 (H, W, 4); the fourth channel is 1."""
-    return Annotation(half(frame.aov("reflections")))
+    return Annotation(encodings.halves(frame.aov("reflections"), limit=HALF_MAX))
 
 
 @define("Reflections", aovs=["reflections"], needs_path_tracing=True, dtype=np.float32)
 def reflections_of_real_time(frame: Frame, params: Params) -> Annotation:
     """PtReflections as float32 (H, W, 4)."""
-    return Annotation(four_channels(frame.aov("reflections"), 1.0))
+    return Annotation(encodings.floats(frame.aov("reflections"), 1.0))
 
 
 @define("PtRefractions", aovs=["refractions"], needs_path_tracing=True, dtype=np.float16)
 def refractions(frame: Frame, params: Params) -> Annotation:
     """Light transmitted by glass [nits], float16 (H, W, 4); the fourth channel is 1."""
-    return Annotation(half(frame.aov("refractions")))
+    return Annotation(encodings.halves(frame.aov("refractions"), limit=HALF_MAX))
 
 
 @define("PtRefractionFilter", aovs=["transmission"], dtype=np.float16)
 def refraction_filter(frame: Frame, params: Params) -> Annotation:
     """Transmittance of glass, linear, float16 (H, W, 4): 0 for other materials; the fourth channel is 1."""
-    return Annotation(half(frame.aov("transmission")))
+    return Annotation(encodings.halves(frame.aov("transmission"), limit=HALF_MAX))
 
 
 @define("PtVolumes", aovs=["instance"], dtype=np.float16)
@@ -73,7 +75,7 @@ def volumes(frame: Frame, params: Params) -> Annotation:
 
     Volumes are not rendered; each is named in a warning when the stage is read.
     """
-    return Annotation(half(np.zeros((*frame.shape, 3), np.float32)))
+    return Annotation(frame.black)
 
 
 @define("AmbientOcclusion", aovs=["ambient_occlusion"], dtype=np.float16)
@@ -82,4 +84,4 @@ def ambient_occlusion(frame: Frame, params: Params) -> Annotation:
 
     Equal in the first three channels; 1 where nothing is hit, and in the fourth channel.
     """
-    return Annotation(half(np.repeat(frame.aov("ambient_occlusion")[..., None], 3, axis=2)))
+    return Annotation(encodings.gray_halves(frame.aov("ambient_occlusion")))

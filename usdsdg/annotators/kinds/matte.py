@@ -46,15 +46,15 @@ def _matte(frame: Frame, number: int) -> np.ndarray:
             f"PtMultiMatte{number} shows nothing: {_SETTINGS}/channelCount is {count}; set it to "
             f"{number * CHANNELS + 1} or more."
         )
-    # Pixels without a hit have index -1 and look up the appended entry.
-    ids = frame.derive("matte ids", lambda: np.append(_ids_of_gprims(frame), NONE))[frame.aov("instance")]
-    out = np.zeros((*ids.shape, 4), np.float16)
-    out[..., 3] = 1
+        return frame.black
+    ids = frame.derive("matte ids", lambda: np.append(_ids_of_gprims(frame), NONE))
+    colors = np.zeros((len(ids), 4), np.float16)
+    colors[:, 3] = 1
     for channel in range(number * CHANNELS, min((number + 1) * CHANNELS, count)):
         authored = settings.get(f"{_SETTINGS}/channel{channel}")
         wanted = channel if authored is None else int(authored)
-        out[..., channel % CHANNELS] = (ids == wanted) & (wanted != NONE)
-    return out
+        colors[:, channel % CHANNELS] = (ids == wanted) & (wanted != NONE)
+    return frame.look_up(colors)
 
 
 for _number in range(IMAGES):

@@ -7,6 +7,7 @@ import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.pixels import look_ups
 
 Params = Mapping[str, Any]
 
@@ -38,21 +39,7 @@ def object_coordinates(frame: Frame, params: Params) -> Annotation:
 
 
 def _coordinates(frame: Frame, predicate: str | None) -> np.ndarray:
-    from usdsdg.annotators import pixel_kernels as kernels  # imports Warp
-
-    matrices, is_mapped = _box_from_gprim(frame, predicate)
-    coordinates = np.empty((*frame.shape, 4), np.float32)
-    inputs = [
-        (np.ascontiguousarray(frame.aov("instance")).ravel(), kernels.wp.int32),
-        (np.ascontiguousarray(frame.aov("local_position")).reshape(-1, 3), kernels.wp.vec3),
-        (np.ascontiguousarray(matrices[:, :3, :3].transpose(0, 2, 1), np.float32), kernels.wp.mat33),
-        (np.ascontiguousarray(matrices[:, 3, :3], np.float32), kernels.wp.vec3),
-        (is_mapped.astype(np.int32), kernels.wp.int32),
-    ]
-    kernels.launch(
-        kernels.map_points, frame.shape[0] * frame.shape[1], inputs, [(coordinates.reshape(-1, 4), kernels.wp.vec4)]
-    )
-    return coordinates
+    return look_ups.map_points(frame.aov("instance"), frame.aov("local_position"), *_box_from_gprim(frame, predicate))
 
 
 def _box_from_gprim(frame: Frame, predicate: str | None) -> tuple[np.ndarray, np.ndarray]:

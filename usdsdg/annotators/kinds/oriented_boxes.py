@@ -8,6 +8,7 @@ import numpy as np
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.frame import PIXELS, Frame
 from usdsdg.annotators.kinds.boxes import with_tables
+from usdsdg.annotators.pixels.launch import MASKS, run
 
 Params = Mapping[str, Any]
 
@@ -84,7 +85,7 @@ def _corners(center: np.ndarray, angle: np.ndarray, width: np.ndarray, height: n
 
 def _rectangles(frame: Frame, bits: str) -> np.ndarray:
     """Return (rows of labeled prims, 6) rectangles: center, direction of the width, width and height."""
-    from usdsdg.annotators import pixel_kernels as kernels  # imports Warp
+    from usdsdg.annotators.pixels.rectangle_kernels import least_rectangles  # imports Warp
 
     words = frame.amodal_masks.words
     words = words[words[bits] > 0]
@@ -100,8 +101,7 @@ def _rectangles(frame: Frame, bits: str) -> np.ndarray:
     scratch = [np.empty(2 * len(first)) for _ in range(4)]
     ints = [np.ascontiguousarray(each, np.int32) for each in (starts, first["row"], lefts, rights)]
     if len(first):
-        inputs = [*((each, kernels.wp.int32) for each in ints), *((each, kernels.wp.float64) for each in scratch)]
-        kernels.launch(kernels.least_rectangles, len(found), inputs, [(found, kernels.wp.float64)])
+        run(least_rectangles, (len(found),), [*ints, *scratch], [found], band=MASKS)
     return found
 
 

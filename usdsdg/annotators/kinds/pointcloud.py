@@ -8,6 +8,7 @@ import numpy as np
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.colors import UNLABELLED
 from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.pixels import look_ups
 from usdsdg.stage.cameras.pixels import pixel_centers
 
 
@@ -49,22 +50,16 @@ def pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     includeUnlabelled: also keep points of gprims without a selected label.
     """
     predicate = predicate_of(params)
-    members, instance = frame.members(predicate), frame.aov("instance")
-    kept = np.flatnonzero(instance >= 0 if params["includeUnlabelled"] else members >= 0)
-    member = members.ravel()[kept]
     selection = frame.selection(predicate)
-
-    def of_kept(aov: str) -> np.ndarray:
-        image = frame.aov(aov)
-        return image.reshape(-1, image.shape[-1]).take(kept, axis=0)
-
-    normals = np.ones((len(member), 4), np.float32)
-    normals[:, :3] = of_kept("normals")
-    info = {
-        "pointRgb": of_kept("LdrColor"),
-        "pointNormals": normals,
-        # Unlabeled points have member -1 and look up the appended entry.
-        "pointSemantic": np.append(selection.class_ids, UNLABELLED).astype(np.uint32)[member],
-        "pointInstance": np.append(selection.ids, UNLABELLED).astype(np.uint32)[member],
-    }
-    return Annotation(of_kept("position").astype(np.float32, copy=False), info)
+    # Unlabeled gprims are member -1, and look up the appended id; the last entry is that of pixels without a hit.
+    members = np.append(selection.member_of_gprim, -1)
+    is_kept = np.ones(len(members), bool) if params["includeUnlabelled"] else members >= 0
+    is_kept[-1] = False
+    tables = {"classes": selection.class_ids, "ids": selection.ids}
+    points, normals, colors, classes, ids = look_ups.gather_points(
+        frame.aov("instance"), is_kept,
+        {name: np.append(values, UNLABELLED)[members] for name, values in tables.items()},
+        {name: frame.aov(name) for name in ("position", "normals", "LdrColor")},
+    )  # fmt: skip
+    info = {"pointRgb": colors, "pointNormals": normals, "pointSemantic": classes, "pointInstance": ids}
+    return Annotation(points, info)

@@ -19,7 +19,26 @@ from usdsdg.errors import AnnotatorError, warn_once
 
 Params = Mapping[str, Any]
 _COLORIZE: Params = {"colorize": False, "mapping": None}
+_NONE, _NO_COLORS = np.zeros(0, np.int64), np.zeros((0, 4), np.uint8)
 _BACKGROUND_LABEL, _UNLABELLED_LABEL = {"class": "BACKGROUND"}, {"class": "UNLABELLED"}
+
+
+class Shown(NamedTuple):
+    """The ids of a segmentation after a mapping, and what they stand for."""
+
+    ids: np.ndarray  # (G + 1,) uint32: of each gprim, and of pixels without a hit
+    tables: Mapping[str, Sequence[Any]]  # of annotators' info, by the id before the mapping
+    listed: np.ndarray = _NONE  # (N,): ids that the tables list
+    meanings: np.ndarray = _NONE  # (N,): the id of each before the mapping
+    listed_colors: np.ndarray = _NO_COLORS  # (N, 4) uint8
+
+    @property
+    def colors(self) -> np.ndarray:
+        """The color of each gprim in the picture, and of pixels without a hit, (G + 1, 4) uint8."""
+        palette = np.zeros((int(self.ids.max()) + 1, 4), np.uint8)
+        known = self.listed < len(palette)
+        palette[self.listed[known]] = self.listed_colors[known]
+        return palette[self.ids]
 
 
 @define("semantic_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
@@ -29,15 +48,21 @@ def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     Prims with equal labels share an id. `mapping` {"type:label": RGBA or id}, or a JSON file of it, overrides ids and
     colors.
     """
+    return _annotation(frame, shown_classes(frame, params), params, str)
+
+
+def shown_classes(frame: Frame, params: Params) -> Shown:
+    """Return the ids that semantic_segmentation shows."""
     selection = frame.selection(predicate_of(params))
     ids = _labeled_prim_ids(frame, predicate_of(params), selection.class_ids)
     described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL]
     described += [
         selection.class_labels.get(id_, {}) for id_ in range(FIRST_LABELED, max(selection.class_labels, default=0) + 1)
     ]
-    own_colors = selection.class_colors
-    shown = _mapped(ids, params["mapping"], lambda: [_keys(own) for own in described], colors=own_colors)
-    return _annotation(shown, params, {"idToLabels": described}, str)
+    shown = Shown(ids, {"idToLabels": described})
+    return _mapped(
+        frame, shown, params["mapping"], lambda: [_keys(own) for own in described], colors=selection.class_colors
+    )
 
 
 @define("instance_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
@@ -72,6 +97,11 @@ def instance_id_segmentation_fast(frame: Frame, params: Params) -> Annotation:
 
 
 def _instances(frame: Frame, params: Params, key: Callable) -> Annotation:
+    return _annotation(frame, shown_prims(frame, params), params, key)
+
+
+def shown_prims(frame: Frame, params: Params) -> Shown:
+    """Return the ids that instance_segmentation shows."""
     predicate = predicate_of(params)
     selection = frame.selection(predicate)
     paths = ["BACKGROUND", "UNLABELLED", *[""] * selection.prim_count]
@@ -79,13 +109,17 @@ def _instances(frame: Frame, params: Params, key: Callable) -> Annotation:
     for row, number, own in zip(selection.rows, selection.ids, selection.labels):
         paths[number], labels[number] = frame.labeled_prims.prim_paths[row], own
     ids = _labeled_prim_ids(frame, predicate, selection.ids)
-    shown = _mapped(ids, params["mapping"], lambda: [[path, *_keys(own)] for path, own in zip(paths, labels)])
-    return _annotation(shown, params, {"idToLabels": paths, "idToSemantics": labels}, key)
+    shown = Shown(ids, {"idToLabels": paths, "idToSemantics": labels})
+    return _mapped(frame, shown, params["mapping"], lambda: [[path, *_keys(own)] for path, own in zip(paths, labels)])
 
 
 def _gprims(frame: Frame, params: Params, key: Callable) -> Annotation:
-    instance = frame.aov("instance")
-    ids = np.where(instance >= 0, instance + FIRST_LABELED, BACKGROUND).astype(np.uint32)
+    return _annotation(frame, shown_gprims(frame, params), params, key)
+
+
+def shown_gprims(frame: Frame, params: Params) -> Shown:
+    """Return the ids that instance_id_segmentation shows."""
+    ids = np.append(np.arange(len(frame.gprims)) + FIRST_LABELED, BACKGROUND).astype(np.uint32)
     names = ["INVALID", "UNLABELLED", *frame.gprims]
 
     def keys() -> list[list[str]]:
@@ -94,44 +128,29 @@ def _gprims(frame: Frame, params: Params, key: Callable) -> Annotation:
         described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *labels]
         return [["BACKGROUND"] if name == "INVALID" else [name, *_keys(own)] for name, own in zip(names, described)]
 
-    return _annotation(_mapped(ids, params["mapping"], keys, always=(BACKGROUND,)), params, {"idToLabels": names}, key)
+    return _mapped(frame, Shown(ids, {"idToLabels": names}), params["mapping"], keys, always=(BACKGROUND,))
 
 
 def _labeled_prim_ids(frame: Frame, predicate: str | None, id_of_member: np.ndarray) -> np.ndarray:
-    """Return (H, W) uint32 ids by one look-up from the gprim of each pixel."""
+    """Return the table (G + 1,) uint32 of ids by gprim, with a last entry for pixels without a hit."""
     members = frame.selection(predicate).member_of_gprim
     id_of_gprim = np.append(id_of_member, UNLABELLED)[members]  # member -1 looks up the appended id
-    table = np.append(id_of_gprim, BACKGROUND).astype(np.uint32)  # as does gprim -1, no hit
-    return table[frame.aov("instance")]
+    return np.append(id_of_gprim, BACKGROUND).astype(np.uint32)
 
 
-class _Shown(NamedTuple):
-    """The ids of an image after a mapping, and what they stand for."""
-
-    image: np.ndarray  # (H, W) uint32
-    ids: np.ndarray  # (N,): those that the tables list
-    meanings: np.ndarray  # (N,): the id of each before the mapping
-    colors: np.ndarray  # (N, 4) uint8
-
-
-def _annotation(
-    shown: _Shown, params: Params, tables: Mapping[str, Sequence[Any]], key: Callable[[Any], Any]
-) -> Annotation:
+def _annotation(frame: Frame, shown: Shown, params: Params, key: Callable[[Any], Any]) -> Annotation:
     """Build the annotation of ids with its tables of meanings, keyed by id or, if colorized, by color."""
     if not params["colorize"]:
-        listed = list(zip(shown.ids.tolist(), shown.meanings.tolist()))
-        info = {name: {key(id_): table[old] for id_, old in listed} for name, table in tables.items()}
-        return Annotation(shown.image, info)
-    palette = np.zeros((int(shown.ids.max(initial=0)) + 1, 4), np.uint8)
-    palette[shown.ids] = shown.colors
-    # One 32-bit look-up per pixel is faster than four of bytes.
-    image = palette.view(np.uint32)[:, 0][shown.image].view(np.uint8).reshape(*shown.image.shape, 4)
-    keys = [tuple(color) for color in shown.colors.tolist()]
+        listed = list(zip(shown.listed.tolist(), shown.meanings.tolist()))
+        info = {name: {key(id_): table[old] for id_, old in listed} for name, table in shown.tables.items()}
+        return Annotation(frame.look_up(shown.ids), info)
+    keys = [tuple(color) for color in shown.listed_colors.tolist()]
     if len(set(keys)) < len(keys):
         warn_once("Two segmentation ids got the same color; use colorize=False to tell them apart.")
     # Ordered by color, as in Replicator's files.
     rows = sorted(zip(keys, shown.meanings.tolist()))
-    return Annotation(image, {name: {key(color): table[old] for color, old in rows} for name, table in tables.items()})
+    info = {name: {key(color): table[old] for color, old in rows} for name, table in shown.tables.items()}
+    return Annotation(frame.look_up(shown.colors), info)
 
 
 def _identity(value: Any) -> Any:
@@ -160,23 +179,25 @@ def _keys(labels: Mapping[str, str]) -> list[str]:
 
 
 def _mapped(
-    image: np.ndarray,
+    frame: Frame,
+    shown: Shown,
     mapping: Any,
     keys: Callable[[], Sequence[Sequence[str]]],
     *,
     always: Sequence[int] = (BACKGROUND, UNLABELLED),
     colors: Mapping[int, tuple[int, ...]] | None = None,
-) -> _Shown:
-    """Apply `mapping` to the ids of an image.
+) -> Shown:
+    """Apply `mapping` to ids, and list those that are in the picture.
 
     keys: for each id the keys to look up in `mapping`; the first that it contains applies.
     always: ids that are listed whether or not they are in the image.
     colors: RGBA of some ids, before the mapping.
     """
-    present = np.flatnonzero(np.bincount(image.ravel()))
+    in_picture = np.append(frame.shown_gprims, [-1] if frame.shows_background else []).astype(np.int64)
+    present = np.unique(shown.ids[in_picture]).astype(np.int64)
     if not mapping:
         listed = np.union1d(present, np.array(always, np.int64))
-        return _Shown(image, listed, listed, _colored(listed, colors))
+        return shown._replace(listed=listed, meanings=listed, listed_colors=_colored(listed, colors))
     chosen_by_key = _read_mapping(mapping)
     known = keys()
     new_id = np.arange(len(known), dtype=np.uint32)
@@ -193,10 +214,10 @@ def _mapped(
         old_id.setdefault(int(new_id[old]), old)
     ids = np.array(sorted(old_id), np.int64)
     meanings = np.array([old_id[i] for i in ids.tolist()], np.int64)
-    shown = np.where((ids == meanings)[:, None], _colored(ids, colors), colors_of_ids(ids))
+    found = np.where((ids == meanings)[:, None], _colored(ids, colors), colors_of_ids(ids))
     for index, color in chosen.items():
-        shown[ids == new_id[index]] = (*color[:3], color[3] if len(color) > 3 else 255)
-    return _Shown(new_id[image], ids, meanings, shown)
+        found[ids == new_id[index]] = (*color[:3], color[3] if len(color) > 3 else 255)
+    return Shown(new_id[shown.ids], shown.tables, ids, meanings, found)
 
 
 def _colored(ids: np.ndarray, own: Mapping[int, tuple[int, ...]] | None) -> np.ndarray:

@@ -9,6 +9,8 @@ from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define
 from usdsdg.annotators.colors import BACKGROUND, pastels_of_ids
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds import segmentation
+from usdsdg.annotators.kinds.segmentation import Shown
+from usdsdg.annotators.pixels import look_ups
 
 Params = Mapping[str, Any]
 
@@ -26,7 +28,7 @@ def shaded_semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     useCandyColours: pastel colors; False gives those of colorize, with `mapping`.
     lightSource: direction toward the light, in the world.
     """
-    return _shaded(segmentation.semantic_segmentation, frame, params)
+    return _shaded(segmentation.shown_classes, frame, params)
 
 
 @define(
@@ -34,7 +36,7 @@ def shaded_semantic_segmentation(frame: Frame, params: Params) -> Annotation:
 )
 def shaded_instance_segmentation(frame: Frame, params: Params) -> Annotation:
     """instance_segmentation, shaded: uint8 (H, W, 3); parameters as shaded_semantic_segmentation."""
-    return _shaded(segmentation.instance_segmentation, frame, params)
+    return _shaded(segmentation.shown_prims, frame, params)
 
 
 @define(
@@ -42,22 +44,16 @@ def shaded_instance_segmentation(frame: Frame, params: Params) -> Annotation:
 )
 def shaded_instance_id_segmentation(frame: Frame, params: Params) -> Annotation:
     """instance_id_segmentation, shaded: uint8 (H, W, 3); parameters as shaded_semantic_segmentation."""
-    return _shaded(segmentation.instance_id_segmentation, frame, params)
+    return _shaded(segmentation.shown_gprims, frame, params)
 
 
-def _shaded(segment: Callable[[Frame, Params], Annotation], frame: Frame, params: Params) -> Annotation:
+def _shaded(segment: Callable[[Frame, Params], Shown], frame: Frame, params: Params) -> Annotation:
+    table = segment(frame, params)
     if params["useCandyColours"]:
-        ids = segment(frame, {**params, "colorize": False}).data
-        assert ids is not None
-        present, indices = np.unique(ids, return_inverse=True)
-        colors = pastels_of_ids(present)
-        colors[present == BACKGROUND] = 0
-        colors = colors[indices.reshape(ids.shape)]
+        colors = pastels_of_ids(table.ids)
+        colors[table.ids == BACKGROUND] = 0
     else:
-        image = segment(frame, {**params, "colorize": True}).data
-        assert image is not None
-        colors = image[..., :3].astype(np.float32)
+        colors = table.colors[:, :3]
     light = np.asarray(params["lightSource"], np.float32)
-    cosine = frame.aov("normals") @ (light / max(float(np.linalg.norm(light)), 1e-12))
-    shade = np.clip(_DARKEST + (1 - _DARKEST) * (cosine + 1) / 2, 0, 1)
-    return Annotation((colors * shade[..., None]).astype(np.uint8))
+    light /= max(float(np.linalg.norm(light)), 1e-12)
+    return Annotation(look_ups.shade(frame.aov("instance"), frame.aov("normals"), colors, light, _DARKEST))

@@ -6,8 +6,6 @@ from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from functools import lru_cache
 from typing import Any
 
-import warp as wp
-
 BAND_ROWS = 8
 # Threads of a CUDA block: larger blocks leave the path tracer too few registers. On a CPU, blocks have one thread.
 CUDA_BLOCK = 64
@@ -24,7 +22,7 @@ def available_threads() -> int:
 
 @lru_cache(maxsize=4)
 def _pool(threads: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(threads, thread_name_prefix="usdsdg-render")
+    return ThreadPoolExecutor(threads, thread_name_prefix="usdsdg")
 
 
 def for_bands(rows: int, band: Band, *, band_rows: int = BAND_ROWS, threads: int | None = None) -> None:
@@ -77,6 +75,8 @@ def launch_rows(
             to the first index.
         inputs: all inputs except that last one.
     """
+
+    import warp as wp
 
     def band(first_row: int, rows: int) -> None:
         wp.launch(

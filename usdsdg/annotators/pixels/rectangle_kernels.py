@@ -1,31 +1,9 @@
-"""Kernels of annotators, for work by the pixel or by the mask that NumPy would need many passes for."""
+"""Rectangles of least area around masks."""
 
 # The code of Warp kernels is not Python to a type checker.
-# pyright: reportInvalidTypeForm=false, reportOperatorIssue=false, reportArgumentType=false
+# pyright: reportInvalidTypeForm=false, reportOperatorIssue=false, reportArgumentType=false, reportCallIssue=false
 
-from typing import Any
-
-import numpy as np
 import warp as wp
-
-
-@wp.kernel(enable_backward=False, module="unique")
-def map_points(
-    entries: wp.array(dtype=wp.int32),  # of each pixel
-    points: wp.array(dtype=wp.vec3),
-    matrices: wp.array(dtype=wp.mat33),  # of each entry; the last one is of entry -1
-    offsets: wp.array(dtype=wp.vec3),
-    is_mapped: wp.array(dtype=wp.int32),
-    # out
-    mapped: wp.array(dtype=wp.vec4),
-):
-    i = wp.tid()
-    entry = entries[i]
-    if entry < 0 or is_mapped[entry] == 0:
-        mapped[i] = wp.vec4(0.0)
-        return
-    p = matrices[entry] * points[i] + offsets[entry]
-    mapped[i] = wp.vec4(wp.clamp(p[0], 0.0, 1.0), wp.clamp(p[1], 0.0, 1.0), wp.clamp(p[2], 0.0, 1.0), 1.0)
 
 
 @wp.func
@@ -67,10 +45,11 @@ def least_rectangles(
     left_y: wp.array(dtype=wp.float64),
     right_x: wp.array(dtype=wp.float64),
     right_y: wp.array(dtype=wp.float64),
+    first: int,
     # out: center, direction of the width (x, y), width and height of the rectangle of each mask
     rectangles: wp.array2d(dtype=wp.float64),
 ):
-    m = wp.tid()
+    m = wp.tid() + first
     begin = first_run[m]
     end = first_run[m + 1]
     if begin == end:
@@ -137,14 +116,3 @@ def least_rectangles(
             rectangles[m, 3] = dy
             rectangles[m, 4] = high_u - low_u
             rectangles[m, 5] = high_v - low_v
-
-
-def launch(
-    kernel: Any, count: int, inputs: list[tuple[np.ndarray, Any]], outputs: list[tuple[np.ndarray, Any]]
-) -> None:
-    """Run a kernel on the CPU over `count` threads; arrays come with their Warp types, and are not copied."""
-    wp.launch(kernel, dim=count, inputs=_wrapped(inputs), outputs=_wrapped(outputs), device="cpu")
-
-
-def _wrapped(arrays: list[tuple[np.ndarray, Any]]) -> list[Any]:
-    return [wp.array(array, dtype=dtype, device="cpu", copy=False) for array, dtype in arrays]
