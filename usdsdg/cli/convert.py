@@ -28,10 +28,15 @@ class UpOption(enum.StrEnum):
 
 
 def convert(
-    source: Annotated[Path, typer.Argument(metavar="IN", help="OBJ, glTF or GLB, PLY, STL, DAE, OFF, FBX or URDF.")],
+    source: Annotated[
+        Path, typer.Argument(metavar="IN", help="OBJ, glTF or GLB, PLY, STL, DAE, OFF, FBX, URDF, or captured USDZ.")
+    ],
     target: Annotated[Path, typer.Argument(metavar="OUT", help="The .usd, .usda or .usdc to write.")],
     unit: Annotated[
-        str | None, typer.Option(help="Unit of the file: m, cm, mm, inch, foot.", show_default="what it says, or m")
+        str | None,
+        typer.Option(
+            help="Unit of the file: m, cm, mm, inch, foot, or a number of meters.", show_default="what it says, or m"
+        ),
     ] = None,
     source_up: Annotated[
         UpOption | None,
@@ -52,21 +57,19 @@ def convert(
 ) -> None:
     """Convert a mesh file to USD: meters, one up axis, UsdPreviewSurface materials, normals, pictures beside it."""
     with command_context(quiet=quiet):
-        from usdsdg.errors import AssetNotFound, ConfigError
+        from usdsdg.errors import AssetNotFound
         from usdsdg.meshes.conversion import Options
         from usdsdg.meshes.conversion import convert as convert_file
-        from usdsdg.meshes.placement import UNITS, Origin
+        from usdsdg.meshes.placement import Origin, meters_of
         from usdsdg.stage.assets.lookup import missing_part
 
         if not source.is_file():
             raise AssetNotFound(f"no file {source}: {missing_part(str(source.absolute()))}")
-        if unit is not None and unit not in UNITS:
-            raise ConfigError(f"--unit is {unit!r}; expected one of {', '.join(UNITS)}")
         options = Options(
             up_axis=up.value.upper(), origin=Origin(origin.value),
             label=source.stem if label is None else label or None,
             source_up_axis=source_up.value.upper() if source_up else None,
-            source_unit=UNITS[unit] if unit else None, collider=None if collider == "none" else collider,
+            source_unit=None if unit is None else meters_of(unit), collider=None if collider == "none" else collider,
         )  # fmt: skip
         report, _ = convert_file(source, target, options)
         for line in report.notes:

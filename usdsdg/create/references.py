@@ -19,7 +19,8 @@ def from_usd(
     """Create `count` references to a USD or mesh file: `/Replicator/Ref_Xform/Ref`.
 
     Args:
-        usd: a file, or a URL below the assets root. Meshes (OBJ, glTF, PLY, STL, DAE, OFF, FBX, URDF) are converted.
+        usd: a file, or a URL below the assets root. Meshes (OBJ, glTF, PLY, STL, DAE, OFF, FBX, URDF) and captured USDZ
+            are converted.
         position: in the space of `parent` [stage units]; `scale` are factors and `rotation` angles [degrees]. These,
             `look_at` (a point of the world or prims) and `look_at_up_axis` may be distributions.
         semantics: labels of all, or a list with those of each; default for a mesh its file's name as class.
@@ -29,7 +30,7 @@ def from_usd(
         AssetNotFound: there is no such file; the message names near misses. AssetError: it cannot be referenced.
         BadPrim: `parent` is not on the stage. ArgumentError: a value has another shape.
     """
-    stage, file = current_stage(), assets.resolve(usd, labeled=semantics is None)
+    stage, file = current_stage(), assets.resolve_object(usd, labeled=semantics is None)
     objects = []
     for _ in range(count_of(count)):
         prim, child = new_object("Ref", name, parent)

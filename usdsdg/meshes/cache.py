@@ -7,7 +7,9 @@ import json
 import os
 import shutil
 from collections.abc import Iterable
+from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 from usdsdg.errors import warn_once
 from usdsdg.meshes.conversion import Options, convert
@@ -15,11 +17,13 @@ from usdsdg.mirror.locks import locked
 from usdsdg.stage.assets import cache_folder
 
 # Part of each key: another number converts everything again.
-VERSION = 1
+VERSION = 2
 
 
 def converted(source: str | os.PathLike[str], options: Options) -> str:
-    """Return the path of the USD file of a mesh file, converting it if its content is new; repairs are warnings.
+    """Return the path of the USD file of a mesh file, converting it if its content is new.
+
+    What was repaired or looks odd is a warning of each run.
 
     Raises:
         AssetUnreadable, Unsupported, OutputNotWritable: as `convert`.
@@ -29,29 +33,33 @@ def converted(source: str | os.PathLike[str], options: Options) -> str:
     start = _digest([file], f"{VERSION} {file.name} {options!r}")
     with locked(folder / f"{start}.lock"):
         noted = folder / f"{start}.json"
-        done = _known(noted, folder)
-        if done is None:
-            done = _convert(file, folder, noted, options)
-    return str(done)
+        done = _known(noted, folder) or _convert(file, folder, noted, options)
+    for line in done.lines:
+        warn_once(f"{file}: {line}")
+    return str(done.usd)
 
 
-def _known(noted: Path, folder: Path) -> Path | None:
+class _Converted(NamedTuple):
+    usd: Path
+    lines: list[str]  # repairs and oddities, which each run names
+
+
+def _known(noted: Path, folder: Path) -> _Converted | None:
     """Return the converted file if all that it was made of is as it was."""
     try:
         note = json.loads(noted.read_text(encoding="utf-8"))
-        found = folder / note["usd"]
+        found = _Converted(folder / note["usd"], note["lines"])
         same = note["digest"] == _digest(map(Path, note["files"]), "")
     except (OSError, ValueError, KeyError):
         return None
-    return found if same and found.is_file() else None
+    return found if same and found.usd.is_file() else None
 
 
-def _convert(file: Path, folder: Path, noted: Path, options: Options) -> Path:
+def _convert(file: Path, folder: Path, noted: Path, options: Options) -> _Converted:
     made = folder / noted.stem / "new" / f"{file.stem}.usdc"
     shutil.rmtree(made.parent, ignore_errors=True)
     report, mesh = convert(file, made, options)
-    for line in [*report.repairs, *report.notes]:
-        warn_once(f"{file}: {line}")
+    lines = [*report.repairs, *report.notes]
     files = sorted(mesh.files)
     digest = _digest(map(Path, files), "")
     # A place of its own for each content: open stages may refer to the one before.
@@ -59,11 +67,11 @@ def _convert(file: Path, folder: Path, noted: Path, options: Options) -> Path:
     if not asset.is_file():
         shutil.rmtree(asset.parent, ignore_errors=True)
         made.parent.replace(asset.parent)
-    note = {"usd": str(asset.relative_to(folder)), "files": files, "digest": digest}
+    note = {"usd": str(asset.relative_to(folder)), "files": files, "digest": digest, "lines": lines}
     temporary = noted.with_suffix(".part")
     temporary.write_text(json.dumps(note), encoding="utf-8")
     temporary.replace(noted)
-    return asset
+    return _Converted(asset, lines)
 
 
 def _digest(files: Iterable[Path], more: str) -> str:
@@ -71,8 +79,15 @@ def _digest(files: Iterable[Path], more: str) -> str:
     digest = hashlib.blake2b(more.encode(), digest_size=16)
     for file in files:
         try:
-            with file.open("rb") as stream:
-                digest.update(hashlib.file_digest(stream, "blake2b").digest())
+            status = file.stat()
+            digest.update(_digest_of(str(file), status.st_size, status.st_mtime_ns))
         except OSError:
             digest.update(b"missing")
     return digest.hexdigest()
+
+
+@lru_cache(maxsize=1024)
+def _digest_of(file: str, size: int, modified: int) -> bytes:
+    """Return a hash of a file's content, which is read once for each size and time of modification."""
+    with open(file, "rb") as stream:
+        return hashlib.file_digest(stream, "blake2b").digest()

@@ -11,14 +11,14 @@ import numpy as np
 from pxr import Sdf
 
 from usdsdg.errors import AssetUnreadable, ConfigError, OutputNotWritable, Unsupported
+from usdsdg.meshes import placement
 from usdsdg.meshes.model import MeshFile, Report
-from usdsdg.meshes.placement import Origin, placed, size_problem
-from usdsdg.meshes.readers import SUFFIXES, read
+from usdsdg.meshes.placement import Origin
+from usdsdg.meshes.readers import SUFFIXES, USD, read
 from usdsdg.meshes.repairs import repaired
 from usdsdg.meshes.usd_file import TEXTURES, write_usd
 
 COLLIDERS = ("none", "convexHull", "convexDecomposition", "boundingCube", "boundingSphere", "meshSimplification", "sdf")
-USD = (".usd", ".usda", ".usdc")
 
 
 @dataclass(frozen=True)
@@ -53,15 +53,19 @@ def convert(source: Path, target: Path, options: Options) -> tuple[Report, MeshF
     """
     if target.suffix.lower() not in USD:
         raise Unsupported(f"{target}: a converted mesh is a file {', '.join(USD)}")
+    if target.resolve() == source.resolve():
+        raise Unsupported(f"{target} is the file itself; give another name for the converted one")
     if source.suffix.lower() not in SUFFIXES:
         raise Unsupported(f"{source} is no mesh file; expected {', '.join(SUFFIXES)}")
     mesh, repairs = repaired(_as_meant(read(source), options))
     if not mesh.parts:
         raise AssetUnreadable(f"{source}: no triangle is left after repairs: {'; '.join(repairs)}")
-    size = (mesh.bounds[1] - mesh.bounds[0]) * mesh.meters_per_unit
-    mesh = placed(mesh, up_axis=options.up_axis, meters_per_unit=options.meters_per_unit, origin=options.origin)
+    oddities = placement.oddities(mesh, source.name, origin=options.origin)
+    mesh = placement.placed(
+        mesh, up_axis=options.up_axis, meters_per_unit=options.meters_per_unit, origin=options.origin
+    )
     _write(mesh, source, target, options)
-    notes = [*mesh.notes, *filter(None, [size_problem(size, source.name)])]
+    notes = [*mesh.notes, *oddities]
     turned = np.abs(mesh.bounds[1] - mesh.bounds[0]) * options.meters_per_unit
     sizes = (float(turned[0]), float(turned[1]), float(turned[2]))
     return Report(sizes, mesh.triangle_count, len(mesh.parts), len(mesh.materials), repairs, notes), mesh

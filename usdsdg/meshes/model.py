@@ -58,7 +58,8 @@ class Part:
     def moved(self, matrix: np.ndarray) -> Part:
         """Return the part with its points and normals transformed by a row-vector matrix (4, 4)."""
         linear = matrix[:3, :3]
-        points, normals, triangles = self.points @ linear + matrix[3, :3], self.normals, self.triangles
+        with np.errstate(invalid="ignore", over="ignore"):  # repairs remove what is not finite
+            points, normals, triangles = self.points @ linear + matrix[3, :3], self.normals, self.triangles
         determinant = np.linalg.det(linear)
         if normals is not None and determinant != 0.0:
             normals = normals @ np.linalg.inv(linear).T

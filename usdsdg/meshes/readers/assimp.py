@@ -32,9 +32,18 @@ def read(file: Path) -> MeshFile:
         for name, matrix, index in _placed(scene.root_node, np.eye(4))
         if len(scene.meshes[index].indices)
     ]
-    notes = tuple(note for each in materials for note in each.notes)
+    notes = (*_left_out(file), *(note for each in materials for note in each.notes))
     files = tuple(path for each in materials for path in each.files)
     return MeshFile(tuple(parts), tuple(each.material for each in materials), "Y", 1.0, notes, files)
+
+
+def _left_out(file: Path) -> Iterator[str]:
+    """Name what assimp-py does not give of a file, by the words of the form."""
+    content = file.read_bytes()
+    if b"SubDeformer" in content:
+        yield "the skeleton is left out; the object has the pose in which it was bound"
+    if b"AnimationCurve" in content:
+        yield "animations are left out"
 
 
 def _placed(node: Any, above: np.ndarray) -> Iterator[tuple[str, np.ndarray, int]]:
@@ -98,6 +107,10 @@ class _Look:
                     )
                     continue
                 self.files.append(str(path.resolve()))
-                with Image.open(path) as image:
-                    return Texture(image.copy(), name, is_color)
+                try:
+                    with Image.open(path) as image:
+                        return Texture(image.copy(), name, is_color)
+                except (OSError, ValueError, SyntaxError) as error:
+                    note = f"the picture {plain} cannot be read ({error}), so its part of the look is left out"
+                    self.notes.append(note)
         return None

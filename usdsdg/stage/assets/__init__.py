@@ -10,7 +10,7 @@ from usdsdg.stage.assets.dependencies import (
 )
 from usdsdg.stage.assets.lookup import exists, locate, paths_under_root
 from usdsdg.stage.assets.maps import PathMap, get_maps, set_maps
-from usdsdg.stage.assets.mesh_files import MESHES, is_mesh, set_mesh_converter
+from usdsdg.stage.assets.mesh_files import MESHES, PACKAGE, is_mesh, set_mesh_converter
 from usdsdg.stage.assets.missing import (
     MissingAsset,
     MissingAssets,
@@ -25,6 +25,7 @@ from usdsdg.stage.assets.missing import (
     set_on_missing,
     where_looked,
 )
+from usdsdg.stage.assets.objects import not_a_file_of_its_own, open_layer, resolve_object
 from usdsdg.stage.assets.root import (
     HOW_TO_SET,
     ROOT_VARIABLE,
@@ -40,10 +41,48 @@ from usdsdg.stage.assets.stand_ins import set_units
 from usdsdg.stage.assets.url import TOP_FOLDERS, is_remote, scheme_of
 
 __all__ = [
-    "HOW_TO_SET", "MESHES", "ROOT_VARIABLE", "TOP_FOLDERS", "Mirror", "MissingAsset", "MissingAssets",
-    "MissingDependency", "OnMissing", "PathMap", "assets_root", "cache_folder", "check_missing", "configured_root",
-    "exists", "get_maps", "get_on_missing", "is_elsewhere", "is_mesh", "is_remote", "listed", "locate",
-    "missing_assets", "missing_dependencies", "note_missing", "paths_under_root", "raise_missing", "redirect",
-    "redirect_layer", "resolve", "root_mirror", "scheme_of", "set_assets_root", "set_fallback_root", "set_maps",
-    "set_mesh_converter", "set_mirror_factory", "set_on_missing", "set_units", "where_looked",
+    "HOW_TO_SET",
+    "MESHES",
+    "PACKAGE",
+    "ROOT_VARIABLE",
+    "TOP_FOLDERS",
+    "Mirror",
+    "MissingAsset",
+    "MissingAssets",
+    "MissingDependency",
+    "OnMissing",
+    "PathMap",
+    "assets_root",
+    "cache_folder",
+    "check_missing",
+    "configured_root",
+    "exists",
+    "get_maps",
+    "get_on_missing",
+    "is_elsewhere",
+    "is_mesh",
+    "is_remote",
+    "listed",
+    "locate",
+    "missing_assets",
+    "missing_dependencies",
+    "not_a_file_of_its_own",
+    "note_missing",
+    "open_layer",
+    "paths_under_root",
+    "raise_missing",
+    "redirect",
+    "redirect_layer",
+    "resolve",
+    "resolve_object",
+    "root_mirror",
+    "scheme_of",
+    "set_assets_root",
+    "set_fallback_root",
+    "set_maps",
+    "set_mesh_converter",
+    "set_mirror_factory",
+    "set_on_missing",
+    "set_units",
+    "where_looked",
 ]  # fmt: skip

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import PurePath
 
 MESHES = (".obj", ".glb", ".gltf", ".ply", ".stl", ".dae", ".off", ".fbx", ".urdf")
+PACKAGE = ".usdz"
 
 # (file, label) to the path of a USD file.
 Converter = Callable[[str, str | None], str]
@@ -22,6 +23,13 @@ def set_mesh_converter(converter: Converter) -> None:
 def is_mesh(path: str) -> bool:
     """Whether a path ends like a mesh file."""
     return PurePath(path).suffix.lower() in MESHES
+
+
+def as_object(file: str, *, labeled: bool) -> str:
+    """Return what is referenced for an object: as `as_usd`, and of a captured .usdz the clean USD file."""
+    if PurePath(file).suffix.lower() == PACKAGE and _converter is not None:
+        return _converter(file, PurePath(file).stem if labeled else None)
+    return as_usd(file, labeled=labeled)
 
 
 def as_usd(file: str, *, labeled: bool) -> str:

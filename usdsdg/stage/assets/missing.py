@@ -65,10 +65,11 @@ def resolve(asset: str | os.PathLike[str], *, labeled: bool = False) -> str:
     Raises:
         AssetNotFound, AssetError, Unsupported: as `locate`, or a mesh cannot be converted.
     """
-    return mesh_files.as_usd(_located(asset), labeled=labeled)
+    return mesh_files.as_usd(located(asset), labeled=labeled)
 
 
-def _located(asset: str | os.PathLike[str]) -> str:
+def located(asset: str | os.PathLike[str]) -> str:
+    """Return the file that a URL or path refers to, or what takes its place; a mesh file as it is."""
     try:
         return lookup.locate(asset)
     except (errors.AssetError, errors.Unsupported) as error:

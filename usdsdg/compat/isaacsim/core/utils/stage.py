@@ -92,6 +92,7 @@ def add_reference_to_stage(usd_path: str, prim_path: str, prim_type: str = "Xfor
     if not usd_path:
         return prim
     file = assets.resolve(usd_path)
+    assets.open_layer(file)
     if not prim.GetReferences().AddReference(file):
         raise AssetError(f"{file} cannot be referenced at {prim_path}")
     return prim

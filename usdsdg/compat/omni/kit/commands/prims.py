@@ -141,6 +141,7 @@ def _compose(
     targets = prim.GetReferences() if kind == "references" else prim.GetPayloads()
     add = targets.AddReference if kind == "references" else targets.AddPayload
     source = assets.resolve(file)
+    assets.open_layer(source)
     add(source, Sdf.Path(str(inner))) if inner and str(inner) != "." else add(source)
     if instanceable:
         prim.SetInstanceable(True)

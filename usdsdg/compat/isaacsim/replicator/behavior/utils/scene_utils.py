@@ -147,7 +147,9 @@ def create_asset(stage: Usd.Stage, asset_url: str, prim_path: str) -> Usd.Prim:
         AssetNotFound: there is no such file.
     """
     prim = stage.DefinePrim(prim_path, "Xform")
-    prim.GetReferences().AddReference(assets.resolve(asset_url))
+    file = assets.resolve(asset_url)
+    assets.open_layer(file)
+    prim.GetReferences().AddReference(file)
     return prim
 
 

@@ -1,0 +1,197 @@
+"""UsdPreviewSurface materials of a USD file, with their pictures, also from inside a package."""
+
+from __future__ import annotations
+
+import io
+from typing import Any, NamedTuple
+
+from PIL import Image
+from pxr import Ar, Gf, Sdf, UsdShade
+
+from usdsdg.meshes.model import Material, Texture
+
+_DEFAULT_COORDINATES = "st"
+# Inputs of UsdPreviewSurface that our materials do not have, with their fallbacks.
+_LEFT_OUT = {"clearcoat": 0.0, "displacement": 0.0, "useSpecularWorkflow": 0}
+
+
+class _Picture(NamedTuple):
+    image: Image.Image
+    name: str
+    output: str  # channels that are read: "rgb", "r", ...
+    scale: tuple[float, ...]  # factors of r, g, b, a
+    coordinates: str  # the primvar with its UVs
+
+
+class Looks:
+    """Materials in the order of their first use."""
+
+    def __init__(self) -> None:
+        self.materials: list[Material] = []
+        self.files: list[str] = []
+        self.notes: list[str] = []
+        self._known: dict[Sdf.Path, tuple[int | None, str]] = {}
+        self._images: dict[str, Image.Image | None] = {}
+
+    def index(self, material: UsdShade.Material) -> tuple[int | None, str]:
+        """Return where a material is in the list, and the primvar with its UVs; None for none or an unknown one."""
+        if not material:
+            return None, _DEFAULT_COORDINATES
+        path = material.GetPath()
+        if path not in self._known:
+            surface = material.ComputeSurfaceSource()[0]
+            if not surface or surface.GetIdAttr().Get() != "UsdPreviewSurface":
+                self._known[path] = None, _DEFAULT_COORDINATES
+            else:
+                made, coordinates = self._material(path.name, surface)
+                self._known[path] = len(self.materials), coordinates
+                self.materials.append(made)
+        return self._known[path]
+
+    def _material(self, name: str, surface: UsdShade.Shader) -> tuple[Material, str]:
+        pictures = {each.GetBaseName(): self._picture(each) for each in surface.GetInputs()}
+        color, opacity = pictures.get("diffuseColor"), pictures.get("opacity")
+        normal, glow = pictures.get("normal"), pictures.get("emissiveColor")
+        occlusion = pictures.get("occlusion")
+        packed = _packed(pictures.get("roughness"), pictures.get("metallic"))
+        emission = glow.scale[:3] if glow is not None else _color(surface, "emissiveColor", 0.0)
+        for left, fallback in _LEFT_OUT.items():
+            if pictures.get(left) is not None or _number(surface, left, fallback) != fallback:
+                self.notes.append(f"the material {name}: {left} is left out")
+        look = Material(
+            name,
+            color=_three(color.scale) if color is not None else _color(surface, "diffuseColor", 0.18),
+            color_texture=_color_texture(color, opacity, name),
+            opacity=opacity.scale[3] if opacity is not None else _number(surface, "opacity", 1.0),
+            opacity_from_color=opacity is not None,
+            opacity_threshold=_number(surface, "opacityThreshold", 0.0),
+            metallic=_factor(pictures.get("metallic"), surface, "metallic", 0.0),
+            metallic_texture=packed,
+            roughness=_factor(pictures.get("roughness"), surface, "roughness", 0.5),
+            roughness_texture=packed,
+            emission=_three(emission),
+            emission_texture=None if glow is None else Texture(glow.image, glow.name, is_color=True),
+            normal_texture=None if normal is None else Texture(normal.image, normal.name),
+            occlusion_texture=None if occlusion is None else Texture(_channel(occlusion), occlusion.name),
+        )
+        used = [each.coordinates for each in pictures.values() if each is not None]
+        if len(set(used)) > 1:
+            self.notes.append(f"the material {name} has several sets of UVs; {used[0]} is used for all")
+        return look, used[0] if used else _DEFAULT_COORDINATES
+
+    def _picture(self, given: UsdShade.Input) -> _Picture | None:
+        """Return the picture that an input of a surface is connected to; None for a value."""
+        attributes = UsdShade.Utils.GetValueProducingAttributes(given)
+        shader = UsdShade.Shader(attributes[0].GetPrim()) if attributes else None
+        if not shader or shader.GetIdAttr().Get() != "UsdUVTexture":
+            return None
+        file: Any = shader.GetInput("file").Get() if shader.GetInput("file") else None
+        if not isinstance(file, Sdf.AssetPath) or (image := self._image(file)) is None:
+            return None
+        scale = shader.GetInput("scale").Get() if shader.GetInput("scale") else None
+        output = attributes[0].GetName().partition(":")[2]
+        name = file.path.rsplit("/", 1)[-1].rsplit(".", 1)[0]
+        return _Picture(image, name, output, tuple(scale or (1.0, 1.0, 1.0, 1.0)), self._coordinates(shader))
+
+    def _coordinates(self, shader: UsdShade.Shader) -> str:
+        """Return the primvar that a picture's UVs come from."""
+        given = shader.GetInput("st")
+        for _ in range(2):
+            attributes = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
+            reader = UsdShade.Shader(attributes[0].GetPrim()) if attributes else None
+            kind = reader.GetIdAttr().Get() if reader else None
+            if reader and kind == "UsdTransform2d":
+                self.notes.append(f"{reader.GetPath()}: the transform of UVs is left out")
+                given = reader.GetInput("in")
+            elif reader and str(kind).startswith("UsdPrimvarReader"):
+                name = UsdShade.Utils.GetValueProducingAttributes(reader.GetInput("varname"))
+                return str(name[0].Get()) if name and name[0].Get() else _DEFAULT_COORDINATES
+        return _DEFAULT_COORDINATES
+
+    def _image(self, file: Sdf.AssetPath) -> Image.Image | None:
+        path = file.resolvedPath
+        if (path or file.path) not in self._images:
+            try:
+                self._images[path or file.path] = _read(path)
+                if not Ar.IsPackageRelativePath(path):
+                    self.files.append(path)
+            except (OSError, ValueError, Image.DecompressionBombError) as error:
+                self._images[path or file.path] = None
+                why = "is missing" if not path else f"cannot be read ({' '.join(str(error).split())})"
+                self.notes.append(f"the picture {file.path} {why}, so its part of the look is left out")
+        return self._images[path or file.path]
+
+
+def _read(path: str) -> Image.Image:
+    """Read a picture, also one inside a package."""
+    asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path)) if path else None
+    if not asset:
+        raise FileNotFoundError(path)
+    with asset as opened, Image.open(io.BytesIO(bytes(opened.GetBuffer()))) as image:
+        image.load()
+        return image.copy()
+
+
+def _channel(picture: _Picture) -> Image.Image:
+    """Return the channel of a picture that an input of one number reads."""
+    image = picture.image if picture.image.mode != "P" else picture.image.convert("RGBA")
+    wanted = picture.output[:1].upper()
+    if wanted in image.getbands():
+        return image.getchannel(wanted)
+    return image if len(image.getbands()) == 1 else image.getchannel(0)  # a gray picture
+
+
+def _packed(roughness: _Picture | None, metallic: _Picture | None) -> Texture | None:
+    """Return one picture as materials have it: roughness in its green, and metalness in its blue channel."""
+    first = roughness or metallic
+    if first is None:
+        return None
+    outputs = roughness and roughness.output, metallic and metallic.output
+    if roughness and metallic and roughness.image is metallic.image and outputs == ("g", "b"):
+        return Texture(roughness.image, roughness.name)
+    channels = [None if each is None else _channel(each).convert("L") for each in (roughness, metallic)]
+    size = max((each.size for each in channels if each is not None), key=lambda size: size[0] * size[1])
+    white = Image.new("L", size, 255)
+    green, blue = (white if each is None else each.resize(size) for each in channels)
+    return Texture(Image.merge("RGB", (white, green, blue)), f"{first.name}_roughness_metallic")
+
+
+def _color_texture(color: _Picture | None, opacity: _Picture | None, name: str) -> Texture | None:
+    """Return the picture of the color, with the opacity in its alpha channel where that is a picture."""
+    if opacity is None:
+        return None if color is None else Texture(color.image, color.name, is_color=True)
+    if color is not None and color.image is opacity.image and opacity.output == "a":
+        return Texture(color.image, color.name, is_color=True)
+    alpha = _channel(opacity).convert("L")
+    plain = Image.new("RGB", alpha.size, (255, 255, 255)) if color is None else color.image.convert("RGB")
+    red, green, blue = plain.split()
+    return Texture(Image.merge("RGBA", (red, green, blue, alpha.resize(plain.size))), f"{name}_color", is_color=True)
+
+
+def _factor(picture: _Picture | None, surface: UsdShade.Shader, name: str, fallback: float) -> float:
+    if picture is None:
+        return _number(surface, name, fallback)
+    return float(picture.scale["rgba".index(picture.output[:1])])
+
+
+def _number(surface: UsdShade.Shader, name: str, fallback: float) -> float:
+    value = _value(surface, name)
+    return float(value) if isinstance(value, int | float) else fallback
+
+
+def _color(surface: UsdShade.Shader, name: str, fallback: float) -> tuple[float, float, float]:
+    value = _value(surface, name)
+    if not isinstance(value, Gf.Vec3f):
+        return fallback, fallback, fallback
+    return _three((value[0], value[1], value[2]))
+
+
+def _three(values: tuple[float, ...]) -> tuple[float, float, float]:
+    red, green, blue, *_ = (max(float(each), 0.0) for each in values)
+    return red, green, blue
+
+
+def _value(surface: UsdShade.Shader, name: str) -> Any:
+    given = surface.GetInput(name)
+    attributes = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
+    return attributes[0].Get() if attributes else None
