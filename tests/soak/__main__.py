@@ -10,6 +10,7 @@ SOAKS = {
     "label_faults": "every kind of label fault put into datasets: `usdsdg verify` finds all but one at most",
     "label_clean": "2,000 frames in every format, without a fault: `usdsdg verify` finds none",
     "formats": "200 cluttered frames in every dataset format, read and scored by the formats' own tools",
+    "meshes": "mesh files in ten forms, whole, broken and mutated: each converted, rendered, or refused with a reason",
     "physics_calm": "drops, rebounds, stacks, overlaps, piles and the object-based scene, each with its limit",
 }
 

@@ -1,0 +1,117 @@
+"""An asset that cannot be opened is an error with exit code 1 wherever one is taken, and not a warning of USD."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from pxr import Usd
+from typer.testing import CliRunner
+
+import usdsdg as rep
+from usdsdg.cli.commands import app
+from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage
+from usdsdg.errors import AssetError, AssetUnreadable
+
+
+def torn(file):
+    made = Usd.Stage.CreateNew(str(file))
+    made.SetDefaultPrim(made.DefinePrim("/thing", "Cube"))
+    made.GetRootLayer().Save()
+    file.write_bytes(file.read_bytes()[:100])
+
+
+BROKEN = {
+    "torn.usdc": (torn, "cannot be opened as USD"),
+    "nonsense.usda": (lambda file: file.write_text("#usda 1.0\ndef Xform {{{"), "cannot be opened as USD"),
+    "page.usd": (lambda file: file.write_text("<html>not found</html>"), "cannot be opened as USD"),
+    "nothing.usd": (lambda file: file.write_bytes(b""), "is an empty file"),
+    "pointer.usdz": (lambda file: file.write_text("version https://git-lfs.github.com/spec/v1\n"), "Git LFS"),
+    "folder.usd": (lambda file: file.mkdir(), "it is a folder"),
+    "cut.glb": (lambda file: file.write_bytes(b"glTF\x02\0\0\0\xff\xff\0\0"), "cut off"),
+    "points.obj": (lambda file: file.write_text("v 0 0 0\n"), "no triangles"),
+}
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
+@pytest.fixture(params=list(BROKEN))
+def broken(request, tmp_path):
+    """A file that cannot be opened, and why."""
+    make, why = BROKEN[request.param]
+    file = tmp_path / "assets" / request.param
+    file.parent.mkdir()
+    make(file)
+    return file, why
+
+
+def test_functions_that_take_an_asset(stage, broken):
+    file, why = str(broken[0]), broken[1]
+    for take in (
+        rep.create.from_usd,
+        lambda file: rep.create.from_usd(file, semantics=[("class", "thing")]),
+        lambda file: rep.randomizer.instantiate([file], size=1),
+        lambda file: rep.randomizer.instantiate([file], size=1, mode="point_instance"),
+        lambda file: rep.functional.create.reference(usd_path=file),
+        lambda file: rep.functional.create.reference(usd_path=file, prim_path="/thing"),
+        lambda file: add_reference_to_stage(file, "/World/thing"),
+    ):
+        with pytest.raises(AssetUnreadable, match=why) as error:
+            take(file)
+        assert broken[0].name in str(error.value)
+
+
+def test_folders_of_assets(stage, broken):
+    if broken[0].is_file():
+        with pytest.raises(AssetUnreadable, match=broken[1]):
+            rep.create.from_dir(str(broken[0].parent))
+
+
+def test_commands_end_with_exit_code_1(broken, tmp_path):
+    file, why = broken
+    config = {
+        "labeled_assets_and_properties": [{"url": str(file), "label": "thing", "count": 1}],
+        "writer_type": "BasicWriter", "writer_kwargs": {"output_dir": str(tmp_path / "out"), "rgb": True},
+    }  # fmt: skip
+    (tmp_path / "config.json").write_text(json.dumps(config))
+    for command in (
+        ("generate", str(tmp_path / "config.json")),
+        ("render", str(file), str(tmp_path / "picture")),
+        ("convert", str(file), str(tmp_path / "thing.usda")),
+    ):
+        result = CliRunner().invoke(app, list(command), env={"COLUMNS": "400", "TERM": "dumb"})
+        assert result.exit_code == 1, command
+        assert file.name in result.output, command
+        assert command[0] != "generate" or why in result.output
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "rep.create.from_usd(FILE, semantics=[('class', 'thing')])",
+        "stage.DefinePrim('/World/thing').GetReferences().AddReference(FILE)",
+    ],
+)
+def test_scripts_end_with_exit_code_1(tmp_path, line):
+    torn(tmp_path / "torn.usdc")
+    (tmp_path / "script.py").write_text(
+        "import omni.replicator.core as rep, omni.usd\n"
+        f"FILE = {str(tmp_path / 'torn.usdc')!r}\n"
+        f"stage = omni.usd.get_context().get_stage()\n{line}\nrep.orchestrator.step()\n"
+    )
+    command = [sys.executable, "-m", "usdsdg", "run", str(tmp_path / "script.py")]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 1
+    assert "torn.usdc" in ended.stderr
+
+
+def test_a_file_without_a_default_prim_says_what_it_has(stage, tmp_path):
+    made = Usd.Stage.CreateNew(str(tmp_path / "rootless.usda"))
+    made.DefinePrim("/Mug", "Xform")
+    made.GetRootLayer().Save()
+    for take in (rep.create.from_usd, lambda file: rep.randomizer.instantiate([file], size=1)):
+        with pytest.raises(AssetError, match=r"rootless.usda has no default prim.*\(it has /Mug\)"):
+            take(str(tmp_path / "rootless.usda"))

@@ -1,0 +1,52 @@
+"""The process that converts, with a limit of time for each file."""
+
+from __future__ import annotations
+
+import json
+import selectors
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+
+class Worker:
+    """Converts files in a process of its own, which is begun again after it crashed or took too long."""
+
+    def __init__(self, log: Path) -> None:
+        self._log = log
+        self._process: subprocess.Popen[str] | None = None
+
+    def ask(self, file: Path, folder: Path, *, picture: bool, limit: float) -> dict[str, Any]:
+        """Return what became of a file, or {"crashed": why}; `limit` [s] is how long it may take."""
+        folder.mkdir(parents=True, exist_ok=True)
+        process = self._started()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(json.dumps({"file": str(file), "folder": str(folder), "picture": picture}) + "\n")
+        process.stdin.flush()
+        with selectors.DefaultSelector() as selector:
+            selector.register(process.stdout, selectors.EVENT_READ)
+            ready = selector.select(limit)
+        line = process.stdout.readline() if ready else ""
+        if line:
+            return json.loads(line)
+        self.close()
+        tail = self._log.read_text(errors="replace").strip().splitlines()[-1:] or [""]
+        return {"crashed": f"took more than {limit:g} s" if not ready else f"the process ended: {tail[0]}"}
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+            self._process = None
+
+    def _started(self) -> subprocess.Popen[str]:
+        if self._process is None:
+            with self._log.open("w") as log:
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", "tests.soak.meshes.worker"],
+                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, text=True,
+                )  # fmt: skip
+        return self._process
