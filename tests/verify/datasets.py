@@ -32,6 +32,11 @@ EVERYTHING = (
     "instance_segmentation", "instance_id_segmentation", "distance_to_camera", "distance_to_image_plane", "occlusion",
     "normals", "motion_vectors", "camera_params", "pointcloud",
 )  # fmt: skip
+YCB_VIDEO: dict[str, Any] = {
+    **dict.fromkeys(("rgb", "bounding_box_2d_tight", "semantic_segmentation", "distance_to_image_plane", "pose"), True),
+    "num_frames": 4,
+    "class_name_to_index_map": {"mug": 1, "can": 2, "box": 3, "ball": 4},
+}
 # Writers and their options, by the name of the folder.
 DATASETS: dict[str, tuple[str, dict[str, Any], int]] = {  # number of cameras
     "basic": ("BasicWriter", dict.fromkeys(EVERYTHING, True), 1),
@@ -50,6 +55,10 @@ DATASETS: dict[str, tuple[str, dict[str, Any], int]] = {  # number of cameras
     "pose": ("PoseWriter", {"exact_camera_frame": True, "skip_empty_frames": False}, 1),
     "dope": ("PoseWriter", {"exact_camera_frame": True, "format": "dope", "skip_empty_frames": False}, 1),
     "centerpose": ("PoseWriter", {"exact_camera_frame": True, "format": "centerpose"}, 2),
+    "dope_node": ("DOPEWriter", {"class_name_to_index_map": {}}, 2),
+    "dope_exact": ("DOPEWriter", {"class_name_to_index_map": {}, "exact": True}, 1),
+    "ycb_node": ("YCBVideoWriter", YCB_VIDEO, 1),
+    "ycb_exact": ("YCBVideoWriter", {**YCB_VIDEO, "exact": True}, 2),
     "yolo": ("YoloWriter", {"task": "detect"}, 1),
     "outlines": ("YoloWriter", {"task": "segment", "splits": {"train": 3, "val": 1}, "min_pixels": 5}, 2),
     "bop": ("BopWriter", {}, 2),

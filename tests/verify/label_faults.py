@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from PIL import Image
+from scipy.io import loadmat, savemat
 
 from usdsdg.datasets.formats.coco import decoded
 from usdsdg.writers.formats.shapes import run_length
@@ -523,6 +524,136 @@ def _(folder: Path) -> None:
 @kind("stale poses", "pose")
 def _(folder: Path) -> None:
     shutil.copy(folder / "000000.json", folder / "000001.json")
+
+
+# DOPEWriter and YCBVideoWriter
+
+
+def _dope(folder: Path, change: Callable[[dict], None]) -> None:
+    for path in [*folder.glob("0*.json"), *folder.glob("*/0*.json")]:
+        edit_json(path, lambda values: [change(each) for each in values["objects"]] and None)
+
+
+@kind("x y z w for w x y z", "dope_exact")
+def _(folder: Path) -> None:
+    _dope(folder, lambda each: each.update(quaternion_wxyz=each["quaternion_wxyz"][1:] + each["quaternion_wxyz"][:1]))
+
+
+@kind("meters for centimeters", "dope_exact")
+def _(folder: Path) -> None:
+    _dope(folder, lambda each: each.update(location=[part / 100 for part in each["location"]]))
+
+
+@kind("PoseWriter's order of keypoints", "dope_node")
+def _(folder: Path) -> None:
+    order = (2, 3, 0, 1, 6, 7, 4, 5, 8)
+    _dope(folder, lambda each: each.update(projected_cuboid=[each["projected_cuboid"][index] for index in order]))
+
+
+@kind("rows of keypoints from the bottom", "dope_node")
+def _(folder: Path) -> None:
+    _dope(folder, lambda each: each.update(projected_cuboid=[[x, 64 - y] for x, y in each["projected_cuboid"]]))
+
+
+@kind("poses of the other camera", "dope_node")
+def _(folder: Path) -> None:
+    first, second = sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith("."))
+    shutil.copy(first / "000001.json", second / "000001.json")
+
+
+@kind("intrinsics of half the size", "dope_exact")
+def _(folder: Path) -> None:
+    for path in folder.glob("*.json"):
+        edit_json(path, lambda values: values["camera_data"]["intrinsics"].update(cx=24.0, cy=16.0))
+
+
+VIDEO = "data/YCB_Video/data/0000"
+
+
+def edit_mat(path: Path, change: Callable[[dict], None]) -> None:
+    values = {name: value for name, value in loadmat(path).items() if not name.startswith("__")}
+    change(values)
+    savemat(path, values)
+
+
+def _meta(folder: Path, change: Callable[[dict], None]) -> None:
+    for path in folder.glob(f"{VIDEO}/**/*-meta.mat"):
+        edit_mat(path, change)
+
+
+@kind("transposed rotations in meta.mat", "ycb_node")
+def _(folder: Path) -> None:
+    def transpose(values: dict) -> None:
+        values["poses"][:, :3] = values["poses"][:, :3].transpose(1, 0, 2).copy()
+
+    _meta(folder, transpose)
+
+
+@kind("y up and z back in meta.mat", "ycb_exact")
+def _(folder: Path) -> None:
+    _meta(folder, lambda values: values["poses"].__setitem__(slice(1, 3), -values["poses"][1:3]))
+
+
+@kind("millimeters in meta.mat", "ycb_exact")
+def _(folder: Path) -> None:
+    _meta(folder, lambda values: values["poses"].__setitem__((slice(None), 3), values["poses"][:, 3] * 1000))
+
+
+@kind("classes of poses swapped", "ycb_node")
+def _(folder: Path) -> None:
+    swapped = np.array([0, 2, 1, 3, 4], np.uint8)
+    _meta(folder, lambda values: values.update(cls_indexes=swapped[values["cls_indexes"]]))
+
+
+@kind("a pose is missing", "ycb_exact")
+def _(folder: Path) -> None:
+    def drop(values: dict) -> None:
+        values.update(
+            cls_indexes=values["cls_indexes"][1:], center=values["center"][1:], poses=values["poses"][..., 1:]
+        )
+
+    _meta(folder, drop)
+
+
+@kind("columns for rows in vertmap", "ycb_exact")
+def _(folder: Path) -> None:
+    _meta(folder, lambda values: values.update(vertmap=values["vertmap"][..., ::-1].copy()))
+
+
+@kind("intrinsics from the corner of the image", "ycb_exact")
+def _(folder: Path) -> None:
+    _meta(folder, lambda values: values["intrinsic_matrix"].__setitem__((slice(2), 2), (48.0, 32.0)))
+
+
+@kind("labels one row lower", "ycb_node")
+def _(folder: Path) -> None:
+    edit_image(folder / f"{VIDEO}/000001-label.png", lambda image: np.roll(image, 1, axis=0))
+
+
+@kind("boxes as x, y, width, height", "ycb_node")
+def _(folder: Path) -> None:
+    path = folder / f"{VIDEO}/000001-box.txt"
+    lines = [line.split(" ") for line in path.read_text().splitlines()]
+    path.write_text(
+        "".join(f"{name} {x} {y} {int(u) - int(x) + 1} {int(v) - int(y) + 1}\n" for name, x, y, u, v in lines)
+    )
+
+
+@kind("stale picture of the inverse depth", "ycb_node")
+def _(folder: Path) -> None:
+    shutil.copy(folder / f"{VIDEO}/000000-depth.png", folder / f"{VIDEO}/000001-depth.png")
+
+
+@kind("depth in millimeters", "ycb_exact")
+def _(folder: Path) -> None:
+    for path in folder.glob(f"{VIDEO}/**/*-depth.png"):
+        edit_image(path, lambda depth: (depth // 10).astype(np.uint16))
+
+
+@kind("a frame that is not there in train.txt", "ycb_node")
+def _(folder: Path) -> None:
+    with (folder / "data/YCB_Video/train.txt").open("a") as listed:
+        listed.write("0000/000099\n")
 
 
 # YOLO

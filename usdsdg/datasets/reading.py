@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Protocol
 
 from usdsdg.datasets.folder import Folder
-from usdsdg.datasets.formats import basic, bop, coco, cosmos, drawn, kitti, pose, yolo
+from usdsdg.datasets.formats import basic, bop, coco, cosmos, dope, drawn, kitti, pose, ycb_video, yolo
 from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.seen_object import SeenObject
 
@@ -36,8 +36,8 @@ class Format(Protocol):
         ...
 
 
-# COCO's and Cosmos's names contain those of BasicWriter, so they come first.
-FORMATS: tuple[Format, ...] = (coco, cosmos, bop, yolo, kitti, drawn, basic, pose)
+# COCO's and Cosmos's names contain those of BasicWriter, and DOPE's are those of PoseWriter, so they come first.
+FORMATS: tuple[Format, ...] = (coco, cosmos, bop, yolo, kitti, ycb_video, drawn, basic, dope, pose)
 
 
 def images(folder: Folder, read: set[str]) -> Iterator[Seen]:

@@ -74,7 +74,7 @@ def _shortest(thing: Thing, camera: CameraView) -> float:
 
 
 def _corner_pixels(thing: Thing, camera: CameraView) -> np.ndarray | None:
-    pixels, depth = camera.project(_moved(keypoints(thing.bounds, list(_ORDER[1:])), thing.local_to_world))
+    pixels, depth = camera.project(moved(keypoints(thing.bounds, list(_ORDER[1:])), thing.local_to_world))
     if camera.projection_type != "pinhole" or not (depth > max(camera.clipping_range[0], 1e-6)).all():
         return None
     return pixels
@@ -101,8 +101,8 @@ def _to_camera(poses: Poses, thing: Thing, camera: CameraView) -> np.ndarray:
 def _values(poses: Poses, thing: Thing, camera: CameraView) -> Mapping[str, Any]:
     """Return what a file must have of an object, by its names."""
     pose, to_camera = thing.local_to_world, _to_camera(poses, thing, camera)
-    world = _moved(keypoints(thing.bounds, poses.order), pose)
-    in_camera = _moved(world, camera.world_to_camera)
+    world = moved(keypoints(thing.bounds, poses.order), pose)
+    in_camera = moved(world, camera.world_to_camera)
     size = (thing.bounds[1] - thing.bounds[0]) * np.linalg.norm(pose[:3, :3], axis=1)
     values = {
         "local_to_world_transform": pose,
@@ -116,16 +116,16 @@ def _values(poses: Poses, thing: Thing, camera: CameraView) -> Mapping[str, Any]
         "keypoints_3d": in_camera,
     }
     # The axes of a sheared prim have no lengths of their own.
-    return values | ({"size": size, "scale": size} if _is_straight(pose) else {})
+    return values | ({"size": size, "scale": size} if is_straight(pose) else {})
 
 
 def _rotations(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: CameraView) -> Faults:
     """Quaternions turn as the matrices do."""
     frames = {"quat_wxyz_world_frame": thing.local_to_world}
-    if poses.exact or _is_straight(_to_camera(poses, thing, camera)):
+    if poses.exact or is_straight(_to_camera(poses, thing, camera)):
         frames |= dict.fromkeys(("quat_wxyz_camera_frame", "quaternion_xyzw"), _to_camera(poses, thing, camera))
     for name, matrix in frames.items():
-        if name not in posed.values or not _is_straight(matrix) or np.linalg.det(matrix[:3, :3]) <= 0:
+        if name not in posed.values or not is_straight(matrix) or np.linalg.det(matrix[:3, :3]) <= 0:
             continue
         axes = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=1, keepdims=True)
         found = turned(posed.values[name], real_last=name.endswith("xyzw"))
@@ -152,7 +152,7 @@ def _pixels(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: Camera
     if name is None:
         return
     found = np.array(posed.values[name], np.float64)
-    world = _moved(keypoints(thing.bounds, poses.order), thing.local_to_world)
+    world = moved(keypoints(thing.bounds, poses.order), thing.local_to_world)
     pixels, depth = camera.project(world)
     ahead = np.isfinite(pixels).all(axis=1) & (depth > max(camera.clipping_range[0], 1e-6))
     if found.shape != pixels.shape or (np.abs(found - pixels)[ahead] > _PIXEL).any():
@@ -184,7 +184,7 @@ def _agrees(seen: Seen, poses: Poses, posed: Posed) -> Faults:
             yield Fault(poses.file, seen.name, f"{name} of {posed.path} is no rotation", "length 1", f"{length:.6g}")
         if seen.truth is None and matrix in posed.values:
             axes = np.array(posed.values[matrix], np.float64)
-            if _is_straight(axes) and np.linalg.det(axes) > 0:
+            if is_straight(axes) and np.linalg.det(axes) > 0:
                 axes = axes / np.linalg.norm(axes, axis=1, keepdims=True)
                 if differs(turned(posed.values[name], real_last=False), axes, relative=0.0, absolute=1e-4):
                     yield Fault(poses.file, seen.name, f"{name} of {posed.path} is not {matrix}")
@@ -211,11 +211,11 @@ def _projects(seen: Seen, poses: Poses, posed: Posed) -> Faults:
             yield Fault(poses.file, seen.name, f"{points} of {posed.path} do not project to {pixels}")
 
 
-def _moved(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+def moved(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     return points @ matrix[:3, :3] + matrix[3, :3]
 
 
-def _is_straight(matrix: np.ndarray) -> bool:
+def is_straight(matrix: np.ndarray) -> bool:
     """Return whether the axes are perpendicular."""
     axes = matrix[:3, :3] / np.maximum(np.linalg.norm(matrix[:3, :3], axis=1, keepdims=True), 1e-12)
     return bool(np.abs(axes @ axes.T - np.eye(3)).max() < 1e-5)

@@ -43,7 +43,7 @@ def label_picture(segmentation: Mapping[str, Any], indices: Mapping[str, int]) -
     ids, table = segmentation["data"], segmentation["idToLabels"]
     index_of = np.zeros(max((int(key) for key in table), default=0) + 1, np.uint8)
     for key, labels in table.items():
-        index_of[int(key)] = indices.get(labels.get("class", ""), 0)
+        index_of[int(key)] = indices.get(labels.get("class", ""), indices.get(first_class(labels), 0))
     return index_of[ids]
 
 
