@@ -37,7 +37,8 @@ def check(seen: Seen) -> Faults:
         if meta is not None and seen.truth.camera is not None:
             yield from _poses(seen, meta, indices, seen.truth, seen.truth.camera)
     if "inverse depth" in seen.extra and seen.truth is not None:
-        yield from _inverse_depth(seen, *seen.extra["inverse depth"], seen.truth)
+        gray_file, gray = seen.extra["inverse depth"]
+        yield from _inverse_depth(seen, gray_file, gray, seen.truth)
     if meta is not None:
         yield from _agrees(seen, meta, file, label)
     for name, lines in seen.lines:
