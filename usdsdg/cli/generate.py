@@ -12,10 +12,12 @@ from usdsdg.cli.command_context import (
     SaveStage,
     SemanticClasses,
     command_context,
+    finish_files,
     fix_classes,
     seed_everything,
 )
 from usdsdg.cli.file_kinds import FileKind, check_kind
+from usdsdg.cli.inspect import Inspect, show_written
 
 
 def generate(
@@ -30,6 +32,7 @@ def generate(
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the run.", show_default="the config's")] = None,
     semantic_classes: SemanticClasses = None,
     save_stage: SaveStage = None,
+    inspect: Inspect = False,
     quiet: Quiet = False,
 ) -> None:
     """Generate a dataset of labeled objects among distractors, from a config file.
@@ -44,7 +47,9 @@ def generate(
         fix_classes(semantic_classes)
         if config.suffix.lower() in saved_pipeline.SUFFIXES:
             saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides))
-            return
-        job, options = jobs.load_job(config, overrides)
-        seed_everything(options.seed)
-        job.run(options)
+        else:
+            job, options = jobs.load_job(config, overrides)
+            seed_everything(options.seed)
+            job.run(options)
+        finish_files()
+        show_written(inspect=inspect)

@@ -19,6 +19,7 @@ from usdsdg.cli.command_context import (
     seed_everything,
 )
 from usdsdg.cli.file_kinds import FileKind, check_kind
+from usdsdg.cli.inspect import Inspect, show_written
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
 
 YAML = (".yaml", ".yml")
@@ -83,6 +84,7 @@ def run(
     device: Device = None,
     seed: Seed = 0,
     save_stage: SaveStage = None,
+    inspect: Inspect = False,
     quiet: Quiet = False,
 ) -> None:
     """Run an existing Replicator or Isaac Sim script unchanged, until its asyncio tasks have ended.
@@ -115,6 +117,8 @@ def run(
             else:
                 execute(script, arguments, frames=frames)
             finish_files()
+        if inspect:
+            show_written(inspect=True)
 
 
 def _split_own_options(arguments: list[str]) -> tuple[list[str], dict[str, str]]:

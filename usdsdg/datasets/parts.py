@@ -14,6 +14,7 @@ from usdsdg.record import CLASSES
 _BESIDE = PurePosixPath(CLASSES).parts[0]
 _IN_ROOT = re.compile(r"^(data\.yaml|coco_annotations_.+\.json)$")
 _BOP_SCENE = "scene_gt.json"  # two folders below the root
+_ANNOTATIONS, _COCO_TABLE = "annotations", re.compile(r"^instances_.+\.json$")
 
 
 def parts(folder: Path) -> list[tuple[str, list[str]]]:
@@ -46,3 +47,5 @@ def _roots(folder: Path) -> Iterator[str]:
             yield inside.as_posix()
         if _BOP_SCENE in names and len(inside.parts) > 2:
             yield inside.parent.parent.as_posix()
+        if inside.name == _ANNOTATIONS and len(inside.parts) > 1 and any(_COCO_TABLE.match(name) for name in names):
+            yield inside.parent.as_posix()

@@ -56,6 +56,8 @@ def layers(seen: Seen, objects: Sequence[SeenObject]) -> Iterator[Layer]:
             yield Layer(_IDS[each.kind], each.file, _colors(each), "mask")
     if (ids := _mask_ids(seen, objects)) is not None:
         yield Layer("instance_segmentation", seen.labels, ids, "mask")
+    for each in seen.segments:
+        yield Layer("panoptic", each.picture, each.ids, "mask")
     for name, (file, image) in seen.further_images().items():
         yield Layer(name, file, image, "mask" if _is_mask(image) else "photograph")
 

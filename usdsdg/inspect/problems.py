@@ -44,11 +44,11 @@ def check_pairs(dataset: Dataset) -> None:
             if seen.labels and not seen.picture and (pictures or not seen.steps):
                 text = f"{frame.path(seen.labels)}: there is no picture of it"
                 dataset.problem(Problem("labels without picture", text, frame.name))
+            elif frame.labeled and not frame.objects:
+                dataset.problem(Problem("empty frame", f"{frame.name}: no object in view", frame.name))
             if not seen.labels and labels:
                 text = f"{frame.path(seen.picture or seen.files[0])}: there are no labels of it"
                 dataset.problem(Problem("picture without labels", text, frame.name))
-            if frame.labeled and not frame.objects:
-                dataset.problem(Problem("empty frame", f"{frame.name}: no object in view", frame.name))
 
 
 def check_complete(dataset: Dataset) -> None:

@@ -5,6 +5,7 @@ import json
 import os
 import tempfile
 from collections import Counter
+from collections.abc import Callable
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from usdsdg.inspect import statistics
 from usdsdg.inspect.dataset import read_dataset
 from usdsdg.inspect.embedding import BUDGET, Embedding, Progress, Shown, embed
 from usdsdg.inspect.layers import KINDS
-from usdsdg.inspect.records import Dataset
+from usdsdg.inspect.records import Dataset, Problem
 
 # Media type of images whose pixels are ids.
 _SHARP = "image/png"
@@ -31,10 +32,12 @@ def inspect(
     *,
     budget: int = BUDGET,
     progress: Progress | None = None,
+    report: Callable[[Problem], None] | None = None,
 ) -> Path:
-    """Write one HTML page about the dataset in `folder`; return its path (default `folder`/inspect.html).
+    """Write one HTML page about the datasets in `folder`; return its path (default `folder`/inspect.html).
 
     `budget` limits the bytes of all images on the page; beyond it images are downscaled or omitted.
+    `report` is called with each problem that the page lists.
 
     Raises:
         DatasetError: the folder is missing, or contains no known dataset.
@@ -44,6 +47,9 @@ def inspect(
     embedding = embed(dataset, budget=budget, progress=progress)
     target = Path(output) if output is not None else Path(folder) / "inspect.html"
     _write(target, page(dataset, embedding))
+    if report is not None:
+        for problem in dataset.problems:
+            report(problem)
     return target
 
 

@@ -82,6 +82,7 @@ class Session:
         self.label_filter: str | None = None  # of annotators without one of their own; None: all labels
         self.metadata_seed: int | None = None  # the global seed of the latest captured frame
         self.disk_root: Path | None = None  # parent of relative output folders; None: the default
+        self.written_folders: dict[str, None] = {}  # on disk, in the order of their first file
         self.imported_version = 0  # of Replicator, as the script's imports tell; 0: they do not
         self.failed_at_exit = False  # a file could not be written and no call has raised it
         assets.set_fallback_root(lambda: _imported("usdsdg.demo:root")())

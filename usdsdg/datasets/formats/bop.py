@@ -15,7 +15,7 @@ from usdsdg.datasets import cuboids
 from usdsdg.datasets.cuboids import PinholeCamera
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
-from usdsdg.datasets.matching import record_of
+from usdsdg.datasets.matching import classes_of, record_of
 from usdsdg.datasets.seen import Camera, Color, Depth, Seen
 from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.datasets.truth import Truth
@@ -117,8 +117,7 @@ class Models:
 
     def label(self, number: int) -> str:
         """Return the name of the class of a model, or its file's where there is no table of classes."""
-        tables = (self._folder.classes or {}).get("tables", ())
-        rows = next((each["classes"] for each in tables if (each["filter"] or "") == "class:*"), ())
+        rows = classes_of(self._folder, "class:*") or []
         place = (number - 1) % _SHAPES
         return str(rows[place]["name"]) if place < len(rows) else f"obj_{number:06d}"
 

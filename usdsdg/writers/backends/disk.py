@@ -68,6 +68,7 @@ class DiskBackend(BaseBackend):
         """
         file = path_below(Path(self.output_dir), path)
         _warn_of_sharing(self)
+        current().written_folders.setdefault(self.output_dir)
         write_whole(file, data)
 
     def read_blob(self, path: str) -> bytes:
