@@ -81,6 +81,12 @@ def test_render_products_have_folders(tmp_path):
     assert read(tmp_path / "rp2")["objects"] == []
 
 
+def test_exact_files_of_a_render_product_lie_together_where_dopes_training_finds_them(tmp_path):
+    write(tmp_path, {PRODUCT: scene(), OTHER: scene()}, exact=True)
+    files = [f"{product}/000000.{ending}" for product in ("rp1", "rp2") for ending in ("json", "png")]
+    assert data_names(tmp_path) == ["metadata.txt", *files]
+
+
 def test_numbers_are_those_of_the_annotator(tmp_path):
     frame = scene()
     writers.DOPEWriter.register_pose_annotator({"WIDTH": 640, "HEIGHT": 480, "CAMERA_ROTATION": [0, 0, 90]})

@@ -28,7 +28,7 @@ class DOPEWriter(Writer):
     The JSON has an object for each labeled prim in view: class, visibility, location, quaternion_wxyz, and
     projected_cuboid, its box in DOPE's order. The numbers are those of Isaac Sim: docs/compatibility.md has what is
     unexpected of them, and `exact=True` gives others. Several render products have folders of their own, with the
-    images in `rgb`.
+    images in `rgb` below, or with `exact` beside the JSON.
     """
 
     version = "0.0.1"
@@ -118,7 +118,9 @@ class DOPEWriter(Writer):
         assert self.backend is not None
         for product, values in described.items():
             folder = f"{product}/" if several else ""
-            image = f"{folder}{'rgb/' if several else ''}{self._frame_id:06d}.{self._image_format}"
+            # Isaac Sim's place, in which DOPE's training does not look for pictures.
+            apart = "rgb/" if several and not self._exact else ""
+            image = f"{folder}{apart}{self._frame_id:06d}.{self._image_format}"
             rgb = np.asarray(data["renderProducts"][product][RGB]["data"])
             # JSON last, so that a frame with JSON has its image.
             self.backend.schedule_together(
