@@ -43,8 +43,7 @@ def test_a_failed_build_leaves_nothing(cache, monkeypatch):
 def test_of_two_processes_that_build_the_first_to_finish_wins(cache, monkeypatch):
     def slow(folder):
         (folder / "mine").mkdir()
-        other = build._target()
-        (other / "theirs").mkdir(parents=True)
+        (folder.parent / f"demo-{build._release()}-{build.EDITION}" / "theirs").mkdir(parents=True)
 
     monkeypatch.setattr(build, "build", slow)
     folder = build.Path(root())

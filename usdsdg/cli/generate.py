@@ -22,7 +22,7 @@ from usdsdg.cli.inspect import Inspect, show_written
 
 def generate(
     config: Annotated[
-        Path, typer.Argument(help="Configuration such as configs/object_based.yaml, or a .usd saved with its graph.")
+        Path, typer.Argument(help="Configuration such as configs/detection.yaml, or a .usd saved with its graph.")
     ],
     set_: Annotated[
         list[str] | None, typer.Option("--set", help="Override a key: num_frames=3, resolution=[320,240].")
@@ -35,7 +35,7 @@ def generate(
     inspect: Inspect = False,
     quiet: Quiet = False,
 ) -> None:
-    """Generate a dataset of labeled objects among distractors, from a config file.
+    """Generate a dataset from a config file: object-based, detection or bin picking.
 
     Given a stage that a script saved, run its graph again without the script.
     """

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import PackageNotFoundError, version
@@ -11,13 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from usdsdg.errors import AssetError
-from usdsdg.stage.assets import cache_folder
+from usdsdg.stage.assets import built_folder, cache_folder
 
 if TYPE_CHECKING:
     from usdsdg.demo.skies.room import Room
 
 # Increase it whenever an asset changes, so that cached folders of older editions are no longer used.
 EDITION = 3
+PARTS_EDITION = 1
 
 
 def root() -> str:
@@ -29,16 +28,27 @@ def root() -> str:
     Raises:
         AssetError: the cache folder cannot be written.
     """
-    target = _target()
-    if not target.is_dir():
-        try:
-            _build_and_rename(target)
-        except OSError as error:
-            raise AssetError(
-                f"The built-in demo assets cannot be written to {target}: {error}. Free space or permissions there, "
-                "or set XDG_CACHE_HOME to a writable folder, or configure an assets root of your own."
-            ) from error
-    return str(target)
+    return _built(f"demo-{_release()}-{EDITION}", build, "built-in demo assets", "configure an assets root of your own")
+
+
+def machine_parts() -> str:
+    """Return the folder of the demo parts of bin picking, one USD file each; built on first use.
+
+    Raises:
+        AssetError: the cache folder cannot be written.
+    """
+    return _built(f"parts-{_release()}-{PARTS_EDITION}", _write_parts, "demo parts", "name a folder of your own meshes")
+
+
+def _built(name: str, build: Callable[[Path], None], what: str, instead: str) -> str:
+    target = cache_folder() / name
+    try:
+        return str(built_folder(target, build))
+    except OSError as error:
+        raise AssetError(
+            f"The {what} cannot be written to {target}: {error}. Free space or permissions there, or set "
+            f"XDG_CACHE_HOME to a writable folder, or {instead}."
+        ) from error
 
 
 def build(folder: Path) -> None:
@@ -54,27 +64,19 @@ def build(folder: Path) -> None:
             sky.result()
 
 
-def _target() -> Path:
+def _release() -> str:
     try:
-        release = version("usdsdg")
+        return version("usdsdg")
     except PackageNotFoundError:
-        release = "source"
-    return cache_folder() / f"demo-{release}-{EDITION}"
+        return "source"
 
 
-def _build_and_rename(target: Path) -> None:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
-    try:
-        build(temporary)
-        temporary.chmod(0o755)
-        temporary.rename(target)
-    except OSError:
-        # Another process may have finished first; its folder has the same contents.
-        if not target.is_dir():
-            raise
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+def _write_parts(folder: Path) -> None:
+    from usdsdg.demo import usd_writer
+    from usdsdg.demo.props import machine_parts
+
+    for name, make in machine_parts.PARTS.items():
+        usd_writer.write_asset(folder / f"{name}.usd", make())
 
 
 def _write_assets(folder: Path) -> None:

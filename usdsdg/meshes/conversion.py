@@ -32,6 +32,7 @@ class Options:
     source_unit: float | None = None  # meters per unit of the mesh file; None: what it says, or meters
     label: str | None = None  # class; None: no label
     collider: str | None = None  # approximation of UsdPhysics; None: no collider
+    names_size: bool = True  # whether an odd size is named; False where its unit is decided later
 
     def __post_init__(self) -> None:
         if self.up_axis not in ("Y", "Z") or self.source_up_axis not in ("X", "Y", "Z", None):
@@ -60,7 +61,7 @@ def convert(source: Path, target: Path, options: Options) -> tuple[Report, MeshF
     mesh, repairs = repaired(_as_meant(read(source), options))
     if not mesh.parts:
         raise AssetUnreadable(f"{source}: no triangle is left after repairs: {'; '.join(repairs)}")
-    oddities = placement.oddities(mesh, source.name, origin=options.origin)
+    oddities = placement.oddities(mesh, source.name, origin=options.origin, names_size=options.names_size)
     mesh = placement.placed(
         mesh, up_axis=options.up_axis, meters_per_unit=options.meters_per_unit, origin=options.origin
     )

@@ -68,10 +68,10 @@ def axes(source: str, target: str, scale: float) -> np.ndarray:
     return matrix
 
 
-def oddities(mesh: MeshFile, name: str, *, origin: Origin) -> list[str]:
+def oddities(mesh: MeshFile, name: str, *, origin: Origin, names_size: bool = True) -> list[str]:
     """Return what looks like a mistake in the size or the place of an object, or is a lot, each with its remedy."""
     low, high = mesh.bounds
-    found = [size_problem(float((high - low).max()), mesh.meters_per_unit, name)]
+    found = [size_problem(float((high - low).max()), mesh.meters_per_unit, name)] if names_size else []
     if origin is Origin.KEEP:
         away = float(np.linalg.norm(np.maximum(np.maximum(low, -high), 0.0)))
         if away > FAR * float((high - low).max()):

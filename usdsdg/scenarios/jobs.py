@@ -9,6 +9,8 @@ from typing import Any
 
 from usdsdg.errors import ConfigError
 from usdsdg.scenarios import object_based
+from usdsdg.scenarios.bin_picking import job as bin_picking
+from usdsdg.scenarios.bin_picking.config import BinPickingConfig
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.config_errors import suggestion
 from usdsdg.scenarios.config_file import read_config, read_key
@@ -28,6 +30,7 @@ class Job:
 
 JOBS = {
     "object_based": Job(ObjectBasedConfig, object_based.run),
+    "bin_picking": Job(BinPickingConfig, bin_picking.run),
     "detection": Job(DetectionConfig, detection.run),
 }
 

@@ -12,15 +12,15 @@ from usdsdg.stage.physics.rigid_bodies import (
 from usdsdg.stage.schemas import physx
 
 
-def add_colliders(root: Usd.Prim) -> None:
-    """Make every gprim at or below `root` a collider, meshes through their convex hull."""
+def add_colliders(root: Usd.Prim, approximation: str = UsdPhysics.Tokens.convexHull) -> None:
+    """Make every gprim at or below `root` a collider, meshes through an approximation, by default their convex hull."""
     for prim in gprims_below(root):
         apply_collision_schemas(prim)
         UsdPhysics.CollisionAPI(prim).CreateCollisionEnabledAttr(True)
         offsets = physx.PhysxCollisionAPI(prim)
         offsets.CreateContactOffsetAttr(0.001)
         offsets.CreateRestOffsetAttr(0.0)
-        set_approximation(prim, UsdPhysics.Tokens.convexHull)
+        set_approximation(prim, approximation)
 
 
 def add_rigid_body(prim: Usd.Prim, *, floating: bool) -> None:

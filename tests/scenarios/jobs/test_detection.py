@@ -16,11 +16,11 @@ from PIL import Image
 from tests.scenarios.jobs.own_meshes import write_three
 from usdsdg.scenarios.detection.arrangement import CUT, HIDDEN, Arranger
 from usdsdg.scenarios.detection.config import DetectionConfig
-from usdsdg.scenarios.detection.deck import deal, variants
 from usdsdg.scenarios.detection.scene import build, sizes_of
 from usdsdg.scenarios.detection.sight import measure
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.jobs import load_job
+from usdsdg.scenarios.shared.decks import deal, variants
 from usdsdg.scenarios.shared.mesh_folder import read_assets
 
 ROOT = Path(__file__).parents[3]

@@ -8,8 +8,17 @@ from pydantic import Field, field_validator, model_validator
 
 from usdsdg.scenarios.config_values import AtLeastOne, CountRange, Positive, Range, Section, Shape, Text
 from usdsdg.scenarios.shared.mesh_folder import files_by_label
-from usdsdg.scenarios.shared.pictures import pictures_in, skies_in
-from usdsdg.scenarios.shared.sections import CameraConfig, Formats, Fraction, JobConfig, as_value_error, mounts_of
+from usdsdg.scenarios.shared.sections import (
+    CameraConfig,
+    Formats,
+    Fraction,
+    JobConfig,
+    Lights,
+    Pictures,
+    Skies,
+    as_value_error,
+    mounts_of,
+)
 
 Folder = Annotated[str, Field(strict=True)]
 
@@ -67,32 +76,12 @@ class Distractors(Section):
 class Backgrounds(Section):
     """What is behind everything."""
 
-    pictures: Folder = Field(default="", description="a folder of pictures; empty for patterns made by code")
-    skies: Text = Field(
-        default="/NVIDIA/Assets/Skies/Indoor", description="a folder of equirectangular pictures, such as .hdr files"
+    pictures: Pictures = Field(default="", description="a folder of pictures; empty for patterns made by code")
+    skies: Skies = Field(
+        default="/NVIDIA/Assets/Skies/Indoor",
+        description="a folder of equirectangular pictures, such as .hdr files",
     )
     share_of_pictures: Fraction = Field(default=0.6, description="of the frames, 0 to 1; the others show a sky")
-
-    @field_validator("pictures")
-    @classmethod
-    def _has_pictures(cls, folder: str) -> str:
-        if folder:
-            as_value_error(pictures_in, folder)
-        return folder
-
-    @field_validator("skies")
-    @classmethod
-    def _has_skies(cls, folder: str) -> str:
-        as_value_error(skies_in, folder)
-        return folder
-
-
-class Lights(Section):
-    """How bright a white surface is, as fractions of white in the picture."""
-
-    sky: Range = Field(default=(0.25, 0.7), description="from the sky, for example [0.25, 0.7]")
-    lamps: Range = Field(default=(0.2, 0.9), description="from lamps, for example [0.2, 0.9]")
-    lamp_count: CountRange = Field(default=(0, 2), description="fewest and most lamps, for example [0, 2]")
 
 
 class DetectionConfig(JobConfig):
@@ -100,7 +89,9 @@ class DetectionConfig(JobConfig):
 
     num_frames: AtLeastOne = Field(default=20, description="number of pictures, 1 or more")
     meshes: Text = Field(
-        default="/Isaac/Props/YCB/Axis_Aligned", description="a folder of meshes or USD files, one object each"
+        default="/Isaac/Props/YCB/Axis_Aligned",
+        validate_default=True,
+        description="a folder of meshes or USD files, one object each",
     )
     output_dir: Text = Field(default="_out_detection", description="the folder of the dataset")
     formats: Formats = Field(

@@ -5,17 +5,14 @@ from __future__ import annotations
 import numpy as np
 from pxr import Gf
 
-import usdsdg as rep
-from usdsdg.graph.sampling import set_global_seed
 from usdsdg.scenarios.detection.arrangement import Arranger
 from usdsdg.scenarios.detection.config import DetectionConfig
-from usdsdg.scenarios.detection.deck import deal, variants
 from usdsdg.scenarios.detection.scene import Scene, build, sizes_of
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.shared.bodies import Body
-from usdsdg.scenarios.shared.formats import make_writers
+from usdsdg.scenarios.shared.decks import deal, variants
 from usdsdg.scenarios.shared.mesh_folder import read_assets
-from usdsdg.scenarios.shared.runs import Summary, apply_rendering, capture
+from usdsdg.scenarios.shared.runs import Summary, begin, capture
 from usdsdg.session import engines
 from usdsdg.stage.poses.xform_ops import author_pose
 
@@ -34,13 +31,7 @@ def run(config: DetectionConfig) -> Summary:
         AssetError: a mesh or a sky cannot be used.
         WriterError: an option of a format has a wrong value, or its files cannot be written.
     """
-    set_global_seed(config.seed)
-    apply_rendering(config.rendering)
-    by_label = config.files()
-    rep.settings.set_semantic_classes(list(by_label))
-    common = {"splits": config.splits, "min_visibility": config.min_visibility, "min_pixels": config.min_pixels}
-    writers = make_writers(config.output_dir, config.formats, common)
-
+    by_label, writers = begin(config)
     draws, assets = Draws(config.seed, "detection"), read_assets(by_label, config.mesh_unit)
     hands = variants(deal(draws, _counts(config, draws), _shares(config, list(by_label))), sizes_of(assets))
     scene = build(config, hands, assets)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from usdsdg.create.render_products import HydraTexture
 from usdsdg.scenarios.detection.config import DetectionConfig
 from usdsdg.scenarios.shared.backdrop import Backdrop
 from usdsdg.scenarios.shared.bodies import Body, add_asset, add_shape
+from usdsdg.scenarios.shared.lenses import DEFAULT_SIZE, author_field_of_view
 from usdsdg.scenarios.shared.lighting import Brightness, Lighting
 from usdsdg.scenarios.shared.mesh_folder import MeshAsset, files_by_label, read_assets
 from usdsdg.scenarios.shared.patterns import pattern_folder
@@ -23,8 +23,6 @@ from usdsdg.scenarios.shared.sections import mounts_of
 from usdsdg.session import stage_context
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 
-DEFAULT_SIZE = (640, 480)
-_APERTURE = 20.955
 # Nearest and farthest distance [m] that a camera sees: objects may be grains or houses.
 _CLIPPING = (0.001, 10000.0)
 _DISTRACTOR_POOL = 12  # of shapes, and of meshes
@@ -82,8 +80,7 @@ def _camera(view: Usd.Prim, config: DetectionConfig) -> tuple[Usd.Prim, tuple[in
     if mounts:
         author_calibration(camera.GetPrim(), mounts[0].calibration)
         return camera.GetPrim(), config.resolution or mounts[0].calibration.size
-    camera.CreateHorizontalApertureAttr(_APERTURE)
-    camera.CreateFocalLengthAttr(_APERTURE / 2.0 / math.tan(math.radians(config.camera.field_of_view / 2.0)))
+    author_field_of_view(camera, config.camera.field_of_view)
     return camera.GetPrim(), config.resolution or DEFAULT_SIZE
 
 

@@ -144,7 +144,7 @@ def _is_plausible(meters: float) -> bool:
 
 def _as_usd(file: str) -> str:
     """Return the USD file of a mesh; with the axes of the mesh's own file, to which poses then refer."""
-    return converted(file, Options(up_axis="Z", source_up_axis="Z")) if assets.is_mesh(file) else file
+    return converted(file, Options(up_axis="Z", source_up_axis="Z", names_size=False)) if assets.is_mesh(file) else file
 
 
 def _measured(file: str) -> tuple[str, float, np.ndarray, np.ndarray]:

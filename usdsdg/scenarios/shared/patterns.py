@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
-import uuid
+from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 from usdsdg.errors import OutputNotWritable
-from usdsdg.stage.assets import cache_folder
+from usdsdg.stage.assets import built_folder, cache_folder
 
 COUNT, WIDTH, HEIGHT = 36, 800, 600
 # Part of the folder's name: another number paints everything again.
@@ -23,21 +22,15 @@ def pattern_folder() -> str:
         OutputNotWritable: the cache folder cannot be written to.
     """
     target = cache_folder() / f"patterns-{VERSION}"
-    if target.is_dir():
-        return str(target)
-    work = target.parent / f".{target.name}-{uuid.uuid4().hex[:8]}"
     try:
-        work.mkdir(parents=True)
-        for index in range(COUNT):
-            Image.fromarray(painted(index)).save(work / f"{index:03d}.png", compress_level=1)
-        if not target.is_dir():
-            work.rename(target)
+        return str(built_folder(target, _paint_all))
     except OSError as error:
-        if not target.is_dir():
-            raise OutputNotWritable(f"patterns for backgrounds cannot be written to {target}: {error}") from error
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
-    return str(target)
+        raise OutputNotWritable(f"patterns for backgrounds cannot be written to {target}: {error}") from error
+
+
+def _paint_all(folder: Path) -> None:
+    for index in range(COUNT):
+        Image.fromarray(painted(index)).save(folder / f"{index:03d}.png", compress_level=1)
 
 
 def painted(index: int) -> np.ndarray:

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import usdsdg as rep
+from usdsdg.graph.sampling import set_global_seed
 from usdsdg.orchestrator import get_orchestrator
 from usdsdg.scenarios.interruption import stop_request
-from usdsdg.scenarios.shared.formats import folders
-from usdsdg.scenarios.shared.sections import Rendering
+from usdsdg.scenarios.shared.formats import folders, make_writers
+from usdsdg.scenarios.shared.sections import JobConfig, Rendering
+from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.writers import Writer
 
@@ -32,8 +34,24 @@ class Summary:
     folders: tuple[Path, ...]
 
 
-def apply_rendering(rendering: Rendering) -> None:
-    """Set the render mode."""
+def begin(config: JobConfig, **options: object) -> tuple[dict[str, list[str]], list[tuple[str, Writer]]]:
+    """Set seed, render mode and classes; return the mesh files by class, and the initialized writers by format.
+
+    options: of writers that have them, besides the splits and the least that is visible.
+
+    Raises:
+        WriterError: an option of a format has a wrong value, or its files cannot be written.
+    """
+    set_global_seed(config.seed)
+    _apply_rendering(config.rendering)
+    by_label = config.files()
+    if not current().class_tables.given:  # by --semantic-classes
+        rep.settings.set_semantic_classes(list(by_label))
+    common = {"splits": config.splits, "min_visibility": config.min_visibility, "min_pixels": config.min_pixels}
+    return by_label, make_writers(config.output_dir, config.formats, common | options)
+
+
+def _apply_rendering(rendering: Rendering) -> None:
     settings = get_settings()
     settings.set("/rtx/rendermode", "PathTracing" if rendering.path_tracing else "RaytracedLighting")
     samples = max(rendering.samples, _PATH_TRACED)

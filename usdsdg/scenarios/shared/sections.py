@@ -6,20 +6,46 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
+from usdsdg import demo
 from usdsdg.calibration.files import read_calibration, read_rig
 from usdsdg.calibration.rig import Mount
 from usdsdg.errors import UsdsdgError
-from usdsdg.scenarios.config_values import AtLeastOne, Count, Flag, Positive, Section, Text
+from usdsdg.scenarios.config_values import AtLeastOne, Count, CountRange, Flag, Positive, Range, Section, Text
 from usdsdg.scenarios.shared.formats import format_problems
 from usdsdg.scenarios.shared.mesh_folder import files_by_label
+from usdsdg.scenarios.shared.pictures import pictures_in, skies_in
 from usdsdg.session.render_products import size_problem
 
 Fraction = Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
 Angle = Annotated[float, Field(strict=True, gt=0.0, lt=170.0)]
 Formats = dict[Text, dict[Text, Any] | None]
 Unit = Literal["auto", "m", "cm", "mm", "inch", "foot"]
+
+
+def _checked_pictures(folder: str) -> str:
+    if folder:
+        as_value_error(pictures_in, folder)
+    return folder
+
+
+def _checked_skies(folder: str) -> str:
+    as_value_error(skies_in, folder)
+    return folder
+
+
+def as_value_error(function: Any, *arguments: Any) -> Any:
+    """Call a function of our own, with its errors as those of a validator, which are reported with all others."""
+    try:
+        return function(*arguments)
+    except UsdsdgError as error:
+        raise ValueError(str(error)) from error
+
+
+# A folder of pictures, or "" for those made by code; a folder of equirectangular pictures.
+Pictures = Annotated[str, Field(strict=True), AfterValidator(_checked_pictures)]
+Skies = Annotated[str, Field(strict=True, min_length=1), AfterValidator(_checked_skies)]
 
 
 class Rendering(Section):
@@ -31,6 +57,14 @@ class Rendering(Section):
     path_tracing: Flag = Field(
         default=False, description="true: many bounces of light, and 128 samples or more; false: the fast mode"
     )
+
+
+class Lights(Section):
+    """How bright a white surface is, as fractions of white in the picture."""
+
+    sky: Range = Field(default=(0.25, 0.7), description="from the sky, for example [0.25, 0.7]")
+    lamps: Range = Field(default=(0.2, 0.9), description="from lamps, for example [0.2, 0.9]")
+    lamp_count: CountRange = Field(default=(0, 2), description="fewest and most lamps, for example [0, 2]")
 
 
 class JobConfig(Section):
@@ -77,18 +111,18 @@ class JobConfig(Section):
     @classmethod
     def _are_meshes(cls, labels: dict[str, str], info: ValidationInfo) -> dict[str, str]:
         if "meshes" in info.data:
-            as_value_error(files_by_label, info.data["meshes"], labels)
+            as_value_error(files_by_label, mesh_folder(info.data["meshes"]), labels)
         return labels
 
     @field_validator("meshes")
     @classmethod
     def _has_meshes(cls, folder: str) -> str:
-        as_value_error(files_by_label, folder)
+        as_value_error(files_by_label, mesh_folder(folder))
         return folder
 
     def files(self) -> dict[str, list[str]]:
         """Return the mesh files by class."""
-        return files_by_label(self.meshes, self.labels)
+        return files_by_label(mesh_folder(self.meshes), self.labels)
 
 
 class CameraConfig(Section):
@@ -111,6 +145,15 @@ class CameraConfig(Section):
         return self
 
 
+def mesh_folder(folder: str) -> str:
+    """Return a folder of meshes; that of parts made by code for "".
+
+    Raises:
+        AssetError: those cannot be written.
+    """
+    return folder or demo.machine_parts()
+
+
 def mounts_of(camera: CameraConfig) -> list[Mount]:
     """Return the calibrated cameras; of `file#name` that one, at the place of the rig. [] without a calibration.
 
@@ -131,11 +174,3 @@ def mounts_of(camera: CameraConfig) -> list[Mount]:
 def only_mount(path: str) -> Mount:
     """Return one calibrated camera at the place of the rig."""
     return Mount(Path(path).name.partition("#")[2] or "camera", read_calibration(path), np.eye(4))
-
-
-def as_value_error(function: Any, *arguments: Any) -> Any:
-    """Call a function of our own, with its errors as those of a validator, which are reported with all others."""
-    try:
-        return function(*arguments)
-    except UsdsdgError as error:
-        raise ValueError(str(error)) from error

@@ -1,6 +1,6 @@
 """Assets: from a URL or path to a file below the assets root, with maps, mirrors and stand-ins for missing ones."""
 
-from usdsdg.stage.assets.cache_folder import cache_folder
+from usdsdg.stage.assets.cache_folder import built_folder, cache_folder
 from usdsdg.stage.assets.dependencies import (
     MissingDependency,
     is_elsewhere,
@@ -53,6 +53,7 @@ __all__ = [
     "OnMissing",
     "PathMap",
     "assets_root",
+    "built_folder",
     "cache_folder",
     "check_missing",
     "configured_root",

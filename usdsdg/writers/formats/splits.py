@@ -11,12 +11,17 @@ from usdsdg.errors import WriterError
 class Splits:
     """Deals frames to parts so that every beginning of the run has the wanted shares; only the number decides."""
 
-    def __init__(self, writer: str, shares: Mapping[str, float] | None) -> None:
-        """shares: relative sizes by name, such as {"train": 0.8, "val": 0.2}; None: all is "train".
+    def __init__(self, writer: str, shares: Mapping[str, float] | None, frames_per_scene: int = 1) -> None:
+        """
+        shares: relative sizes by name, such as {"train": 0.8, "val": 0.2}; None: all is "train".
+        frames_per_scene: so many frames in a row stay together; 1 deals single frames.
 
         Raises:
-            WriterError: there are none, or a share is not a number above 0.
+            WriterError: there are none, a share is not a number above 0, or no frame is in a scene.
         """
+        if frames_per_scene < 1:
+            raise WriterError(f"{writer}: frames_per_scene is {frames_per_scene}; expected a whole number above 0.")
+        self._together = frames_per_scene
         given = {"train": 1.0} if shares is None else dict(shares)
         if not given or not all(isinstance(share, Real) and share > 0.0 for share in given.values()):
             raise WriterError(
@@ -34,9 +39,10 @@ class Splits:
 
     def of(self, frame: int) -> str:
         """Return the part of a frame, by its number from 0."""
-        while len(self._dealt) <= frame:
+        scene = frame // self._together
+        while len(self._dealt) <= scene:
             wanted = len(self._dealt) + 1
             name = max(self._shares, key=lambda each: self._shares[each] * wanted - self._counts[each])
             self._counts[name] += 1
             self._dealt.append(name)
-        return self._dealt[frame]
+        return self._dealt[scene]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import re
 from typing import NamedTuple
 
@@ -43,9 +42,8 @@ class Models:
     def __init__(self) -> None:
         self.info: dict[int, dict[str, float]] = {}
         self.new: list[tuple[int, Model]] = []
-        self._ids: dict[tuple[int, str], int] = {}  # by class and shape
+        self._shapes: dict[int, list[tuple[int, Model]]] = {}  # id and model of each shape, by class
         self._known: dict[tuple[str, int, bytes], int] = {}  # by prim, class and scale
-        self._variants: dict[int, int] = {}
 
     def place(
         self, stage: Usd.Stage, path: str, number: int, name: str, matrix: np.ndarray, millimeters: float
@@ -68,20 +66,24 @@ class Models:
         return Placed(self._known[key], rotation.T, np.asarray(matrix, np.float64)[3, :3])
 
     def _id_of(self, number: int, name: str, model: Model) -> int:
-        rounded = np.round(model.points / PRECISION).astype(np.int64)
-        shape = hashlib.blake2b(rounded.tobytes() + model.triangles.tobytes(), digest_size=16).hexdigest()
-        if (number, shape) not in self._ids:
-            variant = self._variants.get(number, 0)
-            self._variants[number] = variant + 1
-            if variant:
-                warn_once(
-                    f"BopWriter: objects of the class {name!r} differ in shape or scale, and BOP's models are rigid: "
-                    f"further shapes are models of their own, {number + VARIANT}, {number + 2 * VARIANT}, ..."
-                )
-            obj_id = self._ids[number, shape] = number + variant * VARIANT
-            self.info[obj_id] = _info(model.points)
-            self.new.append((obj_id, model))
-        return self._ids[number, shape]
+        shapes = self._shapes.setdefault(number, [])
+        for obj_id, known in shapes:
+            if _is_same(known, model):
+                return obj_id
+        if shapes:
+            warn_once(
+                f"BopWriter: objects of the class {name!r} differ in shape or scale, and BOP's models are rigid: "
+                f"further shapes are models of their own, {number + VARIANT}, {number + 2 * VARIANT}, ..."
+            )
+        obj_id = number + len(shapes) * VARIANT
+        shapes.append((obj_id, model))
+        self.info[obj_id] = _info(model.points)
+        self.new.append((obj_id, model))
+        return obj_id
+
+
+def _is_same(a: Model, b: Model) -> bool:
+    return np.array_equal(a.triangles, b.triangles) and np.allclose(a.points, b.points, rtol=0.0, atol=PRECISION)
 
 
 def ply(model: Model) -> bytes:

@@ -75,6 +75,7 @@ class CocoWriter(Writer):
         colorize_instance_id_segmentation: bool = True,
         plain_names: bool | None = None,
         splits: dict | None = None,
+        frames_per_scene: int = 1,
         segmentation: str = "rle",
         keypoints: dict | bool = False,
         panoptic: bool = False,
@@ -102,6 +103,7 @@ class CocoWriter(Writer):
             default the classes of the dataset, with the ids that they have in masks, and objects of categories with
             "isthing" 0 are in the panoptic form only, as in COCO.
         splits: relative sizes of the parts of the dataset, such as {"train": 0.8, "val": 0.2}; default all "train".
+        frames_per_scene: so many frames in a row are in the same part.
         segmentation: masks as "rle", which are exact, or as "polygon": outlines along the edges of pixels, one for each
             part, in which holes are filled.
         keypoints: True: those of the stage, in the order of their names; or by category a list of names or
@@ -156,7 +158,7 @@ class CocoWriter(Writer):
         self.dataset_id = dataset_id
         self._sequence, self._frame_id = "", 0
         self._images = self._annotated = 0
-        self._splits = Splits("CocoWriter", splits)
+        self._splits = Splits("CocoWriter", splits, frames_per_scene)
         self._polygons, self._with_keypoints, self._panoptic = segmentation == "polygon", bool(keypoints), panoptic
         self._files = {split: self._file(things_only=self._plain) for split in self._splits.names}
         self._panoptic_files = {split: self._file() for split in self._splits.names if panoptic}

@@ -48,6 +48,7 @@ class YoloWriter(Writer):
         task: str = "detect",
         keypoints: list[str] | None = None,
         splits: dict | None = None,
+        frames_per_scene: int = 1,
         min_visibility: float = 0.0,
         min_pixels: int = 1,
         semantic_types: list[str] | str | None = None,
@@ -63,6 +64,7 @@ class YoloWriter(Writer):
         task: "detect" (boxes), "segment" (outlines), "obb" (oriented boxes) or "pose" (keypoints).
         keypoints: names of the keypoints of "pose" in their order; default those of the first frame, sorted.
         splits: relative sizes of the parts of the dataset, such as {"train": 0.8, "val": 0.2}; default all "train".
+        frames_per_scene: so many frames in a row are in the same part.
         min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are left out.
         min_pixels: so are objects with fewer visible pixels.
         semantic_types, semantic_filter_predicate: labels to use, as types or as a predicate; default "class:*".
@@ -77,7 +79,7 @@ class YoloWriter(Writer):
         if not 0.0 <= min_visibility <= 1.0:
             raise WriterError(f"YoloWriter: min_visibility is {min_visibility}; expected a fraction, 0 to 1.")
         labels = label_params("YoloWriter", semantic_types, semantic_filter_predicate)
-        self._task, self._splits = task, Splits("YoloWriter", splits)
+        self._task, self._splits = task, Splits("YoloWriter", splits, frames_per_scene)
         self._min_visibility, self._min_pixels = min_visibility, min_pixels
         self._image_format, self._padding = checked_image_format(image_output_format), checked_padding(frame_padding)
         self.backend = make_backend(
