@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from pxr import Usd
@@ -12,6 +13,8 @@ import usdsdg as rep
 from usdsdg.cli.commands import app
 from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage
 from usdsdg.errors import AssetError, AssetUnreadable
+
+CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def torn(file):
@@ -79,6 +82,7 @@ def test_commands_end_with_exit_code_1(broken, tmp_path):
     (tmp_path / "config.json").write_text(json.dumps(config))
     for command in (
         ("generate", str(tmp_path / "config.json")),
+        ("generate", str(CONFIGS / "detection.yaml"), "--set", f"meshes={file.parent}"),
         ("render", str(file), str(tmp_path / "picture")),
         ("convert", str(file), str(tmp_path / "thing.usda")),
     ):

@@ -10,7 +10,7 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 import usdsdg as rep
 from usdsdg.app.app import get_app
-from usdsdg.errors import AssetNotFound, WriterError, forget_warnings
+from usdsdg.errors import AssetNotFound, UsdsdgWarning, WriterError, forget_warnings
 from usdsdg.scenarios import cameras, environment, object_based, objects, randomizers
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
@@ -384,3 +384,13 @@ def test_a_configuration_without_a_writer_says_that_nothing_is_written(capsys):
     chosen = config()
     assert object_based.make_writer(chosen) is None
     assert "nothing is written" in capsys.readouterr().err
+
+
+def test_odd_sizes_of_labeled_assets_are_named():
+    forget_warnings()
+    small = {**MUGS, "count": 1, "scale_min_max": (1e-4, 1e-4)}
+    with pytest.warns(UsdsdgWarning, match=r"mug\.usda is 0\.000\d+ m large on the stage.*scale_min_max"):
+        objects.add_labeled_assets(stage_context.new_stage(), config(labeled_assets_and_properties=[small]), Draws(0))
+    large = {**MUGS, "count": 1, "scale_min_max": (100.0, 100.0)}
+    with pytest.warns(UsdsdgWarning, match=r"mug\.usda is \d+\.?\d* m large on the stage"):
+        objects.add_labeled_assets(stage_context.new_stage(), config(labeled_assets_and_properties=[large]), Draws(0))

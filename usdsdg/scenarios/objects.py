@@ -4,8 +4,10 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pxr import Usd
+from pxr import Usd, UsdGeom
 
+from usdsdg.errors import warn_once
+from usdsdg.meshes.placement import LARGEST, SMALLEST
 from usdsdg.scenarios import rigid_bodies
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws, Placement
@@ -47,6 +49,8 @@ def add_labeled_assets(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws
             prim = _reference(stage, f"/World/Labeled/{valid_name(asset.label)}", asset.url)
             bodies.add(prim, placement, floating=asset.floating)
             labels.add_labels(prim, {"class": [asset.label]}, mode="replace")
+            if index == 0 and not assets.is_mesh(asset.url):  # the size of a mesh is named where it is converted
+                _name_odd_size(prim, asset.url)
     return bodies
 
 
@@ -74,6 +78,18 @@ def add_mesh_distractors(stage: Usd.Stage, config: ObjectBasedConfig, draws: Dra
         bodies.add(prim, placement, floating=floating)
         labels.remove_labels(prim, recursive=True)
     return bodies
+
+
+def _name_odd_size(prim: Usd.Prim, url: str) -> None:
+    """Warn of an object whose size on the stage looks like a mistake of units."""
+    cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
+    bounds = cache.ComputeWorldBound(prim).ComputeAlignedRange()
+    largest = max(bounds.GetSize()) * UsdGeom.GetStageMetersPerUnit(prim.GetStage())
+    if not bounds.IsEmpty() and not SMALLEST <= largest <= LARGEST:
+        warn_once(
+            f"{url} is {largest:.4g} m large on the stage, which is odd for an object; set its scale_min_max, or give "
+            "its file the units of the stage with usdsdg convert"
+        )
 
 
 def _working_area(config: ObjectBasedConfig) -> tuple[list[float], list[float]]:

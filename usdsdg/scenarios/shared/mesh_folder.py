@@ -149,7 +149,7 @@ def _as_usd(file: str) -> str:
 
 def _measured(file: str) -> tuple[str, float, np.ndarray, np.ndarray]:
     """Return the USD file, its meters per unit, and the bounds of its default prim in units."""
-    stage = Usd.Stage.Open(file)
+    stage = Usd.Stage.Open(assets.open_layer(file))
     root = stage.GetDefaultPrim()
     if not root:
         raise ConfigError(f"{file} has no default prim, so that nothing can refer to it; set one")
