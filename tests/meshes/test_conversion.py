@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from usdsdg.cli.commands import app
 from usdsdg.errors import AssetError, AssetUnreadable, ConfigError, OutputNotWritable, Unsupported
+from usdsdg.meshes import repairs
 from usdsdg.meshes.conversion import Options, convert
 from usdsdg.meshes.placement import Origin
 from usdsdg.stage.semantics.labels import get_labels
@@ -276,6 +277,14 @@ def test_smooth_and_sharp_edges_where_there_are_no_normals(tmp_path):
     stage, _, _ = opened(saved(trimesh.creation.box(), tmp_path, "stl"), tmp_path)
     [mesh] = map(UsdGeom.Mesh, meshes(stage))
     assert np.allclose(np.abs(np.array(mesh.GetNormalsAttr().Get())).max(axis=1), 1.0)
+
+
+def test_large_parts_are_left_flat(tmp_path, monkeypatch):
+    monkeypatch.setattr(repairs, "MAX_SMOOTHED", 10)
+    stage, _, _ = opened(saved(trimesh.creation.box(), tmp_path, "stl"), tmp_path)
+    [mesh] = map(UsdGeom.Mesh, meshes(stage))
+    assert not mesh.GetNormalsAttr().HasAuthoredValue()
+    assert mesh.GetSubdivisionSchemeAttr().Get() == "none"
 
 
 # FBX and URDF

@@ -55,6 +55,13 @@ class Part:
     material: int | None = None  # index into the materials
     is_double_sided: bool = True
 
+    @property
+    def used_points(self) -> np.ndarray:
+        """Whether a triangle uses each point (P,)."""
+        used = np.zeros(len(self.points), bool)
+        used[self.triangles.ravel()] = True
+        return used
+
     def moved(self, matrix: np.ndarray) -> Part:
         """Return the part with its points and normals transformed by a row-vector matrix (4, 4)."""
         linear = matrix[:3, :3]
@@ -94,7 +101,7 @@ class MeshFile:
     @property
     def bounds(self) -> np.ndarray:
         """The (2, 3) smallest and largest coordinates of all points that triangles use."""
-        used = np.concatenate([part.points[np.unique(part.triangles)] for part in self.parts])
+        used = np.concatenate([part.points[part.used_points] for part in self.parts])
         return np.stack([used.min(axis=0), used.max(axis=0)])
 
     @property

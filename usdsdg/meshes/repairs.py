@@ -93,14 +93,15 @@ _REPAIRS: dict[str, Callable[[Part], tuple[Part, int]]] = {
 
 
 def with_normals(part: Part) -> Part:
-    """Return the part with a normal for each corner: its own, or smooth across edges that are nearly flat."""
-    if part.normals is not None:
+    """Return the part with a normal for each corner: its own, or smooth across edges that are nearly flat.
+
+    Without some, large parts get none either: a surface of polygons is drawn flat then.
+    """
+    if part.normals is not None or len(part.triangles) > MAX_SMOOTHED:
         return part
     corners = part.points[part.triangles]
     weighted = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # by twice the area
     unit = weighted / np.maximum(np.linalg.norm(weighted, axis=1, keepdims=True), 1e-30)
-    if len(part.triangles) > MAX_SMOOTHED:
-        return replace(part, normals=np.repeat(unit, 3, axis=0))
     # Points at one place are one point, whatever their UVs.
     _, place = np.unique(part.points, axis=0, return_inverse=True)
     corner_place = place.ravel()[part.triangles].ravel()

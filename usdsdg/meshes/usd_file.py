@@ -52,7 +52,8 @@ def write_usd(
 
 def _define_mesh(stage: Usd.Stage, path: str, part: Part) -> Usd.Prim:
     part = with_normals(part)
-    used, corners = np.unique(part.triangles, return_inverse=True)
+    used = part.used_points
+    corners = (np.cumsum(used) - 1)[part.triangles]
     mesh = UsdGeom.Mesh.Define(stage, path)
     points = part.points[used].astype(np.float32)
     mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(points)))
@@ -61,10 +62,10 @@ def _define_mesh(stage: Usd.Stage, path: str, part: Part) -> Usd.Prim:
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     mesh.CreateDoubleSidedAttr(part.is_double_sided)
     mesh.CreateExtentAttr(Vt.Vec3fArray([Gf.Vec3f(*map(float, each)) for each in (points.min(0), points.max(0))]))
-    assert part.normals is not None
-    values, interpolation = _as_primvar(part.normals, part, used)
-    mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(values))
-    mesh.SetNormalsInterpolation(interpolation)
+    if part.normals is not None:
+        values, interpolation = _as_primvar(part.normals, part, used)
+        mesh.CreateNormalsAttr(Vt.Vec3fArray.FromNumpy(values))
+        mesh.SetNormalsInterpolation(interpolation)
     primvars = UsdGeom.PrimvarsAPI(mesh)
     if part.uvs is not None:
         values, interpolation = _as_primvar(part.uvs, part, used)
