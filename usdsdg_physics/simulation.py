@@ -1,10 +1,11 @@
 """Simulate a stage for some time without a timeline, and compile kernels ahead."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from pxr import Usd, UsdGeom, UsdPhysics
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.physics.rest import still_moving
 from usdsdg_physics.engine import NewtonEngine
 from usdsdg_physics.world.compile_kernels import Progress
 
@@ -52,15 +53,6 @@ def simulate(
             progress("simulating", frame, frames)
     engine.stop(restore=False)
     return steps
-
-
-def still_moving(paths: Sequence[str], max_time: float) -> str:
-    """Return the sentence on the bodies that did not come to rest."""
-    shown = ", ".join(paths[:5]) + (f" and {len(paths) - 5} more" if len(paths) > 5 else "")
-    return (
-        f"{len(paths)} bodies still move after {max_time:g} s: {shown}. Give them more time, or look for bodies that "
-        "fall past the floor, or that no space is left for."
-    )
 
 
 def precompile(*, device: str | None = None, progress: Progress | None = None) -> None:

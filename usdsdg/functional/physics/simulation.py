@@ -11,6 +11,7 @@ from usdsdg.errors import BadPrim, PhysicsError, Unsupported, warn_once
 from usdsdg.functional.physics.scenes import create_physics_scene, scene_of
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.physics import scenes
+from usdsdg.stage.physics.rest import still_moving
 
 
 def simulate(time: float, step_dt: float | None = None, physics_scene: Any = None) -> None:
@@ -78,11 +79,7 @@ def simulate_until_rest(prims: Any = None, max_time: float = 10.0) -> list[str]:
         if not playing:
             engine.stop(restore=False)
     if moving:
-        shown = ", ".join(moving[:5]) + (f" and {len(moving) - 5} more" if len(moving) > 5 else "")
-        warn_once(
-            f"simulate_until_rest: {len(moving)} bodies still move after {max_time:g} s: {shown}. Give them more time, "
-            "or look for bodies that fall past the floor, or that no space is left for."
-        )
+        warn_once(f"simulate_until_rest: {still_moving(moving, max_time)}")
     return moving
 
 
