@@ -141,6 +141,11 @@ class Unsupported(UsdsdgError, NotImplementedError):
     looked_for: Sequence[str] = ()  # of a URL: where a copy of it was looked for
 
 
+def described(error: BaseException) -> str:
+    """Return the message of an error, with its notes in lines of their own."""
+    return "\n".join([str(error), *(f"  {note}" for note in getattr(error, "__notes__", ()))])
+
+
 class UsdsdgWarning(UserWarning):
     """Something was ignored, approximated or replaced; the message names the prim and the remedy."""
 

@@ -14,7 +14,7 @@ from usdsdg.app.app import get_app
 from usdsdg.app.saved_graph import author_run
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.capture.capture import Capture
-from usdsdg.capture.output import close_writers, drain
+from usdsdg.capture.output import close_writers, drain, in_spite_of_failures
 from usdsdg.capture.render_settings import RenderMode, render_mode
 from usdsdg.capture.requests import is_watched
 from usdsdg.graph import evaluate
@@ -172,11 +172,11 @@ class Orchestrator:
         evaluate.graph().evaluate(time=get_timeline().get_elapsed_time(), preview=True)
 
     def finish(self) -> None:
-        """Wait for all files, then notify writers that the last frame has been written."""
-        drain()
-        if self.status is not Status.STOPPED:
-            self._set_status(Status.STOPPED)
-            close_writers()
+        """Wait for all files, then notify writers that the last frame has been written; raises the first failure."""
+        if self.status is Status.STOPPED:
+            drain()
+        else:
+            in_spite_of_failures(drain, lambda: self._set_status(Status.STOPPED), close_writers)
 
     def stop(self) -> None:
         """End the run: the next frame is again a first frame, with the same draws."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +70,7 @@ class FrameRecords:
         moment: StageMoment | None,
         *,
         number: int,
-        files: list[str],
+        files: Sequence[str],
         amodal: Mapping[str, bool],
     ) -> None:
         """Schedule the record of a frame that a writer has received.
@@ -272,7 +272,7 @@ def _folder_of(backend: BaseBackend) -> str:
         return ""
 
 
-def _relative(files: list[str], backend: BaseBackend) -> list[str]:
+def _relative(files: Sequence[str], backend: BaseBackend) -> list[str]:
     """Return paths below the backend's folder, each once."""
     folder = _folder_of(backend)
     inside = [os.path.relpath(path, folder) if os.path.isabs(path) and folder else path for path in files]

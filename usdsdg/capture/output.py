@@ -1,7 +1,7 @@
 """Output of captured frames: payloads for writers, and waiting for the queue of files."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
@@ -37,15 +37,16 @@ class WriterOutput:
             self._report_folder(writer)
             outputs = {"trigger_outputs": trigger_outputs(), "distribution_outputs": distribution_outputs()}
             payload = build_payload(writer, attached, **outputs)
-            number = writer.num_written
-            try:
-                with current().io_queue.noting_files() as files:
-                    writer.receive(payload)
-            except Exception as error:
-                watch_foreign(error)
-                raise
+            number, frame = writer.num_written, next(iter(attached.values())).index
             amodal = {path: requests.requirements(path).amodal_masks for path in attached}
-            self._records.write(writer, attached, moment, number=number, files=files, amodal=amodal)
+            with current().io_queue.frame(frame) as files:
+                try:
+                    writer.receive(payload)
+                except Exception as error:
+                    error.add_note(f"(raised when {type(writer).__name__} was handed frame {frame})")
+                    watch_foreign(error)
+                    raise
+                self._records.write(writer, attached, moment, number=number, files=tuple(files), amodal=amodal)
 
     def _report_folder(self, writer: Writer) -> None:
         name, folder = type(writer).__name__, getattr(writer.backend, "output_dir", None)
@@ -68,7 +69,23 @@ def drain() -> None:
 
 
 def close_writers() -> None:
-    """Notify every writer that the last frame has been written, and wait for the files that it then writes."""
-    for writer in attached_writers():
-        writer.on_final_frame()
-    current().io_queue.wait_until_done()
+    """Notify every writer that the last frame has been written, and wait for the files that it then writes.
+
+    Raises:
+        the first failure, after all writers were notified.
+    """
+    in_spite_of_failures(*(writer.on_final_frame for writer in attached_writers()), current().io_queue.wait_until_done)
+
+
+def in_spite_of_failures(*steps: Callable[[], None]) -> None:
+    """Run all steps, then raise the first error."""
+    errors = []
+    for step in steps:
+        try:
+            step()
+        except Exception as error:  # noqa: BLE001 - the first one is raised, and it tells of the others
+            errors.append(error)
+    if errors:
+        for other in errors[1:]:
+            errors[0].add_note(f"(then {type(other).__name__}: {other})")
+        raise errors[0]

@@ -9,20 +9,21 @@ import sys
 import threading
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
 from usdsdg.cli.interrupts import INTERRUPTED, let_commands_be_interrupted
-from usdsdg.errors import UsdsdgError, UsdsdgWarning
+from usdsdg.errors import UsdsdgError, UsdsdgWarning, described
 from usdsdg.session import progress
 
 if TYPE_CHECKING:
     from pxr import Sdf
 
 REPEAT_SECONDS = 0.02
+DROP_SECONDS = 2.0
 COMPILER_THREADS = "usdsdg-compile"  # prefix of the names of threads in which both engines compile kernels
 
 AssetsRoot = Annotated[
@@ -92,7 +93,7 @@ def _set_up(assets_root: str | None, device: str | None, save_stage: Path | None
 
 def _exit_with_error(error: UsdsdgError) -> NoReturn:
     progress.use(progress.SilentReporter())
-    print(f"error: {error}", file=sys.stderr)
+    print(f"error: {described(error)}", file=sys.stderr)
     raise typer.Exit(1) from None
 
 
@@ -103,14 +104,23 @@ def _exit_interrupted() -> NoReturn:
         finish_files()
         print("files written so far are whole", file=sys.stderr)
     except UsdsdgError as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {described(error)}", file=sys.stderr)
     except KeyboardInterrupt:
-        # Files are renamed into place when complete, so ending here leaves no partial file.
+        _drop_files()
         sys.stderr.flush()
         os._exit(INTERRUPTED)
     if any(thread.name.startswith(COMPILER_THREADS) for thread in threading.enumerate()):
         _exit_without_joining_compilers()
     raise typer.Exit(INTERRUPTED) from None
+
+
+def _drop_files() -> None:
+    """Leave out the files that wait to be written, so that none is cut off: a file in hand gets a moment to end."""
+    from usdsdg.session.session import current
+
+    with suppress(KeyboardInterrupt):
+        dropped = current().io_queue.stop(seconds=DROP_SECONDS)
+        print(f"stopped: {dropped} files were not written", file=sys.stderr)
 
 
 def _exit_without_joining_compilers() -> NoReturn:

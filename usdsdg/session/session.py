@@ -102,7 +102,10 @@ class Session:
         settings = _imported("usdsdg.session.settings_store:Settings")()
         settings.on_change("/omni/replicator/globalSeed", self._on_global_seed)
         settings.on_change("/omni/replicator/backends/disk/root_dir", self._on_disk_root)
-        settings.on_change("/omni/replicator/backend/queueSize", lambda jobs: self.io_queue.set_max_queue_size(jobs))
+        backend = "/omni/replicator/backend"
+        settings.on_change(f"{backend}/queueSize", lambda jobs: self.io_queue.set_max_queue_size(jobs))
+        settings.on_change(f"{backend}/writeThreads", lambda count: self.io_queue.set_threads(count))
+        settings.on_change("/usdsdg/writers/queueBytes", lambda count: self.io_queue.set_max_bytes(count))
         return settings
 
     def _made(self, *names: str) -> list[Any]:

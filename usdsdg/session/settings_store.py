@@ -18,6 +18,7 @@ DEFAULTS: dict[str, Any] = {
     "/omni/replicator/globalSeed": -1,
     "/omni/replicator/backends/disk/root_dir": "",
     "/omni/replicator/backend/queueSize": 1000,
+    "/omni/replicator/backend/writeThreads": 4,
     "/rtx/rendermode": "RaytracedLighting",
     "/rtx/pathtracing/spp": 1,
     "/rtx/pathtracing/totalSpp": 64,
@@ -50,6 +51,7 @@ DEFAULTS: dict[str, Any] = {
     "/usdsdg/labels/record": True,
     "/usdsdg/labels/recordStage": True,
     "/usdsdg/replicator/version": 0,
+    "/usdsdg/writers/queueBytes": 1 << 30,
     "/syntheticdata/sensors/perSubsetSegmentation": False,
 }
 

@@ -13,7 +13,8 @@ import numpy as np
 
 from usdsdg.errors import Unsupported, WriterError
 from usdsdg.stage.image_files import exr
-from usdsdg.stage.image_files.png import encode_png
+from usdsdg.stage.image_files.npy import npy_chunks
+from usdsdg.stage.image_files.png import png_chunks
 from usdsdg.writers.whole_file import write_whole
 
 
@@ -50,7 +51,7 @@ def write_png(path: str, data: Any, backend_instance: BlobSink | None = None, co
     """
     image = _png_ready(path, as_array(data))
     try:
-        _put(backend_instance, path, encode_png(image))
+        _put(backend_instance, path, *png_chunks(image))
     except ValueError as error:
         raise WriterError(f"{path}: {error}. Give uint8 or uint16 of (H, W), (H, W, 3) or (H, W, 4).") from error
 
@@ -121,9 +122,7 @@ def write_bytes(path: str, data: bytes, backend_instance: BlobSink | None = None
 
 def write_np(path: str, data: Any, backend_instance: BlobSink | None = None, allow_pickle: bool = True) -> None:
     """Write an array as .npy; with `allow_pickle` False arrays of objects raise a ValueError."""
-    buffer = io.BytesIO()
-    np.save(buffer, as_array(data), allow_pickle=allow_pickle)
-    _put(backend_instance, path, buffer.getvalue())
+    _put(backend_instance, path, *npy_chunks(as_array(data), allow_pickle=allow_pickle))
 
 
 def write_pickle(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:
@@ -197,8 +196,10 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} has no JSON form: {value!r}")
 
 
-def _put(backend: BlobSink | None, path: str, data: bytes) -> None:
+def _put(backend: BlobSink | None, path: str, *chunks: bytes | memoryview) -> None:
     if backend is None or isinstance(backend, type):
-        write_whole(Path(path), data)
+        write_whole(Path(path), chunks)
+    elif len(chunks) > 1 and hasattr(backend, "write_chunks"):
+        backend.write_chunks(path, chunks)  # type: ignore[attr-defined]
     else:
-        backend.write_blob(path, data)
+        backend.write_blob(path, b"".join(chunks))

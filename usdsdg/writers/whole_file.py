@@ -5,6 +5,7 @@ import errno
 import itertools
 import os
 import shutil
+from collections.abc import Iterable
 from pathlib import Path
 
 from usdsdg.errors import OutputNotWritable
@@ -12,8 +13,8 @@ from usdsdg.errors import OutputNotWritable
 _part_numbers = itertools.count()
 
 
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file atomically: it appears with all its bytes or not at all.
+def write_whole(path: Path, data: bytes | Iterable[bytes | memoryview]) -> None:
+    """Write a file, of bytes or of chunks, atomically: it appears with all its bytes or not at all.
 
     Raises:
         OutputNotWritable: it could not be written; no partial file is left behind.
@@ -22,7 +23,7 @@ def write_whole(path: Path, data: bytes) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            part.write_bytes(data)
+            _write(part, [data] if isinstance(data, bytes) else data)
             part.replace(path)
         except BaseException:
             with contextlib.suppress(OSError):
@@ -30,6 +31,12 @@ def write_whole(path: Path, data: bytes) -> None:
             raise
     except OSError as error:
         raise _not_writable(path, error) from error
+
+
+def _write(part: Path, chunks: Iterable[bytes | memoryview]) -> None:
+    with open(part, "wb") as file:
+        for chunk in chunks:
+            file.write(chunk)
 
 
 def check_writable(folder: Path) -> None:

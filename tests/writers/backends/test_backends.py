@@ -13,7 +13,7 @@ from PIL import Image
 
 from usdsdg import backends
 from usdsdg.errors import OutputNotWritable, UsdsdgWarning, WriterError, WriterRegistryError
-from usdsdg.writers import BackendDispatch, BackendGroup, BaseBackend, DiskBackend, files, set_disk_root
+from usdsdg.writers import BackendDispatch, BackendGroup, BaseBackend, DiskBackend, files, set_disk_root, whole_file
 from usdsdg.writers.backends import registry
 from usdsdg.writers.backends.io_queue import IoQueue
 from usdsdg.writers.whole_file import write_whole
@@ -233,13 +233,13 @@ def test_a_read_only_folder_is_refused(tmp_path):
 
 
 def test_a_full_disk_leaves_no_part_of_a_file(tmp_path, monkeypatch):
-    def full(self, data):
-        with open(self, "wb") as file:
-            file.write(data[: len(data) // 2])
+    def full(part, chunks):
+        with open(part, "wb") as file:
+            file.write(b"".join(chunks)[:4])
         raise OSError(28, "No space left on device")
 
     (tmp_path / "x.bin").write_bytes(b"before")
-    monkeypatch.setattr(Path, "write_bytes", full)
+    monkeypatch.setattr(whole_file, "_write", full)
     with pytest.raises(
         OutputNotWritable, match=r"x\.bin cannot be written: the disk is full .*MB free.*whole"
     ) as caught:

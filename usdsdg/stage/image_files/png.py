@@ -24,7 +24,14 @@ _COLOR_TYPES = {1: 0, 3: 2, 4: 6}
 
 
 def encode_png(image: np.ndarray) -> bytes:
+    """Return the bytes of the file; arguments and errors are those of `png_chunks`."""
+    return b"".join(png_chunks(image))
+
+
+def png_chunks(image: np.ndarray) -> tuple[bytes, ...]:
     """Encode a uint8 or uint16 image: (H, W) or (H, W, 1) gray, (H, W, 3) RGB or (H, W, 4) RGBA.
+
+    Returns the bytes of the file in pieces, of which the largest is not copied.
 
     Raises:
         ValueError: another shape or dtype, or no pixels.
@@ -36,7 +43,7 @@ def encode_png(image: np.ndarray) -> bytes:
     depth = 8 * image.dtype.itemsize
     header = struct.pack(">IIBBBBB", width, height, depth, _COLOR_TYPES[channels], 0, 0, 0)
     data = _deflate.compress(_filtered_rows(image).data, 1)
-    return b"".join((_SIGNATURE, _chunk(b"IHDR", header), _chunk(b"IDAT", data), _chunk(b"IEND", b"")))
+    return _SIGNATURE, *_chunk(b"IHDR", header), *_chunk(b"IDAT", data), *_chunk(b"IEND", b"")
 
 
 def _filtered_rows(image: np.ndarray) -> np.ndarray:
@@ -51,5 +58,5 @@ def _filtered_rows(image: np.ndarray) -> np.ndarray:
     return filtered
 
 
-def _chunk(kind: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(data, zlib.crc32(kind)))
+def _chunk(kind: bytes, data: bytes) -> tuple[bytes, bytes, bytes]:
+    return struct.pack(">I", len(data)) + kind, data, struct.pack(">I", zlib.crc32(data, zlib.crc32(kind)))

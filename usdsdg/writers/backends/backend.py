@@ -3,10 +3,8 @@
 import functools
 import inspect
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from typing import Any
-
-import numpy as np
 
 from usdsdg.session.session import current
 from usdsdg.writers import files
@@ -36,19 +34,23 @@ class BaseBackend:
         """
         raise NotImplementedError(f"{self.get_name()} does not read blobs")
 
+    def write_chunks(self, path: str, chunks: Iterable[bytes | memoryview]) -> None:
+        """Store the bytes of `chunks`, one after the other, under `path` atomically.
+
+        chunks: may be gone over several times, so it is no generator.
+
+        Calls `write_blob`; a backend that can do without a copy of large files in one piece overrides it.
+        """
+        self.write_blob(path, b"".join(chunks))
+
     def schedule(self, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
         """Call `fn(*args, **kwargs)` later on another thread, with `backend_instance=self` if it accepts that.
 
         `fn` may be a `Sequential`, and arguments may be calls of one. They must not be modified afterward. Blocks while
-        the queue is full; raises the error of an earlier job of this backend that failed.
+        the queue is full; raises the error of an earlier job of this backend that failed. Jobs run several at a time:
+        those that need an order have `schedule_together`, `schedule_in_turn` and `schedule_after_all`.
         """
-        what = str(_path_of(args, kwargs) or _name_of(fn))
-        current().io_queue.note_files(_paths_of(args, kwargs))
-        fn = fn.run if isinstance(fn, Sequential) else fn
-        if _takes_backend(fn):
-            kwargs.setdefault("backend_instance", self)
-        job = functools.partial(_call, fn, *args, **kwargs)
-        current().io_queue.submit(job, what=what, size=_size_of((args, kwargs)), owner=self)
+        self._submit(fn, args, kwargs)
 
     def schedule_together(self, steps: Sequence[Callable[..., None]]) -> None:
         """Run `steps` in order as one job, so that a file that names others is written last; an error skips the rest.
@@ -56,6 +58,26 @@ class BaseBackend:
         Each step is a `functools.partial` of a function that takes `backend_instance`.
         """
         self.schedule(_run_in_order, steps=tuple(steps))
+
+    def schedule_in_turn(self, turn: Hashable, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
+        """As `schedule`, one after the other in this order with the jobs of the same `turn`: what appends to a file."""
+        self._submit(fn, args, kwargs, turn=turn)
+
+    def schedule_after_all(self, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
+        """As `schedule`, after all earlier jobs of this backend, without waiting here: a file that names others.
+
+        It is left out if one of them fails, so that what is listed exists.
+        """
+        self._submit(fn, args, kwargs, after_all=True)
+
+    def _submit(self, fn: Callable[..., None], args: Any, kwargs: dict[str, Any], **order: Any) -> None:
+        what = str(_path_of(args, kwargs) or _name_of(fn))
+        current().io_queue.note_files(_paths_of(args, kwargs))
+        fn = fn.run if isinstance(fn, Sequential) else fn
+        if _takes_backend(fn):
+            kwargs.setdefault("backend_instance", self)
+        job = functools.partial(_call, fn, *args, **kwargs)
+        current().io_queue.submit(job, what=what, size=_size_of((args, kwargs)), owner=self, **order)
 
     def is_done_writing(self) -> bool:
         """Return whether no job of this backend waits or runs."""
@@ -121,11 +143,11 @@ def _name_of(fn: Callable) -> str:
 
 
 def _size_of(value: Any, depth: int = 4) -> int:
-    """Estimate the bytes of the arrays in `value`."""
-    if isinstance(value, np.ndarray):
-        return value.nbytes
-    if isinstance(value, (bytes, bytearray)):
+    """Estimate the bytes of the arrays and texts in `value`."""
+    if isinstance(value, (bytes, bytearray, str)):
         return len(value)
+    if isinstance(size := getattr(value, "nbytes", None), int):  # NumPy's and PyTorch's
+        return size
     if depth and isinstance(value, Deferred):
         return _size_of((value.args, value.kwargs), depth - 1)
     if depth and isinstance(value, functools.partial):

@@ -3,6 +3,7 @@
 import itertools
 import os
 import weakref
+from collections.abc import Iterable
 from pathlib import Path
 
 from usdsdg.errors import WriterError, warn_once
@@ -66,14 +67,27 @@ class DiskBackend(BaseBackend):
             WriterError: as `resolve_path`.
             OutputNotWritable: the file cannot be written.
         """
+        self._write(path, [data])
+
+    def write_chunks(self, path: str, chunks: Iterable[bytes | memoryview]) -> None:
+        """As `write_blob`, without a copy of all chunks in one piece."""
+        if type(self).write_blob is not _OWN_WRITE_BLOB:
+            super().write_chunks(path, chunks)  # to that of a subclass
+        else:
+            self._write(path, chunks)
+
+    def _write(self, path: str, chunks: Iterable[bytes | memoryview]) -> None:
         file = path_below(Path(self.output_dir), path)
         _warn_of_sharing(self)
         current().written_folders.setdefault(self.output_dir)
-        write_whole(file, data)
+        write_whole(file, chunks)
 
     def read_blob(self, path: str) -> bytes:
         """Return the bytes of the file `path` below the output folder; errors are those of `resolve_path`."""
         return path_below(Path(self.output_dir), path).read_bytes()
+
+
+_OWN_WRITE_BLOB = DiskBackend.write_blob
 
 
 def _free_folder(folder: Path) -> Path:

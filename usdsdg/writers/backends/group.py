@@ -1,7 +1,7 @@
 """Several backends behind one, and the backend that a writer's arguments ask for."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from typing import Any
 
 from usdsdg.errors import WriterError
@@ -32,9 +32,21 @@ class BackendGroup(BaseBackend):
     def read_blob(self, path: str) -> bytes:
         return self.backends[0].read_blob(path)
 
+    def write_chunks(self, path: str, chunks: Iterable[bytes | memoryview]) -> None:
+        for backend in self.backends:
+            backend.write_chunks(path, chunks)
+
     def schedule(self, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
         for backend in self.backends:
             backend.schedule(fn, *args, **kwargs)
+
+    def schedule_in_turn(self, turn: Hashable, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
+        for backend in self.backends:
+            backend.schedule_in_turn(turn, fn, *args, **kwargs)
+
+    def schedule_after_all(self, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
+        for backend in self.backends:
+            backend.schedule_after_all(fn, *args, **kwargs)
 
     def is_done_writing(self) -> bool:
         return all(backend.is_done_writing() for backend in self.backends)

@@ -5,71 +5,93 @@ import os
 import sys
 import threading
 import weakref
-from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator
+from collections import deque
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any
 
-from usdsdg.errors import UsdsdgError, WriterError
+from usdsdg.errors import UsdsdgError, WriterError, described
 from usdsdg.session.session import current
+from usdsdg.writers.backends.job import Job
 
-THREADS = min(4, os.cpu_count() or 1)
-
-
-class _Job(NamedTuple):
-    run: Callable[[], None]
-    what: str  # file or function, for messages
-    size: int  # bytes that it keeps alive
-    owner: Any
+# As Replicator's setting /omni/replicator/backend/writeThreads; more than cores, since storage is waited for as well.
+THREADS = 4
+# How long `stop` waits for the jobs that run; one writes a file in a fraction of that.
+STOP_SECONDS = 5.0
 
 
 class IoQueue:
     """Runs jobs on threads, first in, first out, several at a time.
 
     `submit` blocks while `max_jobs` wait or while open jobs hold `max_bytes`, so that a fast renderer cannot exhaust
-    the memory.
+    the memory. Without threads a job runs where it is submitted.
     """
 
     def __init__(self, *, threads: int = THREADS, max_jobs: int = 1000, max_bytes: int = 1 << 30) -> None:
         self.max_jobs, self.max_bytes = max_jobs, max_bytes
         self._threads = threads
-        self._changed = threading.Condition()
-        self._waiting: deque[_Job] = deque()
-        self._bytes = 0
-        self._open: Counter[int] = Counter()  # jobs waiting or running, by id of their owner
-        self._failures: list[tuple[Any, UsdsdgError]] = []
-        self._workers: set[threading.Thread] = set()
         self._at_exit: list[weakref.WeakMethod] = []
-        self._noted: list[str] | None = None  # paths of scheduled files inside `noting_files`, else None
+        self._noted: list[str] | None = None  # paths of scheduled files inside `frame`, else None
+        self._frame: int | None = None
+        self._finishes_at_exit = False
+        self._forget_all()
+        if hasattr(os, "register_at_fork"):
+            alive = weakref.ref(self)
+            os.register_at_fork(after_in_child=lambda: _forget_in_child(alive))
 
-    def submit(self, run: Callable[[], None], *, what: str, size: int, owner: Any) -> None:
+    def _forget_all(self) -> None:
+        self._changed = threading.Condition()
+        self._ready: deque[Job] = deque()  # waiting for a thread; `_open` also has those that run or wait for others
+        self._open: dict[int, Job] = {}  # by number, oldest first
+        self._submitted = self._running = self._bytes = 0
+        self._failures: list[tuple[Job, UsdsdgError]] = []
+        self._workers: set[threading.Thread] = set()
+
+    def submit(
+        self,
+        run: Callable[[], None],
+        *,
+        what: str,
+        size: int,
+        owner: Any,
+        turn: Hashable = None,
+        after_all: bool = False,
+    ) -> None:
         """Run `run` later.
+
+        turn: jobs of the same owner with the same turn run one after the other, in the order of their submission.
+        after_all: it runs after all earlier jobs of the owner, and is left out if one of them fails.
 
         Raises:
             the first failure of an earlier job of the same owner, for which more frames would be pointless.
         """
-        job = _Job(run, what, size, owner)
         if threading.current_thread() in self._workers:
             run()  # a job that waited for its own queue could deadlock
             return
+        job = Job(run, what, size, owner, frame=self._frame, turn=turn, after_all=after_all)
+        self._finish_at_exit()
         with self._changed:
             self._raise_failure(owner)
             while self._is_full(size):
                 self._changed.wait()
-            self._waiting.append(job)
-            self._open[id(owner)] += 1
-            self._bytes += size
-            self._start_workers()
-            self._changed.notify_all()
+                self._raise_failure(owner)
+            if self._threads:
+                self._add(job)
+                self._start_workers()
+                return
+        if (failure := job.failure()) is not None:
+            raise failure
 
     @contextmanager
-    def noting_files(self) -> Iterator[list[str]]:
-        """Collect, in the context, the paths of the files that jobs are scheduled for."""
-        before, self._noted = self._noted, []
+    def frame(self, number: int) -> Iterator[list[str]]:
+        """Submit, in the context, jobs of this captured frame; yields the paths of the files that they write."""
+        before = self._noted, self._frame
+        noted: list[str] = []
+        self._noted, self._frame = noted, number
         try:
-            yield self._noted
+            yield noted
         finally:
-            self._noted = before
+            self._noted, self._frame = before
 
     def note_files(self, paths: Iterable[str]) -> None:
         """Tell that a job was scheduled that writes these files."""
@@ -79,21 +101,29 @@ class IoQueue:
     def is_done_writing(self, owner: Any = None) -> bool:
         """Return whether no job of `owner` (None: of anyone) waits or runs."""
         with self._changed:
-            return not self._count(owner)
+            return not self._is_open(owner)
 
     def open_jobs(self) -> int:
         """Return the number of jobs that wait or run."""
         with self._changed:
-            return self._open.total()
+            return len(self._open)
+
+    def open_bytes(self) -> int:
+        """Return how many bytes the jobs that wait or run keep alive."""
+        with self._changed:
+            return self._bytes
 
     def wait_until_done(self, owner: Any = None) -> None:
         """Block until no job of `owner` (None: of anyone) waits or runs.
 
         Raises:
             the first failure since the last time that one was raised; it is raised once.
+            WriterError: a job waits, which would wait for itself.
         """
+        if threading.current_thread() in self._workers:
+            raise WriterError("a job waits for its own queue, and would never end: schedule what comes after all files.")
         with self._changed:
-            while self._count(owner):
+            while self._is_open(owner):
                 self._changed.wait()
             self._raise_failure(owner)
 
@@ -101,75 +131,144 @@ class IoQueue:
         """Set how many jobs may wait before `submit` blocks."""
         self.max_jobs = max(1, int(jobs))
 
+    def set_max_bytes(self, count: int) -> None:
+        """Set how many bytes open jobs may keep alive before `submit` blocks; a larger job is taken alone."""
+        self.max_bytes = max(1, int(count))
+
+    def set_threads(self, count: int) -> None:
+        """Set how many jobs run at a time; with 0 each runs where it is submitted, after those that are open now."""
+        with self._changed:
+            while not count and self._open:
+                self._changed.wait()
+            self._threads = max(0, int(count))
+            self._changed.notify_all()
+
     def call_at_exit(self, method: Callable[[], None]) -> None:
         """Call `method`, bound to an object that still exists then, when the program ends; it may submit last jobs."""
+        self._at_exit = [each for each in self._at_exit if each() is not None]
         self._at_exit.append(weakref.WeakMethod(method))
+        self._finish_at_exit()
 
-    def _count(self, owner: Any) -> int:
-        return self._open.total() if owner is None else self._open[id(owner)]
+    def stop(self, seconds: float = STOP_SECONDS) -> int:
+        """Drop the jobs that wait, give those that run some seconds to end, and return how many were dropped."""
+        with self._changed:
+            dropped = len(self._open) - self._running
+            for job in self._open.values():
+                job.is_left_out = True
+            self._changed.wait_for(lambda: not self._running, timeout=seconds)
+            return dropped
+
+    # With the lock
+
+    def _add(self, job: Job) -> None:
+        self._submitted += 1
+        job.number = self._submitted
+        if job.after_all or job.turn is not None:
+            for earlier in self._of(job.owner):
+                if job.after_all or earlier.turn == job.turn:
+                    job.wait_for(earlier)
+        self._open[job.number] = job
+        self._bytes += job.size
+        if not job.blockers:
+            self._ready.append(job)
+        self._changed.notify_all()
+
+    def _end(self, job: Job, failure: UsdsdgError | None) -> None:
+        del self._open[job.number]
+        self._bytes -= job.size
+        if failure is not None:
+            self._failures.append((job, failure))
+        for follower in job.followers:
+            follower.blockers -= 1
+            follower.is_left_out |= follower.after_all and (failure is not None or job.is_left_out)
+            if not follower.blockers:
+                self._ready.append(follower)
+        self._changed.notify_all()
+
+    def _is_open(self, owner: Any) -> bool:
+        return bool(self._open) if owner is None else any(True for _ in self._of(owner))
+
+    def _of(self, owner: Any) -> Iterator[Job]:
+        """Return the open jobs of an owner (None: of anyone), oldest first."""
+        return (job for job in self._open.values() if owner is None or job.owner is owner)
 
     def _is_full(self, size: int) -> bool:
-        return len(self._waiting) >= self.max_jobs or bool(self._bytes and self._bytes + size > self.max_bytes)
+        waiting = len(self._open) - self._running
+        return waiting >= self.max_jobs or bool(self._bytes and self._bytes + size > self.max_bytes)
 
     def _raise_failure(self, owner: Any) -> None:
-        mine = [error for who, error in self._failures if owner is None or owner is who]
-        if not mine:
-            return
-        self._failures = [(who, error) for who, error in self._failures if owner is not None and owner is not who]
-        if len(mine) > 1:
-            mine[0].add_note(f"({len(mine) - 1} more jobs failed after this one)")
-        raise mine[0]
+        """Raise the failure of the earliest job that has failed, once the jobs before it have ended."""
+        while mine := [each for each in self._failures if owner is None or each[0].owner is owner]:
+            job, error = min(mine, key=lambda each: each[0].number)
+            if any(earlier.number < job.number for earlier in self._of(owner)):
+                self._changed.wait()  # it may still fail, and would be the first
+                continue
+            self._failures = [each for each in self._failures if each not in mine]
+            if len(mine) > 1:
+                error.add_note(f"({len(mine) - 1} more files failed)")
+            raise error
+
+    # Threads
 
     def _start_workers(self) -> None:
-        if self._workers:
-            return
-        for index in range(self._threads):
-            worker = threading.Thread(target=self._work, name=f"usdsdg-io-{index}", daemon=True)
+        while len(self._workers) < self._threads:
+            # Daemons, so that Ctrl-C while draining still ends the program.
+            worker = threading.Thread(target=self._work, name=f"usdsdg-io-{len(self._workers)}", daemon=True)
             self._workers.add(worker)
             worker.start()
-        # Threads are daemons, so that Ctrl-C while draining still ends the program.
-        atexit.register(self._finish)
 
     def _work(self) -> None:
         while True:
             with self._changed:
-                while not self._waiting:
+                while not self._ready and len(self._workers) <= self._threads:
                     self._changed.wait()
-                job = self._waiting.popleft()
+                if not self._ready:
+                    self._workers.discard(threading.current_thread())
+                    return
+                job = self._ready.popleft()
+                self._running += 1
                 self._changed.notify_all()
-            failure = _failure_of(job)
+            failure = None if job.is_left_out else _failure_of(job)
             with self._changed:
-                self._open[id(job.owner)] -= 1
-                if not self._open[id(job.owner)]:
-                    del self._open[id(job.owner)]
-                self._bytes -= job.size
-                if failure is not None:
-                    self._failures.append((job.owner, failure))
-                self._changed.notify_all()
-            del job
+                self._running -= 1
+                self._end(job, failure)
+            del job, failure  # with the arrays that they keep alive
+
+    # The end of the program
+
+    def _finish_at_exit(self) -> None:
+        if not self._finishes_at_exit:
+            self._finishes_at_exit = True
+            atexit.register(self._finish)
 
     def _finish(self) -> None:
-        """Run the remaining write jobs at exit; a failure that no call has raised makes the exit code 1."""
+        """Run the remaining jobs at exit; a failure that no call has raised makes the exit code 1."""
+        self._threads = len(self._workers)  # none can be started any more
         last = [method for each in self._at_exit if (method := each()) is not None]
         for step in (*last, self.wait_until_done):
             try:
                 step()
             except UsdsdgError as error:
-                print(f"error: {error}", file=sys.stderr)
+                print(f"error: {described(error)}", file=sys.stderr)
                 current().failed_at_exit = True
+            except KeyboardInterrupt:
+                print(f"error: interrupted; {self.stop()} files were not written", file=sys.stderr)
+                current().failed_at_exit = True
+                return
 
 
-def _failure_of(job: _Job) -> UsdsdgError | None:
-    """Run the job and return its error, if any."""
+def _failure_of(job: Job) -> UsdsdgError | None:
     try:
-        job.run()
-    except UsdsdgError as error:
-        return error
-    except Exception as error:  # noqa: BLE001 - raised again by the thread that waits
-        failure = WriterError(f"{job.what} could not be written: {type(error).__name__}: {error}")
-        failure.__cause__ = error
-        return failure
-    return None
+        return job.failure()
+    except BaseException as error:  # noqa: BLE001 - as sys.exit, which would end the thread and let the others wait
+        return job.failed(error)
+
+
+def _forget_in_child(queue: weakref.ref[IoQueue]) -> None:
+    """Let a forked process begin with an empty queue: it has no copy of the threads, and the jobs are its parent's."""
+    if (alive := queue()) is not None:
+        alive._at_exit = []
+        alive._forget_all()
 
 
 def is_done_writing() -> bool:

@@ -1,0 +1,49 @@
+"""A job of the I/O queue: what it runs, which jobs it waits for, and how its failure reads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from typing import Any
+
+from usdsdg.errors import UsdsdgError, WriterError
+
+
+@dataclass(eq=False)
+class Job:
+    """One call, with what the queue needs to know of it."""
+
+    run: Callable[[], None]
+    what: str  # file or function, for messages
+    size: int  # bytes that it keeps alive
+    owner: Any
+    number: int = 0  # in the order of submission
+    frame: int | None = None  # captured frame that it belongs to
+    turn: Hashable = None  # jobs of one owner with the same turn run one after the other; None: in any order
+    after_all: bool = False  # whether it waits for all earlier jobs of its owner, and is left out if one of them fails
+    blockers: int = 0  # open jobs that it waits for
+    followers: list[Job] = field(default_factory=list)  # those that wait for it
+    is_left_out: bool = False
+
+    def wait_for(self, earlier: Job) -> None:
+        """Run only after `earlier`, which has not ended."""
+        earlier.followers.append(self)
+        self.blockers += 1
+
+    def failure(self) -> UsdsdgError | None:
+        """Run the call, and return its error, if any, with the frame and the file in its message."""
+        try:
+            self.run()
+        except Exception as error:  # noqa: BLE001 - raised again by the thread that waits
+            return self.failed(error)
+        return None
+
+    def failed(self, error: BaseException) -> UsdsdgError:
+        """Return the failure that an error of the call is."""
+        place = "" if self.frame is None else f"frame {self.frame}: "
+        if isinstance(error, UsdsdgError):
+            error.args = (f"{place}{error}", *error.args[1:])
+            return error
+        failure = WriterError(f"{place}{self.what} could not be written: {type(error).__name__}: {error}")
+        failure.__cause__ = error
+        return failure
