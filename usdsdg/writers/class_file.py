@@ -29,7 +29,7 @@ class ClassFile:
         filters = sorted({each.label_filter for each in reading}, key=lambda text: text or "")
         tables = [{"filter": each, "classes": current().class_tables.of(each).listed()} for each in filters]
         if tables != self._written:
-            if self._written:
-                backend.wait_until_done()  # for the earlier file, which this one replaces
             self._written = tables
-            backend.schedule(write_json, path=f"{BESIDE}/{FILE}", data={"version": 1, "tables": tables}, indent=1)
+            content = {"version": 1, "tables": tables}
+            # In turn, since it replaces the earlier file.
+            backend.schedule_in_turn(FILE, write_json, path=f"{BESIDE}/{FILE}", data=content, indent=1)

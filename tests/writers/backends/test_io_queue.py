@@ -138,8 +138,10 @@ def test_a_failure_names_its_frame_and_file(threads):
 
 def test_a_job_that_ends_its_thread_is_a_failure_and_nobody_waits_for_ever():
     queue, done = IoQueue(threads=1), []
+    gate = Gate(queue)
     submit(queue, partial(sys.exit, 3))
     submit(queue, partial(done.append, 1))
+    gate.opened.set()
     with pytest.raises(WriterError, match="SystemExit: 3"):
         queue.wait_until_done()
     assert done == [1]

@@ -102,10 +102,9 @@ class CosmosWriter(Writer):
         if not _can_read(backend):
             warn_once(f"CosmosWriter: {backend.get_name()} has no read_blob, so only images are written, no videos.")
             return
-        backend.wait_until_done()
         rate = float(current_stage().GetTimeCodesPerSecond())
         for path, (size, images) in self._videos.items():
-            backend.schedule(_write_video, path=path, images=list(images), size=size, rate=rate)
+            backend.schedule_after_all(_write_video, path=path, images=list(images), size=size, rate=rate)
 
     def detach(self) -> None:
         super().detach()

@@ -167,13 +167,13 @@ class BopWriter(Writer):
         if not any(scene.is_new for scene in self._scenes.values()):
             return
         assert self.backend is not None
-        self.backend.wait_until_done()
         for scene in self._scenes.values():
             if scene.is_new:
                 root = f"{self._split}/{scene.number:06d}"
                 for name, values in scene.tables().items():
-                    self.backend.schedule(write_json, path=f"{root}/{name}.json", data=values, indent=1)
-        self.backend.schedule(write_json, path="models/models_info.json", data=_by_text(self._models.info), indent=1)
+                    self.backend.schedule_after_all(write_json, path=f"{root}/{name}.json", data=values, indent=1)
+        models = _by_text(self._models.info)
+        self.backend.schedule_after_all(write_json, path="models/models_info.json", data=models, indent=1)
 
 
 class _Scene:

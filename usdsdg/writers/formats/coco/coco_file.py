@@ -41,8 +41,7 @@ class CocoFile:
     def write(self) -> None:
         """Schedule the file after the images that it names; it is replaced atomically."""
         if self.path and self._written != len(self._images):
-            self._backend.wait_until_done()
-            self._backend.schedule(write_text, path=self.path, text=self._text())
+            self._backend.schedule_after_all(write_text, path=self.path, text=self._text())
             self._written = len(self._images)
 
     def _text(self) -> str:

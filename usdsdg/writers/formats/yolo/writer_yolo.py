@@ -118,8 +118,6 @@ class YoloWriter(Writer):
         if names == self._listed:
             return
         assert self.backend is not None
-        if self._listed:
-            self.backend.wait_until_done()  # for the earlier file, which this one replaces
         self._listed = names
         described: dict[str, Any] = {split: f"images/{split}" for split in self._splits.names}
         # Ultralytics asks for both of these.
@@ -127,7 +125,9 @@ class YoloWriter(Writer):
         if self._task == "pose":
             described["kpt_shape"] = [len(self._keypoints or ()), 3]
         described["names"] = dict(enumerate(names))
-        self.backend.schedule(write_text, path="data.yaml", text=yaml.safe_dump(described, sort_keys=False))
+        text = yaml.safe_dump(described, sort_keys=False)
+        # In turn, since it replaces the earlier file.
+        self.backend.schedule_in_turn("data.yaml", write_text, path="data.yaml", text=text)
 
     def _classes(self) -> list[str]:
         """Return the names of the classes in the order of their ids."""
