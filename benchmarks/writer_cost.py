@@ -37,7 +37,7 @@ RECORD = "/usdsdg/labels/record"
 
 def noisy(image: np.ndarray) -> np.ndarray:
     """Return the picture with noise, the same for every call."""
-    noise = np.rint(np.random.default_rng(0).normal(0.0, NOISE, image.shape[:2] + (3,)))
+    noise = np.rint(np.random.default_rng(0).normal(0.0, NOISE, (*image.shape[:2], 3)))
     colors = np.clip(image[..., :3] + noise, 0, 255).astype(np.uint8)
     return np.concatenate([colors, image[..., 3:]], axis=-1)
 
@@ -106,18 +106,6 @@ class Watch:
             yield
         finally:
             WriterOutput.write = write
-
-
-def noise_annotator() -> str:
-    """Register the annotator of the noisy picture, and return its name."""
-    made: list[np.ndarray] = []
-
-    def once(image: np.ndarray) -> np.ndarray:
-        made[:] = made or [noisy(image)]
-        return made[0]
-
-    rep.AnnotatorRegistry.register_augmentation("Noisy", rep.annotators.Augmentation.from_function(once))
-    return "noisy"
 
 
 class NoisyWriter(Writer):

@@ -124,16 +124,18 @@ def test_the_failure_of_the_first_job_is_raised_even_if_a_later_one_failed_befor
 
 @pytest.mark.parametrize("threads", [0, 3])
 def test_a_failure_names_its_frame_and_file(threads):
-    queue, owner = IoQueue(threads=threads), object()
-    with pytest.raises(WriterError) as caught:
-        with queue.frame(12):
-            queue.submit(partial(int, "x"), what="rgb_0012.png", size=0, owner=owner)
+    queue = IoQueue(threads=threads)
+
+    def run(job, frame):
+        with queue.frame(frame):
+            queue.submit(job, what="rgb_0012.png", size=0, owner=queue)
         queue.wait_until_done()
+
+    with pytest.raises(WriterError) as caught:
+        run(partial(int, "x"), 12)
     assert str(caught.value).startswith("frame 12: rgb_0012.png could not be written: ValueError: invalid literal")
     with pytest.raises(OutputNotWritable, match=r"^frame 13: /full/x\.png cannot be written$"):
-        with queue.frame(13):
-            submit(queue, partial(broken, "/full/x.png cannot be written"))
-        queue.wait_until_done()
+        run(partial(broken, "/full/x.png cannot be written"), 13)
 
 
 def test_a_job_that_ends_its_thread_is_a_failure_and_nobody_waits_for_ever():
@@ -207,9 +209,8 @@ def test_the_number_of_threads_changes_what_runs_where_and_not_what_is_done(coun
     queue, done = IoQueue(threads=1), []
     for count in counts:
         queue.set_threads(count)
-        here = threading.current_thread()
         for _ in range(20):
-            submit(queue, lambda: done.append(threading.current_thread() is here))
+            submit(queue, lambda: done.append(threading.current_thread() is threading.main_thread()))
         assert count or done[-20:] == [True] * 20
         assert not count or not queue.wait_until_done()
         assert count == 0 or not any(done[-20:])

@@ -121,7 +121,7 @@ class IoQueue:
             WriterError: a job waits, which would wait for itself.
         """
         if threading.current_thread() in self._workers:
-            raise WriterError("a job waits for its own queue, and would never end: schedule what comes after all files.")
+            raise WriterError("a job waits for its own queue, and would never end: use schedule_after_all.")
         with self._changed:
             while self._is_open(owner):
                 self._changed.wait()

@@ -233,10 +233,8 @@ class YCBVideoWriter(Writer):
         if names == self._listed:
             return
         assert self.backend is not None
-        if self._listed:
-            self.backend.wait_until_done()  # for the earlier file, which this one replaces
         self._listed = names
-        self.backend.schedule(write_text, path=f"{_ROOT}/train.txt", text="".join(f"{name}\n" for name in names))
+        self.backend.schedule_after_all(write_text, path=f"{_ROOT}/train.txt", text="".join(f"{n}\n" for n in names))
 
 
 def _checked_indices(given: Mapping[Any, Any]) -> dict[str, int]:
