@@ -36,7 +36,7 @@ class IoQueue:
         self._finishes_at_exit = False
         self._forget_all()
         if hasattr(os, "register_at_fork"):
-            alive = weakref.ref(self)
+            alive: weakref.ref[IoQueue] = weakref.ref(self)
             os.register_at_fork(after_in_child=lambda: _forget_in_child(alive))
 
     def _forget_all(self) -> None:
