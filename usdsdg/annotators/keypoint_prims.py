@@ -1,7 +1,7 @@
 """The prims of a stage that have keypoints, with their points in the world."""
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
@@ -26,10 +26,12 @@ class KeypointReader:
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
         self._paths: list[Sdf.Path] | None = None  # None: not known
+        # Gprims and their instances, with what follows from them alone: owners by path, and prims in prototypes.
+        self._drawn: tuple[Any, Any, dict[Sdf.Path, tuple[Owner, ...]], set[Sdf.Path]] | None = None
 
     def invalidate(self) -> None:
         """Look for prims with keypoints again."""
-        self._paths = None
+        self._paths = self._drawn = None
 
     def affects(self, names: Iterable[str]) -> bool:
         """Return whether a change of properties of these names may have added or removed keypoints."""
@@ -60,17 +62,28 @@ class KeypointReader:
             self._paths = [prim.GetPath() for prim in everything if has_keypoints(prim)]
         if not self._paths:
             return []
-        drawn: dict[Sdf.Path, dict[Owner, None]] = {path: {} for path in self._paths}
-        inside: set[Sdf.Path] = set()  # prims in prototypes of point instancers
+        if self._drawn is None or self._drawn[0] is not gprims or self._drawn[1] is not steps:
+            self._drawn = (gprims, steps, *self._find_drawn(self._paths, gprims, steps))
+        _, _, drawn, inside = self._drawn
+        found = []
+        for path, owners in drawn.items():
+            found += owners
+            if not owners and not any(path.HasPrefix(prototype) for prototype in inside) and self._is_shown(path):
+                found.append(Owner(path))
+        return found
+
+    def _find_drawn(
+        self, paths: Iterable[Sdf.Path], gprims: Sequence[str], steps: Sequence[Steps]
+    ) -> tuple[dict[Sdf.Path, tuple[Owner, ...]], set[Sdf.Path]]:
+        """Return who owns gprims at or below each path, and which prims are in prototypes of point instancers."""
+        drawn: dict[Sdf.Path, dict[Owner, None]] = {path: {} for path in paths}
+        inside: set[Sdf.Path] = set()
         for gprim, way in zip(gprims, steps):
             inside.update(step.prototype for step in way)
             for owner in ancestors(prim_path(gprim), way):
                 if owner.path in drawn:
                     drawn[owner.path][owner] = None
-        for path, owners in drawn.items():
-            if not owners and not any(path.HasPrefix(prototype) for prototype in inside) and self._is_shown(path):
-                owners[Owner(path)] = None
-        return [owner for owners in drawn.values() for owner in owners]
+        return {path: tuple(owners) for path, owners in drawn.items()}, inside
 
     def _is_shown(self, path: Sdf.Path) -> bool:
         """Return whether a prim without gprims of its own is there: active, defined and not invisible."""

@@ -29,10 +29,11 @@ class DividedGprims:
             # A face is out of range only where the mesh itself is broken.
             entries.append(of_face[np.minimum(shape.triangle_faces, len(of_face) - 1)])
             first[gprim], total = total, total + len(entries[-1])
-        self.record = Parts()
+        self.are_there, self.record = bool(faces), Parts()
+        if not self.are_there:
+            return
         for name, values in (("instance", self.instances), ("first", first), ("entry", np.concatenate(entries))):
             setattr(self.record, name, wp.array(values, dtype=wp.int32, device=device))
-        self.are_there = bool(faces)
 
     @property
     def fill_kernel(self) -> wp.Kernel:

@@ -13,6 +13,7 @@ import numpy as np
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.colors import FIRST_LABELED, UNLABELLED
 from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
+from usdsdg.annotators.pixels import masks
 from usdsdg.errors import AnnotatorError
 
 Params = Mapping[str, Any]
@@ -60,17 +61,12 @@ def amodal_instance_segmentation(frame: Frame, params: Params) -> Annotation:
         "idToSemantics": {str(id_): selection.labels[member] for id_, member in zip(ids.tolist(), listed.tolist())},
     }
     if encoding == "rle":
-        masks = frame.amodal_masks
-        corners = masks.coverage[rows, X_MIN : X_MIN + 2].tolist()
-        encoded = [
-            run_lengths(masks.crop(row), left, top, frame.shape)
-            for row, (left, top) in zip(rows.tolist(), corners, strict=True)
-        ]
-        return Annotation(None, {**info, "masks": encoded})
-    masks = (frame.amodal_masks.mask(row) for row in rows.tolist())
+        lengths = frame.derive("run lengths", lambda: masks.run_lengths(frame.amodal_masks))
+        size = list(frame.shape)
+        return Annotation(None, {**info, "masks": [{"size": size, "counts": lengths[row]} for row in rows.tolist()]})
     stack = np.zeros((len(rows), *frame.shape), bool)
-    for row, mask in zip(stack, masks):
-        row[:] = mask
+    for mask, row in zip(stack, rows.tolist()):
+        mask[:] = frame.amodal_masks.mask(row)
     return Annotation(stack, info)
 
 
@@ -134,24 +130,29 @@ def _count_pairs(frame: Frame, predicate: str | None) -> np.ndarray:
     selection = frame.selection(predicate)
     id_of_row = np.zeros(len(frame.labeled_prims), np.int64)
     id_of_row[selection.rows] = selection.ids
-    row, y, x = frame.derive("hidden", frame.amodal_masks.hidden)
-    occluded, members = id_of_row[row], frame.members(predicate)[y, x]
-    occluder = np.append(selection.ids, UNLABELLED)[members]
-    base = selection.prim_count + FIRST_LABELED
-    keys, pixels = counted((occluded * base + occluder)[occluded > 0], base * base)
+    hidden = frame.derive("hidden runs", lambda: masks.hidden_runs(frame.amodal_masks, frame.aov("instance")))
+    # Gprims of no selected prim have member -1, as have pixels without a hit, and look up the appended id.
+    occluder = np.append(selection.ids, UNLABELLED)[np.append(selection.member_of_gprim, -1)[hidden.hider]]
+    base, occluded = selection.prim_count + FIRST_LABELED, id_of_row[hidden.group]
+    keys = (occluded * base + occluder)[occluded > 0]
+    keys, pixels = summed(keys, hidden.pixels[occluded > 0], base * base)
     pairs = np.zeros(len(keys), OCCLUSION_PAIR)
     pairs["occludedId"], pairs["occluderId"] = np.divmod(keys, base)
     pairs["pixels"] = pixels
     return pairs
 
 
-def counted(values: np.ndarray, limit: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the different values, ascending, all of them from 0 to below the limit, and how often each occurs."""
+def summed(keys: np.ndarray, numbers: np.ndarray, limit: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the different keys, ascending, all of them from 0 to below the limit, and the sum of each one's numbers.
+
+    Numbers are positive.
+    """
     if limit > MOST_COUNTERS:
-        return np.unique(values, return_counts=True)
-    counts = np.bincount(values, minlength=1)
-    found = np.flatnonzero(counts)
-    return found, counts[found]
+        found, places = np.unique(keys, return_inverse=True)
+        return found, np.bincount(places, numbers, len(found)).astype(np.int64)
+    sums = np.bincount(keys, numbers, 1)  # exact: far below 2**53
+    found = np.flatnonzero(sums)
+    return found, sums[found].astype(np.int64)
 
 
 def _paths(frame: Frame, predicate: str | None, ids: np.ndarray) -> dict[str, str]:

@@ -9,6 +9,7 @@ from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_o
 from usdsdg.annotators.colors import UNLABELLED
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.pixels import look_ups
+from usdsdg.annotators.pixels.unprojection import unproject
 from usdsdg.stage.cameras.pixels import pixel_centers
 
 
@@ -22,15 +23,14 @@ def depth_to_pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
 
     All three are +inf where nothing is hit. A fisheye sees points with z < 0.
     """
-    camera, depth = frame.camera, frame.aov("distance_to_image_plane").astype(np.float64)
+    camera, depth = frame.camera, frame.aov("distance_to_image_plane")
+    if camera.lens is None:
+        return Annotation(unproject(camera, depth))
     seen = np.isfinite(depth)
     rows, columns = np.nonzero(seen)
     origins, directions = camera.rays(pixel_centers(columns, rows))
-    if camera.lens is None:
-        along = depth[seen] / -directions[:, 2]
-    else:
-        # For rays perpendicular to the optical axis, depth does not determine the distance.
-        along = frame.aov("distance_to_camera")[seen].astype(np.float64)
+    # For rays perpendicular to the optical axis, depth does not determine the distance.
+    along = frame.aov("distance_to_camera")[seen].astype(np.float64)
     points = np.full((*depth.shape, 3), np.inf, np.float32)
     points[seen] = (origins * camera.meters_per_unit + along[:, None] * directions) * (1.0, -1.0, -1.0)
     return Annotation(points.reshape(-1, 3))

@@ -47,16 +47,8 @@ def depth_sensor_points(frame: Frame, params: Params) -> Annotation:
 
     Each lies on the camera's ray, at the measured distance: -z is DepthSensorDistance. Parameters and errors as there.
     """
-    measured = _measurement(frame)
-    view = frame.camera
-    points = frame.aov("position") @ view.world_to_camera[:3, :3] + view.world_to_camera[3, :3]
-    points = stereo.look_up(points * view.meters_per_unit, measured.source)
-    exact = stereo.look_up(frame.aov("distance_to_image_plane"), measured.source)
-    scale = np.divide(measured.distance, exact, out=np.zeros_like(exact), where=exact > 0)
-    out = np.zeros((*exact.shape, 4), np.float32)
-    out[..., :3] = points * scale[..., None]
-    out[..., 3] = measured.measured
-    return Annotation(out)
+    depth, position = frame.aov("distance_to_image_plane"), frame.aov("position")
+    return Annotation(stereo.points_of(frame.camera, _measurement(frame), depth, position))
 
 
 @define("DepthSensorPointCloudColor", aovs=["distance_to_image_plane"], needs_path_tracing=True, dtype=np.uint8)

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdsdg.annotators.pixels import look_ups
+from usdsdg.annotators.pixels.launch import band_of, run
+from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.colors import LUMINANCE
 
 _LUMINANCE = LUMINANCE.astype(np.float32)
@@ -38,7 +41,7 @@ class DepthSensor:
 class Measurement:
     """The measurement of each pixel of the second imager."""
 
-    source: np.ndarray  # (H, W) int64: flat index of the camera's pixel that it shows; -1 not measured
+    source: np.ndarray  # (H, W) int32: flat index of the camera's pixel that it shows; -1 not measured
     disparity: np.ndarray  # (H, W) float64 [pixels of the image] of each of the camera's pixels, with noise
     distance: np.ndarray  # (H, W) float32 [meters] along the optical axis; 0 not measured
 
@@ -56,82 +59,64 @@ def measure(sensor: DepthSensor, depth: np.ndarray, confident: np.ndarray, rng: 
         confident: (H, W) bool, from `is_confident`.
         rng: source of the noise.
     """
-    disparity_times_depth = sensor.disparity_times_depth(depth.shape[1])
-    depth = np.where(depth > 0, depth, np.inf)
-    exact = disparity_times_depth / depth.astype(np.float64)
-    source = reprojected(depth, np.copysign(exact, sensor.baseline_mm))
-    disparity = noisy(sensor, exact, rng)
-    with np.errstate(divide="ignore"):
-        measured = disparity_times_depth / disparity
-    # Points that cannot be measured still occlude others, so they are removed only after reprojection.
-    within = (measured >= sensor.min_distance) & (measured <= sensor.max_distance)
-    within &= np.isfinite(measured) & np.isfinite(depth)
-    within &= disparity * sensor.sensor_size_pixel <= sensor.max_disparity_pixel * depth.shape[1]
-    source = np.where(look_up(within & confident, source), source, -1)
+    from usdsdg.annotators.pixels import stereo_kernels as kernels  # imports Warp
+
+    pair = kernels.Pair()
+    pair.disparity_times_depth, pair.baseline = sensor.disparity_times_depth(depth.shape[1]), sensor.baseline_mm
+    pair.step, pair.sigma, pair.block = abs(sensor.noise_mean), sensor.noise_sigma, sensor.noise_downscale_factor_pixel
+    pair.least, pair.most = sensor.min_distance, sensor.max_distance
+    pair.sensor_size, pair.most_disparity = sensor.sensor_size_pixel, sensor.max_disparity_pixel
+    disparity, distance = (np.empty(depth.shape) for _ in range(2))
+    nearest, source = np.empty(depth.shape, np.float32), np.empty(depth.shape, np.int32)
+    inputs = [pair, depth.astype(np.float32, copy=False), confident, _deviations(sensor, depth.shape, rng)]
+    outputs = [disparity, distance, nearest, source]
+    height, width = depth.shape
+    run(kernels.match_rows, (height,), inputs, outputs, band=band_of(height, width))
     if sensor.outlier_removal_enabled:
-        source = without_outliers(source, measured)
-    return Measurement(source, disparity, look_up(measured, source).astype(np.float32))
+        source = without_outliers(source, distance)
+    return Measurement(source, disparity, look_up(distance.astype(np.float32), source))
 
 
 def look_up(of_camera: np.ndarray, source: np.ndarray) -> np.ndarray:
-    """Return (H, W, ...) values of the camera's pixels in the second imager's image, 0 where it shows none."""
+    """Return values (H, W, ...), of 4 bytes, of the camera's pixels in the second imager's image, 0 for none."""
     flat = of_camera.reshape(source.size, *of_camera.shape[2:])
-    values = flat[source]
-    values[source < 0] = 0
-    return values
+    return look_ups.look_up(source, np.concatenate([flat, np.zeros_like(flat[:1])]))
 
 
-def noisy(sensor: DepthSensor, disparity: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Quantize the disparity in steps of `noise_mean`, add normal noise of `noise_sigma`, and clip at 0."""
-    step = abs(sensor.noise_mean)
-    if step == 0:
-        return disparity
-    height, width = disparity.shape
-    rows, columns = (
-        (np.arange(size) / sensor.noise_downscale_factor_pixel).astype(np.int64) for size in (height, width)
-    )
-    deviations = rng.standard_normal((rows[-1] + 1, columns[-1] + 1)) * sensor.noise_sigma
-    return np.maximum(np.rint(disparity / step) * step + deviations[np.ix_(rows, columns)], 0)
-
-
-def reprojected(depth: np.ndarray, shift: np.ndarray) -> np.ndarray:
-    """Return (H, W) int64: the flat index of the camera's pixel that each pixel of the second imager shows; -1 none.
-
-    A pixel moves `shift` columns to the left, as its point does in the image of an imager on the right; the nearest of
-    those that coincide is visible. Noise is not included: a matching error changes the distance, not the position.
-    """
-    height, width = depth.shape
-    columns = np.floor(np.arange(width) + 0.5 - shift).astype(np.int64)
-    inside = (columns >= 0) & (columns < width)
-    source = np.flatnonzero(inside)
-    target = (columns + np.arange(height)[:, None] * width)[inside]
-    near = depth[inside]
-    nearest = np.full(depth.size, np.inf, depth.dtype)
-    np.minimum.at(nearest, target, near)
-    seen = nearest[target] == near
-    found = np.full(depth.size, -1, np.int64)
-    found[target[seen]] = source[seen]
-    return found.reshape(depth.shape)
+def _deviations(sensor: DepthSensor, shape: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:
+    """Return normal deviations of blocks of pixels; none where the sensor has neither steps nor noise."""
+    if sensor.noise_mean == 0:
+        return np.zeros((0, 0))
+    rows, columns = (int((size - 1) / sensor.noise_downscale_factor_pixel) + 1 for size in shape)
+    return rng.standard_normal((rows, columns))
 
 
 def without_outliers(source: np.ndarray, read: np.ndarray) -> np.ndarray:
     """Make isolated pixels of `source` match their neighbors, as the setting is described.
 
     A gap of one column, which reprojection leaves in surfaces, takes the farther of the pixels to its left and right; a
-    measured pixel without a measured one among its eight neighbors is removed.
+    measured pixel without a measured one among its eight neighbors is removed. read: distance of the camera's pixels.
     """
-    from scipy import ndimage
+    from usdsdg.annotators.pixels import stereo_kernels as kernels
 
-    has = source >= 0
-    left, right = np.roll(source, 1, 1), np.roll(source, -1, 1)
-    gap = ~has & (left >= 0) & (right >= 0)
-    gap[:, [0, -1]] = False
-    farther = np.where(read.ravel()[left] >= read.ravel()[right], left, right)
-    around = ndimage.maximum_filter(has, footprint=_AROUND, mode="constant", cval=0)
-    return np.where(gap, farther, np.where(has & np.logical_not(around), -1, source))
+    mended = np.empty(source.shape, np.int32)
+    inputs = [source.astype(np.int32, copy=False), read.astype(np.float64, copy=False)]
+    run(kernels.mend_isolated, source.shape, inputs, [mended])
+    return mended
 
 
-_AROUND = np.array([[1, 1, 1], [1, 0, 1], [1, 1, 1]], bool)
+def points_of(view: CameraView, measured: Measurement, depth: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Return measured points in the camera's frame [m], float32 (H, W, 4) with 1, or 0 0 0 0 where nothing is measured.
+
+    depth: along the optical axis [m]. position: (H, W, 3) in the world.
+    """
+    from usdsdg.annotators.pixels import stereo_kernels as kernels
+
+    points = np.empty((*depth.shape, 4), np.float32)
+    to_camera = kernels.wp.mat44d(*view.world_to_camera.reshape(-1).tolist())
+    inputs = [measured.source, measured.distance, depth, position, to_camera, float(view.meters_per_unit)]
+    run(kernels.place_points, (depth.size,), inputs, [points])
+    return points
 
 
 def luminance(color: np.ndarray) -> np.ndarray:
@@ -141,9 +126,13 @@ def luminance(color: np.ndarray) -> np.ndarray:
 
 def texture(gray: np.ndarray) -> np.ndarray:
     """Return (H, W) float32, 0 to 1: the Sobel gradient of the luminance [gray levels], clipped at 1."""
-    from scipy import ndimage
+    from usdsdg.annotators.pixels import stereo_kernels as kernels
 
-    return np.minimum(np.hypot(ndimage.sobel(gray, 0, mode="nearest"), ndimage.sobel(gray, 1, mode="nearest")), 1)
+    found = np.empty(gray.shape, np.float32)
+    height, width = gray.shape
+    inputs = [gray.astype(np.float32, copy=False)]
+    run(kernels.find_texture, (height,), inputs, [found], band=band_of(height, width))
+    return found
 
 
 def confidence(sensor: DepthSensor, gray: np.ndarray) -> np.ndarray:
