@@ -1,0 +1,120 @@
+"""What a distribution is: a node with inputs that draws one value per prim, and the kinds of them by type of node."""
+
+import abc
+import copy
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+
+from usdsdg.arguments.registry import near_misses
+from usdsdg.arguments.values import shown
+from usdsdg.errors import GraphError
+from usdsdg.graph.node import Node, ReplicatorItem, plain, script_line
+from usdsdg.graph.sampling import get_global_seed, own_seed
+
+
+class Distribution(ReplicatorItem, abc.ABC):
+    """The item of a distribution; `sample` returns one row per prim."""
+
+    def __init__(self, kind: str, seed: int | None, name: str | None, **inputs: Any) -> None:
+        given = {role: plain(value) for role, value in {**inputs, "seed": seed}.items() if value is not None}
+        super().__init__(Node(kind=kind, inputs=given, name=name, line=script_line()))
+        self._seed = self._checked(lambda: own_seed(seed))
+
+    def seed(self) -> int:
+        return get_global_seed() if self._seed is None else self._seed
+
+    def seeded(self, seed: int) -> Self:
+        """Return a copy of this distribution, and of those that it draws from, with `seed` instead of the global one.
+
+        Raises:
+            GraphError: it was made with another seed.
+        """
+        own = self._seed
+        if own is not None and own != seed:
+            raise GraphError(f"{self.node.describe()} has seed={own}, its randomizer seed={seed}; give one of them")
+        twin = copy.copy(self)
+        twin._seed = seed
+        twin.node = replace(self.node, inputs={**self.node.inputs, "seed": seed}, path=None)
+        return twin
+
+    def set_input(self, name: str, value: Any) -> None:
+        """Set a bound, choice or seed from the next execution on.
+
+        Raises:
+            GraphError: there is no such input, or the value does not fit the other inputs.
+        """
+        name = name.removeprefix("inputs:")
+        if name not in (known := _KINDS[self.node.kind].inputs):
+            near = near_misses(name, known)
+            hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known)}"
+            raise GraphError(f"{self.node.describe()} has no input {name!r}; {hint}")
+        changed = from_inputs(self.node.kind, {**self.node.inputs, name: value}, self.node.name)
+        super().set_input(name, value)
+        self.__dict__.update({key: own for key, own in changed.__dict__.items() if key != "node"})
+
+    def _checked(self, make: Callable[[], Any]) -> Any:
+        """Return `make()`; errors name the distribution and its script line."""
+        try:
+            return make()
+        except GraphError as error:
+            raise GraphError(f"{self.node.describe()}: {error}") from None
+
+    def has_patterns(self, count: int) -> bool:
+        """Return whether each value that can be drawn is a list of `count` values, one for each prim of a group."""
+        return False
+
+    def options(self) -> list[Any]:
+        """Return all values that can be drawn, where these are listed; none for distributions of numbers."""
+        return []
+
+    def _listed(self, name: str, given: Any) -> list[Any]:
+        """Return the values of an argument that is a list; those of an item are its prims."""
+        if isinstance(given, ReplicatorItem) and not isinstance(given, Distribution):
+            given = given.prims
+        # A string is iterable, but its characters are not the values.
+        if isinstance(given, (str, bytes, Distribution)) or not isinstance(given, Iterable):
+            raise GraphError(f"{self.node.describe()}: {name} is {shown(given)}; expected a list")
+        if not (items := list(given)):
+            raise GraphError(f"{self.node.describe()}: {name} is empty")
+        return items
+
+    @abc.abstractmethod
+    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray | list[Any]:
+        """Draw one value per prim for execution number `execution` of the node with key `consumer`."""
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """A type of node: its inputs as a saved graph and `set_input` name them, and what makes a distribution of them."""
+
+    inputs: tuple[str, ...]
+    make: Callable[[Mapping[str, Any], str | None], Distribution]
+
+
+_KINDS: dict[str, _Kind] = {}
+
+
+def add_kind(
+    node_type: str, inputs: tuple[str, ...], make: Callable[[Mapping[str, Any], str | None], Distribution]
+) -> None:
+    """Add a type of node; `make` gets the inputs of a saved node, and its name."""
+    _KINDS[node_type] = _Kind(inputs, make)
+
+
+def from_inputs(kind: str, inputs: Mapping[str, Any], name: str | None) -> Distribution:
+    """Return the distribution that a node of a saved graph describes.
+
+    Raises:
+        GraphError: the type of the node is not a distribution.
+    """
+    if kind not in _KINDS:
+        raise GraphError(f"a node of type {kind} is not a distribution; known: {', '.join(_KINDS)}")
+    return _KINDS[kind].make(inputs, name)
+
+
+def all_seeded(items: Sequence[Any], seed: int) -> list[Any]:
+    """Return items, of which those that are distributions have a seed of their own."""
+    return [item.seeded(seed) if isinstance(item, Distribution) else item for item in items]

@@ -1,0 +1,58 @@
+"""Draws for the inputs of a node: from constants, lists with one value per prim, and distributions."""
+
+from collections.abc import Sequence
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from usdsdg.distribution.base import Distribution
+from usdsdg.distribution.of_lists import choice
+from usdsdg.graph.node import Node
+from usdsdg.graph.sampling import own_seed
+
+
+def one_of(options: Any, seed: int | None) -> Distribution:
+    """Return the distribution of a randomizer, from a distribution or a list, and its `seed` (None, < 0: global).
+
+    Raises:
+        GraphError: `options` is a distribution that was made with another seed.
+    """
+    drawn, own = options if isinstance(options, Distribution) else choice(options), own_seed(seed)
+    return drawn if own is None else drawn.seeded(own)
+
+
+def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
+    """Return one value per prim of `node` for its input `role`: a constant, a list per prim, or a distribution."""
+    count = len(node.prims)
+    if isinstance(value, Distribution):
+        consumer = f"{node.key}/{value.node.name or role}"
+        return list(value.sample(consumer, execution, node.prims))
+    if isinstance(value, np.ndarray):
+        value = list(value) if value.ndim else value.item()
+    if isinstance(value, list) and len(value) == count and not is_vector(value):
+        return value
+    return [value] * count
+
+
+def options_of(value: Any) -> list[Any]:
+    """Return all values of a role that can be drawn: of a distribution, a list of values, or one value."""
+    if isinstance(value, Distribution):
+        return value.options()
+    return list(value) if isinstance(value, (list, tuple)) else [value]
+
+
+def draw_scalars(value: Any, node: Node, execution: int, role: str) -> list[Any]:
+    """As `draw`, for an input whose values are no lists: a list that is drawn is a pattern over the prims of `node`.
+
+    Of choices or items with one value for each prim, one is drawn per execution, for all prims together.
+    """
+    if isinstance(value, Distribution) and value.has_patterns(len(node.prims)):
+        consumer = f"{node.key}/{value.node.name or role}"
+        return list(value.sample(consumer, execution, node.prims[:1])[0])
+    return draw(value, node, execution, role)
+
+
+def is_vector(value: Sequence[Any]) -> bool:
+    """Return whether a sequence is one vector of numbers, not a list of values."""
+    return len(value) > 0 and all(isinstance(v, Real) and not isinstance(v, bool) for v in value)

@@ -1,0 +1,152 @@
+"""Distributions of values that are listed: choices, and sequences."""
+
+from collections.abc import Sequence
+from numbers import Integral
+from typing import Any, Self
+
+import numpy as np
+
+from usdsdg.arguments.values import shown
+from usdsdg.distribution.base import Distribution, add_kind, all_seeded
+from usdsdg.errors import GraphError, let_pass
+from usdsdg.graph.node import plain
+from usdsdg.graph.sampling import generator, uniforms
+
+
+class Choice(Distribution):
+    def __init__(self, choices: Any, weights: Any, with_replacements: bool, seed: int | None, name: str | None) -> None:
+        super().__init__("OgnSampleChoice", seed, name, weights=weights, withReplacements=with_replacements)
+        items = self._listed("choices", [choices] if isinstance(choices, Distribution) else choices)
+        self.node.inputs["choices"] = plain(items)
+        self._items, self._with_replacements = items, with_replacements
+        try:
+            p = np.ones(len(items)) if weights is None else np.asarray(weights, dtype=np.float64)
+        except (TypeError, ValueError):
+            p = np.zeros(0)
+        if p.shape != (len(items),) or not np.isfinite(p).all() or np.any(p < 0) or p.sum() <= 0:
+            let_pass(
+                GraphError(f"{self.node.describe()}: weights={weights!r} must be {len(items)} numbers >= 0, not all 0")
+            )
+            p = _mended(p, len(items))
+        self._weights = p / p.sum()
+
+    def seeded(self, seed: int) -> Self:
+        twin = super().seeded(seed)
+        twin._items = twin.node.inputs["choices"] = all_seeded(self._items, seed)
+        return twin
+
+    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
+        if self._with_replacements:
+            u = uniforms(self.seed(), consumer, execution, prims, 1)[:, 0]
+            picks = np.minimum(np.searchsorted(np.cumsum(self._weights), u, side="right"), len(self._items) - 1)
+        else:
+            if len(prims) > (available := np.count_nonzero(self._weights)):
+                raise GraphError(f"{self.node.describe()}: {len(prims)} prims but only {available} choices")
+            rng = generator(self.seed(), consumer, execution)
+            picks = rng.choice(len(self._items), size=len(prims), replace=False, p=self._weights)
+        return [self._resolved(self._items[pick], consumer, execution, prim) for pick, prim in zip(picks, prims)]
+
+    def has_patterns(self, count: int) -> bool:
+        return _are_lists(self._items, count)
+
+    def options(self) -> list[Any]:
+        return _flat_options(self._items)
+
+    def _resolved(self, item: Any, consumer: str, execution: int, prim: str) -> Any:
+        return item.sample(f"{consumer}/choice", execution, [prim])[0] if isinstance(item, Distribution) else item
+
+
+class Sequence_(Distribution):
+    def __init__(self, items: Any, ordered: bool, stride: int | None, seed: int | None, name: str | None) -> None:
+        super().__init__("OgnSampleSequence", seed, name, ordered=ordered, stride=stride)
+        self._items, self._ordered, self._stride = self._listed("items", items), ordered, stride
+        self.node.inputs["items"] = plain(self._items)
+        if stride is not None and not isinstance(stride, Integral):
+            raise GraphError(f"{self.node.describe()}: stride is {shown(stride)}; expected a whole number")
+
+    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
+        first = execution * (len(prims) if self._stride is None else self._stride)
+        positions = [first + i for i in range(len(prims))]
+        return [self._items[self._index(consumer, position)] for position in positions]
+
+    def has_patterns(self, count: int) -> bool:
+        return _are_lists(self._items, count)
+
+    def options(self) -> list[Any]:
+        return _flat_options(self._items)
+
+    def _index(self, consumer: str, position: int) -> int:
+        cycle, index = divmod(position, len(self._items))
+        if self._ordered:
+            return index
+        return int(generator(self.seed(), consumer, cycle).permutation(len(self._items))[index])
+
+
+def _mended(weights: np.ndarray, count: int) -> np.ndarray:
+    """Return `count` weights that can be drawn from: what is missing, not finite or below 0 is 0, all 0 are equal."""
+    usable = np.nan_to_num(np.ravel(weights)[:count], nan=0.0, posinf=0.0, neginf=0.0).clip(0.0)
+    usable = np.pad(usable, (0, count - len(usable)))
+    return usable if usable.sum() > 0 else np.ones(count)
+
+
+def _flat_options(items: Sequence[Any]) -> list[Any]:
+    return [each for item in items for each in (item.options() if isinstance(item, Distribution) else [item])]
+
+
+def _are_lists(items: Sequence[Any], count: int) -> bool:
+    return all(isinstance(item, (list, tuple)) and len(item) == count for item in items)
+
+
+add_kind(
+    "OgnSampleChoice",
+    ("choices", "weights", "withReplacements", "seed"),
+    lambda inputs, name: Choice(
+        inputs["choices"], inputs.get("weights"), inputs.get("withReplacements", True), inputs.get("seed"), name
+    ),
+)
+add_kind(
+    "OgnSampleSequence",
+    ("items", "ordered", "stride", "seed"),
+    lambda inputs, name: Sequence_(
+        inputs["items"], inputs.get("ordered", True), inputs.get("stride"), inputs.get("seed"), name
+    ),
+)
+
+
+def choice(
+    choices: Any,
+    weights: Any = None,
+    num_samples: int = 1,
+    seed: int | None = -1,
+    with_replacements: bool = True,
+    name: str | None = None,
+):
+    """Sample one of `choices` per prim: values, paths, prims, a group, distributions, or the draws of one distribution.
+
+    Args:
+        weights: Relative probabilities, numbers >= 0 with any sum; by default equal.
+        with_replacements: False draws no choice twice in one execution.
+        seed: As in `uniform`, as are `num_samples` and `name`.
+
+    Raises:
+        GraphError: there are no choices, or the weights do not fit them. At execution, without replacements: there are
+            more prims than choices.
+    """
+    return Choice(choices, weights, with_replacements, seed, name)
+
+
+def sequence(
+    items: Any, ordered: bool = True, seed: int | None = -1, name: str | None = None, stride: int | None = None
+):
+    """Cycle through `items`, one for each prim, advancing by `stride` at each execution.
+
+    Args:
+        items: Values, or an item, whose prims are the values.
+        ordered: False shuffles each cycle.
+        stride: By default the number of prims.
+        seed: Seed of the shuffle, as in `uniform`, as is `name`.
+
+    Raises:
+        GraphError: there are no items, or the stride is not an integer.
+    """
+    return Sequence_(items, ordered, stride, seed, name)
