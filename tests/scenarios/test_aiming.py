@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom, UsdLux
+from pxr import Gf, Usd, UsdGeom, UsdLux, UsdPhysics
 
 from usdsdg.scenarios import aiming
 from usdsdg.scenarios.aiming import Aiming
@@ -45,11 +45,11 @@ def target(stage: Usd.Stage, name: str, position) -> Usd.Prim:
     return cube.GetPrim()
 
 
-def aim(camera: Usd.Prim, targets: list[Usd.Prim], frame: int, seed: int = 0) -> None:
-    made = Aiming(Cameras([camera], []), targets, ObjectBasedConfig.model_validate(SETTINGS), Draws(seed))
+def aim(camera: Usd.Prim, targets: list[Usd.Prim], frame: int, exposure: float = 0.0) -> None:
+    made = Aiming(Cameras([camera], []), targets, ObjectBasedConfig.model_validate(SETTINGS), Draws(0))
     author_pose(camera, translate=(0, 0, 0))
     made.remember_places()
-    made.aim(camera.GetStage(), frame)
+    made.aim(camera.GetStage(), frame, exposure=exposure)
 
 
 def shown(camera: Usd.Prim, prim: Usd.Prim) -> float:
@@ -103,6 +103,18 @@ def test_what_is_behind_a_light_is_not_chosen(stage, camera):
     for frame in range(6):
         aim(camera, [behind, free], frame)
         assert shown(camera, free) > 0.0
+
+
+def test_streaks_are_not_chosen_where_images_are_exposed(stage, camera):
+    fast, slow = target(stage, "Fast", (2.0, 0.0, 0.0)), target(stage, "Slow", (0.0, 2.0, 0.0))
+    UsdPhysics.RigidBodyAPI.Apply(fast).CreateVelocityAttr((0.0, 4.0, 0.0))
+    chosen = []
+    for exposure in (0.0, 0.025):
+        for frame in range(6):
+            aim(camera, [fast, slow], frame, exposure)
+            chosen.append(shown(camera, fast) > shown(camera, slow))
+    assert any(chosen[:6])
+    assert not any(chosen[6:])
 
 
 def test_where_nothing_can_be_seen_a_camera_stays(stage, camera, monkeypatch):

@@ -22,18 +22,17 @@ def parts(folder: Path) -> list[tuple[str, list[str]]]:
 
     A file belongs to the innermost dataset that it is in.
     """
-    roots = {"", *_roots(folder)}
-    found: dict[str, list[str]] = {root: [] for root in sorted(roots)}
-    for path in files_below(folder):
-        root = next(each for each in _folders_above(path) if each in roots)
-        found[root].append(path.relative_to(root).as_posix() if root else path.as_posix())
-    return [(root, files) for root, files in found.items() if files]
+    roots = sorted({"", *_roots(folder)})
+    found = [(root, list(_own_files(folder, root, roots))) for root in roots]
+    return [(root, files) for root, files in found if files]
 
 
-def _folders_above(path: Path) -> Iterator[str]:
-    """Yield the folders of a file, from the inside, and "" at the end."""
-    yield from (parent.as_posix() for parent in path.parents if parent.parts)
-    yield ""
+def _own_files(folder: Path, root: str, roots: list[str]) -> Iterator[str]:
+    """Yield the files of a dataset that are in no other one inside of it."""
+    inner = {Path(other).relative_to(root) for other in roots if other != root and Path(root) in Path(other).parents}
+    for path in files_below(folder / root):
+        if inner.isdisjoint(path.parents):
+            yield path.as_posix()
 
 
 def _roots(folder: Path) -> Iterator[str]:

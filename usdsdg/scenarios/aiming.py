@@ -20,27 +20,31 @@ MAX_ATTEMPTS = 24
 # The target should cover a fraction of the middle of the image; BORDER of each side of the image is not its middle.
 LEAST, MOST = 0.04, 0.6
 BORDER = 0.2
+# While the image is exposed, targets should move by at most this fraction of their distance, or they are streaks.
+FASTEST = 0.04
 # Width of the image in which its pixels are counted.
 WIDTH = 160
 
 
 @dataclass(frozen=True)
 class _Aim:
-    """A camera's pose, and the fraction of the middle of its image that shows its target."""
+    """A camera's pose, and how its target looks from there."""
 
     position: Gf.Vec3d
     orientation: Gf.Quatf
-    covered: float
+    covered: float  # fraction of the middle of the image
+    travel: float  # while the image is exposed, as a fraction of the distance
 
     @property
     def is_good(self) -> bool:
-        """Whether the target is large enough, and not all that can be seen."""
-        return LEAST <= self.covered <= MOST
+        """Whether the target is large enough, not all that can be seen, and no streak."""
+        return LEAST <= self.covered <= MOST and self.travel <= FASTEST
 
     @property
     def score(self) -> float:
-        """How near to good it is: too small is better the larger, too large the smaller."""
-        return self.covered if self.covered <= MOST else MOST * LEAST / self.covered
+        """How near to good it is: too small is better the larger, too large the smaller, too fast the slower."""
+        size = self.covered if self.covered <= MOST else MOST * LEAST / self.covered
+        return size * min(1.0, FASTEST / max(self.travel, FASTEST))
 
 
 class Aiming:
@@ -55,18 +59,20 @@ class Aiming:
         """Remember where the cameras are, around which space has been cleared."""
         self._places = [Gf.Vec3d(camera.GetAttribute("xformOp:translate").Get()) for camera in self._cameras]
 
-    def aim(self, stage: Usd.Stage, frame: int) -> None:
+    def aim(self, stage: Usd.Stage, frame: int, *, exposure: float = 0.0) -> None:
         """Aim every camera at a random target, seen from its own place at a distance within the range.
 
-        Poses are drawn until the target covers enough of the middle of the image and not all of it; the best one is
-        taken if none does.
+        exposure: seconds for which the image of this frame is exposed.
+
+        Poses are drawn until the target covers enough of the middle of the image and not all of it, and is no streak;
+        the best one is taken if none is.
         """
         engines.renderer().sync(Usd.TimeCode(get_timeline().get_current_time() * stage.GetTimeCodesPerSecond()))
         self._lights = _lights(stage)
         for number, (camera, place) in enumerate(zip(self._cameras, self._places, strict=True)):
             best = None
             for attempt in range(MAX_ATTEMPTS):
-                aim = self._drawn(camera, place, f"camera/{number}/again/{attempt}", frame)
+                aim = self._drawn(camera, place, f"camera/{number}/again/{attempt}", frame, exposure)
                 if aim is not None and (best is None or aim.score > best.score):
                     best = aim
                 if aim is not None and aim.is_good:
@@ -74,7 +80,7 @@ class Aiming:
             if best is not None:
                 author_pose(camera, translate=best.position, orient=best.orientation)
 
-    def _drawn(self, camera: Usd.Prim, place: Gf.Vec3d, purpose: str, frame: int) -> _Aim | None:
+    def _drawn(self, camera: Usd.Prim, place: Gf.Vec3d, purpose: str, frame: int, exposure: float) -> _Aim | None:
         """Draw a pose and look through the camera there; None where something is in the way."""
         target, point, distance = drawn_aim(purpose, frame, self._targets, self._config, self._draws)
         away = (place - point).GetNormalized()
@@ -83,7 +89,14 @@ class Aiming:
             return None
         orientation = Gf.Quatf(Gf.Rotation(Gf.Vec3d(0, 0, -1), -away).GetQuat())
         author_pose(camera, translate=position, orient=orientation)
-        return _Aim(position, orientation, _covered(camera, target, self._config.resolution))
+        travel = _speed(target) * exposure / distance
+        return _Aim(position, orientation, _covered(camera, target, self._config.resolution), travel)
+
+
+def _speed(target: Usd.Prim) -> float:
+    """Return the speed of a body [stage units per second]."""
+    velocity = target.GetAttribute("physics:velocity").Get()
+    return 0.0 if velocity is None else Gf.Vec3f(velocity).GetLength()
 
 
 def _lights(stage: Usd.Stage) -> list[tuple[Gf.Vec3d, float]]:

@@ -73,7 +73,8 @@ def capture_frames(config: ObjectBasedConfig, scene: Scene, draws: Draws) -> int
                 if frame % CAMERAS_EVERY == 0:
                     aiming.remember_places()
                 _let_events_run()
-                aiming.aim(scene.stage, frame)
+                exposure = config.path_tracing.duration if _is_path_traced(frame, config) else 0.0
+                aiming.aim(scene.stage, frame, exposure=exposure)
             _capture(frame, config, scene)
             if stop_requested():
                 return frame + 1
@@ -115,11 +116,15 @@ def _let_events_run() -> None:
     get_app().update()
 
 
+def _is_path_traced(frame: int, config: ObjectBasedConfig) -> bool:
+    period = config.path_tracing.every
+    return bool(period) and frame % period == 0
+
+
 def _capture(frame: int, config: ObjectBasedConfig, scene: Scene) -> None:
     toggled = scene.render_products if config.disable_render_products_between_captures else []
     set_updates(toggled, True)
-    period = config.path_tracing.every
-    if period and frame % period == 0:
+    if _is_path_traced(frame, config):
         _capture_path_traced(config.path_tracing, scene.physics_scene)
     else:
         rep.orchestrator.step(delta_time=0.0, rt_subframes=config.rt_subframes, pause_timeline=False)
