@@ -26,6 +26,7 @@ def main() -> int:
     parser.add_argument("--models", type=Path, action="append", default=[], help="a folder with more mesh files")
     parser.add_argument("--only", default="", help="only files whose name contains this")
     parser.add_argument("--mutations", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=0, help="of the mutations")
     parser.add_argument("--sheets", type=Path, help="folder for the contact sheets")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
@@ -43,7 +44,7 @@ def main() -> int:
             print(_row(case.file, found) + (f" **{problem}** |" if problem else " |"), flush=True)
             if "picture" in found:
                 pictures.append((case.file.name, Path(found["picture"])))
-        crashed = _mutate([case for case in cases if not case.refused], folder, worker, options.mutations)
+        crashed = _mutate([case for case in cases if not case.refused], folder, worker, options.mutations, options.seed)
         worker.close()
         sheets = save_sheets(pictures, options.sheets, PICTURE) if options.sheets else []
     forms = {case.file.suffix.lower() for case in cases}
@@ -94,9 +95,9 @@ def _row(file: Path, found: dict) -> str:
     return f"| {file.name} | {file.suffix[1:].lower()} | {size} | {found['triangles']} | {seconds} | {text}"
 
 
-def _mutate(cases: list[Case], folder: Path, worker: Worker, count: int) -> int:
+def _mutate(cases: list[Case], folder: Path, worker: Worker, count: int, seed: int) -> int:
     """Convert files with some bytes that are others; return how many crashed or hung."""
-    draws, crashed = random.Random(0), 0
+    draws, crashed = random.Random(seed), 0
     sources = [case.file for case in cases if case.file.stat().st_size < 1_000_000]
     for number in range(count if sources else 0):
         source = draws.choice(sources)
