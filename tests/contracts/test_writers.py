@@ -3,6 +3,8 @@
 import inspect
 import json
 import re
+import tarfile
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +35,11 @@ OPTIONS = {
         "distance_to_image_plane": True,
     },
     "DataVisualizationWriter": {"bounding_box_2d_tight": True, "bounding_box_3d": True},
+    "WebDatasetWriter": {"masks": True, "depth": True, "shard_samples": 1},
+    "ParquetWriter": {"masks": True, "shard_samples": 1},
 }
+if not find_spec("pyarrow"):  # of the extra `parquet`
+    del OPTIONS["ParquetWriter"]
 # PytorchWriter needs a listener, and torch.
 WITHOUT_FILES = {"FPSWriter", "PytorchWriter"}
 NEEDED = {"class_name_to_index_map", "num_frames"}
@@ -68,7 +74,7 @@ def run(name, folder, frame, count=3):
 
 
 def test_every_writer_is_tested():
-    assert set(OPTIONS) | WITHOUT_FILES == set(writers.get_writers())
+    assert set(OPTIONS) | WITHOUT_FILES | {"ParquetWriter"} == set(writers.get_writers())
 
 
 @pytest.mark.parametrize("name", OPTIONS)
@@ -102,6 +108,11 @@ def test_every_file_can_be_read(name, frame, tmp_path):
             assert path.read_text()
         elif path.suffix == ".ply":
             assert path.read_bytes().startswith(b"ply\n")
+        elif path.suffix == ".tar":
+            with tarfile.open(path) as tar:
+                assert len(tar.getnames()) == 4
+        elif path.suffix == ".parquet":
+            assert path.read_bytes()[-4:] == b"PAR1"
         elif path.suffix == ".yaml":
             assert yaml.safe_load(path.read_text())["names"]
         elif path.is_file():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -61,13 +62,20 @@ DATASETS: dict[str, tuple[str, dict[str, Any], int]] = {  # number of cameras
     "ycb_exact": ("YCBVideoWriter", {**YCB_VIDEO, "exact": True}, 2),
     "yolo": ("YoloWriter", {"task": "detect"}, 1),
     "outlines": ("YoloWriter", {"task": "segment", "splits": {"train": 3, "val": 1}, "min_pixels": 5}, 2),
+    "obb": ("YoloWriter", {"task": "obb"}, 1),
+    "keypoints": ("YoloWriter", {"task": "pose", "min_visibility": 0.1}, 1),
     "bop": ("BopWriter", {}, 2),
+    "webdataset": ("WebDatasetWriter", {"masks": True, "depth": True, "shard_samples": 3}, 2),
+    "tars": ("WebDatasetWriter", {"image_output_format": "jpg", "splits": {"train": 1, "val": 1}, "min_pixels": 9}, 1),
     "cosmos": ("CosmosWriter", {}, 1),
     "drawn": ("DataVisualizationWriter", {
         "bounding_box_2d_tight": True, "bounding_box_2d_loose": True, "bounding_box_3d": True,
         "bounding_box_2d_loose_params": {"background": "rgb"},
     }, 1),
 }  # fmt: skip
+
+if find_spec("pyarrow"):  # of the extra `parquet`
+    DATASETS["parquet"] = ("ParquetWriter", {"masks": True, "shard_samples": 3, "row_group_samples": 2}, 2)
 
 
 def make(

@@ -6,7 +6,20 @@ from collections.abc import Iterator
 from typing import Protocol
 
 from usdsdg.datasets.folder import Folder
-from usdsdg.datasets.formats import basic, bop, coco, cosmos, dope, drawn, kitti, pose, ycb_video, yolo
+from usdsdg.datasets.formats import (
+    basic,
+    bop,
+    coco,
+    cosmos,
+    dope,
+    drawn,
+    kitti,
+    parquet,
+    pose,
+    webdataset,
+    ycb_video,
+    yolo,
+)  # fmt: skip
 from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.seen_object import SeenObject
 
@@ -37,7 +50,9 @@ class Format(Protocol):
 
 
 # COCO's and Cosmos's names contain those of BasicWriter, and DOPE's are those of PoseWriter, so they come first.
-FORMATS: tuple[Format, ...] = (coco, cosmos, bop, yolo, kitti, ycb_video, drawn, basic, dope, pose)
+FORMATS: tuple[Format, ...] = (
+    coco, cosmos, bop, yolo, webdataset, parquet, kitti, ycb_video, drawn, basic, dope, pose,
+)  # fmt: skip
 
 
 def images(folder: Folder, read: set[str]) -> Iterator[Seen]:

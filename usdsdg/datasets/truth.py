@@ -58,6 +58,13 @@ class Truth:
         """Return an init parameter of an annotator of the writer."""
         return (self.record.annotators.get(annotator) or {}).get("params", {}).get(name)
 
+    def is_listed(self, thing: Thing) -> bool:
+        """Return whether a writer with the options `min_pixels` and `min_visibility` lists a thing."""
+        fewest, least = (
+            self.record.parameters.get(f"min_{name}", own) for name, own in (("pixels", 1), ("visibility", 0))
+        )
+        return thing.visible >= max(fewest, 1) and (thing.occlusion is None or 1.0 - thing.occlusion >= least)
+
     def is_augmented(self, annotator: str) -> bool:
         """Return whether the user changed what an annotator of the writer gives, so that it is no AOV any more."""
         return bool((self.record.annotators.get(annotator) or {}).get("augmentations"))

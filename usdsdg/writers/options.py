@@ -1,4 +1,4 @@
-"""Options of writers: validation against the names and type hints of `__init__`, and those that choose labels."""
+"""Options of writers: validation against the names and type hints of `__init__`, and those that several have."""
 
 import functools
 import inspect
@@ -7,12 +7,31 @@ import types
 import typing
 from collections.abc import Callable, Collection, Mapping, Sequence
 from numbers import Integral, Real
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import WriterError
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.group import make_backend
+
+
+class CommonOptions(TypedDict, total=False):
+    """Options of writers of labels, as `**common: Unpack[CommonOptions]`; each may be None.
+
+    semantic_types, semantic_filter_predicate: labels to use, as types or as a predicate; default "class:*".
+    s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
+    backend: where to write instead of to `output_dir`, or besides.
+    """
+
+    semantic_types: list[str] | str | None
+    semantic_filter_predicate: str | None
+    s3_bucket: str | None
+    s3_region: str | None
+    s3_endpoint: str | None
+    backend: BaseBackend | None
+
 
 # Type hints as error messages describe them.
 _WORDS: dict[Any, str] = {
@@ -59,22 +78,49 @@ def label_params(
     return {"semanticFilter": semantic_filter_predicate or "class:*"}
 
 
+def common_labels(writer: str, common: CommonOptions) -> dict[str, Any]:
+    """As `label_params`, of common options."""
+    return label_params(writer, common.get("semantic_types"), common.get("semantic_filter_predicate"))
+
+
+def common_backend(writer: str, output_dir: str | os.PathLike | None, common: CommonOptions) -> BaseBackend:
+    """As `make_backend`, of common options."""
+    bucket, region, endpoint = (common.get(f"s3_{name}") for name in ("bucket", "region", "endpoint"))
+    return make_backend(writer, output_dir, common.get("backend"), bucket=bucket, region=region, endpoint_url=endpoint)
+
+
 def typed(init: Callable[..., None]) -> Callable[..., None]:
     """Decorate a writer's `__init__` so that it rejects unknown options and values that do not match its type hints.
 
-    Boolean options also accept the numbers 0 and 1.
+    Boolean options also accept the numbers 0 and 1. Options of an unpacked TypedDict are named one by one in the
+    signature.
     """
-    signature, hints = inspect.signature(init), typing.get_type_hints(init)
+    hints = typing.get_type_hints(init)
+    signature = _named_one_by_one(inspect.signature(init), hints)
 
     @functools.wraps(init)
     def checked(self: Any, *args: Any, **options: Any) -> None:
         name = type(self).__name__
         positional = list(signature.parameters)[1 : len(args) + 1]
-        check_names(name, init, [*positional, *options])
+        check_names(name, checked, [*positional, *options])
         _check_types(name, signature.bind(self, *args, **options).arguments, hints)
         init(self, *args, **options)
 
+    checked.__signature__ = signature  # pyright: ignore[reportAttributeAccessIssue]
     return checked
+
+
+def _named_one_by_one(signature: inspect.Signature, hints: dict[str, Any]) -> inspect.Signature:
+    """Return a signature with the options of an unpacked TypedDict as parameters, and add their type hints."""
+    parameters = list(signature.parameters.values())
+    last = parameters[-1]
+    if last.kind is not last.VAR_KEYWORD or typing.get_origin(hints.get(last.name)) is not typing.Unpack:
+        return signature
+    (unpacked,) = typing.get_args(hints.pop(last.name))
+    more = typing.get_type_hints(unpacked)
+    hints |= more
+    named = [inspect.Parameter(name, last.KEYWORD_ONLY, default=None, annotation=more[name]) for name in more]
+    return signature.replace(parameters=[*parameters[:-1], *named])
 
 
 def _check_types(writer: str, values: Mapping[str, Any], hints: Mapping[str, Any]) -> None:

@@ -98,7 +98,7 @@ def test_models_at_their_poses_are_the_masks_and_the_depths(folder):
         assert info["px_count_visib"] == visible.sum()
         assert info["px_count_valid"] == whole.sum()
         rows, columns = np.flatnonzero(visible.any(axis=1)), np.flatnonzero(visible.any(axis=0))
-        expected = [columns[0], rows[0], columns[-1] - columns[0] + 1, rows[-1] - rows[0] + 1]
+        expected = [columns[0], rows[0], columns[-1] - columns[0], rows[-1] - rows[0]]
         assert info["bbox_visib"] == [int(each) for each in expected]
         assert info["visib_fract"] == pytest.approx(info["px_count_visib"] / info["px_count_all"])
         assert np.allclose(

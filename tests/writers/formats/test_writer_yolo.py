@@ -29,9 +29,9 @@ def _classes_of_the_frame(frame):
     current().class_tables.of("class:*").add(frame.selection("class:*").labels)
 
 
-def write(folder, frames, **options):
+def write(folder, frames, kind="YoloWriter", **options):
     """Write frames ({path: frame} or one each time); return the folder."""
-    writer = writers.get("YoloWriter", init_params={"output_dir": str(folder), **options})
+    writer = writers.get(kind, init_params={"output_dir": str(folder), **options})
     sets = [each if isinstance(each, dict) else {PRODUCT: each} for each in frames]
     writer.attach(known(*sets[0]))
     for each in sets:

@@ -19,16 +19,13 @@ from usdsdg.datasets.matching import classes_of, record_of
 from usdsdg.datasets.seen import Camera, Color, Depth, Seen
 from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.datasets.truth import Truth
+from usdsdg.writers.formats.bop import bop_files as names
+from usdsdg.writers.formats.bop.bop_files import MILLIMETERS, NAME, TO_OPENCV
+from usdsdg.writers.formats.bop.bop_models import VARIANT, measures
 
-NAME = "BopWriter"
 LOOKED_FOR = "BopWriter's train/000000/scene_gt.json"
-_INFO = "models/models_info.json"
-_SHAPES = 1000  # ids of a class: those of its second shape have 1000 more
-MILLIMETERS = 1000.0  # per meter
-# To USD's camera axes, from x right, y down, z ahead.
-TO_USD = np.diag((1.0, -1.0, -1.0))
-_KINDS = ("rgb", "depth", "mask", "mask_visib")
-_TABLES = ("scene_camera", "scene_gt", "scene_gt_info")
+_KINDS = (names.RGB, names.DEPTH, names.MASK, names.MASK_VISIB)
+_TABLES = (names.CAMERAS, names.POSES, names.INFOS)
 
 
 @dataclass
@@ -61,13 +58,13 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
             by_scene.setdefault("/".join(path.parts[:2]), {})[path.parts[2], path.stem] = file
     models = Models(folder, files)
     for root, parts in sorted(by_scene.items()):
-        names = [f"{root}/{name}.json" for name in _TABLES]
-        tables: list[dict[str, Any]] = [table for name in names if (table := folder.json(name, "all")) is not None]
-        if len(tables) < len(names):
+        listed = [names.table_of(root, name) for name in _TABLES]
+        tables: list[dict[str, Any]] = [table for name in listed if (table := folder.json(name, "all")) is not None]
+        if len(tables) < len(listed):
             continue
         cameras, poses, infos = tables
-        pictures = sorted(stem for kind, stem in parts if kind == "rgb")
-        for table, name in zip(tables, names):
+        pictures = sorted(stem for kind, stem in parts if kind == names.RGB)
+        for table, name in zip(tables, listed):
             if sorted(table, key=int) != [str(int(stem)) for stem in pictures]:
                 folder.faults.append(
                     Fault(name, "all", "has an entry for each picture", str(len(pictures)), str(len(table)))
@@ -78,7 +75,7 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
                 mine = {key: file for key, file in parts.items() if key[1].split("_")[0] == stem}
                 values = (cameras[number], poses[number], infos[number])
                 seen = folder.parsed(
-                    names[0],
+                    listed[0],
                     f"{root}/{number}",
                     lambda r=root, s=stem, m=mine, v=values: _seen(folder, r, s, m, v, models),
                 )
@@ -94,18 +91,24 @@ class Models:
         self._files = {
             int(path.stem[4:]): file
             for file in files
-            if (path := PurePosixPath(file)).parts[0] == "models"
+            if (path := PurePosixPath(file)).parts[0] == names.MODELS
             and path.suffix == ".ply"
             and path.stem.startswith("obj_")
         }
         self.points = lru_cache(maxsize=None)(self._points)
-        info = folder.json(_INFO, "all") if folder.has(_INFO) else None
+        self.measures = lru_cache(maxsize=None)(self._measures)
+        info = folder.json(names.MODELS_INFO, "all") if folder.has(names.MODELS_INFO) else None
         self.info: Mapping[str, Any] = info or {}
 
     def _points(self, number: int) -> np.ndarray | None:
         """Return the points (N, 3) of a model [mm]; None where there is none."""
         file = self._files.get(number)
         return None if file is None else self._folder.binary(file, "all", _points)
+
+    def _measures(self, number: int) -> Mapping[str, float]:
+        """Return the record of models_info that a model should have."""
+        points = self.points(number)
+        return {} if points is None else measures(points)
 
     def keypoints(self, number: int) -> np.ndarray | None:
         """Return center and corners of the box of a model [mm], (9, 3); None where it is not known."""
@@ -118,7 +121,7 @@ class Models:
     def label(self, number: int) -> str:
         """Return the name of the class of a model, or its file's where there is no table of classes."""
         rows = classes_of(self._folder, "class:*") or []
-        place = (number - 1) % _SHAPES
+        place = (number - 1) % VARIANT
         return str(rows[place]["name"]) if place < len(rows) else f"obj_{number:06d}"
 
 
@@ -143,25 +146,23 @@ def _seen(
     scene = int(PurePosixPath(root).name)
     if record is not None and scene < len(record.products):
         seen.truth = Truth(record, record.products[scene])
-    seen.picture, seen.labels = parts["rgb", stem], f"{root}/scene_gt.json"
+    seen.picture, seen.labels = parts[names.RGB, stem], names.table_of(root, names.POSES)
     matrix = np.array(camera["cam_K"], np.float64).reshape(3, 3)
     view = np.eye(4)
     unit = seen.truth.camera.meters_per_unit if seen.truth and seen.truth.camera else 1.0
-    view[:3, :3] = (TO_USD @ np.array(camera["cam_R_w2c"], np.float64).reshape(3, 3)).T
-    view[3, :3] = TO_USD @ np.array(camera["cam_t_w2c"], np.float64) / MILLIMETERS / unit
+    view[:3, :3] = (TO_OPENCV @ np.array(camera["cam_R_w2c"], np.float64).reshape(3, 3)).T
+    view[3, :3] = TO_OPENCV @ np.array(camera["cam_t_w2c"], np.float64) / MILLIMETERS / unit
     center = (matrix[0, 2] + 0.5, matrix[1, 2] + 0.5)
-    seen.cameras.append(Camera(f"{root}/scene_camera.json", view, 1e-7, None, float(matrix[0, 0]), center))
-    named = [
-        {kind: parts.get((kind, f"{stem}_{index:06d}")) for kind in ("mask", "mask_visib")}
-        for index in range(len(poses))
-    ]
+    seen.cameras.append(Camera(names.table_of(root, names.CAMERAS), view, 1e-7, None, float(matrix[0, 0]), center))
+    kinds = (names.MASK, names.MASK_VISIB)
+    named = [{kind: parts.get((kind, f"{stem}_{index:06d}")) for kind in kinds} for index in range(len(poses))]
     for index, pair in enumerate(named):
         for kind in (kind for kind, file in pair.items() if file is None):
-            folder.faults.append(Fault(f"{root}/{kind}/{stem}_{index:06d}.png", seen.name, "is missing"))
+            folder.faults.append(Fault(names.mask_of(root, kind, int(stem), index), seen.name, "is missing"))
     listed = [Posed(pose, info, None, None) for pose, info in zip(poses, infos, strict=True)]
     masks = [file or "" for pair in named for file in pair.values()]
-    seen.extra["scene"] = Scene(f"{root}/scene_gt.json", listed, matrix, models, masks)
-    depth, step = parts.get(("depth", stem)), float(camera["depth_scale"]) / MILLIMETERS
+    seen.extra["scene"] = Scene(names.table_of(root, names.POSES), listed, matrix, models, masks)
+    depth, step = parts.get((names.DEPTH, stem)), float(camera["depth_scale"]) / MILLIMETERS
     seen.later(lambda made: _read_images(folder, made, depth, step, named))
     return seen
 
@@ -173,7 +174,7 @@ def _read_images(
         seen.colors.append(Color(seen.picture, image, exact=seen.picture.endswith(".png")))
     if depth is not None and (image := folder.image(depth, seen.name)) is not None:
         meters = np.where(image == 0, np.inf, image.astype(np.float64) * step)
-        seen.depths.append(Depth(depth, "plane", meters, step, 0xFFFF * step))
+        seen.depths.append(Depth(depth, "plane", meters, step, names.FARTHEST * step))
     scene: Scene = seen.extra["scene"]
     complete = []
     for posed, pair in zip(scene.objects, named, strict=True):
@@ -203,7 +204,7 @@ def _object(index: int, posed: Posed, scene: Scene) -> SeenObject:
     points = keypoints @ np.array(posed.pose["cam_R_m2c"], np.float64).reshape(3, 3).T + posed.pose["cam_t_m2c"]
     made.distance = float(np.linalg.norm(points[0])) / MILLIMETERS
     center = (scene.camera[0, 2] + 0.5, scene.camera[1, 2] + 0.5)
-    drawn = cuboids.project_cuboid(points @ TO_USD, PinholeCamera(float(scene.camera[0, 0]), center, np.eye(4)))
+    drawn = cuboids.project_cuboid(points @ TO_OPENCV, PinholeCamera(float(scene.camera[0, 0]), center, np.eye(4)))
     made.cuboid, made.edges, made.axes = drawn.cuboid, drawn.edges, drawn.axes
     return made
 
@@ -211,4 +212,4 @@ def _object(index: int, posed: Posed, scene: Scene) -> SeenObject:
 def _edges(box: Sequence[float]) -> tuple[float, float, float, float] | None:
     """Return left, top, right and bottom edge; None for that of nothing."""
     x, y, width, height = (float(each) for each in box)
-    return None if width < 0 else (x, y, x + width, y + height)
+    return None if width < 0 else (x, y, x + width + 1, y + height + 1)

@@ -13,24 +13,23 @@ from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.matching import truth_of
 from usdsdg.datasets.seen import Color, Seen
 from usdsdg.datasets.seen_object import SeenObject
+from usdsdg.writers.formats.yolo.yolo_files import DESCRIPTION, IMAGES, LABELS, NAME
 
-NAME = "YoloWriter"
 LOOKED_FOR = "YoloWriter's data.yaml with images/train/000000.png"
 _BOX = 4  # numbers of a box
-_IMAGES, _LABELS, _DESCRIPTION = "images", "labels", "data.yaml"
 
 
 def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     """Yield what the files of each image say."""
-    if not folder.has(_DESCRIPTION):
+    if not folder.has(DESCRIPTION):
         return
-    text = folder.text(_DESCRIPTION, "all")
-    described = None if text is None else folder.parsed(_DESCRIPTION, "all", lambda t=text: yaml.safe_load(t) or {})
+    text = folder.text(DESCRIPTION, "all")
+    described = None if text is None else folder.parsed(DESCRIPTION, "all", lambda t=text: yaml.safe_load(t) or {})
     names = dict((described or {}).get("names") or {})
     found: dict[tuple[str, str], dict[str, str]] = {}
     for file in files:
         path = PurePosixPath(file)
-        if len(path.parts) == 3 and path.parts[0] in (_IMAGES, _LABELS):
+        if len(path.parts) == 3 and path.parts[0] in (IMAGES, LABELS):
             found.setdefault((path.stem, path.parts[1]), {})[path.parts[0]] = file
     for (stem, split), parts in sorted(found.items()):
         view, _, number = stem.rpartition("_")
@@ -38,12 +37,12 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
         seen = Seen(NAME, f"{split}/{number}", view, mine, truth_of(folder, mine, view))
         seen.extra["names"] = {int(key): str(name) for key, name in names.items()}
         seen.extra["keypoints"] = int(((described or {}).get("kpt_shape") or [0])[0])
-        seen.picture, seen.labels = parts.get(_IMAGES, ""), parts.get(_LABELS, "")
+        seen.picture, seen.labels = parts.get(IMAGES, ""), parts.get(LABELS, "")
         if seen.picture:
             seen.size = folder.image_size(seen.picture, seen.name)
             seen.later(lambda made: _read_image(folder, made))
-        if _LABELS in parts and (text := folder.text(parts[_LABELS], seen.name)) is not None:
-            seen.lines.append((parts[_LABELS], [line.split(" ") for line in text.splitlines()]))
+        if LABELS in parts and (text := folder.text(parts[LABELS], seen.name)) is not None:
+            seen.lines.append((parts[LABELS], [line.split(" ") for line in text.splitlines()]))
         else:
             seen.extra["unlabeled"] = mine[0]
         yield seen

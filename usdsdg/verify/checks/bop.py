@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from usdsdg.datasets.faults import Fault, Faults
-from usdsdg.datasets.formats.bop import MILLIMETERS, NAME, TO_USD, Posed, Scene
+from usdsdg.datasets.formats.bop import Posed, Scene
 from usdsdg.datasets.seen import Seen
-from usdsdg.datasets.truth import Thing, Truth, extents
+from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.verify.checks.compare import differs, of_pixels, text
+from usdsdg.writers.formats.bop.bop_files import INFOS, MILLIMETERS, MODELS_INFO, NAME, POSES, TO_OPENCV
+from usdsdg.writers.formats.bop.bop_records import box_of
+from usdsdg.writers.formats.shapes.masks import extent
 
 _FILTERED = "bounding_box_3d_fast"
 _REACH = 2.0  # pixels by which the box of a model's projected points may differ from the object's
@@ -33,21 +38,26 @@ def check(seen: Seen) -> Faults:
 
 def _object(seen: Seen, scene: Scene, index: int, posed: Posed) -> Faults:
     """What the files say of one object agrees."""
-    file, name, info = scene.file.replace("scene_gt", "scene_gt_info"), f"object {index}", posed.info
+    file, name, info = scene.file.replace(POSES, INFOS), f"object {index}", posed.info
     rotation = np.array(posed.pose["cam_R_m2c"], np.float64).reshape(3, 3)
     if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-5 or np.linalg.det(rotation) < 0:
         yield Fault(scene.file, seen.name, f"cam_R_m2c of {name} is no rotation", "", text(rotation))
     if posed.whole is not None and posed.visible is not None:
         counts = {"px_count_visib": posed.visible.sum()}
-        counts |= {"px_count_valid": posed.whole.sum()} if not _open(seen) else {}
+        if seen.depths and seen.depths[0].values.shape == posed.whole.shape:
+            counts["px_count_valid"] = (posed.whole & np.isfinite(seen.depths[0].values)).sum()
         for key, count in counts.items():
             if int(info[key]) != int(count):
                 yield Fault(file, seen.name, f"{key} of {name}", str(int(count)), str(info[key]))
         if (posed.visible & ~posed.whole).any():
             yield Fault(scene.masks[2 * index], seen.name, f"the mask of {name} does not contain what is visible")
-        box = _box(posed.visible)
+        box = box_of(extent(posed.visible))
         if list(info["bbox_visib"]) != box:
             yield Fault(file, seen.name, f"bbox_visib of {name}", str(box), str(info["bbox_visib"]))
+        inside = extent(posed.whole) if posed.visible.any() else None
+        if not _holds(info["bbox_obj"], inside, posed.whole.shape):
+            found = str(info["bbox_obj"])
+            yield Fault(file, seen.name, f"bbox_obj of {name} holds its mask's extent", str(box_of(inside)), found)
         if int(info["px_count_all"]) < int(posed.whole.sum()):
             yield Fault(
                 file,
@@ -62,34 +72,38 @@ def _object(seen: Seen, scene: Scene, index: int, posed: Posed) -> Faults:
     yield from _projected(seen, scene, name, posed)
 
 
-def _open(seen: Seen) -> bool:
-    """Return whether anything in the image is not hit, or too far: then a mask may hold pixels without depth."""
-    return not seen.depths or bool(np.isinf(seen.depths[0].values).any())
-
-
-def _box(mask: np.ndarray) -> list[int]:
-    ((left, top, right, bottom),) = extents(np.where(mask, 0, -1), 1).tolist()
-    return [-1, -1, -1, -1] if left < 0 else [left, top, right - left + 1, bottom - top + 1]
+def _holds(box: Sequence[int], inside: tuple[int, int, int, int] | None, shape: tuple[int, ...]) -> bool:
+    """Return whether a box holds the extent of what is in the picture, and is that where it is in the picture whole."""
+    if inside is None:
+        return list(box) == box_of(None)
+    left, top, right, bottom = box[0], box[1], box[0] + box[2], box[1] + box[3]
+    if left >= 0 and top >= 0 and right < shape[1] and bottom < shape[0]:
+        return (left, top, right, bottom) == inside
+    return left <= inside[0] and top <= inside[1] and right >= inside[2] and bottom >= inside[3]
 
 
 def _projected(seen: Seen, scene: Scene, name: str, posed: Posed) -> Faults:
     """The pose projects the points of its model into the box of the whole object."""
-    model = scene.models.points(int(posed.pose["obj_id"]))
+    number = int(posed.pose["obj_id"])
+    model = scene.models.points(number)
     if model is None:
-        yield Fault(scene.file, seen.name, f"{name} is of model {posed.pose['obj_id']}, which is not there")
+        yield Fault(scene.file, seen.name, f"{name} is of model {number}, which is not there")
         return
+    info, expected = scene.models.info.get(str(number)) or {}, scene.models.measures(number)
+    if any(differs(info.get(key, np.nan), value, relative=1e-4) for key, value in expected.items()):
+        yield Fault(MODELS_INFO, "all", f"model {number} [mm]", str(expected), str(info))
     rotation = np.array(posed.pose["cam_R_m2c"], np.float64).reshape(3, 3)
     points = model @ rotation.T + np.array(posed.pose["cam_t_m2c"], np.float64)
-    if (points[:, 2] < _NEAR).any() or posed.whole is None:
+    x, y, width, height = (float(each) for each in posed.info["bbox_obj"])
+    if (points[:, 2] < _NEAR).any() or posed.whole is None or width < 0:
         return
     pixels = points @ scene.camera.T
     pixels = pixels[:, :2] / pixels[:, 2:] + 0.5  # from the corner of the image, as edges of boxes are
     low, high = pixels.min(axis=0), pixels.max(axis=0)
-    x, y, width, height = (float(each) for each in posed.info["bbox_obj"])
-    off = np.abs([*(low - (x, y)), *(high - (x + width, y + height))])
+    off = np.abs([*(low - (x, y)), *(high - (x + width + 1, y + height + 1))])
     if off.max() > _REACH:
         found = text([x, y, width, height])
-        yield Fault(scene.file, seen.name, f"{name} projects to its box", text([*low, *(high - low)]), found)
+        yield Fault(scene.file, seen.name, f"{name} projects to its box", text([*low, *(high - low - 1)]), found)
 
 
 def _recorded(seen: Seen, scene: Scene, truth: Truth) -> Faults:
@@ -125,25 +139,21 @@ def _recorded(seen: Seen, scene: Scene, truth: Truth) -> Faults:
                     seen.name,
                     f"the mask of {kind} {what} differs in {of_pixels(mask != expected)}",
                 )
-            elif expected is None and (int(mask.sum()), tuple(_ends(mask))) != (thing.amodal, thing.amodal_box):
+            elif expected is None and (int(mask.sum()), extent(mask)) != (thing.amodal, thing.amodal_box):
                 yield Fault(
                     scene.masks[2 * index], seen.name, f"pixels and extent of {kind} {what}",
-                    f"{thing.amodal} in {thing.amodal_box}", f"{int(mask.sum())} in {tuple(_ends(mask))}",
+                    f"{thing.amodal} in {thing.amodal_box}", f"{int(mask.sum())} in {extent(mask)}",
                 )  # fmt: skip
     for thing in left:
         if thing.visible:
             yield Fault(scene.file, seen.name, f"{thing.path} is visible and is not listed")
 
 
-def _ends(mask: np.ndarray) -> list[int]:
-    return extents(np.where(mask, 0, -1), 1)[0].tolist()
-
-
 def _position(thing: Thing, truth: Truth) -> np.ndarray:
     """Return where the origin of a thing is, in the camera's axes of BOP [mm]."""
     assert truth.camera is not None
     origin = np.append(thing.local_to_world[3, :3], 1.0) @ truth.camera.world_to_camera
-    return TO_USD @ origin[:3] * truth.camera.meters_per_unit * MILLIMETERS
+    return TO_OPENCV @ origin[:3] * truth.camera.meters_per_unit * MILLIMETERS
 
 
 def _turned(seen: Seen, scene: Scene, what: str, posed: Posed, thing: Thing, truth: Truth) -> Faults:
@@ -152,7 +162,7 @@ def _turned(seen: Seen, scene: Scene, what: str, posed: Posed, thing: Thing, tru
     axes = thing.local_to_world[:3, :3] / np.linalg.norm(thing.local_to_world[:3, :3], axis=1, keepdims=True)
     if np.abs(axes @ axes.T - np.eye(3)).max() > 1e-5 or np.linalg.det(axes) < 0:
         return
-    expected = TO_USD @ truth.camera.world_to_camera[:3, :3].T @ axes.T
+    expected = TO_OPENCV @ truth.camera.world_to_camera[:3, :3].T @ axes.T
     found = np.array(posed.pose["cam_R_m2c"], np.float64).reshape(3, 3)
     if differs(found, expected, relative=0.0, absolute=1e-4):
         yield Fault(scene.file, seen.name, f"cam_R_m2c {what}", text(expected), text(found))

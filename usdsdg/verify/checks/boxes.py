@@ -6,7 +6,7 @@ import numpy as np
 
 from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.seen import Boxes, Ids, Occlusions, Seen
-from usdsdg.datasets.truth import Thing, extents
+from usdsdg.datasets.truth import Thing, Truth, extents
 from usdsdg.verify.checks.compare import differs, pairs, text
 
 _CORNERS = ("x_min", "y_min", "x_max", "y_max")
@@ -28,8 +28,8 @@ def check(seen: Seen) -> Faults:
     yield from _agree(seen)
 
 
-def _is_listed(thing: Thing, kind: str) -> bool:
-    return thing.visible > 0 if kind == "tight" else bool(thing.amodal)
+def _is_listed(thing: Thing, kind: str, truth: Truth) -> bool:
+    return truth.is_listed(thing) if kind == "tight" else bool(thing.amodal)
 
 
 def _recorded(seen: Seen, boxes: Boxes) -> Faults:
@@ -37,7 +37,7 @@ def _recorded(seen: Seen, boxes: Boxes) -> Faults:
     things = seen.truth.things(boxes.filter)
     if boxes.kind != "tight" and any(each.amodal is None for each in things):
         return
-    things = [each for each in things if _is_listed(each, boxes.kind)]
+    things = [each for each in things if _is_listed(each, boxes.kind, seen.truth)]
     if boxes.paths is not None and len(boxes.paths) != len(boxes.rows):
         yield Fault(
             boxes.file, seen.name, "boxes and prim paths differ in number", str(len(boxes.rows)), str(len(boxes.paths))

@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 
 from usdsdg.datasets.faults import Fault, Faults
-from usdsdg.datasets.formats.yolo import NAME
 from usdsdg.datasets.polygons import filled
 from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.record import CLASSES
 from usdsdg.verify.checks.compare import differs, of_pixels, text
+from usdsdg.writers.formats.yolo.yolo_files import DESCRIPTION, NAME
 
-BOXES, DESCRIPTION = "bounding_box_2d_tight_fast", "data.yaml"
+BOXES = "bounding_box_2d_tight_fast"
 _DIGITS = 2e-6  # of fractions of the picture
 _BOX = 4  # numbers of a box; an outline has more
+_CORNERS = 4  # of an oriented box
+_NEAR = 0.01  # pixels by which corners of oriented boxes may be off
 
 
 class Yolo:
@@ -53,33 +55,51 @@ class Yolo:
 
 
 def _lines(seen: Seen, file: str, lines: list[list[str]]) -> Faults:
-    names, parsed = seen.extra["names"], []
+    names, count = seen.extra["names"], seen.extra["keypoints"]
+    task = seen.truth.record.parameters.get("task", "detect") if seen.truth else None
+    parsed = []
     for number, fields in enumerate(lines, 1):
         try:
-            values = np.array(fields[1:], np.float64).reshape(-1, 2)
+            values = np.array(fields[1 : 1 + _BOX] if count else fields[1:], np.float64).reshape(-1, 2)
+            points = np.array(fields[1 + _BOX :], np.float64).reshape(count, 3) if count else np.zeros((0, 3))
             kind = int(fields[0])
         except ValueError:
-            yield Fault(file, seen.name, f"line {number} is not a class and pairs of numbers")
+            what = f"a box and {count} keypoints" if count else "pairs of numbers"
+            yield Fault(file, seen.name, f"line {number} is not a class and {what}")
             continue
         if kind not in names:
             yield Fault(file, seen.name, f"line {number} is of a class that {DESCRIPTION} does not name", "", fields[0])
-        if ((values < 0) | (values > 1)).any():
+        # An oriented box around pixels at the picture's edge reaches out of it; without a record it may be one.
+        may_reach_out = task == "obb" or (task is None and len(values) == _CORNERS)
+        if ((values < 0) | (values > 1)).any() and not may_reach_out:
             yield Fault(file, seen.name, f"line {number} has fractions of the picture", "0 to 1", text(values[:2]))
+        yield from _keypoints(seen, file, number, points)
         parsed.append((names.get(kind, "?"), values))
     if seen.truth is not None:
-        yield from _objects(seen, file, parsed, seen.truth)
+        yield from _objects(seen, file, parsed, seen.truth, task == "obb")
 
 
-def _objects(seen: Seen, file: str, parsed: list[tuple[str, np.ndarray]], truth: Truth) -> Faults:
+def _keypoints(seen: Seen, file: str, number: int, points: np.ndarray) -> Faults:
+    """Keypoints are in the picture, or 0 three times."""
+    known = points[:, 2] > 0
+    if not np.isin(points[:, 2], (0, 1, 2)).all():
+        yield Fault(file, seen.name, f"visibility of keypoints of line {number}", "0, 1 or 2", text(points[:, 2]))
+    elif points[~known].any() or ((points[known, :2] < 0) | (points[known, :2] > 1)).any():
+        yield Fault(file, seen.name, f"keypoints of line {number} are in the picture, or 0", "", text(points[:, :2]))
+
+
+def _objects(seen: Seen, file: str, parsed: list[tuple[str, np.ndarray]], truth: Truth, is_oriented: bool) -> Faults:
     members = truth.members(truth.filter_of(BOXES))
     if members is None:
         return
-    things = {index: each for index, each in enumerate(truth.things(truth.filter_of(BOXES))) if _is_listed(each, truth)}
+    things = {index: each for index, each in enumerate(truth.things(truth.filter_of(BOXES))) if truth.is_listed(each)}
+    rectangles = {index: _rectangle(members == index) for index in things} if is_oriented else {}
+    ends = {index: _extent(rectangles[index]) if is_oriented else _edges(each) for index, each in things.items()}
     size = np.array([truth.product.size, truth.product.size], float).ravel()
 
     def off(index: int, box: np.ndarray, name: str) -> float:
         # Of two with one box, that of the name.
-        return float(np.abs(_edges(things[index]) / size - box).max()) + 1e-3 * (_name(things[index]) != name)
+        return float(np.abs(ends[index] / size - box).max()) + 1e-3 * (_name(things[index]) != name)
 
     for name, values in parsed:
         box = _box(values)
@@ -90,19 +110,14 @@ def _objects(seen: Seen, file: str, parsed: list[tuple[str, np.ndarray]], truth:
         thing = things.pop(index)
         if name != _name(thing):
             yield Fault(file, seen.name, f"the class of {thing.path}", _name(thing), name)
-        if differs(box, _edges(thing) / size, relative=0.0, absolute=_DIGITS):
-            yield Fault(file, seen.name, f"the box of {thing.path} [pixels]", text(_edges(thing)), text(box * size))
+        if is_oriented:
+            yield from _oriented(seen, file, thing, values * truth.product.size, members == index, rectangles[index])
+        elif differs(box, ends[index] / size, relative=0.0, absolute=_DIGITS):
+            yield Fault(file, seen.name, f"the box of {thing.path} [pixels]", text(ends[index]), text(box * size))
         elif values.size > _BOX:
             yield from _outline(seen, file, thing, values * truth.product.size, members == index)
     for thing in things.values():
         yield Fault(file, seen.name, f"{thing.path} is visible and has no line", _name(thing))
-
-
-def _is_listed(thing: Thing, truth: Truth) -> bool:
-    fewest, least = (
-        truth.record.parameters.get(f"min_{name}", own) for name, own in (("pixels", 1), ("visibility", 0))
-    )
-    return thing.visible >= max(fewest, 1) and (thing.occlusion is None or 1.0 - thing.occlusion >= least)
 
 
 def _name(thing: Thing) -> str:
@@ -119,7 +134,50 @@ def _box(values: np.ndarray) -> np.ndarray:
     """Return left, top, right and bottom of a line's box or outline."""
     if values.size == _BOX:
         return np.concatenate([values[0] - values[1] / 2, values[0] + values[1] / 2])
-    return np.concatenate([values.min(axis=0), values.max(axis=0)])
+    return _extent(values)
+
+
+def _extent(points: np.ndarray) -> np.ndarray:
+    return np.concatenate([points.min(axis=0), points.max(axis=0)])
+
+
+def _rectangle(mask: np.ndarray) -> np.ndarray:
+    """Return the corners (4, 2) of a rectangle of least area around the pixels of a mask: a side is along the hull."""
+    from scipy.spatial import ConvexHull
+
+    rows, columns = np.nonzero(mask)
+    corners = np.concatenate([np.stack([columns + x, rows + y], axis=1) for x in (0, 1) for y in (0, 1)]).astype(float)
+    hull = corners[ConvexHull(corners).vertices]
+    along = np.roll(hull, -1, axis=0) - hull
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    axes = np.stack([along, np.stack([-along[:, 1], along[:, 0]], axis=1)], axis=1)  # (sides, 2, 2)
+    turned = np.einsum("skd,nd->snk", axes, hull)
+    low, high = turned.min(axis=1), turned.max(axis=1)
+    best = int((high - low).prod(axis=1).argmin())
+    (left, top), (right, bottom) = low[best], high[best]
+    return np.array([(left, top), (right, top), (right, bottom), (left, bottom)]) @ axes[best]
+
+
+def _oriented(seen: Seen, file: str, thing: Thing, corners: np.ndarray, mask: np.ndarray, least: np.ndarray) -> Faults:
+    """An oriented box is a rectangle around the pixels of its object, and no smaller one exists."""
+    what, sides = f"the oriented box of {thing.path}", np.roll(corners, -1, axis=0) - corners
+    lengths = np.linalg.norm(sides, axis=1)
+    turns = np.abs((sides * np.roll(sides, -1, axis=0)).sum(axis=1))
+    if (
+        len(corners) != _CORNERS
+        or np.abs(lengths[:2] - lengths[2:]).max() > _NEAR
+        or (turns > _NEAR * lengths.max()).any()
+    ):
+        yield Fault(file, seen.name, f"{what} is a rectangle", "", text(corners))
+        return
+    if (mask & ~filled(corners, mask.shape)).any():
+        yield Fault(file, seen.name, f"{what} holds its pixels", "", text(corners))
+    area, smallest = (
+        lengths[0] * lengths[1],
+        float(np.linalg.norm(least[1] - least[0]) * np.linalg.norm(least[2] - least[1])),
+    )
+    if abs(area - smallest) > _NEAR * (lengths[0] + lengths[1]):
+        yield Fault(file, seen.name, f"the area of {what} [pixels]", f"{smallest:.2f}", f"{area:.2f}")
 
 
 def _outline(seen: Seen, file: str, thing: Thing, corners: np.ndarray, mask: np.ndarray) -> Faults:

@@ -6,6 +6,8 @@ from usdsdg.writers.formats.dope.writer_dope import DOPEWriter
 from usdsdg.writers.formats.kitti.writer_kitti import KittiWriter
 from usdsdg.writers.formats.pose.writer_pose import PoseWriter
 from usdsdg.writers.formats.pytorch.writer_pytorch import PytorchWriter
+from usdsdg.writers.formats.shards.writer_parquet import ParquetWriter
+from usdsdg.writers.formats.shards.writer_webdataset import WebDatasetWriter
 from usdsdg.writers.formats.writer_basic import BasicWriter
 from usdsdg.writers.formats.writer_cosmos import CosmosWriter
 from usdsdg.writers.formats.writer_data_visualization import DataVisualizationWriter
@@ -16,5 +18,5 @@ from usdsdg.writers.formats.yolo.writer_yolo import YoloWriter
 # Registered from the start, in the order of `writers.get_writers()`.
 DEFAULT_WRITERS = (
     BasicWriter, PoseWriter, CocoWriter, KittiWriter, CosmosWriter, FPSWriter, DataVisualizationWriter, YoloWriter,
-    BopWriter, DOPEWriter, YCBVideoWriter, PytorchWriter,
+    BopWriter, DOPEWriter, YCBVideoWriter, PytorchWriter, WebDatasetWriter, ParquetWriter,
 )  # fmt: skip

@@ -14,7 +14,6 @@ from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses.transforms import as_array
 from usdsdg.stage.semantics.labels import get_labels
 
-MILLIMETERS = 1000.0
 # Further shapes of a class have its id plus as many of these.
 VARIANT = 1000
 # Coordinates of equal shapes agree to this [mm]; transforms are 32-bit in payloads.
@@ -77,7 +76,7 @@ class Models:
             )
         obj_id = number + len(shapes) * VARIANT
         shapes.append((obj_id, model))
-        self.info[obj_id] = _info(model.points)
+        self.info[obj_id] = measures(model.points)
         self.new.append((obj_id, model))
         return obj_id
 
@@ -92,6 +91,13 @@ def ply(model: Model) -> bytes:
 
     mesh = trimesh.Trimesh(model.points, model.triangles, process=False)
     return mesh.export(file_type="ply", vertex_normal=True)  # pyright: ignore[reportReturnType]
+
+
+def measures(points: np.ndarray) -> dict[str, float]:
+    """Return the record of models_info of points (N, 3): diameter, and the box that holds them [mm]."""
+    low, size = points.min(axis=0), np.ptp(points, axis=0)
+    named = {f"min_{axis}": value for axis, value in zip("xyz", low)} | {f"size_{a}": v for a, v in zip("xyz", size)}
+    return {"diameter": _diameter(points), **{name: float(value) for name, value in named.items()}}
 
 
 def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
@@ -131,12 +137,6 @@ def nearest_rotation(linear: np.ndarray) -> np.ndarray:
     if np.linalg.det(rotation) < 0:
         rotation = u @ np.diag((1.0, 1.0, -1.0)) @ vt
     return rotation
-
-
-def _info(points: np.ndarray) -> dict[str, float]:
-    low, size = points.min(axis=0), np.ptp(points, axis=0)
-    named = {f"min_{axis}": value for axis, value in zip("xyz", low)} | {f"size_{a}": v for a, v in zip("xyz", size)}
-    return {"diameter": _diameter(points), **{name: float(value) for name, value in named.items()}}
 
 
 def _diameter(points: np.ndarray) -> float:

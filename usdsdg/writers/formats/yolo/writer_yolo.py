@@ -5,21 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import yaml
 
 from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError
-from usdsdg.session.session import current
-from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_text
+from usdsdg.writers.formats import class_places
 from usdsdg.writers.formats.shapes.polygons import joined, outlines
 from usdsdg.writers.formats.splits import Splits
-from usdsdg.writers.options import label_params, typed
+from usdsdg.writers.formats.yolo import yolo_files as files
+from usdsdg.writers.options import CommonOptions, common_backend, common_labels, typed
 
 RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentation_fast"
 OBB, KEYPOINTS = "oriented_bounding_box_2d", "keypoints"
@@ -51,14 +50,9 @@ class YoloWriter(Writer):
         frames_per_scene: int = 1,
         min_visibility: float = 0.0,
         min_pixels: int = 1,
-        semantic_types: list[str] | str | None = None,
-        semantic_filter_predicate: str | None = None,
         image_output_format: str = "png",
         frame_padding: int = 6,
-        s3_bucket: str | None = None,
-        s3_region: str | None = None,
-        s3_endpoint: str | None = None,
-        backend: BaseBackend | None = None,
+        **common: Unpack[CommonOptions],
     ) -> None:
         """
         task: "detect" (boxes), "segment" (outlines), "obb" (oriented boxes) or "pose" (keypoints).
@@ -67,8 +61,8 @@ class YoloWriter(Writer):
         frames_per_scene: so many frames in a row are in the same part.
         min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are left out.
         min_pixels: so are objects with fewer visible pixels.
-        semantic_types, semantic_filter_predicate: labels to use, as types or as a predicate; default "class:*".
-        s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
+        image_output_format, frame_padding: format of the pictures, and digits of a frame's number.
+        common: as `CommonOptions`.
 
         Raises:
             WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
@@ -78,13 +72,11 @@ class YoloWriter(Writer):
             raise WriterError(f"YoloWriter: task is {task!r}; expected one of {', '.join(TASKS)}.")
         if not 0.0 <= min_visibility <= 1.0:
             raise WriterError(f"YoloWriter: min_visibility is {min_visibility}; expected a fraction, 0 to 1.")
-        labels = label_params("YoloWriter", semantic_types, semantic_filter_predicate)
+        labels = common_labels("YoloWriter", common)
         self._task, self._splits = task, Splits("YoloWriter", splits, frames_per_scene)
         self._min_visibility, self._min_pixels = min_visibility, min_pixels
         self._image_format, self._padding = checked_image_format(image_output_format), checked_padding(frame_padding)
-        self.backend = make_backend(
-            "YoloWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
-        )
+        self.backend = common_backend("YoloWriter", output_dir, common)
         more = {"obb": (OBB,), "pose": (KEYPOINTS,)}.get(task, ())
         self.annotators = [
             named_annotators.get(RGB),
@@ -98,15 +90,14 @@ class YoloWriter(Writer):
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
         split = self._splits.of(self._frame_id)
         for product, seen in data["renderProducts"].items():
-            stem = f"{product}_" if several else ""
-            stem += f"{self._frame_id:0{self._padding}d}"
-            image = f"images/{split}/{stem}.{self._image_format}"
+            stem = files.stem_of(product, self._frame_id, self._padding, several=several)
+            image = files.image_of(split, stem, self._image_format)
             text = "".join(f"{line}\n" for line in self._lines(seen))
             assert self.backend is not None
             self.backend.schedule_together(
                 [
                     partial(write_image, path=image, data=seen[RGB]["data"][..., :3]),
-                    partial(write_text, path=f"labels/{split}/{stem}.txt", text=text),
+                    partial(write_text, path=files.labels_of(split, stem), text=text),
                 ]
             )
         self._write_description()
@@ -114,12 +105,12 @@ class YoloWriter(Writer):
 
     def _write_description(self) -> None:
         """Write data.yaml, again where classes have been added."""
-        names = self._classes()
+        names = class_places.names(self._table())
         if names == self._listed:
             return
         assert self.backend is not None
         self._listed = names
-        described: dict[str, Any] = {split: f"images/{split}" for split in self._splits.names}
+        described: dict[str, Any] = {split: f"{files.IMAGES}/{split}" for split in self._splits.names}
         # Ultralytics asks for both of these.
         described |= {each: described[self._splits.names[0]] for each in ("train", "val") if each not in described}
         if self._task == "pose":
@@ -127,22 +118,16 @@ class YoloWriter(Writer):
         described["names"] = dict(enumerate(names))
         text = yaml.safe_dump(described, sort_keys=False)
         # In turn, since it replaces the earlier file.
-        self.backend.schedule_in_turn("data.yaml", write_text, path="data.yaml", text=text)
-
-    def _classes(self) -> list[str]:
-        """Return the names of the classes in the order of their ids."""
-        return [",".join(labels.values()) for labels in self._table().labels().values()]
+        self.backend.schedule_in_turn(files.DESCRIPTION, write_text, path=files.DESCRIPTION, text=text)
 
     def _table(self) -> Any:
-        return current().class_tables.of(self.get_annotator(BOXES).label_filter)
+        return class_places.table_of(self.get_annotator(BOXES).label_filter)
 
     def _lines(self, seen: Mapping[str, Any]) -> list[str]:
         boxes, objects = seen[BOXES], seen[INSTANCES]["data"]
         height, width = objects.shape
         kinds = [boxes["idToLabels"][int(row["semanticId"])] for row in boxes["data"]]
-        # Ids may have gaps where the user has given them; YOLO counts without.
-        ids = self._table().ids(kinds)
-        classes = np.searchsorted(list(self._table().labels()), ids)
+        classes = class_places.places(self._table(), kinds)
         pixels = np.bincount(objects.ravel(), minlength=int(max(boxes["bboxIds"], default=0)) + 1)
         outlines_of = {"detect": self._box, "pose": self._box, "obb": self._oriented, "segment": self._outline}
         outline = outlines_of[self._task]

@@ -1,0 +1,123 @@
+"""What the readers of WebDataset and Parquet share: a sample to what its shard says about one image."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from usdsdg.datasets.faults import Fault
+from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.seen import Boxes, Color, Depth, Seen
+from usdsdg.datasets.seen_object import SeenObject
+from usdsdg.datasets.truth import Thing, Truth
+from usdsdg.writers.formats.shards.samples import BOXES
+from usdsdg.writers.formats.shards.shard_files import DEPTH, IMAGE, INSTANCES
+
+ROW = np.dtype([(name, "<i4") for name in ("x_min", "y_min", "x_max", "y_max")] + [("occlusionRatio", "<f4")])
+
+
+@dataclass(frozen=True)
+class Stored:
+    """The sample of one image, and the names of all classes."""
+
+    file: str
+    facts: Mapping[str, Any]
+    objects: Sequence[Mapping[str, Any]]
+    classes: Sequence[str]
+    instances: np.ndarray | None = None  # (H, W) ids of objects
+
+
+def seen_of(
+    folder: Folder,
+    name: str,
+    file: str,
+    facts: Mapping[str, Any],
+    objects: Sequence[Mapping[str, Any]],
+    classes: Sequence[str],
+    load: Callable[[str], tuple[str, bytes] | None],
+) -> Seen:
+    """Return what a sample of a shard says.
+
+    name: of the writer. load: returns name and bytes of the member that is the image, the ids or the depth.
+    """
+    frame, view = int(facts["frame"]), str(facts["view"])
+    seen = Seen(name, str(facts["key"]), "", [file], _truth(folder, name, frame, view))
+    seen.labels, seen.size = file, (int(facts["width"]), int(facts["height"]))
+    seen.extra["sample"] = Stored(file, facts, objects, classes)
+    seen.boxes.append(_boxes(file, objects, seen.truth))
+    seen.later(lambda made: _read_images(folder, made, load))
+    return seen
+
+
+def _truth(folder: Folder, writer: str, frame: int, view: str) -> Truth | None:
+    for record in folder.records:
+        if (record.writer, record.number) == (writer, frame):
+            return next((Truth(record, each) for each in record.products if each.name == view), None)
+    return None
+
+
+def name_of(thing: Thing) -> str:
+    """Return the name of a thing's class, as samples have it."""
+    return ",".join(thing.labels.values())
+
+
+def _boxes(file: str, objects: Sequence[Mapping[str, Any]], truth: Truth | None) -> Boxes:
+    key = truth.filter_of(BOXES) if truth else ""
+    known = {each.path: each for each in truth.things(key)} if truth else {}
+    rows = np.zeros(len(objects), ROW)
+    labels, paths = [], []
+    for row, each in zip(rows, objects):
+        x, y, width, height = (float(value) for value in each["bbox"])
+        row["x_min"], row["y_min"], row["x_max"], row["y_max"] = x, y, x + width - 1, y + height - 1
+        row["occlusionRatio"] = 1.0 - float(each["visibility"])
+        thing, label, path = known.get(each["path"]), str(each["label"]), str(each["path"])
+        # The same label, as the record writes it.
+        labels.append(thing.label if thing is not None and name_of(thing) == label else label)
+        paths.append(path)
+    return Boxes(file, "tight", labels, paths, rows, key, [str(each["label"]) for each in objects])
+
+
+def _read_images(folder: Folder, seen: Seen, load: Callable[[str], tuple[str, bytes] | None]) -> None:
+    stored: Stored = seen.extra["sample"]
+    decoded: dict[str, tuple[str, np.ndarray]] = {}
+    for kind in (IMAGE, INSTANCES, DEPTH):
+        member = load(kind)
+        if member is None:
+            continue
+        name, data = member
+        try:
+            made = np.load(io.BytesIO(data)) if kind == DEPTH else np.array(Image.open(io.BytesIO(data)))
+        except (OSError, ValueError, SyntaxError, EOFError) as error:
+            folder.faults.append(Fault(stored.file, seen.name, f"{name} cannot be read: {error}"))
+            continue
+        decoded[kind] = name, made
+    if IMAGE in decoded:
+        name, image = decoded[IMAGE]
+        seen.colors.append(Color(f"{stored.file}:{name}", image, exact=name.endswith(".png")))
+    if INSTANCES in decoded:
+        ids = decoded[INSTANCES][1].astype(np.int64)
+        seen.extra["sample"] = Stored(stored.file, stored.facts, stored.objects, stored.classes, ids)
+    if DEPTH in decoded:
+        seen.depths.append(Depth(f"{stored.file}:{decoded[DEPTH][0]}", "plane", decoded[DEPTH][1]))
+
+
+def objects(seen: Seen) -> list[SeenObject]:
+    """Return the objects of the sample."""
+    found = []
+    for each in seen.extra["sample"].objects:
+        x, y, width, height = (float(value) for value in each["bbox"])
+        made = SeenObject(str(each["label"]), str(each["path"]), (x, y, x + width, y + height))
+        made.visibility = float(each["visibility"])
+        made.mask = lambda complete, number=int(each["id"]): _mask(complete, number)
+        found.append(made)
+    return found
+
+
+def _mask(seen: Seen, number: int) -> np.ndarray | None:
+    ids = seen.extra["sample"].instances
+    return None if ids is None else ids == number
