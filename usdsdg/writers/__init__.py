@@ -14,8 +14,10 @@ from usdsdg.writers.formats import (
     DOPEWriter,
     FPSWriter,
     KittiWriter,
+    ParquetWriter,
     PoseWriter,
     PytorchWriter,
+    WebDatasetWriter,
     YCBVideoWriter,
     YoloWriter,
 )
@@ -37,6 +39,7 @@ __all__ = [
     # the formats
     "BasicWriter", "PoseWriter", "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter",
     "YoloWriter", "BopWriter", "DOPEWriter", "YCBVideoWriter", "PytorchWriter",
+    "WebDatasetWriter", "ParquetWriter",
     # writers of one's own
     "Writer", "register_writer", "register_node_writer", "unregister_writer",
     # where files go
