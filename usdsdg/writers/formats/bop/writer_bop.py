@@ -166,6 +166,7 @@ class BopWriter(Writer):
             if scene.is_new:
                 folder = files.scene_folder(self._split, scene.number)
                 for name, values in scene.tables().items():
-                    self.backend.schedule_after_all(write_json, path=files.table_of(folder, name), data=values, indent=1)
+                    table = files.table_of(folder, name)
+                    self.backend.schedule_after_all(write_json, path=table, data=values, indent=1)
         self.backend.schedule_after_all(write_json, path=files.MODELS_INFO, data=by_text(self._models.info), indent=1)
         self.backend.schedule_after_all(write_json, path=files.CAMERA, data=self._sensor, indent=1)
