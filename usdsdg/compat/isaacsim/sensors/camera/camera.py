@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import copy
 import weakref
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from pxr import UsdGeom
@@ -21,34 +21,20 @@ from usdsdg.compat.isaacsim.sensors.camera.camera_axes import (  # noqa: F401 - 
     U_W_TRANSFORM,
     W_U_TRANSFORM,
 )
-from usdsdg.compat.isaacsim.sensors.camera.projection import Projection
+from usdsdg.compat.isaacsim.sensors.camera.camera_images import CameraImages
 from usdsdg.compat.wrappers.arrays import as_numpy
 from usdsdg.create.render_products import render_product
-from usdsdg.errors import ArgumentError, warn_once
+from usdsdg.errors import ArgumentError
 from usdsdg.session.render_products import HydraTexture, product_at
-from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.cameras import default_view
-from usdsdg.stage.cameras.pixels import pixel_centers
-
-if TYPE_CHECKING:
-    import warp as wp
-
-    Image = np.ndarray | wp.array
 
 RATE = "/app/runLoops/main/rateLimitFrequency"
-# Annotators of the `add_..._to_frame` functions, by their names there.
-_FRAME_ANNOTATORS = {
-    "bounding_box_2d_tight": "bounding_box_2d_tight_fast",
-    "bounding_box_2d_loose": "bounding_box_2d_loose_fast",
-    "instance_id_segmentation": "instance_id_segmentation_fast",
-    "instance_segmentation": "instance_segmentation_fast",
-}
 
 
-class Camera(Projection, SingleXFormPrim):
+class Camera(CameraImages, SingleXFormPrim):
     """A camera prim, defined if there is none, and after `initialize` its images.
 
     Images show the stage at the latest update of the application, and are rendered when they are read; before the first
@@ -305,184 +291,12 @@ class Camera(Projection, SingleXFormPrim):
     def _turned(self, orientation: Any, camera_axes: str) -> np.ndarray:
         return self._out(axes.from_usd(as_numpy(orientation), camera_axes)[0], None)
 
-    # --- annotators ---
-    @property
-    def supported_annotators(self) -> list[str]:
-        """Annotators that an `add_..._to_frame` function attaches; `attach_annotator` takes any."""
-        return [
-            "normals", "motion_vectors", "occlusion", "distance_to_image_plane", "distance_to_camera",
-            "bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d", "semantic_segmentation",
-            "instance_id_segmentation", "instance_segmentation", "pointcloud",
-        ]  # fmt: skip
-
-    def attach_annotator(self, annotator_name: str, **kwargs: Any) -> None:
-        """Add the data of an annotator, with these init parameters, to the frame; "_fast" is left out of its key.
-
-        Raises:
-            RuntimeError: `initialize` has not been called.
-            AnnotatorRegistryError: there is no such annotator.
-        """
-        if not self._render_product_path:
-            raise RuntimeError(f"Camera {self.prim_path}: call initialize() before annotators are attached")
-        key = annotator_name.replace("_fast", "")
-        if key in self._custom_annotators:
-            warn_once(f"Camera {self.prim_path}: annotator {key} is attached already")
-            return
-        annotator = named_annotators.get(annotator_name, kwargs, device=self._device)
-        self._custom_annotators[key] = annotator.attach(self._render_product_path)
-        self._current_frame[key] = None
-
-    def detach_annotator(self, annotator_name: str) -> None:
-        """Take an annotator out of the frame."""
-        key = annotator_name.replace("_fast", "")
-        annotator = self._custom_annotators.pop(key, None)
-        if annotator is None:
-            warn_once(f"Camera {self.prim_path}: annotator {key} is not attached")
-            return
-        annotator.detach()
-        self._current_frame.pop(key)
-
-    def _add(self, name: str, init_params: Mapping[str, Any] | None) -> None:
-        self.attach_annotator(_FRAME_ANNOTATORS.get(name, name), **(init_params or {}))
-
-    def add_rgb_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
-        self._add("rgb", init_params)
-
-    def remove_rgb_from_frame(self) -> None:
-        self.detach_annotator("rgb")
-
-    def add_normals_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
-        self._add("normals", init_params)
-
-    def remove_normals_from_frame(self) -> None:
-        self.detach_annotator("normals")
-
-    def add_motion_vectors_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
-        self._add("motion_vectors", init_params)
-
-    def remove_motion_vectors_from_frame(self) -> None:
-        self.detach_annotator("motion_vectors")
-
-    def add_occlusion_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
-        self._add("occlusion", init_params)
-
-    def remove_occlusion_from_frame(self) -> None:
-        self.detach_annotator("occlusion")
-
-    def add_distance_to_image_plane_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
-        self._add("distance_to_image_plane", init_params)
-
-    def remove_distance_to_image_plane_from_frame(self) -> None:
-        self.detach_annotator("distance_to_image_plane")
-
-    def add_distance_to_camera_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
-        self._add("distance_to_camera", init_params)
-
-    def remove_distance_to_camera_from_frame(self) -> None:
-        self.detach_annotator("distance_to_camera")
-
-    def add_bounding_box_2d_tight_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
-        self._add("bounding_box_2d_tight", init_params)
-
-    def remove_bounding_box_2d_tight_from_frame(self) -> None:
-        self.detach_annotator("bounding_box_2d_tight")
-
-    def add_bounding_box_2d_loose_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
-        self._add("bounding_box_2d_loose", init_params)
-
-    def remove_bounding_box_2d_loose_from_frame(self) -> None:
-        self.detach_annotator("bounding_box_2d_loose")
-
-    def add_bounding_box_3d_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
-        self._add("bounding_box_3d", init_params)
-
-    def remove_bounding_box_3d_from_frame(self) -> None:
-        self.detach_annotator("bounding_box_3d")
-
-    def add_semantic_segmentation_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
-        self._add("semantic_segmentation", init_params)
-
-    def remove_semantic_segmentation_from_frame(self) -> None:
-        self.detach_annotator("semantic_segmentation")
-
-    def add_instance_id_segmentation_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
-        self._add("instance_id_segmentation", init_params)
-
-    def remove_instance_id_segmentation_from_frame(self) -> None:
-        self.detach_annotator("instance_id_segmentation")
-
-    def add_instance_segmentation_to_frame(self, init_params: dict[str, Any] | None = None) -> None:
-        self._add("instance_segmentation", init_params)
-
-    def remove_instance_segmentation_from_frame(self) -> None:
-        self.detach_annotator("instance_segmentation")
-
-    def add_pointcloud_to_frame(
-        self, include_unlabelled: bool = True, init_params: dict[str, Any] | None = None
-    ) -> None:
-        self._add("pointcloud", {"includeUnlabelled": include_unlabelled, **(init_params or {})})
-
-    def remove_pointcloud_from_frame(self) -> None:
-        self.detach_annotator("pointcloud")
-
-    # --- images ---
-    def get_rgba(self, device: str | None = None) -> Image | None:
-        """Return color, uint8 (H, W, 4); None before the first update, or without the annotator."""
-        return self._image("rgb", 3, device)
-
-    def get_rgb(self, device: str | None = None) -> Image | None:
-        """Return color, uint8 (H, W, 3); None before the first update, or without the annotator."""
-        image = self._image("rgb", 3, device)
-        return None if image is None else image[:, :, :3]
-
-    def get_depth(self, device: str | None = None) -> Image | None:
-        """Return the distance along the optical axis [m], float32 (H, W); +inf where nothing is hit.
-
-        None before the first update, or without the annotator distance_to_image_plane.
-        """
-        return self._image("distance_to_image_plane", 2, device)
-
-    def get_pointcloud(self, device: str | None = None, world_frame: bool = True) -> np.ndarray:
-        """Return points (N, 3) [m in the camera's frame and without the annotator; else stage units].
-
-        They are those of the annotator pointcloud where it is attached, in the world or in the camera's frame (ROS's
-        axes); else those of all pixels by their depth. Empty before the first update.
-        """
-        annotator = self._custom_annotators.get("pointcloud")
-        if annotator is not None:
-            points = annotator.get_data(device="cpu")["data"] if annotator_has_data(annotator) else np.array([])
-            if world_frame or not points.size:
-                return points
-            view = self._view_matrix()
-            return (points @ view[:3, :3].T + view[:3, 3]).astype(np.float32)
-        depth = self.get_depth(device="cpu")
-        if depth is None:
-            return np.array([])
-        rows, columns = np.indices(depth.shape)
-        pixels = pixel_centers(columns.ravel(), rows.ravel())
-        points = self._camera_points(pixels, depth.reshape(-1))
-        return (self._to_world(points) if world_frame else points).astype(np.float32)
-
-    def _image(self, key: str, dimensions: int, device: str | None) -> Any:
-        annotator = self._custom_annotators.get(key)
-        if annotator is None:
-            warn_once(f"Camera {self.prim_path}: annotator {key} is not attached, so there is no image of it")
-            return None
-        image = annotator.get_data(device=device)
-        return image if image.ndim == dimensions else None
-
 
 def get_all_camera_objects(root_prim: str = "/") -> list[Camera]:
     """Return a `Camera` for each camera prim below `root_prim`, named after the prim, or its path if names repeat."""
     paths = [path for path in default_view.cameras(current_stage()) if _is_below(path, root_prim)]
     names = [path.rsplit("/", 1)[-1] for path in paths]
     return [Camera(path, name=name if len(set(names)) == len(names) else path) for path, name in zip(paths, names)]
-
-
-def annotator_has_data(annotator: Annotator) -> bool:
-    """Return whether the annotator has a frame, after taking the latest update into account."""
-    current().live.refresh(annotator)
-    return annotator.has_data
 
 
 def _is_below(path: str, root: str) -> bool:
