@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -139,6 +139,8 @@ class _Content:
         moment: StageMoment | None,
     ) -> None:
         self._facts, self._frames, self._amodal, self._moment = facts, frames, amodal, moment
+        # Now, since other writers may read them while this waits for its thread.
+        self._keypoints = [frame.memo.get(KEYPOINTS, ()) for frame in frames]
 
     @functools.cached_property
     def data(self) -> bytes:
@@ -148,8 +150,8 @@ class _Content:
             tuple(dict.fromkeys(str(each["filter"] or "") for each in self._facts["annotators"].values())) or ("",)
         ] * len(self._frames)
         products = tuple(
-            product_record(frame, chosen, amodal=self._amodal.get(frame.render_product, False))
-            for frame, chosen in zip(self._frames, filters)
+            product_record(frame, chosen, amodal=self._amodal.get(frame.render_product, False), keypoints=keypoints)
+            for frame, chosen, keypoints in zip(self._frames, filters, self._keypoints)
         )
         edits = self._moment.layer if self._moment is not None and self._moment.edits else b""
         moment = {"seconds": numerator / denominator, "capture": first.index, "edits": edits}
@@ -164,8 +166,13 @@ def _put_bytes(path: str, data: bytes, backend_instance: BaseBackend) -> None:
     backend_instance.write_blob(path, data)
 
 
-def product_record(frame: Frame, filters: tuple[str, ...], *, amodal: bool) -> ProductRecord:
-    """Return the record of one product's frame, with the selections of these label filters ("": every label passes)."""
+def product_record(
+    frame: Frame, filters: tuple[str, ...], *, amodal: bool, keypoints: Iterable[Any] = ()
+) -> ProductRecord:
+    """Return the record of one product's frame, with the selections of these label filters ("": every label passes).
+
+    keypoints: the prims that have any, as annotators have read them.
+    """
     view = frame.view
     ids, visible = _visible_gprims(frame.aovs.get("instance"), len(frame.gprims))
     selections = {key: frame.selection(key or None) for key in filters}
@@ -199,7 +206,7 @@ def product_record(frame: Frame, filters: tuple[str, ...], *, amodal: bool) -> P
         runs=None if ids is None else id_runs.encode(ids),
         depth=None if depth is None else samples.grid(depth),
         normals=None if normals is None else samples.normal_steps(samples.grid(normals)),
-        keypoints=tuple(_keypoints(frame, selections)),
+        keypoints=tuple(_keypoints(frame, selections, keypoints)),
         thumbnail=None if color is None else samples.block_means(color),
         checksums={
             name: samples.checksum(aovs[name]) for name in sorted(aovs) if name not in AOVS | {"HdrColor", "normals"}
@@ -210,11 +217,11 @@ def product_record(frame: Frame, filters: tuple[str, ...], *, amodal: bool) -> P
     )
 
 
-def _keypoints(frame: Frame, selections: Mapping[str, Selection]) -> Iterator[KeypointRecord]:
-    """Yield the keypoints that an annotator has read."""
+def _keypoints(frame: Frame, selections: Mapping[str, Selection], read: Iterable[Any]) -> Iterator[KeypointRecord]:
+    """Yield the keypoints that annotators have read."""
     paths = frame.labeled_prims.prim_paths
     selected = {key: {paths[row] for row in each.rows.tolist()} for key, each in selections.items()}
-    for prim in frame.memo.get(KEYPOINTS, ()):
+    for prim in read:
         above = {key: next((name for name in prim.ancestors if name in own), None) for key, own in selected.items()}
         owners = {key: name for key, name in above.items() if name is not None}
         yield KeypointRecord(owners, prim.keypoints, prim.positions)
