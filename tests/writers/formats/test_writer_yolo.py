@@ -216,3 +216,5 @@ def test_every_beginning_of_a_run_has_the_shares():
     for count in range(10, 201, 10):
         assert [dealt[:count].count(name) for name in splits.names] == [count * 7 // 10, count // 5, count // 10]
     assert Splits("x", {"train": 7, "val": 2, "test": 1}).of(57) == dealt[57]
+    together = Splits("x", {"train": 1, "val": 1}, 3)
+    assert [together.of(frame) for frame in range(9)] == ["train"] * 3 + ["val"] * 3 + ["train"] * 3

@@ -144,8 +144,9 @@ def _seen(
     seen = Seen(NAME, stem, root, list(parts.values()))
     record = record_of(folder, seen.files)
     scene = int(PurePosixPath(root).name)
-    if record is not None and scene < len(record.products):
-        seen.truth = Truth(record, record.products[scene])
+    if record is not None and record.products:
+        # Scenes of one stretch of frames are in the order of the render products.
+        seen.truth = Truth(record, record.products[scene % len(record.products)])
     seen.picture, seen.labels = parts[names.RGB, stem], names.table_of(root, names.POSES)
     matrix = np.array(camera["cam_K"], np.float64).reshape(3, 3)
     view = np.eye(4)

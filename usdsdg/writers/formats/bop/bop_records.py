@@ -15,10 +15,11 @@ from usdsdg.writers.formats.shapes.opencv_frame import opencv_position, opencv_r
 
 
 class Scene:
-    """The records of one render product so far."""
+    """The records of one scene so far."""
 
-    def __init__(self, number: int) -> None:
-        self.number = number
+    def __init__(self, number: int, split: str) -> None:
+        """split: the folder of its folder."""
+        self.number, self.split = number, split
         self.camera: dict[int, dict[str, Any]] = {}
         self.poses: dict[int, list[dict[str, Any]]] = {}
         self.infos: dict[int, list[dict[str, Any]]] = {}

@@ -20,6 +20,8 @@ from usdsdg.writers.formats.bop import bop_files as files
 from usdsdg.writers.formats.bop.bop_models import Models, Placed, ply
 from usdsdg.writers.formats.bop.bop_records import Scene, View, by_text, info
 from usdsdg.writers.formats.shapes import masks
+from usdsdg.writers.formats.shapes.camera_projection import is_pinhole
+from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.options import CommonOptions, common_backend, common_labels, typed
 
 RGB, DEPTH, CAMERA = "rgb", "distance_to_image_plane", "camera_params"
@@ -27,6 +29,7 @@ BOXES_3D, WHOLE, INSTANCES = "bounding_box_3d_fast", "bounding_box_2d_amodal", "
 AMODAL = "amodal_instance_segmentation"
 # The JSON files of a scene are written again after this many pictures, and at the end.
 _PICTURES = 25
+MANY = 1 << 62  # frames of a scene without end
 
 
 class BopWriter(Writer):
@@ -34,9 +37,10 @@ class BopWriter(Writer):
     `scene_gt_info.json`; `models/obj_NNNNNN.ply` with `models_info.json`; and `camera.json`, of the first picture
     (bop.felk.cvut.cz).
 
-    Each render product is a scene, each frame a picture of it. Lengths are in millimeters, poses map the model to the
-    camera with x right, y down and z ahead, and pixel coordinates are 0 at the center of the first. An object's id is
-    the place of its class in the class table, from 1; other shapes or scales of a class have 1000 more each.
+    Each render product is a scene, or one for each `frames_per_scene`, and each frame a picture of it. Lengths are in
+    millimeters, poses map the model to the camera with x right, y down and z ahead, and pixel coordinates are 0 at the
+    center of the first. An object's id is the place of its class in the class table, from 1; other shapes or scales of
+    a class have 1000 more each.
     """
 
     version = "0.0.1"
@@ -48,12 +52,17 @@ class BopWriter(Writer):
         self,
         output_dir: str | os.PathLike | None = None,
         split: str = "train_pbr",
+        splits: dict | None = None,
+        frames_per_scene: int | None = None,
         depth_scale: float = 0.1,
         image_output_format: str = "png",
         **common: Unpack[CommonOptions],
     ) -> None:
         """
         split: name of the folder of the scenes.
+        splits: instead of it relative sizes of several, such as {"train_pbr": 0.8, "val_pbr": 0.2}, to which scenes, or
+            without `frames_per_scene` frames, are dealt.
+        frames_per_scene: so many frames in a row are a scene, such as those of one arrangement; default all.
         depth_scale: millimeters of one step of the 16-bit depth pictures; what is too far for them is 0.
         image_output_format: "png" or "jpg", of the color pictures.
         common: as `CommonOptions`.
@@ -66,10 +75,11 @@ class BopWriter(Writer):
             raise WriterError(f"BopWriter: depth_scale is {depth_scale}; expected millimeters above 0.")
         if image_output_format not in ("png", "jpg"):
             raise WriterError(f"BopWriter: image_output_format is {image_output_format!r}; expected png or jpg.")
-        if not split or "/" in split:
-            raise WriterError(f"BopWriter: split is {split!r}; expected the name of a folder.")
+        for name in splits or (split,):
+            if not isinstance(name, str) or not name or "/" in name:
+                raise WriterError(f"BopWriter: split is {name!r}; expected the name of a folder.")
         labels = common_labels("BopWriter", common)
-        self._split, self._depth_scale, self._image_format = split, depth_scale, image_output_format
+        self._depth_scale, self._image_format = depth_scale, image_output_format
         self.backend = common_backend("BopWriter", output_dir, common)
         self.annotators = [
             *(named_annotators.get(name) for name in (RGB, DEPTH, CAMERA)),
@@ -77,7 +87,9 @@ class BopWriter(Writer):
             named_annotators.get(AMODAL, {**labels, "encoding": "rle"}),
         ]
         self._models = Models()
-        self._scenes: dict[str, Scene] = {}
+        self._splits = Splits("BopWriter", splits or {split: 1.0}, frames_per_scene or 1)
+        self._frames_per_scene = frames_per_scene
+        self._scenes: dict[tuple[str, str, int], Scene] = {}  # by split, render product, and which of its scenes
         self._sensor: dict[str, Any] | None = None
         self._frame_id = 0
         # Also if a script ends or is interrupted before its run is complete.
@@ -85,8 +97,9 @@ class BopWriter(Writer):
 
     def write(self, data: dict[str, Any]) -> None:
         for product, seen in data["renderProducts"].items():
-            scene = self._scenes.setdefault(product, Scene(len(self._scenes)))
-            self._write_picture(scene, seen)
+            split, place = self._splits.of(self._frame_id), self._frame_id // (self._frames_per_scene or MANY)
+            new = Scene(len(self._scenes), split)
+            self._write_picture(self._scenes.setdefault((split, product, place), new), seen)
         self._frame_id += 1
         if self._frame_id == 1 or self._frame_id % _PICTURES == 0:
             self._write_tables()
@@ -100,10 +113,10 @@ class BopWriter(Writer):
             self._write_tables()
 
     def _write_picture(self, scene: Scene, seen: Mapping[str, Any]) -> None:
-        if seen[CAMERA]["cameraModel"] != "pinhole":
+        if not is_pinhole(seen[CAMERA]):
             model = seen[CAMERA]["cameraModel"]
             raise Unsupported(f"BopWriter: a camera of the model {model!r}; BOP has pinholes only.")
-        folder, frame = files.scene_folder(self._split, scene.number), self._frame_id
+        folder, frame = files.scene_folder(scene.split, scene.number), self._frame_id
         view, depth = View(seen[CAMERA], self._depth_scale), self._depth(seen[DEPTH]["data"])
         color = files.picture_of(folder, files.RGB, frame, self._image_format)
         steps = [
@@ -164,7 +177,7 @@ class BopWriter(Writer):
         assert self.backend is not None
         for scene in self._scenes.values():
             if scene.is_new:
-                folder = files.scene_folder(self._split, scene.number)
+                folder = files.scene_folder(scene.split, scene.number)
                 for name, values in scene.tables().items():
                     table = files.table_of(folder, name)
                     self.backend.schedule_after_all(write_json, path=table, data=values, indent=1)

@@ -78,8 +78,24 @@ def lens_of(params: Params) -> Lens | None:
     )
 
 
+def is_pinhole(params: Params) -> bool:
+    """Return whether a camera matrix says all of a lens; its pixels need not be square."""
+    return params["cameraModel"] == "pinhole" or _straight_lens(params) is not None
+
+
+def _straight_lens(params: Params) -> Lens | None:
+    """Return the lens of an OpenCV pinhole without distortion; None for all others."""
+    if params["cameraModel"] != "pinholeOpenCV":
+        return None
+    names = ("cameraFisheyePolynomial", "cameraFisheyeLensP", "cameraFisheyeLensS")
+    return None if any(np.any(params[name]) for name in names) else lens_of(params)
+
+
 def camera_matrix(params: Params) -> np.ndarray:
     """Return OpenCV's camera matrix (3, 3) of a pinhole; pixel coordinates are 0 at the center of the first pixel."""
+    if (lens := _straight_lens(params)) is not None:
+        (fx, fy), (cx, cy) = lens.focal, lens.center
+        return np.array([[fx, 0.0, cx - 0.5], [0.0, fy, cy - 0.5], [0.0, 0.0, 1.0]])
     width, height = (float(size) for size in params["renderProductResolution"])
     projection = np.asarray(params["cameraProjection"], np.float64).reshape(4, 4)
     return np.array(

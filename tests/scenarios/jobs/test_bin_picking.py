@@ -1,0 +1,145 @@
+"""The bin picking job: its documented command, drops, rigs, and what the poses say."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from tests.scenarios.jobs.own_meshes import write_three
+from tests.scenarios.jobs.test_detection import digests, usdsdg
+from usdsdg.errors import ConfigError
+from usdsdg.scenarios.bin_picking.bin import suiting
+from usdsdg.scenarios.bin_picking.cameras import add_cameras
+from usdsdg.scenarios.draws import Draws
+from usdsdg.scenarios.jobs import load_job
+from usdsdg.scenarios.shared.mesh_folder import files_by_label, read_assets
+from usdsdg.stage.cameras.camera_view import read_camera
+
+CONFIG = Path(__file__).parents[3] / "configs" / "bin_picking.yaml"
+SMALL = [
+    "drops=2", "frames_per_drop=2", "parts.per_bin=[4,6]", "parts.collider=convexHull", "cameras.count=2",
+    "cameras.calibration=lens.yaml", "cameras.undistorted=true", "rendering.samples=4",
+    "splits={train_pbr: 1, val_pbr: 1}",
+]  # fmt: skip
+LENS = {
+    "image_width": 160, "image_height": 120, "camera_name": "wrist", "distortion_model": "plumb_bob",
+    "camera_matrix": {"rows": 3, "cols": 3, "data": [150.0, 0.0, 80.5, 0.0, 152.0, 58.0, 0.0, 0.0, 1.0]},
+    "distortion_coefficients": {"rows": 1, "cols": 5, "data": [-0.2, 0.05, 0.001, 0.0, 0.0]},
+}  # fmt: skip
+
+
+def generate(folder: Path) -> Path:
+    write_three(folder / "parts")
+    (folder / "lens.yaml").write_text(yaml.safe_dump(LENS))
+    overrides = [each for item in ("meshes=parts", *SMALL) for each in ("--set", item)]
+    usdsdg("generate", str(CONFIG), *overrides, cwd=folder)
+    return folder / "_out_bin_picking" / "bop"
+
+
+@pytest.fixture(scope="module")
+def dataset(tmp_path_factory):
+    """What the documented command writes for three OBJ files."""
+    return generate(tmp_path_factory.mktemp("bin_picking"))
+
+
+def scenes(dataset: Path) -> dict[str, dict[str, dict]]:
+    return {
+        f"{folder.parent.name}/{folder.name}": {
+            name: json.loads((folder / f"{name}.json").read_text())
+            for name in ("scene_gt", "scene_camera", "scene_gt_info")
+        }
+        for folder in sorted(dataset.glob("*/[0-9]*"))
+    }
+
+
+def test_a_folder_of_parts_becomes_a_bop_dataset(dataset):
+    found = scenes(dataset)
+    # A drop is in one part of the dataset; each of its cameras is a scene of two pictures.
+    assert list(found) == ["train_pbr/000000", "train_pbr/000001", "val_pbr/000002", "val_pbr/000003"]
+    assert all(len(tables["scene_camera"]) == 2 for tables in found.values())
+    for tables in found.values():
+        for camera in tables["scene_camera"].values():
+            np.testing.assert_allclose(camera["cam_K"], LENS["camera_matrix"]["data"], atol=1e-4)
+    info = json.loads((dataset / "models" / "models_info.json").read_text())
+    sizes = {name: [row[f"size_{axis}"] for axis in "xyz"] for name, row in info.items()}
+    # Models are in millimeters and in the axes of their files, whatever these say.
+    assert sizes == {
+        "1": pytest.approx([120, 80, 50], abs=0.01),
+        "2": pytest.approx([24, 3, 18], abs=0.01),
+        "3": pytest.approx([200, 100, 150], abs=0.01),
+    }
+    visible = [
+        row["visib_fract"] for tables in found.values() for rows in tables["scene_gt_info"].values() for row in rows
+    ]
+    assert np.mean(np.array(visible) > 0.5) > 0.5
+
+
+def test_parts_lie_still_where_they_were_while_cameras_move(dataset):
+    for tables in scenes(dataset).values():
+        in_world = []
+        for frame, camera in tables["scene_camera"].items():
+            rotation, shift = np.array(camera["cam_R_w2c"]).reshape(3, 3), np.array(camera["cam_t_w2c"])
+            in_world.append(
+                {(pose["obj_id"], *np.round(rotation.T @ (np.array(pose["cam_t_m2c"]) - shift), 0)) for pose in
+                 tables["scene_gt"][frame]}
+            )  # fmt: skip
+        shared = set.intersection(*in_world)
+        assert len(shared) >= 0.5 * max(map(len, in_world))
+        cameras = [np.array(each["cam_t_w2c"]) for each in tables["scene_camera"].values()]
+        assert np.linalg.norm(cameras[0] - cameras[1]) > 10
+        heights = [place[3] for place in set.union(*in_world)]
+        assert min(heights) > -200  # in the bin, whose floor is at 0; origins are off the parts' middles
+
+
+def test_the_dataset_is_verified(dataset):
+    assert "0 faults" in usdsdg("verify", str(dataset), cwd=dataset)
+
+
+def test_the_same_command_writes_the_same_bytes(dataset, tmp_path):
+    again = generate(tmp_path)
+    for part in ("train_pbr", "val_pbr", "models"):
+        assert digests(dataset / part) == digests(again / part)
+
+
+def chain(folder: Path, distortion: list[float]) -> Path:
+    camera = {
+        "camera_model": "pinhole", "intrinsics": [300.0, 302.0, 160.0, 119.0], "distortion_model": "radtan",
+        "distortion_coeffs": distortion, "resolution": [320, 240],
+    }  # fmt: skip
+    second = np.eye(4)
+    second[0, 3] = -0.1
+    file = folder / "camchain.yaml"
+    file.write_text(yaml.safe_dump({"cam0": camera, "cam1": {**camera, "T_cn_cnm1": second.tolist()}}))
+    return file
+
+
+def test_a_rig_moves_as_one_and_looks_at_the_bin(stage, tmp_path):
+    changes = [f"meshes={write_three(tmp_path / 'parts')}", f"cameras.calibration={chain(tmp_path, [0.0] * 4)}"]
+    _, config = load_job(CONFIG, changes)
+    size = suiting(read_assets(files_by_label(config.meshes), "auto"), 30)
+    cameras = add_cameras(stage, config.cameras, None, size.radius)
+    assert cameras.sizes == [(320, 240)] * 2
+    places = []
+    for frame in range(3):
+        cameras.randomize(Draws(0), frame, size, config.cameras)
+        views = [read_camera(stage, prim.GetPath(), (320, 240)) for prim in cameras.cameras]
+        places.append(views[0].local_to_world[3, :3])
+        np.testing.assert_allclose(
+            views[1].local_to_world[3, :3] - places[-1], 0.1 * views[0].local_to_world[0, :3], atol=1e-6
+        )
+        pixel, depth = views[0].project(np.array([[0.0, 0.0, 0.0]]))
+        assert depth[0] > 0
+        assert np.abs(pixel[0] - (160, 120)).max() < 60
+    assert np.linalg.norm(places[0] - places[1]) > 0.05
+
+
+def test_bop_refuses_distorted_lenses_before_any_work(tmp_path):
+    changes = [f"cameras.calibration={chain(tmp_path, [-0.2, 0.05, 0.0, 0.0])}"]
+    with pytest.raises(ConfigError, match=r"cam0, cam1 has a distorted lens.*cameras.undistorted: true"):
+        load_job(CONFIG, changes)
+    _, config = load_job(CONFIG, [*changes, "cameras.undistorted=true"])
+    assert config.cameras.undistorted
