@@ -1,0 +1,90 @@
+"""`usdsdg inspect`, and pages at the end of other commands."""
+
+import pytest
+from typer.testing import CliRunner
+
+from tests.inspect.datasets import pose_object, write_pose
+from usdsdg.cli.commands import app
+from usdsdg.cli.inspect import show_written
+from usdsdg.errors import DatasetError
+from usdsdg.session.session import current
+
+MUG = pose_object(None, "mug", [0.0, 0.0, -2.0], [0.2] * 3)
+SCRIPT = """
+import omni.replicator.core as rep
+camera = rep.create.camera(position=(0, 0, 5), look_at=(0, 0, 0))
+rep.create.cube(semantics=[("class", "cube")])
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir={folder!r}, rgb=True, bounding_box_2d_tight=True)
+writer.attach(rep.create.render_product(camera, (64, 48)))
+rep.orchestrator.run_until_complete(num_frames=2)
+"""
+
+
+def test_problems_are_lines_and_the_page_is_the_output(tmp_path):
+    for number in range(3):
+        write_pose(tmp_path, number, [MUG])
+    (tmp_path / "000001.json").write_text("{")
+    (tmp_path / "000002.png").unlink()
+    done = CliRunner().invoke(app, ["inspect", str(tmp_path)])
+    assert done.exit_code == 0
+    assert done.stdout == f"{tmp_path / 'inspect.html'}\n"
+    told = done.stderr.splitlines()
+    assert len(told) == 2
+    assert told[0].startswith("unreadable file: 000001.json: is not valid JSON at line 1")
+    assert told[1] == "labels without picture: 000002.json: there is no picture of it"
+
+
+def test_an_empty_folder_is_one_line(tmp_path):
+    done = CliRunner().invoke(app, ["inspect", str(tmp_path)])
+    assert done.exit_code == 1
+    assert done.stderr == f"error: {tmp_path} is empty; give the folder that a writer wrote to (its output_dir)\n"
+
+
+def test_a_script_ends_with_a_page(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT.format(folder=str(tmp_path / "out put")))
+    done = CliRunner().invoke(app, ["run", "--quiet", "--inspect", str(script)])
+    assert done.exit_code == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == str(tmp_path / "out put" / "inspect.html")
+    assert "cube" in (tmp_path / "out put" / "inspect.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def written():
+    folders = current().written_folders
+    folders.clear()
+    yield folders
+    folders.clear()
+
+
+def test_the_command_is_named_for_what_was_written(written, tmp_path, capsys):
+    for name in ("a b", "c"):
+        write_pose(tmp_path / "all" / name, 0, [MUG])
+        written[str(tmp_path / "all" / name)] = None
+    show_written(inspect=False)
+    # One command for all datasets that are in a folder of their own.
+    assert capsys.readouterr().out == f"to look at it: usdsdg inspect {tmp_path / 'all'}\n"
+    write_pose(tmp_path / "all" / "older", 0, [MUG])
+    show_written(inspect=False)
+    assert capsys.readouterr().out.splitlines() == [
+        f"to look at it: usdsdg inspect '{tmp_path / 'all' / 'a b'}'",
+        f"to look at it: usdsdg inspect {tmp_path / 'all' / 'c'}",
+    ]
+
+
+def test_pages_are_made_where_something_can_be_shown(written, tmp_path, capsys):
+    with pytest.raises(DatasetError, match="no files were written"):
+        show_written(inspect=True)
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "notes.txt").write_text("a format of one's own")
+    written[str(tmp_path / "other")] = None
+    with pytest.raises(DatasetError, match="is a dataset that can be shown"):
+        show_written(inspect=True)
+    write_pose(tmp_path / "poses", 0, [MUG])
+    written[str(tmp_path / "poses")] = None
+    (tmp_path / "elsewhere").mkdir()
+    show_written(inspect=True)
+    printed = capsys.readouterr()
+    assert printed.out == f"{tmp_path / 'poses' / 'inspect.html'}\n"
+    assert printed.err.startswith("warning: nothing in ")
