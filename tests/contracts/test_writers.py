@@ -6,6 +6,7 @@ import re
 import tarfile
 from importlib.util import find_spec
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -27,6 +28,8 @@ OPTIONS = {
     "CosmosWriter": {},
     "YoloWriter": {"task": "segment"},
     "BopWriter": {},
+    "VocWriter": {},
+    "CvatWriter": {},
     "DOPEWriter": {"class_name_to_index_map": {"apple": 1}},
     "YCBVideoWriter": {
         "num_frames": 9,
@@ -90,6 +93,15 @@ def test_every_file_can_be_read(name, frame, tmp_path):
             with Image.open(path) as image:
                 assert image.size == (40, 30)
                 image.load()
+        elif path.suffix == ".jpg":
+            with Image.open(path) as image:
+                assert image.size == (40, 30)
+        elif path.suffix == ".xml":
+            assert ElementTree.parse(path).getroot().tag.startswith("annotation")
+        elif "ImageSets" in path.parts and path.suffix == ".txt":
+            assert {len(line.split()) for line in path.read_text().splitlines()} <= {1, 2}
+        elif path.name == "labelmap.txt":
+            assert {line.count(":") for line in path.read_text().splitlines()} == {3}
         elif path.suffix == ".npy":
             np.load(path)
         elif path.suffix == ".mp4":

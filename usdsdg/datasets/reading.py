@@ -11,11 +11,13 @@ from usdsdg.datasets.formats import (
     bop,
     coco,
     cosmos,
+    cvat,
     dope,
     drawn,
     kitti,
     parquet,
     pose,
+    voc,
     webdataset,
     ycb_video,
     yolo,
@@ -51,7 +53,7 @@ class Format(Protocol):
 
 # COCO's and Cosmos's names contain those of BasicWriter, and DOPE's are those of PoseWriter, so they come first.
 FORMATS: tuple[Format, ...] = (
-    coco, cosmos, bop, yolo, webdataset, parquet, kitti, ycb_video, drawn, basic, dope, pose,
+    coco, voc, cvat, cosmos, bop, yolo, webdataset, parquet, kitti, ycb_video, drawn, basic, dope, pose,
 )  # fmt: skip
 
 

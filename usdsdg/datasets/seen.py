@@ -150,6 +150,18 @@ class Segments:
 
 
 @dataclass(frozen=True)
+class Labeled:
+    """One object of a file that has names and boxes; None is what the format does not say."""
+
+    name: str
+    box: tuple[float, float, float, float]  # left, top, right and bottom edge [pixels]
+    mask: np.ndarray | None = None  # (H, W) bool
+    has_holes: bool = True  # False: polygons, in which they are filled
+    flags: Mapping[str, bool] = field(default_factory=dict)  # "occluded", "truncated", "difficult"
+    instance: int | None = None  # its id in instance_segmentation
+
+
+@dataclass(frozen=True)
 class Points:
     """A point cloud and its companions, by name."""
 
@@ -184,6 +196,7 @@ class Seen:
     poses: list[Poses] = field(default_factory=list)
     masks: list[Masks] = field(default_factory=list)
     segments: list[Segments] = field(default_factory=list)
+    labeled: list[Labeled] = field(default_factory=list)
     points: list[Points] = field(default_factory=list)
     arrays: dict[str, tuple[str, np.ndarray]] = field(default_factory=dict)  # AOVs: name to file and array
     normals: list[Color] = field(default_factory=list)

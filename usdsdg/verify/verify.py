@@ -27,7 +27,17 @@ from usdsdg.verify.checks import (
     poses,
     solids,
 )
-from usdsdg.verify.checks.formats import coco_keypoints, coco_segments, dope, kitti, shards, ycb_video
+from usdsdg.verify.checks.formats import (
+    coco_keypoints,
+    coco_segments,
+    cvat,
+    dope,
+    kitti,
+    labeled,
+    shards,
+    voc,
+    ycb_video,
+)
 from usdsdg.verify.checks.formats.coco import Coco
 from usdsdg.verify.checks.tables import Tables
 from usdsdg.verify.checks.yolo import Yolo
@@ -37,7 +47,7 @@ from usdsdg.verify.report import Report
 # Of single images; those that compare images are made for each dataset.
 CHECKS = (
     ids, boxes, solids, depth, camera, poses, points, arrays, bop, cosmos, dope, drawn, ycb_video, coco_keypoints,
-    coco_segments, shards,
+    coco_segments, shards, labeled, voc, cvat,
 )  # fmt: skip
 Progress = Callable[[str, int, int | None], None]
 MISSING = "there is no record beside the files, so only what they say of each other was checked"

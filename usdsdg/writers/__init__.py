@@ -11,12 +11,14 @@ from usdsdg.writers.formats import (
     BopWriter,
     CocoWriter,
     CosmosWriter,
+    CvatWriter,
     DOPEWriter,
     FPSWriter,
     KittiWriter,
     ParquetWriter,
     PoseWriter,
     PytorchWriter,
+    VocWriter,
     WebDatasetWriter,
     YCBVideoWriter,
     YoloWriter,
@@ -39,7 +41,7 @@ __all__ = [
     # the formats
     "BasicWriter", "PoseWriter", "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter",
     "YoloWriter", "BopWriter", "DOPEWriter", "YCBVideoWriter", "PytorchWriter",
-    "WebDatasetWriter", "ParquetWriter",
+    "WebDatasetWriter", "ParquetWriter", "VocWriter", "CvatWriter",
     # writers of one's own
     "Writer", "register_writer", "register_node_writer", "unregister_writer",
     # where files go

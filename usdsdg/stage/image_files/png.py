@@ -21,15 +21,18 @@ _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _FILTER_UP = 2
 # PNG color types by number of channels.
 _COLOR_TYPES = {1: 0, 3: 2, 4: 6}
+_INDEXED = 3
 
 
-def encode_png(image: np.ndarray) -> bytes:
+def encode_png(image: np.ndarray, palette: np.ndarray | None = None) -> bytes:
     """Return the bytes of the file; arguments and errors are those of `png_chunks`."""
-    return b"".join(png_chunks(image))
+    return b"".join(png_chunks(image, palette))
 
 
-def png_chunks(image: np.ndarray) -> tuple[bytes, ...]:
+def png_chunks(image: np.ndarray, palette: np.ndarray | None = None) -> tuple[bytes, ...]:
     """Encode a uint8 or uint16 image: (H, W) or (H, W, 1) gray, (H, W, 3) RGB or (H, W, 4) RGBA.
+
+    palette: colors of a gray uint8 image, uint8 (N, 3) with N to 256, which then has indices of them.
 
     Returns the bytes of the file in pieces, of which the largest is not copied.
 
@@ -41,9 +44,13 @@ def png_chunks(image: np.ndarray) -> tuple[bytes, ...]:
         raise ValueError(f"a PNG cannot hold {image.dtype} of shape {image.shape}")
     height, width = image.shape[:2]
     depth = 8 * image.dtype.itemsize
-    header = struct.pack(">IIBBBBB", width, height, depth, _COLOR_TYPES[channels], 0, 0, 0)
+    if palette is not None and (channels != 1 or depth != 8):
+        raise ValueError(f"a PNG with a palette cannot hold {image.dtype} of shape {image.shape}")
+    kind = _COLOR_TYPES[channels] if palette is None else _INDEXED
+    header = struct.pack(">IIBBBBB", width, height, depth, kind, 0, 0, 0)
+    colors = () if palette is None else _chunk(b"PLTE", np.ascontiguousarray(palette, np.uint8).tobytes())
     data = _deflate.compress(_filtered_rows(image).data, 1)
-    return _SIGNATURE, *_chunk(b"IHDR", header), *_chunk(b"IDAT", data), *_chunk(b"IEND", b"")
+    return _SIGNATURE, *_chunk(b"IHDR", header), *colors, *_chunk(b"IDAT", data), *_chunk(b"IEND", b"")
 
 
 def _filtered_rows(image: np.ndarray) -> np.ndarray:

@@ -10,7 +10,6 @@ import numpy as np
 
 from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError, warn_once
-from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.writers import base
 from usdsdg.writers.backends.group import BackendDispatch
@@ -189,16 +188,14 @@ class CocoWriter(Writer):
             self.on_final_frame()
 
     def _file(self, *, things_only: bool = False) -> CocoFile:
-        """Return a file without images, which is also written if a script ends or is interrupted before its run is."""
+        """Return a file without images."""
         assert self.backend is not None
 
         def categories() -> list[dict[str, Any]]:
             every = map(self._keypoints.described, self._categories.all())
             return [each for each in every if each.get("isthing", 1) or not things_only]
 
-        file = CocoFile(self.backend, self._head, categories)
-        current().io_queue.call_at_exit(file.write)
-        return file
+        return CocoFile(self.backend, self._head, categories)
 
     def _head(self) -> dict[str, Any]:
         sigmas = self._keypoints.sigmas(self._categories.all())

@@ -1,0 +1,98 @@
+"""The XML of CVAT for images 1.1: shapes of each picture, and the labels of the task."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.formats.cvat import files
+from usdsdg.writers.formats.growing_files import GrowingFiles
+
+INSTANCE = "instance"  # the attribute of every shape that says which object it is of
+
+
+class CvatFile(GrowingFiles):
+    """The pictures of a task with their shapes."""
+
+    def __init__(self, backend: BaseBackend, labels: Callable[[], Sequence[Mapping[str, Any]]]) -> None:
+        """labels: returns those of the dataset so far, with "name" and "color" #rrggbb."""
+        super().__init__(backend)
+        self._labels, self._images = labels, list[str]()
+
+    def add(self, name: str, size: tuple[int, int], shapes: Sequence[str]) -> None:
+        """Add a picture with its shapes. name: as the task has it; size: width and height."""
+        number = len(self._images)
+        head = f'  <image id="{number}" name={quoteattr(name)} width="{size[0]}" height="{size[1]}">\n'
+        self._images.append(head + "".join(shapes) + "  </image>\n")
+        self.grew()
+
+    def texts(self) -> dict[str, str]:
+        if not self._images:
+            return {}
+        labels = "".join(
+            f"        <label>\n          <name>{_text(each['name'])}</name>\n          <color>{each['color']}</color>\n"
+            f"          <type>any</type>\n          <attributes>\n{_ATTRIBUTE}          </attributes>\n"
+            "        </label>\n"
+            for each in self._labels()
+        )
+        count = len(self._images)
+        head = (
+            '<?xml version="1.0" encoding="utf-8"?>\n<annotations>\n  <version>1.1</version>\n  <meta>\n    <task>\n'
+            f"      <name>usdsdg</name>\n      <size>{count}</size>\n      <mode>annotation</mode>\n"
+            f"      <overlap>0</overlap>\n      <start_frame>0</start_frame>\n"
+            f"      <stop_frame>{count - 1}</stop_frame>\n      <labels>\n{labels}      </labels>\n"
+            "    </task>\n  </meta>\n"
+        )
+        return {files.ANNOTATIONS: head + "".join(self._images) + "</annotations>\n"}
+
+
+_ATTRIBUTE = f"""            <attribute>
+              <name>{INSTANCE}</name>
+              <mutable>False</mutable>
+              <input_type>text</input_type>
+              <default_value></default_value>
+              <values></values>
+            </attribute>
+"""
+
+
+def box(label: str, edges: tuple[int, int, int, int], *, instance: int, occluded: bool) -> str:
+    """Return a rectangle. edges: left, top, right and bottom edge [pixels]."""
+    sides = " ".join(f'{name}="{value}.00"' for name, value in zip(("xtl", "ytl", "xbr", "ybr"), edges))
+    return _shape("box", label, sides, instance, occluded)
+
+
+def polygon(label: str, corners: np.ndarray, *, instance: int, occluded: bool, group: int) -> str:
+    """Return a polygon of corners (N, 2) [pixels]; group: from 1, the same for all parts of an object; 0: none."""
+    points = ";".join(f"{x:.2f},{y:.2f}" for x, y in corners.tolist())
+    return _shape("polygon", label, f'points="{points}"', instance, occluded, group)
+
+
+def mask(label: str, pixels: np.ndarray, corner: tuple[int, int], *, instance: int, occluded: bool) -> str:
+    """Return a mask. pixels: (h, w) bool, of the object's box; corner: its first column and row."""
+    flat = pixels.ravel()
+    ends = np.flatnonzero(np.concatenate([flat[1:] != flat[:-1], [True]])) + 1
+    lengths = np.diff(ends, prepend=0).tolist()
+    # Along the rows of the box, first of pixels outside, then inside, ...
+    runs = ", ".join(map(str, [0, *lengths] if flat[0] else lengths))
+    (left, top), (height, width) = corner, pixels.shape
+    described = f'rle="{runs}" left="{left}" top="{top}" width="{width}" height="{height}"'
+    return _shape("mask", label, described, instance, occluded)
+
+
+def _shape(kind: str, label: str, described: str, instance: int, occluded: bool, group: int = 0) -> str:
+    grouped = f' group_id="{group}"' if group else ""
+    flags = f'source="file" occluded="{int(occluded)}"'
+    return (
+        f'    <{kind} label={quoteattr(label)} {flags} {described} z_order="0"{grouped}>\n'
+        f'      <attribute name="{INSTANCE}">{instance}</attribute>\n'
+        f"    </{kind}>\n"
+    )
+
+
+def _text(name: str) -> str:
+    return quoteattr(name)[1:-1]

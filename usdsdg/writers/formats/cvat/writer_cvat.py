@@ -1,0 +1,150 @@
+"""CvatWriter: pictures with shapes as the annotation tool CVAT imports them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators import named_annotators
+from usdsdg.annotators.class_table import ClassTable
+from usdsdg.errors import WriterError
+from usdsdg.session.session import current
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.group import make_backend
+from usdsdg.writers.base import Writer
+from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json
+from usdsdg.writers.formats.cvat import cvat_xml, files
+from usdsdg.writers.formats.shapes.polygons import outlines
+from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
+from usdsdg.writers.options import label_params, typed
+
+RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentation_fast"
+SHAPES = ("mask", "polygon", "box")
+
+
+class CvatWriter(Writer):
+    """Writes `images/N.png`, `annotations.xml` ("CVAT for images 1.1") and `labels.json`, the labels of the task.
+
+    To import: create a task with the pictures and, as raw labels, the content of labels.json; then upload
+    annotations.xml as "CVAT 1.1". Every visible object is a shape, whose attribute "instance" is its id in
+    instance_segmentation.
+    """
+
+    version = "0.0.1"
+    data_structure = "renderProduct"
+    shares_arrays = True
+
+    @typed
+    def __init__(
+        self,
+        output_dir: str | os.PathLike | None = None,
+        shape: str = "mask",
+        min_visibility: float = 0.0,
+        min_pixels: int = 1,
+        occluded_threshold: float = 0.05,
+        semantic_types: list[str] | str | None = None,
+        semantic_filter_predicate: str | None = None,
+        image_output_format: str = "png",
+        frame_padding: int = 6,
+        s3_bucket: str | None = None,
+        s3_region: str | None = None,
+        s3_endpoint: str | None = None,
+        backend: BaseBackend | None = None,
+    ) -> None:
+        """
+        shape: "mask" is exact; "polygon" is an outline for each part, in which holes are filled, with one group for the
+            parts of an object; "box" is the rectangle of the visible pixels.
+        min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are left out.
+        min_pixels: so are objects with fewer visible pixels.
+        occluded_threshold: shapes are `occluded` where more than this fraction of their object is hidden by others.
+        semantic_types, semantic_filter_predicate: labels to use, as types or as a predicate; default "class:*".
+        s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
+
+        Raises:
+            WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
+            OutputNotWritable: output_dir or the bucket cannot be written to.
+        """
+        if shape not in SHAPES:
+            raise WriterError(f"CvatWriter: shape is {shape!r}; expected one of {', '.join(SHAPES)}.")
+        labels = label_params("CvatWriter", semantic_types, semantic_filter_predicate)
+        self._shape, self._occluded = shape, occluded_threshold
+        self._enough = VisibleEnough("CvatWriter", min_visibility, min_pixels)
+        self._image_format, self._padding = checked_image_format(image_output_format), checked_padding(frame_padding)
+        self.backend = make_backend(
+            "CvatWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
+        )
+        self.annotators = [
+            named_annotators.get(RGB),
+            *(named_annotators.get(name, labels) for name in (BOXES, INSTANCES)),
+        ]
+        self._file = cvat_xml.CvatFile(self.backend, self._labels)
+        self._frame_id = 0
+        self._listed: list[dict[str, Any]] = []
+
+    def write(self, data: dict[str, Any]) -> None:
+        several = max(len(self.render_products), len(data["renderProducts"])) > 1
+        assert self.backend is not None
+        for product, seen in data["renderProducts"].items():
+            stem = f"{product}_{self._frame_id:0{self._padding}d}" if several else f"{self._frame_id:0{self._padding}d}"
+            path = files.picture(stem, self._image_format)
+            # With `schedule_together` the picture is whole before the XML names it.
+            self.backend.schedule_together([partial(write_image, path=path, data=seen[RGB]["data"][..., :3])])
+            width, height = (int(size) for size in seen["resolution"])
+            self._file.add(path.removeprefix(f"{files.PICTURES}/"), (width, height), self._shapes(seen))
+        self._write_labels()
+        self._frame_id += 1
+
+    def on_final_frame(self) -> None:
+        self._file.write()
+
+    def detach(self) -> None:
+        super().detach()
+        if self.backend is not None:
+            self.on_final_frame()
+
+    def _shapes(self, seen: Mapping[str, Any]) -> list[str]:
+        """Return the shapes of the objects of one picture."""
+        boxes, instances = seen[BOXES], seen[INSTANCES]["data"]
+        self._table().add(boxes["idToLabels"].values())
+        found = []
+        for row, instance in zip(boxes["data"], boxes["bboxIds"].tolist()):
+            left, top, right, bottom = (int(row[side]) for side in ("x_min", "y_min", "x_max", "y_max"))
+            pixels = instances[top : bottom + 1, left : right + 1] == instance
+            if not self._enough.holds(row, int(pixels.sum())):
+                continue
+            name = ",".join(label for _, label in sorted(boxes["idToLabels"][int(row["semanticId"])].items()))
+            about = {"instance": instance, "occluded": float(row["occlusionRatio"]) > self._occluded}
+            if self._shape == "box":
+                found.append(cvat_xml.box(name, (left, top, right + 1, bottom + 1), **about))
+            elif self._shape == "mask":
+                found.append(cvat_xml.mask(name, pixels, (left, top), **about))
+            else:
+                parts, corner = outlines(pixels), np.array((left, top))
+                group = instance if len(parts) > 1 else 0
+                found += [cvat_xml.polygon(name, part + corner, group=group, **about) for part in parts]
+        return found
+
+    def _labels(self) -> list[dict[str, Any]]:
+        """Return the classes as labels of a task."""
+        attribute = {"name": cvat_xml.INSTANCE, "input_type": "text", "mutable": False, "values": [""]}
+        table = self._table()
+        return [
+            {"name": row["name"], "color": "#{:02x}{:02x}{:02x}".format(*row["color"][:3]), "attributes": [attribute]}
+            for row in table.listed()
+        ]
+
+    def _table(self) -> ClassTable:
+        return current().class_tables.of(self.get_annotator(BOXES).label_filter)
+
+    def _write_labels(self) -> None:
+        """Write labels.json, again where classes have been added."""
+        labels = self._labels()
+        if labels == self._listed:
+            return
+        assert self.backend is not None
+        self._listed = labels
+        self.backend.schedule_after_all(write_json, path=files.LABELS, data=labels, indent=1)

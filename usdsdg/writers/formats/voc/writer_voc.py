@@ -1,0 +1,191 @@
+"""VocWriter: pictures with boxes and segments, as Pascal VOC's development kit has them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from usdsdg.annotators import named_annotators
+from usdsdg.annotators.class_table import ClassTable
+from usdsdg.errors import WriterError, warn_once
+from usdsdg.session.session import current
+from usdsdg.stage.image_files.png import encode_png
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.group import make_backend
+from usdsdg.writers.base import Writer
+from usdsdg.writers.files import checked_image_format, checked_padding, write_bytes, write_image, write_text
+from usdsdg.writers.formats.shapes import cuboid
+from usdsdg.writers.formats.shapes.camera_projection import project
+from usdsdg.writers.formats.shapes.pose import Pose, truncation_ratio
+from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
+from usdsdg.writers.formats.splits import Splits
+from usdsdg.writers.formats.voc import files
+from usdsdg.writers.formats.voc.image_sets import ImageSets
+from usdsdg.writers.formats.voc.voc_xml import VocObject, text
+from usdsdg.writers.options import label_params, typed
+
+RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentation_fast"
+BOXES_3D, CAMERA = "bounding_box_3d_fast", "camera_params"
+
+
+class VocWriter(Writer):
+    """Writes `JPEGImages/N.jpg`, `Annotations/N.xml`, `SegmentationClass/N.png` and `SegmentationObject/N.png`.
+
+    Lists of pictures are `ImageSets/Main/<split>.txt`, `ImageSets/Main/<class>_<split>.txt` and
+    `ImageSets/Segmentation/<split>.txt`.
+
+    Every visible object is in the XML, with the box of its visible pixels, counted from 1 and inclusive. Segments are
+    indices with VOC's colors: of the class, from 1 in the order of the class table, which `labelmap.txt` names; and of
+    the object, from 1 in the order of the XML. 0 is what has no label.
+    """
+
+    version = "0.0.1"
+    data_structure = "renderProduct"
+    shares_arrays = True
+
+    @typed
+    def __init__(
+        self,
+        output_dir: str | os.PathLike | None = None,
+        splits: dict | None = None,
+        min_visibility: float = 0.0,
+        min_pixels: int = 1,
+        truncated_threshold: float = 0.15,
+        occluded_threshold: float = 0.05,
+        semantic_types: list[str] | str | None = None,
+        semantic_filter_predicate: str | None = None,
+        image_output_format: str = "jpg",
+        frame_padding: int = 6,
+        s3_bucket: str | None = None,
+        s3_region: str | None = None,
+        s3_endpoint: str | None = None,
+        backend: BaseBackend | None = None,
+    ) -> None:
+        """
+        splits: relative sizes of the parts of the dataset, such as {"train": 0.8, "val": 0.2}; default all "train".
+        min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are `difficult`,
+            which VOC's evaluation leaves out.
+        min_pixels: so are objects with fewer visible pixels.
+        truncated_threshold: objects are `truncated` where more than this fraction of the rectangle around their 3D box
+            is outside of the picture.
+        occluded_threshold: objects are `occluded` where more than this fraction is hidden by others.
+        semantic_types, semantic_filter_predicate: labels to use, as types or as a predicate; default "class:*".
+        image_output_format: "jpg", which readers of VOC expect, or "png", which is without loss.
+        s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
+
+        Raises:
+            WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
+            OutputNotWritable: output_dir or the bucket cannot be written to.
+        """
+        labels = label_params("VocWriter", semantic_types, semantic_filter_predicate)
+        self._splits = Splits("VocWriter", splits)
+        self._enough = VisibleEnough("VocWriter", min_visibility, min_pixels)
+        self._truncated, self._occluded = truncated_threshold, occluded_threshold
+        self._image_format, self._padding = checked_image_format(image_output_format), checked_padding(frame_padding)
+        self.backend = make_backend(
+            "VocWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
+        )
+        self.annotators = [
+            *(named_annotators.get(name) for name in (RGB, CAMERA)),
+            *(named_annotators.get(name, labels) for name in (BOXES, INSTANCES, BOXES_3D)),
+        ]
+        self._frame_id = 0
+        self._sets = ImageSets(self.backend, self._splits.names, self._classes)
+        self._listed: list[str] = []
+
+    def write(self, data: dict[str, Any]) -> None:
+        several = max(len(self.render_products), len(data["renderProducts"])) > 1
+        split = self._splits.of(self._frame_id)
+        for product, seen in data["renderProducts"].items():
+            stem = f"{product}_{self._frame_id:0{self._padding}d}" if several else f"{self._frame_id:0{self._padding}d}"
+            objects = self._objects(seen)
+            self._write_picture(stem, seen, objects)
+            self._sets.add(split, stem, objects)
+        self._write_labels()
+        self._frame_id += 1
+
+    def on_final_frame(self) -> None:
+        self._sets.write()
+
+    def detach(self) -> None:
+        super().detach()
+        if self.backend is not None:
+            self.on_final_frame()
+
+    def _objects(self, seen: Mapping[str, Any]) -> list[VocObject]:
+        boxes, camera = seen[BOXES], seen[CAMERA]
+        solids = dict(zip(seen[BOXES_3D]["bboxIds"].tolist(), seen[BOXES_3D]["data"]))
+        pixels = np.bincount(seen[INSTANCES]["data"].ravel(), minlength=int(max(boxes["bboxIds"], default=0)) + 1)
+        self._table().add(boxes["idToLabels"].values())
+        found = []
+        for row, instance in zip(boxes["data"], boxes["bboxIds"].tolist()):
+            pose = Pose(solids[instance], camera, cuboid.CORNERS)
+            corners = project(np.array(list(pose.in_camera.values())), camera)
+            found.append(
+                VocObject(
+                    instance,
+                    ",".join(label for _, label in sorted(boxes["idToLabels"][int(row["semanticId"])].items())),
+                    tuple(int(row[side]) + 1 for side in ("x_min", "y_min", "x_max", "y_max")),  # type: ignore[arg-type]
+                    truncation_ratio(pose, corners, camera) > self._truncated,
+                    float(row["occlusionRatio"]) > self._occluded,
+                    not self._enough.holds(row, int(pixels[instance])),
+                )
+            )
+        return found
+
+    def _write_picture(self, stem: str, seen: Mapping[str, Any], objects: Sequence[VocObject]) -> None:
+        classes, own = self._segments(seen[INSTANCES]["data"], objects)
+        picture = files.picture(stem, self._image_format)
+        width, height = (int(size) for size in seen["resolution"])
+        description = text("VOC", picture.rsplit("/", 1)[-1], (width, height), objects)
+        assert self.backend is not None
+        self.backend.schedule_together(
+            [
+                partial(write_image, path=picture, data=seen[RGB]["data"][..., :3]),
+                partial(_write_indices, path=files.segments(files.CLASSES, stem), image=classes),
+                partial(_write_indices, path=files.segments(files.OBJECTS, stem), image=own),
+                partial(write_text, path=files.annotation(stem), text=description),
+            ]
+        )
+
+    def _segments(self, instances: np.ndarray, objects: Sequence[VocObject]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the index of the class and of the object of each pixel, uint8 (H, W)."""
+        names = self._classes()
+        if len(names) >= files.VOID:
+            raise WriterError(f"VocWriter: {len(names)} classes; pictures of VOC's segments have at most 254.")
+        if len(objects) >= files.VOID:
+            warn_once("VocWriter: more than 254 objects in a picture: the rest are void in SegmentationObject.")
+        palette = np.zeros((int(instances.max(initial=0)) + 1, 2), np.uint8)
+        for index, each in enumerate(objects, 1):
+            palette[each.instance] = names.index(each.name) + 1, min(index, files.VOID)
+        return palette[instances, 0], palette[instances, 1]
+
+    def _classes(self) -> list[str]:
+        """Return the names of the classes in the order of their ids."""
+        table = self._table()
+        return [row["name"] for row in table.listed()]
+
+    def _table(self) -> ClassTable:
+        return current().class_tables.of(self.get_annotator(BOXES).label_filter)
+
+    def _write_labels(self) -> None:
+        """Write labelmap.txt, again where classes have been added."""
+        names = self._classes()
+        if names == self._listed:
+            return
+        assert self.backend is not None
+        self._listed = names
+        colors = files.palette().tolist()
+        rows = [
+            f"{name}:{','.join(map(str, colors[index]))}::\n" for index, name in enumerate([files.BACKGROUND, *names])
+        ]
+        text = "# label:color_rgb:parts:actions\n" + "".join(rows)
+        self.backend.schedule_after_all(write_text, path=files.LABELS, text=text)
+
+
+def _write_indices(path: str, image: np.ndarray, backend_instance: Any = None) -> None:
+    write_bytes(path, encode_png(image, files.palette()), backend_instance)
