@@ -139,6 +139,10 @@ class Frame:
         sums[sums[:, PIXELS] < 0, PIXELS] = 0
         return sums
 
+    def in_view(self, predicate: str | None) -> np.ndarray:
+        """Return the selected prims with any amodal pixel in the picture, as indices into the selection."""
+        return np.flatnonzero(self.coverage[self.selection(predicate).rows, PIXELS] > 0)
+
     def occlusion(self, predicate: str | None) -> np.ndarray:
         """Return (K,) float32: the occluded fraction of each selected prim's amodal pixels; nan out of view."""
         amodal = self.coverage[self.selection(predicate).rows, PIXELS]

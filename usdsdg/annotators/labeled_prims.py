@@ -13,8 +13,6 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg.annotators.bounds import Hull, read_hull
 from usdsdg.annotators.class_table import ClassTable, ClassTables, ids_are_stable
 from usdsdg.annotators.colors import FIRST_LABELED
-from usdsdg.annotators.keypoint_prims import KeypointPrim, KeypointReader
-from usdsdg.annotators.label_tables import FrameClasses, PrimTable
 from usdsdg.annotators.ownership import (
     LabeledStage,
     Labels,
@@ -25,7 +23,9 @@ from usdsdg.annotators.ownership import (
     warn_of_empty_selection,
 )
 from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
-from usdsdg.annotators.possible_labels import possible_outputs
+from usdsdg.annotators.prims.keypoint_prims import KeypointPrim, KeypointReader
+from usdsdg.annotators.prims.label_tables import FrameClasses, PrimTable
+from usdsdg.annotators.prims.possible_labels import possible_outputs
 from usdsdg.errors import warn_once
 from usdsdg.graph.label_sources import label_sources
 from usdsdg.session.session import current

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg.annotators.point_instances import Steps, find_steps, first_points, prim_path
-from usdsdg.annotators.subset_setting import subsets_are_told_apart
+from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import warn_once
 from usdsdg.stage.geometry.instancers import POSABLE_INSTANCES

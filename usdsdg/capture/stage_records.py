@@ -12,7 +12,7 @@ from typing import Any
 
 from pxr import Sdf, Usd
 
-from usdsdg.annotators.subset_setting import SETTING as SUBSETS
+from usdsdg.annotators.prims.subset_setting import SETTING as SUBSETS
 from usdsdg.capture.render_settings import glass_labels
 from usdsdg.record import STAGES
 from usdsdg.session.settings_store import get_settings

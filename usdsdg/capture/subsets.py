@@ -7,7 +7,7 @@ import numpy as np
 from pxr import Usd
 
 from usdsdg.annotators.point_instances import prim_path
-from usdsdg.annotators.subset_setting import subsets_are_told_apart
+from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.geometry.face_parts import read_face_parts
 

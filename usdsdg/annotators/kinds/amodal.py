@@ -13,6 +13,7 @@ import numpy as np
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.colors import FIRST_LABELED, UNLABELLED
 from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
+from usdsdg.annotators.kinds.boxes import fill_corners
 from usdsdg.annotators.pixels import masks
 from usdsdg.errors import AnnotatorError
 
@@ -51,7 +52,7 @@ def amodal_instance_segmentation(frame: Frame, params: Params) -> Annotation:
     if encoding not in _ENCODINGS:
         raise AnnotatorError(f"encoding is {encoding!r}; it may be {' or '.join(map(repr, _ENCODINGS))}.")
     predicate = predicate_of(params)
-    listed = _in_view(frame, predicate)
+    listed = frame.in_view(predicate)
     selection = frame.selection(predicate)
     rows, ids = selection.rows[listed], selection.ids[listed]
     info = {
@@ -80,15 +81,14 @@ def visibility(frame: Frame, params: Params) -> Annotation:
     paths) of all ids. Parameters as amodal_instance_segmentation.
     """
     predicate = predicate_of(params)
-    selection, listed = frame.selection(predicate), _in_view(frame, predicate)
+    selection, listed = frame.selection(predicate), frame.in_view(predicate)
     coverage = frame.coverage[selection.rows[listed]]
     rows = np.zeros(len(listed), VISIBILITY)
     rows["instanceId"] = selection.ids[listed]
     rows["semanticId"] = selection.class_ids[listed]
     rows["visiblePixels"] = frame.visible_pixels(predicate)[listed]
     rows["amodalPixels"] = coverage[:, PIXELS]
-    for column, name in enumerate(("x_min", "y_min", "x_max", "y_max"), X_MIN):
-        rows[name] = coverage[:, column]
+    fill_corners(rows, coverage[:, X_MIN:])
     rows["visibleRatio"] = rows["visiblePixels"] / np.maximum(rows["amodalPixels"], 1)
     pairs = _pairs(frame, predicate)
     hidden_by: dict[int, dict[str, int]] = {id_: {} for id_ in rows["instanceId"].tolist()}
@@ -114,11 +114,6 @@ def occlusion_graph(frame: Frame, params: Params) -> Annotation:
     pairs = _pairs(frame, predicate_of(params))
     ids = np.union1d(pairs["occluderId"], pairs["occludedId"])
     return Annotation(pairs, {"idToLabels": _paths(frame, predicate_of(params), ids)})
-
-
-def _in_view(frame: Frame, predicate: str | None) -> np.ndarray:
-    """Return the selected prims with any amodal pixel, as indices into the selection."""
-    return np.flatnonzero(frame.coverage[frame.selection(predicate).rows, PIXELS] > 0)
 
 
 def _pairs(frame: Frame, predicate: str | None) -> np.ndarray:

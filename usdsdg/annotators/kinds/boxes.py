@@ -10,7 +10,7 @@ import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.colors import UNLABELLED
-from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
+from usdsdg.annotators.frame import X_MIN, Frame
 
 Params = Mapping[str, Any]
 
@@ -120,19 +120,24 @@ def _tight(frame: Frame, params: Params, key: Callable) -> Annotation:
 
 def _loose(frame: Frame, params: Params, key: Callable) -> Annotation:
     corners = frame.coverage[frame.selection(predicate_of(params)).rows, X_MIN:]
-    return _boxes_2d(frame, params, key, np.flatnonzero(_amodal_pixels(frame, params) > 0), corners)
+    return _boxes_2d(frame, params, key, frame.in_view(predicate_of(params)), corners)
 
 
 def _boxes_2d(frame: Frame, params: Params, key: Callable, listed: np.ndarray, corners: np.ndarray) -> Annotation:
     rows = np.zeros(len(listed), BOX_2D)
-    for column, name in enumerate(_CORNERS_2D):
-        rows[name] = corners[listed, column]
+    fill_corners(rows, corners[listed])
     return with_tables(frame, params, key, listed, rows)
+
+
+def fill_corners(rows: np.ndarray, corners: np.ndarray) -> None:
+    """Fill in x_min, y_min, x_max, y_max from corners (N, 4)."""
+    for column, name in enumerate(_CORNERS_2D):
+        rows[name] = corners[:, column]
 
 
 def _boxes_3d(frame: Frame, params: Params, key: Callable, *, everywhere: bool) -> Annotation:
     labeled_prims, selection = frame.labeled_prims, frame.selection(predicate_of(params))
-    listed = np.arange(len(selection)) if everywhere else np.flatnonzero(_amodal_pixels(frame, params) > 0)
+    listed = np.arange(len(selection)) if everywhere else frame.in_view(predicate_of(params))
     bounds = labeled_prims.bounds[selection.rows[listed]]
     rows = np.zeros(len(listed), BOX_3D)
     for axis, name in enumerate("xyz"):
@@ -154,8 +159,3 @@ def with_tables(frame: Frame, params: Params, key: Callable, listed: np.ndarray,
         "primPaths": [frame.labeled_prims.prim_paths[row] for row in selection.rows[listed]],
     }
     return Annotation(rows, info)
-
-
-def _amodal_pixels(frame: Frame, params: Params) -> np.ndarray:
-    """Return (K,) amodal pixel counts of the selected prims."""
-    return frame.coverage[frame.selection(predicate_of(params)).rows, PIXELS]

@@ -10,21 +10,11 @@ import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
-from usdsdg.annotators.kinds.boxes import with_tables
+from usdsdg.annotators.kinds.boxes import BOX_2D, fill_corners, with_tables
 
 Params = Mapping[str, Any]
 
-BOX_2D_AMODAL = np.dtype(
-    [
-        ("semanticId", "<u4"),
-        ("x_min", "<i4"),
-        ("y_min", "<i4"),
-        ("x_max", "<i4"),
-        ("y_max", "<i4"),
-        ("occlusionRatio", "<f4"),
-        ("truncationRatio", "<f4"),
-    ]
-)
+BOX_2D_AMODAL = np.dtype([*BOX_2D.descr, ("truncationRatio", "<f4")])
 TRUNCATION = np.dtype([("instanceId", "<u4"), ("semanticId", "<u4"), ("truncationRatio", "<f4")])
 
 _NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_amodal_masks": True, "params": LABEL_PARAMS}
@@ -40,10 +30,9 @@ def bounding_box_2d_amodal(frame: Frame, params: Params) -> Annotation:
     where boxes are cut off. truncationRatio float32: the share of these pixels that is outside of the picture.
     """
     predicate = predicate_of(params)
-    listed, wide = _in_view(frame, predicate), _wide(frame, predicate)
+    listed, wide = frame.in_view(predicate), _wide(frame, predicate)
     rows = np.zeros(len(listed), BOX_2D_AMODAL)
-    for column, name in enumerate(("x_min", "y_min", "x_max", "y_max"), X_MIN):
-        rows[name] = wide[listed, column]
+    fill_corners(rows, wide[listed, X_MIN:])
     rows["truncationRatio"] = _ratios(frame, predicate)[listed]
     return with_tables(frame, params, str, listed, rows)
 
@@ -57,16 +46,12 @@ def truncation(frame: Frame, params: Params) -> Annotation:
     side), those around it. It is 0 where a lens sees all directions.
     """
     predicate = predicate_of(params)
-    selection, listed = frame.selection(predicate), _in_view(frame, predicate)
+    selection, listed = frame.selection(predicate), frame.in_view(predicate)
     rows = np.zeros(len(listed), TRUNCATION)
     rows["instanceId"] = selection.ids[listed]
     rows["semanticId"] = selection.class_ids[listed]
     rows["truncationRatio"] = _ratios(frame, predicate)[listed]
     return Annotation(rows)
-
-
-def _in_view(frame: Frame, predicate: str | None) -> np.ndarray:
-    return np.flatnonzero(frame.coverage[frame.selection(predicate).rows, PIXELS] > 0)
 
 
 def _ratios(frame: Frame, predicate: str | None) -> np.ndarray:

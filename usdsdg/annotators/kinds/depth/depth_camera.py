@@ -12,7 +12,7 @@ from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds.depth import stereo
 from usdsdg.annotators.kinds.depth.depth_images import visualization
-from usdsdg.annotators.kinds.depth.depth_sensor import ATTRIBUTES, measurement, parameter
+from usdsdg.annotators.kinds.depth.depth_sensor import ATTRIBUTES, measurement, parameter, picture
 from usdsdg.annotators.kinds.depth.stereo import Measurement
 from usdsdg.errors import warn_once
 
@@ -60,7 +60,7 @@ def depth_sensor_colors(frame: Frame, params: Params) -> Annotation:
 @define("DepthSensorImager", needs_path_tracing=True, dtype=np.float32)
 def depth_sensor_imager(frame: Frame, params: Params) -> Annotation:
     """Image of the left imager: luminance of the tone-mapped color, 0 to 255, float32 (H, W)."""
-    return Annotation(stereo.luminance(frame.aov("LdrColor")))
+    return Annotation(picture(frame))
 
 
 @define(_VISUAL, aovs=["distance_to_image_plane"], needs_path_tracing=True, dtype=np.uint8)

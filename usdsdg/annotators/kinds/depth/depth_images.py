@@ -4,7 +4,7 @@ import numpy as np
 
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds.depth import stereo
-from usdsdg.annotators.kinds.depth.depth_sensor import measurement, parameter, read_depth_sensor
+from usdsdg.annotators.kinds.depth.depth_sensor import measurement, parameter, picture, read_depth_sensor
 from usdsdg.annotators.kinds.depth.stereo import DepthSensor
 
 # From near to far: blue, cyan, green, yellow, red.
@@ -32,7 +32,7 @@ def visualization(frame: Frame) -> np.ndarray:
     fraction = measured.disparity * sensor.sensor_size_pixel / exact.shape[1] / sensor.max_disparity_pixel
     if mode == 7:
         return _gray(fraction, np.isfinite(exact))
-    confidence = stereo.confidence(sensor, stereo.luminance(frame.aov("LdrColor")))
+    confidence = stereo.confidence(sensor, picture(frame))
     return _opaque(np.stack([confidence, np.where(np.isfinite(exact), fraction, 0), np.zeros_like(fraction)], -1))
 
 

@@ -7,6 +7,7 @@ The parameters are the attributes `omni:rtx:post:depthSensor:...` of the render 
 import dataclasses
 from typing import Any
 
+import numpy as np
 from pxr import Usd
 
 from usdsdg.annotators.frame import Frame
@@ -29,12 +30,17 @@ def measurement(frame: Frame, *, outliers: bool | None = None) -> Measurement:
     return frame.derive(("depth sensor", sensor.outlier_removal_enabled), lambda: _measure(frame, sensor))
 
 
+def picture(frame: Frame) -> np.ndarray:
+    """Return the luminance of the frame's color, float32 (H, W) from 0 to 255."""
+    return frame.derive("luminance", lambda: stereo.luminance(frame.aov("LdrColor")))
+
+
 def _measure(frame: Frame, sensor: DepthSensor) -> Measurement:
     if frame.camera.projection_type == "orthographic":
         raise Unsupported(
             f"{frame.camera.prim_path} is orthographic: parallel rays have no disparity. Use a perspective camera."
         )
-    confident = stereo.is_confident(sensor, stereo.luminance(frame.aov("LdrColor")))
+    confident = stereo.is_confident(sensor, picture(frame))
     if not _is_enabled(frame):
         confident[:] = False
     rng = generator(get_global_seed(), "depth_sensor_noise", frame.index, frame.render_product)

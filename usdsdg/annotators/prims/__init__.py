@@ -1,0 +1,1 @@
+"""What reading the labeled prims of a stage takes: their numbers, possible labels, keypoints, and subsets."""
