@@ -69,7 +69,8 @@ def _object(fields: list[str], described: Mapping[str, Any], size: tuple[int, in
     else:
         polygon = box.reshape(-1, 2) * size
         made.outline = [polygon]
-        low, high = polygon.min(axis=0), polygon.max(axis=0)
+        # Corners of an oriented box may be outside of the picture.
+        low, high = polygon.min(axis=0).clip(0, size), polygon.max(axis=0).clip(0, size)
     made.box = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
     if rest.size:
         made.keypoints = rest.reshape(described["keypoints"], -1) * (*size, 1)
