@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Awaitable, Callable, Sequence
-from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
 from pxr import Gf, Sdf, Usd
@@ -16,7 +14,9 @@ from usdsdg.compat.isaacsim.replicator.grasping.grasp_phase import (
     DEFAULT_SIMULATION_STEP_DT,
     GraspPhase,
 )
+from usdsdg.compat.isaacsim.replicator.grasping.grasp_results import GraspResults
 from usdsdg.compat.isaacsim.replicator.grasping.gripper import close_around
+from usdsdg.compat.isaacsim.replicator.grasping.phase_list import PhaseList
 from usdsdg.session.stage_context import current_stage
 
 __all__ = [
@@ -43,7 +43,7 @@ DEFAULT_SAMPLER_CONFIG: dict[str, Any] = {
 }
 
 
-class GraspingManager:
+class GraspingManager(PhaseList, GraspResults):
     """A gripper, an object, poses of the gripper relative to the object, and the phases of closing.
 
     The joints of the gripper go to the targets of each phase, and stay where a finger would overlap the object: results
@@ -52,9 +52,6 @@ class GraspingManager:
 
     def __init__(self) -> None:
         self._initial_pose: Pose | None = None
-        self._results_folder: Path | None = None
-        self._overwrite = False
-        self._results = 0
         self._stop_requested = False
         self._forget()
 
@@ -161,41 +158,6 @@ class GraspingManager:
         )
         paths = [joint["path"] for joint in joints]
         self.joint_pregrasp_states = grasping_utils.populate_joint_pregrasp_states_from_current(paths)
-
-    # --- phases ---
-    def create_and_add_grasp_phase(
-        self,
-        name: str,
-        joint_drive_targets: dict[str, float] | None = None,
-        simulation_steps: int = DEFAULT_NUM_SIMULATION_STEPS,
-        simulation_step_dt: float = DEFAULT_SIMULATION_STEP_DT,
-    ) -> GraspPhase:
-        """Append a phase and return it."""
-        phase = GraspPhase(name, dict(joint_drive_targets or {}), simulation_steps, simulation_step_dt)
-        self.grasp_phases.append(phase)
-        return phase
-
-    def remove_grasp_phase_by_name(self, phase_name: str) -> bool:
-        """Remove the first phase of a name; return whether there is one."""
-        phase = self.get_grasp_phase_by_name(phase_name)
-        if phase is not None:
-            self.grasp_phases.remove(phase)
-        return phase is not None
-
-    def get_grasp_phase_by_name(self, name: str, ignore_case: bool = True) -> GraspPhase | None:
-        """Return the first phase of a name, or None."""
-        same = (lambda a, b: a.lower() == b.lower()) if ignore_case else (lambda a, b: a == b)
-        return next((phase for phase in self.grasp_phases if same(phase.name, name)), None)
-
-    def get_grasp_phase_by_index(self, index: int) -> GraspPhase | None:
-        """Return the phase of a number, or None."""
-        return self.grasp_phases[index] if 0 <= index < len(self.grasp_phases) else None
-
-    def get_grasp_phases_as_dicts(self) -> list[dict[str, Any]]:
-        return [asdict(phase) for phase in self.grasp_phases]
-
-    def get_grasp_phase_names(self) -> list[str]:
-        return [phase.name for phase in self.grasp_phases]
 
     # --- configuration files ---
     def save_config(self, file_path: str, components: list[str] | None = None, overwrite: bool = False) -> None:
@@ -391,43 +353,3 @@ class GraspingManager:
 
     def _prims(self) -> list[Usd.Prim | None]:
         return [self._gripper, self.get_object_prim()]
-
-    # --- results ---
-    def set_results_output_dir(self, dir_path: str | None) -> None:
-        """Set the folder of results; empty or None writes none."""
-        given = dir_path.strip() if isinstance(dir_path, str) else ""
-        self._results_folder = Path(given).expanduser() if given else None
-
-    def get_results_output_dir(self) -> str | None:
-        return str(self._results_folder) if self._results_folder else None
-
-    def set_overwrite_results_output(self, overwrite: bool) -> None:
-        """Set whether results replace existing files, or take the next free number."""
-        self._overwrite = overwrite
-
-    def write_grasp_results(self, location: Gf.Vec3d, orientation: Gf.Quatd) -> None:
-        """Write capture_<n>.yaml: the paths, the gripper's pose, and the positions of its joints.
-
-        Raises:
-            OSError: the file cannot be written.
-        """
-        if self._results_folder is None:
-            return
-        states = grasping_utils.get_gripper_joint_states(self.gripper_path)
-        if states is None:
-            return
-        result = {
-            "gripper_path": self.gripper_path,
-            "object_path": self._object_path,
-            "gripper_location": list(location),
-            "gripper_orientation": config_file.quat_to_mapping(orientation),
-            "joint_states": states,
-        }
-        while not self._overwrite and self._result_file().exists():
-            self._results += 1
-        grasping_utils.write_yaml_config(str(self._result_file()), {"grasp_result": result}, overwrite=True)
-        self._results += 1
-
-    def _result_file(self) -> Path:
-        assert self._results_folder is not None
-        return self._results_folder / f"capture_{self._results}.yaml"
