@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from tests.scenarios.jobs.own_meshes import write_three
+from tests.scenarios.jobs.readme import documented
 from tests.scenarios.jobs.test_detection import digests, usdsdg
 from usdsdg.errors import ConfigError
 from usdsdg.scenarios.bin_picking.bin import suiting
@@ -35,8 +36,8 @@ LENS = {
 def generate(folder: Path) -> Path:
     write_three(folder / "parts")
     (folder / "lens.yaml").write_text(yaml.safe_dump(LENS))
-    overrides = [each for item in ("meshes=parts", *SMALL) for each in ("--set", item)]
-    usdsdg("generate", str(CONFIG), *overrides, cwd=folder)
+    overrides = [each for item in SMALL for each in ("--set", item)]
+    usdsdg(*documented("configs/bin_picking.yaml", "parts"), *overrides, cwd=folder)
     return folder / "_out_bin_picking" / "bop"
 
 

@@ -14,6 +14,7 @@ import yaml
 from PIL import Image
 
 from tests.scenarios.jobs.own_meshes import write_three
+from tests.scenarios.jobs.readme import documented
 from usdsdg.scenarios.detection.arrangement import CUT, HIDDEN, Arranger
 from usdsdg.scenarios.detection.config import DetectionConfig
 from usdsdg.scenarios.detection.scene import build, sizes_of
@@ -45,8 +46,7 @@ def dataset(tmp_path_factory):
     """What the documented command writes for three OBJ files, and what it says."""
     folder = tmp_path_factory.mktemp("detection")
     write_three(folder / "parts")
-    said = usdsdg("generate", str(ROOT / "configs" / "detection.yaml"), "--set", "meshes=parts", *SMALL, cwd=folder)
-    return folder, said
+    return folder, usdsdg(*documented("configs/detection.yaml", "parts"), *SMALL, cwd=folder)
 
 
 def test_three_obj_files_become_a_yolo_and_a_coco_dataset(dataset):

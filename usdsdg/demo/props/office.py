@@ -172,7 +172,7 @@ def _page_ends(half_width: float, depth: float) -> list[Surface]:
 def _handle_path(half_width: float, foot: float, rise: float) -> np.ndarray:
     left = arc((-half_width + 0.02, 0.0, foot + rise - 0.02), 0.02, 180.0, 90.0, steps=5)
     right = arc((half_width - 0.02, 0.0, foot + rise - 0.02), 0.02, 90.0, 0.0, steps=5)
-    return np.concatenate([[(-half_width, 0.0, foot)], left, right, [(half_width, 0.0, foot)]])
+    return np.vstack([(-half_width, 0.0, foot), left, right, (half_width, 0.0, foot)])
 
 
 def _hose_path() -> np.ndarray:

@@ -201,7 +201,7 @@ def project_pinhole(points: Any, view_params: Mapping[str, Any]) -> np.ndarray:
     """Project points of the world (N, 3) to (N, 3): fractions of the image's width and height from the top left, and
     the depth of clip space.
     """
-    homogeneous = np.pad(np.asarray(points, np.float64), ((0, 0), (0, 1)), constant_values=1.0)
+    homogeneous = np.insert(np.asarray(points, np.float64), 3, 1.0, axis=1)
     clip = homogeneous @ get_view_proj_mat(view_params)
     clip = clip[:, :3] / clip[:, 3:]
     return np.concatenate([(clip[:, :2] + 1) / 2, clip[:, 2:]], axis=1)

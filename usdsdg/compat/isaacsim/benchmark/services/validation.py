@@ -290,8 +290,8 @@ def _blurred(image: np.ndarray, width: int) -> np.ndarray:
     weights = np.exp(-(offsets**2) / (2.0 * spread**2))
     weights /= weights.sum()
     for axis in (0, 1):
-        margins = [(0, 0)] * image.ndim
-        margins[axis] = (width // 2, width // 2)
+        margins = np.zeros((image.ndim, 2), int)
+        margins[axis] = width // 2
         padded, length = np.pad(image, margins, mode="reflect"), image.shape[axis]
         image = sum(w * np.take(padded, np.arange(i, i + length), axis) for i, w in enumerate(weights))  # type: ignore[assignment]
     return image

@@ -35,7 +35,7 @@ def get_distribution_params(distribution: Distribution, parameters: Sequence[str
 
 def get_image_space_points(points: ArrayLike, view_proj_matrix: ArrayLike) -> np.ndarray:
     """Project points (N, 3) of the world by a row-vector 4x4; return x and y from 0 to 1 over the image, and depth."""
-    homogeneous = np.pad(np.asarray(points, np.float64), ((0, 0), (0, 1)), constant_values=1.0)
+    homogeneous = np.insert(np.asarray(points, np.float64), 3, 1.0, axis=1)
     clip = homogeneous @ np.asarray(view_proj_matrix, np.float64)
     projected = clip[:, :3] / clip[:, 3:]
     projected[:, :2] = (projected[:, :2] + 1.0) / 2.0

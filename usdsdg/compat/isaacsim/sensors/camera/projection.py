@@ -99,7 +99,7 @@ class Projection(LensAttributes):
         return np.array([[fx, 0.0, width / 2], [0.0, fy, height / 2], [0.0, 0.0, 1.0]])
 
     def _camera_points(self, points_2d: Values, depth: Values) -> NDArray[np.float64]:
-        pixels = np.pad(as_numpy(points_2d).reshape(-1, 2).astype(np.float64), ((0, 0), (0, 1)), constant_values=1.0)
+        pixels = np.insert(as_numpy(points_2d).reshape(-1, 2).astype(np.float64), 2, 1.0, axis=1)
         inverse = np.linalg.inv(self._intrinsics("get_camera_points_from_image_coords"))
         with np.errstate(invalid="ignore"):  # where nothing is hit
             return (pixels @ inverse.T) * as_numpy(depth).reshape(-1, 1)
