@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-import usdsdg.backends  # noqa: F401 - it keeps the queue that it finds when it is imported
+import usdsdg.backends
 from tests.scripts.conftest import usdsdg as run_usdsdg
 from tests.verify import datasets
 from usdsdg.session import session
@@ -44,6 +44,13 @@ def is_same(name: str, found: bytes, expected: bytes) -> bool:
         return found == expected
     pictures = [Image.open(io.BytesIO(data)) for data in (found, expected)]
     return pictures[0].mode == pictures[1].mode and np.array_equal(*map(np.asarray, pictures))
+
+
+@pytest.fixture(autouse=True)
+def _the_queue_of_others():
+    """Later tests have the queue of before, which restarts of the session hand on."""
+    yield
+    vars(session.current())["io_queue"] = usdsdg.backends.io_queue
 
 
 @pytest.fixture(scope="module")
