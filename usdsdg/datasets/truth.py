@@ -12,6 +12,7 @@ from usdsdg.record import samples
 from usdsdg.record.frame_record import FrameRecord, ProductRecord, SelectionRecord
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.pixels import pixel_centers
+from usdsdg.writers.formats.shapes.visible_enough import ROUNDING
 
 BACKGROUND, UNLABELLED, INVALID = "BACKGROUND", "UNLABELLED", "INVALID"
 
@@ -58,13 +59,6 @@ class Truth:
         """Return an init parameter of an annotator of the writer."""
         return (self.record.annotators.get(annotator) or {}).get("params", {}).get(name)
 
-    def is_listed(self, thing: Thing) -> bool:
-        """Return whether a writer with the options `min_pixels` and `min_visibility` lists a thing."""
-        fewest, least = (
-            self.record.parameters.get(f"min_{name}", own) for name, own in (("pixels", 1), ("visibility", 0))
-        )
-        return thing.visible >= max(fewest, 1) and (thing.occlusion is None or 1.0 - thing.occlusion >= least)
-
     def is_augmented(self, annotator: str) -> bool:
         """Return whether the user changed what an annotator of the writer gives, so that it is no AOV any more."""
         return bool((self.record.annotators.get(annotator) or {}).get("augmentations"))
@@ -108,7 +102,9 @@ class Truth:
         fewest, least = (
             self.record.parameters.get(f"min_{name}", own) for name, own in (("pixels", 1), ("visibility", 0))
         )
-        return thing.visible >= max(fewest, 1) and (thing.occlusion is None or 1.0 - thing.occlusion >= least)
+        return thing.visible >= max(fewest, 1) and (
+            thing.occlusion is None or 1.0 - thing.occlusion >= least - ROUNDING
+        )
 
     def keypoints(self, key: str) -> dict[str, dict[str, tuple[float, float, bool]]]:
         """Return column and row [pixels] of each keypoint, and whether it is in the picture, by thing and by name.

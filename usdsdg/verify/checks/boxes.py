@@ -29,7 +29,7 @@ def check(seen: Seen) -> Faults:
 
 
 def _is_listed(thing: Thing, kind: str, truth: Truth) -> bool:
-    return truth.is_listed(thing) if kind == "tight" else bool(thing.amodal)
+    return truth.is_visible_enough(thing) if kind == "tight" else bool(thing.amodal)
 
 
 def _recorded(seen: Seen, boxes: Boxes) -> Faults:

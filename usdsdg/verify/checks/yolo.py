@@ -92,7 +92,9 @@ def _objects(seen: Seen, file: str, parsed: list[tuple[str, np.ndarray]], truth:
     members = truth.members(truth.filter_of(BOXES))
     if members is None:
         return
-    things = {index: each for index, each in enumerate(truth.things(truth.filter_of(BOXES))) if truth.is_listed(each)}
+    things = {
+        index: each for index, each in enumerate(truth.things(truth.filter_of(BOXES))) if truth.is_visible_enough(each)
+    }
     rectangles = {index: _rectangle(members == index) for index in things} if is_oriented else {}
     ends = {index: _extent(rectangles[index]) if is_oriented else _edges(each) for index, each in things.items()}
     size = np.array([truth.product.size, truth.product.size], float).ravel()

@@ -8,6 +8,9 @@ import numpy as np
 
 from usdsdg.errors import WriterError
 
+# `occlusionRatio` is a float32, of which three fifths are a little more than 0.6.
+ROUNDING = 1e-6
+
 
 class VisibleEnough:
     """The limits `min_visibility` and `min_pixels` of a writer."""
@@ -26,4 +29,4 @@ class VisibleEnough:
     def holds(self, box: Any, pixels: int) -> bool:
         """Return whether an object is visible enough, by its row of a box annotator and its visible pixels."""
         hidden = float(box["occlusionRatio"])
-        return pixels >= self._pixels and not (np.isfinite(hidden) and 1.0 - hidden < self._visibility)
+        return pixels >= self._pixels and not (np.isfinite(hidden) and 1.0 - hidden < self._visibility - ROUNDING)

@@ -12,6 +12,7 @@ from usdsdg.annotators import named_annotators
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.errors import WriterError
 from usdsdg.writers.formats import class_places
+from usdsdg.writers.formats.shapes.visible_enough import ROUNDING
 from usdsdg.writers.formats.shards.shard_files import DEPTH, IMAGE, INSTANCES
 
 RGB, BOXES, IDS, DEPTHS = (
@@ -88,7 +89,7 @@ def sample(key: str, frame: int, view: str, seen: Mapping[str, Any], table: Any,
         hidden = float(row["occlusionRatio"])
         visible = 1.0 - hidden if np.isfinite(hidden) else 1.0
         area = int(pixels[instance])
-        if area < options.min_pixels or visible < options.min_visibility:
+        if area < options.min_pixels or visible < options.min_visibility - ROUNDING:
             continue
         if len(objects) == _MOST_OBJECTS:
             raise WriterError(f"{key} has more than {_MOST_OBJECTS} objects, which 16-bit ids cannot tell apart.")

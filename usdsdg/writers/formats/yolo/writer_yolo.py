@@ -16,6 +16,7 @@ from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_text
 from usdsdg.writers.formats import class_places
 from usdsdg.writers.formats.shapes.polygons import joined, outlines
+from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
 from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.formats.yolo import yolo_files as files
 from usdsdg.writers.options import CommonOptions, common_backend, common_labels, typed
@@ -70,11 +71,9 @@ class YoloWriter(Writer):
         """
         if task not in TASKS:
             raise WriterError(f"YoloWriter: task is {task!r}; expected one of {', '.join(TASKS)}.")
-        if not 0.0 <= min_visibility <= 1.0:
-            raise WriterError(f"YoloWriter: min_visibility is {min_visibility}; expected a fraction, 0 to 1.")
         labels = common_labels("YoloWriter", common)
         self._task, self._splits = task, Splits("YoloWriter", splits, frames_per_scene)
-        self._min_visibility, self._min_pixels = min_visibility, min_pixels
+        self._enough = VisibleEnough("YoloWriter", min_visibility, min_pixels)
         self._image_format, self._padding = checked_image_format(image_output_format), checked_padding(frame_padding)
         self.backend = common_backend("YoloWriter", output_dir, common)
         more = {"obb": (OBB,), "pose": (KEYPOINTS,)}.get(task, ())
@@ -134,8 +133,7 @@ class YoloWriter(Writer):
         points = self._points(seen) if self._task == "pose" else None
         lines = []
         for row, instance, number in zip(boxes["data"], boxes["bboxIds"], classes.tolist()):
-            hidden = float(row["occlusionRatio"])
-            if pixels[instance] < self._min_pixels or (np.isfinite(hidden) and 1.0 - hidden < self._min_visibility):
+            if not self._enough.holds(row, int(pixels[instance])):
                 continue
             fractions = np.asarray(outline(seen, row, int(instance)), float) / (width, height)
             lines.append(f"{number} {_text(fractions)}")
