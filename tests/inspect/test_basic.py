@@ -162,7 +162,7 @@ def test_what_some_frames_lack_is_a_problem(tmp_path):
     assert told["missing file"] == ["bounding_box_2d_tight_labels_0003.json: is missing"]
     assert told["unreadable file"][0].startswith("bounding_box_2d_tight_0004.npy: ")
     assert told["empty frame"] == ["0000: no object in view"]
-    # Each of them is told once.
+    # Each problem is listed once.
     assert sum(map(len, told.values())) == 5
 
 

@@ -75,7 +75,7 @@ class LabeledStage:
         return found
 
     def every_gprim(self) -> list[str]:
-        """Return the gprims of the stage in its order, visible or not, with the GeomSubsets that are told apart.
+        """Return the gprims of the stage in its order, visible or not, and GeomSubsets that have labels of their own.
 
         Those of prototypes are instances of point 0.
         """

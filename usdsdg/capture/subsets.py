@@ -14,7 +14,7 @@ from usdsdg.stage.geometry.face_parts import read_face_parts
 
 @dataclass(frozen=True)
 class GprimTable:
-    """The gprims of the renderer, followed by the subsets that are told apart."""
+    """The gprims of the renderer, followed by the GeomSubsets that have labels of their own."""
 
     gprims: tuple[str, ...]
     # Of each gprim with subsets: the entry of each of its faces, (F,).

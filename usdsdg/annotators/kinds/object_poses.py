@@ -1,7 +1,7 @@
 """Poses of objects as Isaac Sim's nodes Dope and Pose give them to DOPEWriter and YCBVideoWriter, with their numbers.
 
-Both turn the camera's axes by `cameraRotation`: Euler angles [degrees] of the rendering camera in the camera that
-poses are told in. (180, 0, 0) is x right, y down, z ahead. They apply the same turn to clip space, so that pixels count
+Both rotate the camera's axes by `cameraRotation`: Euler angles [degrees] of the rendering camera in the camera frame of
+the poses. (180, 0, 0) is x right, y down, z ahead. They apply the same rotation to clip space, so that pixels count
 from the bottom without it, and follow only a pinhole: the writers' option `exact` has numbers without such surprises.
 """
 
@@ -116,7 +116,7 @@ def pose(frame: Frame, params: Params) -> Annotation:
 
 
 def _turn(params: Params) -> np.ndarray:
-    """Return the turn (4, 4), for row vectors, from the rendering camera to the one that poses are told in."""
+    """Return the rotation (4, 4), for row vectors, from the rendering camera to the camera frame of the poses."""
     turn = np.eye(4)
     turn[:3, :3] = matrix_from_euler(np.asarray(params["cameraRotation"], np.float64))
     return turn

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from functools import partial
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -13,14 +13,13 @@ from usdsdg.annotators import named_annotators
 from usdsdg.annotators.class_table import ClassTable
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
-from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json
 from usdsdg.writers.formats.cvat import cvat_xml, files
+from usdsdg.writers.formats.picture_names import stem_of
 from usdsdg.writers.formats.shapes.polygons import outlines
 from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
-from usdsdg.writers.options import label_params, typed
+from usdsdg.writers.options import CommonOptions, common_backend, common_labels, typed
 
 RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentation_fast"
 SHAPES = ("mask", "polygon", "box")
@@ -46,14 +45,9 @@ class CvatWriter(Writer):
         min_visibility: float = 0.0,
         min_pixels: int = 1,
         occluded_threshold: float = 0.05,
-        semantic_types: list[str] | str | None = None,
-        semantic_filter_predicate: str | None = None,
         image_output_format: str = "png",
         frame_padding: int = 6,
-        s3_bucket: str | None = None,
-        s3_region: str | None = None,
-        s3_endpoint: str | None = None,
-        backend: BaseBackend | None = None,
+        **common: Unpack[CommonOptions],
     ) -> None:
         """
         shape: "mask" is exact; "polygon" is an outline for each part, in which holes are filled, with one group for the
@@ -61,8 +55,7 @@ class CvatWriter(Writer):
         min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are left out.
         min_pixels: so are objects with fewer visible pixels.
         occluded_threshold: shapes are `occluded` where more than this fraction of their object is hidden by others.
-        semantic_types, semantic_filter_predicate: labels to use, as types or as a predicate; default "class:*".
-        s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
+        common: as `CommonOptions`.
 
         Raises:
             WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
@@ -70,13 +63,11 @@ class CvatWriter(Writer):
         """
         if shape not in SHAPES:
             raise WriterError(f"CvatWriter: shape is {shape!r}; expected one of {', '.join(SHAPES)}.")
-        labels = label_params("CvatWriter", semantic_types, semantic_filter_predicate)
+        labels = common_labels("CvatWriter", common)
         self._shape, self._occluded = shape, occluded_threshold
         self._enough = VisibleEnough("CvatWriter", min_visibility, min_pixels)
         self._image_format, self._padding = checked_image_format(image_output_format), checked_padding(frame_padding)
-        self.backend = make_backend(
-            "CvatWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
-        )
+        self.backend = common_backend("CvatWriter", output_dir, common)
         self.annotators = [
             named_annotators.get(RGB),
             *(named_annotators.get(name, labels) for name in (BOXES, INSTANCES)),
@@ -89,7 +80,7 @@ class CvatWriter(Writer):
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
         assert self.backend is not None
         for product, seen in data["renderProducts"].items():
-            stem = f"{product}_{self._frame_id:0{self._padding}d}" if several else f"{self._frame_id:0{self._padding}d}"
+            stem = stem_of(product, self._frame_id, self._padding, several=several)
             path = files.picture(stem, self._image_format)
             # With `schedule_together` the picture is whole before the XML names it.
             self.backend.schedule_together([partial(write_image, path=path, data=seen[RGB]["data"][..., :3])])

@@ -15,6 +15,7 @@ from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, write_image, write_json
 from usdsdg.writers.formats.dope.dope_objects import camera_data, exact_objects, node_objects
 from usdsdg.writers.formats.pose.left_out import LeftOut
+from usdsdg.writers.formats.pose.pose_camera import register_pose_camera
 from usdsdg.writers.options import typed
 from usdsdg.writers.registry import get
 
@@ -82,15 +83,10 @@ class DOPEWriter(Writer):
         """Set what the annotator `dope` computes with, for the writers that are initialized from now on.
 
         config_data: WIDTH and HEIGHT of the pictures [pixels], and CAMERA_ROTATION, the Euler angles [degrees] of the
-            rendering camera in the camera that poses are told in. Without this call it is (180, 0, 0), x right, y down,
+            rendering camera in the camera frame of the poses. Without this call it is (180, 0, 0): x right, y down,
             z ahead.
         """
-        arguments = {
-            "width": config_data["WIDTH"],
-            "height": config_data["HEIGHT"],
-            "cameraRotation": tuple(float(angle) for angle in config_data["CAMERA_ROTATION"]),
-        }
-        named_annotators.register(POSES, named_annotators.get(POSES, arguments))
+        register_pose_camera(POSES, config_data, width="width", height="height")
 
     @staticmethod
     def setup_writer(config_data: Mapping[str, Any], writer_config: Mapping[str, Any]) -> Writer:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -14,10 +14,9 @@ from usdsdg.annotators.class_table import ClassTable
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.session import current
 from usdsdg.stage.image_files.png import encode_png
-from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_bytes, write_image, write_text
+from usdsdg.writers.formats.picture_names import stem_of
 from usdsdg.writers.formats.shapes import cuboid
 from usdsdg.writers.formats.shapes.camera_projection import project
 from usdsdg.writers.formats.shapes.pose import Pose, truncation_ratio
@@ -26,7 +25,7 @@ from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.formats.voc import files
 from usdsdg.writers.formats.voc.image_sets import ImageSets
 from usdsdg.writers.formats.voc.voc_xml import VocObject, text
-from usdsdg.writers.options import label_params, typed
+from usdsdg.writers.options import CommonOptions, common_backend, common_labels, typed
 
 RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentation_fast"
 BOXES_3D, CAMERA = "bounding_box_3d_fast", "camera_params"
@@ -56,14 +55,9 @@ class VocWriter(Writer):
         min_pixels: int = 1,
         truncated_threshold: float = 0.15,
         occluded_threshold: float = 0.05,
-        semantic_types: list[str] | str | None = None,
-        semantic_filter_predicate: str | None = None,
         image_output_format: str = "jpg",
         frame_padding: int = 6,
-        s3_bucket: str | None = None,
-        s3_region: str | None = None,
-        s3_endpoint: str | None = None,
-        backend: BaseBackend | None = None,
+        **common: Unpack[CommonOptions],
     ) -> None:
         """
         splits: relative sizes of the parts of the dataset, such as {"train": 0.8, "val": 0.2}; default all "train".
@@ -73,22 +67,19 @@ class VocWriter(Writer):
         truncated_threshold: objects are `truncated` where more than this fraction of the rectangle around their 3D box
             is outside of the picture.
         occluded_threshold: objects are `occluded` where more than this fraction is hidden by others.
-        semantic_types, semantic_filter_predicate: labels to use, as types or as a predicate; default "class:*".
         image_output_format: "jpg", which readers of VOC expect, or "png", which is without loss.
-        s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
+        common: as `CommonOptions`.
 
         Raises:
             WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
             OutputNotWritable: output_dir or the bucket cannot be written to.
         """
-        labels = label_params("VocWriter", semantic_types, semantic_filter_predicate)
+        labels = common_labels("VocWriter", common)
         self._splits = Splits("VocWriter", splits)
         self._enough = VisibleEnough("VocWriter", min_visibility, min_pixels)
         self._truncated, self._occluded = truncated_threshold, occluded_threshold
         self._image_format, self._padding = checked_image_format(image_output_format), checked_padding(frame_padding)
-        self.backend = make_backend(
-            "VocWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
-        )
+        self.backend = common_backend("VocWriter", output_dir, common)
         self.annotators = [
             *(named_annotators.get(name) for name in (RGB, CAMERA)),
             *(named_annotators.get(name, labels) for name in (BOXES, INSTANCES, BOXES_3D)),
@@ -101,7 +92,7 @@ class VocWriter(Writer):
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
         split = self._splits.of(self._frame_id)
         for product, seen in data["renderProducts"].items():
-            stem = f"{product}_{self._frame_id:0{self._padding}d}" if several else f"{self._frame_id:0{self._padding}d}"
+            stem = stem_of(product, self._frame_id, self._padding, several=several)
             objects = self._objects(seen)
             self._write_picture(stem, seen, objects)
             self._sets.add(split, stem, objects)

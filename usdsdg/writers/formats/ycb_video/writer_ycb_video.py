@@ -17,6 +17,7 @@ from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, write_bytes, write_image, write_text
 from usdsdg.writers.formats.pose.left_out import LeftOut
+from usdsdg.writers.formats.pose.pose_camera import register_pose_camera
 from usdsdg.writers.formats.shapes.camera_projection import camera_matrix
 from usdsdg.writers.formats.ycb_video.mat_file import mat_file
 from usdsdg.writers.formats.ycb_video.ycb_meta import BOXES, CAMERA, DEPTH, INSTANCES, exact_meta, node_meta
@@ -113,15 +114,10 @@ class YCBVideoWriter(Writer):
         """Set what the annotator `pose` computes with, for the writers that are initialized from now on.
 
         config_data: WIDTH and HEIGHT of the pictures [pixels], and CAMERA_ROTATION, the Euler angles [degrees] of the
-            rendering camera in the camera that poses are told in. Without this call it is (180, 0, 0), x right, y down,
+            rendering camera in the camera frame of the poses. Without this call it is (180, 0, 0): x right, y down,
             z ahead.
         """
-        arguments = {
-            "imageWidth": config_data["WIDTH"],
-            "imageHeight": config_data["HEIGHT"],
-            "cameraRotation": tuple(float(angle) for angle in config_data["CAMERA_ROTATION"]),
-        }
-        named_annotators.register(POSES, named_annotators.get(POSES, arguments))
+        register_pose_camera(POSES, config_data, width="imageWidth", height="imageHeight")
 
     @staticmethod
     def setup_writer(config_data: Mapping[str, Any], writer_config: Mapping[str, Any]) -> Writer:

@@ -15,6 +15,7 @@ from usdsdg.errors import WriterError
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_text
 from usdsdg.writers.formats import class_places
+from usdsdg.writers.formats.picture_names import stem_of
 from usdsdg.writers.formats.shapes.polygons import joined, outlines
 from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
 from usdsdg.writers.formats.splits import Splits
@@ -89,7 +90,7 @@ class YoloWriter(Writer):
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
         split = self._splits.of(self._frame_id)
         for product, seen in data["renderProducts"].items():
-            stem = files.stem_of(product, self._frame_id, self._padding, several=several)
+            stem = stem_of(product, self._frame_id, self._padding, several=several)
             image = files.image_of(split, stem, self._image_format)
             text = "".join(f"{line}\n" for line in self._lines(seen))
             assert self.backend is not None
