@@ -1,61 +1,52 @@
 """Parallel work on CPU threads, in bands of rows; kernels release Python's lock while they run."""
 
 import os
+import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
-from functools import lru_cache
+from queue import SimpleQueue
 from typing import Any
 
 BAND_ROWS = 8
+# Rows of a band of cheap pixels, as those of filters: fewer pixels cost more to hand out than they take.
+CHEAP_PIXELS = 1 << 14
+# Bands shrink to `band_rows` toward the end, from this many times that: few launches, and threads that end together.
+LARGEST_BAND = 4
 # Threads of a CUDA block: larger blocks leave the path tracer too few registers. On a CPU, blocks have one thread.
 CUDA_BLOCK = 64
 
 Band = Callable[[int, int], None]
 
+_limit: int | None = None
+
 
 def available_threads() -> int:
-    """Return the number of CPUs that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    """Return how many threads work may be spread over: the CPUs that this process may use, `limit_threads` at most."""
+    cpus = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return cpus if _limit is None else min(cpus, _limit)
 
 
-@lru_cache(maxsize=4)
-def _pool(threads: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(threads, thread_name_prefix="usdsdg")
+def limit_threads(count: int | None) -> None:
+    """Let at most `count` threads work at a time, from now on; None: as many as there are CPUs."""
+    global _limit
+    _limit = None if count is None else max(1, count)
 
 
 def for_bands(rows: int, band: Band, *, band_rows: int = BAND_ROWS, threads: int | None = None) -> None:
-    """Call `band(first_row, row_count)` for all rows, from several threads.
+    """Call `band(first_row, row_count)` for all rows, from several threads, this one among them.
 
-    Bands are handed out as threads become free. An exception (or Ctrl-C) stops the rest: bands that have begun are
-    finished, no other one is started, and the exception is raised here.
+    Bands are handed out as threads become free, of `band_rows` at least but for the last. An exception (or Ctrl-C)
+    stops the rest: bands that have begun are finished, no other one is started, and the exception is raised here.
     """
     threads = threads or available_threads()
-    firsts = range(0, rows, band_rows)
-    if threads == 1 or len(firsts) == 1:
-        for first in firsts:
-            band(first, min(band_rows, rows - first))
-        return
-    queue = iter(firsts)
-
-    def work() -> None:
-        # next() on a range iterator is atomic under Python's lock.
-        for first in queue:
-            band(first, min(band_rows, rows - first))
-
-    futures = [_pool(threads).submit(work) for _ in range(min(threads, len(firsts)))]
+    work = _Bands(rows, band, band_rows, threads)
+    helpers = min(threads, -(-rows // band_rows)) - 1
+    if helpers > 0:
+        _helpers.call(work.help, helpers)
     try:
-        # Without a timeout, Ctrl-C would not interrupt the wait on every platform.
-        while wait(futures, timeout=0.5, return_when=FIRST_EXCEPTION).not_done:
-            if any(future.done() and future.exception() for future in futures):
-                break
+        work.run()
     finally:
-        for _ in queue:
-            pass
-        wait(futures)
-    for future in futures:
-        future.result()
+        work.finish()
+    work.raise_failure()
 
 
 def launch_rows(
@@ -74,6 +65,7 @@ def launch_rows(
         kernel: its thread indices range over `shape`; its last input is the first row of the band, which it must add
             to the first index.
         inputs: all inputs except that last one.
+        band_rows: rows of the smallest bands; see `cheap_rows`.
     """
 
     import warp as wp
@@ -92,3 +84,142 @@ def launch_rows(
         for_bands(shape[0], band, band_rows=band_rows, threads=threads)
     elif shape[0] > 0:
         band(0, shape[0])
+
+
+def cheap_rows(width: int) -> int:
+    """Return the `band_rows` of kernels that take little time for each of the `width` pixels of a row."""
+    return max(1, CHEAP_PIXELS // max(1, width))
+
+
+class Later:
+    """A call that another thread makes, after earlier ones."""
+
+    def __init__(self, call: Callable[[], None]) -> None:
+        self._call, self._ended = call, threading.Event()
+        self._failure: BaseException | None = None
+        _open.add(self)
+        _background.call(self._run, 1)
+
+    def wait(self) -> None:
+        """Wait for its end, and raise its failure."""
+        self.join()
+        if self._failure is not None:
+            raise self._failure
+
+    def join(self) -> None:
+        """Wait for its end, however it ends."""
+        # Without a timeout, Ctrl-C would not interrupt the wait on every platform.
+        while not self._ended.wait(timeout=0.5):
+            pass
+
+    def _run(self) -> None:
+        try:
+            self._call()
+        except BaseException as error:  # noqa: BLE001 - raised by those who wait
+            self._failure = error
+        del self._call  # with what it keeps alive
+        _open.discard(self)
+        self._ended.set()
+
+
+class _Bands:
+    """Rows that threads take band by band, and the first failure of a band."""
+
+    def __init__(self, rows: int, band: Band, least: int, threads: int) -> None:
+        self._rows, self._band, self._least, self._threads = rows, band, least, threads
+        self._next = 0
+        self._helping = 0
+        self._failure: BaseException | None = None
+        self._changed = threading.Condition()
+
+    def run(self) -> None:
+        """Work until no row is left."""
+        while (taken := self._take()) is not None:
+            self._band(*taken)
+
+    def help(self) -> None:
+        """As `run`, on another thread, which keeps its failure for the one that has asked."""
+        with self._changed:
+            self._helping += 1
+        try:
+            self.run()
+        except BaseException as error:  # noqa: BLE001 - raised by the thread that has asked
+            self._stop(error)
+        finally:
+            with self._changed:
+                self._helping -= 1
+                self._changed.notify_all()
+
+    def finish(self) -> None:
+        """Hand out no more rows, and wait for those who work; a helper that is late finds nothing to do."""
+        self._stop(None)
+        with self._changed:
+            while self._helping:
+                # Without a timeout, Ctrl-C would not interrupt the wait on every platform.
+                self._changed.wait(timeout=0.5)
+
+    def raise_failure(self) -> None:
+        if self._failure is not None:
+            raise self._failure
+
+    def _stop(self, failure: BaseException | None) -> None:
+        with self._changed:
+            self._next = self._rows
+            self._failure = self._failure or failure
+
+    def _take(self) -> tuple[int, int] | None:
+        """Return the first row and the count of the next band; None: no row is left."""
+        with self._changed:
+            first, left = self._next, self._rows - self._next
+            if left <= 0:
+                return None
+            fair = min(left // (2 * self._threads), LARGEST_BAND * self._least)
+            count = min(left, max(fair, self._least))
+            self._next += count
+            return first, count
+
+
+class _Helpers:
+    """Threads that make calls, first in, first out. Daemons, so that they still work while the program ends."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._calls: SimpleQueue[Callable[[], None]] = SimpleQueue()
+        self._threads = 0
+        self._lock = threading.Lock()
+
+    def call(self, function: Callable[[], None], times: int) -> None:
+        """Call `function` on so many threads, each as soon as it is free; it must raise nothing."""
+        with self._lock:
+            while self._threads < times:
+                name = f"{self._name}-{self._threads}"
+                threading.Thread(target=self._work, args=(self._calls,), name=name, daemon=True).start()
+                self._threads += 1
+        for _ in range(times):
+            self._calls.put(function)
+
+    def forget(self) -> None:
+        """Begin anew, without the threads."""
+        self.__init__(self._name)
+
+    @staticmethod
+    def _work(calls: SimpleQueue) -> None:
+        while True:
+            call = calls.get()
+            call()
+            del call  # with the arrays that it keeps alive
+
+
+_helpers, _background = _Helpers("usdsdg"), _Helpers("usdsdg-later")
+_open: set[Later] = set()  # those that have not ended
+
+
+def _end_all() -> None:
+    for each in tuple(_open):
+        each.join()
+
+
+if hasattr(os, "register_at_fork"):
+    # A forked process has none of its parent's threads, and would wait for them for ever.
+    os.register_at_fork(before=_end_all, after_in_child=_helpers.forget)
+    os.register_at_fork(after_in_child=_background.forget)

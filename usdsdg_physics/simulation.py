@@ -1,16 +1,16 @@
 """Simulate a stage for some time without a timeline, and compile kernels ahead."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from pxr import Usd, UsdGeom, UsdPhysics
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.physics.rest import still_moving
 from usdsdg_physics.engine import NewtonEngine
-from usdsdg_physics.world.compile_kernels import Progress
+from usdsdg_physics.world.compile_kernels import Progress, load_all_kernels
 
 MAX_SETTLE_TIME = 10.0  # s
-_GPRIMS = ("Cube", "Sphere", "Capsule", "Cylinder", "Cone", "Mesh")
+_PLAIN_GPRIMS, _ROUNDED_GPRIMS = ("Cube", "Sphere", "Mesh"), ("Capsule", "Cylinder", "Cone")
 
 
 def simulate(
@@ -56,9 +56,17 @@ def simulate(
 
 
 def precompile(*, device: str | None = None, progress: Progress | None = None) -> None:
-    """Compile every kernel that scenes of any shapes need, by stepping one; quick when they are cached."""
+    """Compile every kernel that any scene needs, by stepping two that differ in shapes; quick when they are cached."""
+    # Newton has another narrow phase for scenes without rounded shapes.
+    for kinds in (_PLAIN_GPRIMS, (*_PLAIN_GPRIMS, *_ROUNDED_GPRIMS)):
+        _step_scene(kinds, device, progress)
+    load_all_kernels(device, progress=progress)
+
+
+def _step_scene(kinds: Sequence[str], device: str | None, progress: Progress | None) -> None:
+    """Step a scene that has a body of each kind above a mesh of triangles."""
     stage = Usd.Stage.CreateInMemory()
-    for height, kind in enumerate((*_GPRIMS, "Cube")):
+    for height, kind in enumerate(("Cube", *kinds)):
         prim = stage.DefinePrim(f"/{kind}_{height}", kind)
         UsdGeom.Xformable(prim).AddTranslateOp().Set((0.0, 0.0, 1.5 * height))
         if kind == "Mesh":

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import warp as wp
 
 from usdsdg.errors import RenderError
+from usdsdg.parallel import Later
 from usdsdg.stage.geometry.pixel_masks import PixelMasks
 from usdsdg_render.device import view_batches
 from usdsdg_render.device.device_scene import DeviceScene
+from usdsdg_render.device.forked_cuda import check_not_forked
 from usdsdg_render.device.precompile import precompile
 from usdsdg_render.kernels.labels.coverage import LEFT_OUT
 from usdsdg_render.kernels.scene.visibility import BEHIND_GLASS, BY_THRESHOLD
@@ -84,6 +86,7 @@ class WarpRenderer:
         self._previous_frames = PreviousFrames(self.device)
         self._path_tracer = PathTracer(self._on_device)
         self._previous_transforms = np.zeros((0, 4, 4))  # local to world, at the sync before the last
+        self._reading: Later | None = None  # what still reads the scene on the device
         self.glass_labels = "surface"
 
     @property
@@ -122,6 +125,7 @@ class WarpRenderer:
         paths, local_to_world = self._scene.instances.paths, self._scene.instances.local_to_world.copy()
         if self._extractor is not None:
             self._extractor.update(time)
+        self._wait_for_readers()
         self._on_device.sync(self._scene)
         self._previous_frames.advance()
         # Rows are the same instances as before only if the paths are the same; else there is no motion blur.
@@ -136,6 +140,7 @@ class WarpRenderer:
         after = self._scene.instances.local_to_world
         before = self._previous_transforms
         if before.shape == after.shape and not np.array_equal(before, after):
+            self._wait_for_readers()
             self._on_device.set_transforms(self._scene, interpolate(before, after, fraction))
 
     def labels(self, view: CameraView, aovs: Collection[str]) -> dict[str, np.ndarray]:
@@ -151,18 +156,20 @@ class WarpRenderer:
         return self.labels_of([view], aovs)[0]
 
     def labels_of(
-        self, views: Sequence[CameraView], aovs: Collection[str], *, faces: FaceEntries = WHOLE
-    ) -> list[dict[str, np.ndarray]]:
+        self, views: Sequence[CameraView], aovs: Collection[str], *, faces: FaceEntries = WHOLE, fetched: bool = True
+    ) -> list[dict[str, Any]]:
         """Render `labels` of many views; views of the same size share a launch.
+
+        fetched: whether AOVs come to the host as NumPy arrays; False leaves them on a GPU as Warp arrays.
 
         faces: by gprim, of those that are divided into parts, the entry of each face: entries are all gprims, then all
             parts. The AOV `instance` has entries then.
         """
-        results: list[dict[str, np.ndarray]] = [{} for _ in views]
+        results: list[dict[str, Any]] = [{} for _ in views]
         divided = self._divided(faces)
         for indices in view_batches.label_batches(views):
             batch = self._divided_batch([views[k] for k in indices], aovs, divided)
-            for k, arrays in zip(indices, batch.numpy(), strict=True):
+            for k, arrays in zip(indices, batch.numpy() if fetched else batch.in_place(), strict=True):
                 results[k] = arrays
         return results
 
@@ -209,9 +216,10 @@ class WarpRenderer:
         groups: Sequence[Sequence[int]],
         *,
         faces: FaceEntries = WHOLE,
-    ) -> tuple[list[dict[str, np.ndarray]], list[PixelMasks]]:
+        fetched: bool = True,
+    ) -> tuple[list[dict[str, Any]], list[PixelMasks]]:
         """Render `labels_of`, and the masks of the same groups of gprims, or of entries, in each of the views."""
-        results: dict[int, tuple[dict[str, np.ndarray], PixelMasks]] = {}
+        results: dict[int, tuple[dict[str, Any], PixelMasks]] = {}
         divided = self._divided(faces)
         for indices in view_batches.label_batches(views):
             some = [views[k] for k in indices]
@@ -220,7 +228,8 @@ class WarpRenderer:
             for part in view_batches.mask_batches(len(some), len(divided.instances)):
                 shown = LabelBatch(len(part), {"instance": batch.arrays["instance"][part.start : part.stop]})
                 masks += self._coverage(some[part.start : part.stop], groups, shown, divided).pixel_masks()
-            results |= dict(zip(indices, zip(batch.numpy(), masks, strict=True), strict=True))
+            images = batch.numpy() if fetched else batch.in_place()
+            results |= dict(zip(indices, zip(images, masks, strict=True), strict=True))
         return [results[k][0] for k in range(len(views))], [results[k][1] for k in range(len(views))]
 
     def pixel_masks(
@@ -334,13 +343,30 @@ class WarpRenderer:
         """
         self._path_tracer.accumulate(films, views, samples=samples, settings=settings, threads=self.threads)
 
-    def develop(self, film: Film, tone: ToneSettings | None = None) -> dict[str, np.ndarray]:
+    def later(self, work: Callable[[], None]) -> Later:
+        """Call `work`, which may accumulate and develop films, on another thread.
+
+        It sees the scene as it is now: the next `sync` reads the stage meanwhile, and waits before it changes tables
+        of the device.
+        """
+        self._wait_for_readers()
+        self._reading = Later(work)
+        return self._reading
+
+    def _wait_for_readers(self) -> None:
+        if self._reading is not None:
+            self._reading.join()
+            self._reading = None
+
+    def develop(self, film: Film, tone: ToneSettings | None = None, *, fetched: bool = True) -> dict[str, Any]:
         """Denoise and tone-map a film.
+
+        fetched: as for `labels_of`; light AOVs come to the host in any case.
 
         Returns:
             HdrColor, (H, W, 4) float16 radiance [nits]; LdrColor, (H, W, 4) uint8 sRGB; and the film's light AOVs.
         """
-        return tone_map(film, tone or ToneSettings(), threads=self.threads)
+        return tone_map(film, tone or ToneSettings(), threads=self.threads, fetched=fetched)
 
 
 def keep_memory(device: str) -> None:
@@ -353,12 +379,14 @@ def chosen_device(device: str | None) -> str:
     """Return the name of the device to render on.
 
     Raises:
-        RenderError: there is no such device.
+        RenderError: there is no such device, or it is a CUDA device in a process that was forked from one with CUDA.
     """
     if device is None:
-        return "cuda:0" if wp.is_cuda_available() else "cpu"
+        device = "cuda:0" if wp.is_cuda_available() else "cpu"
     try:
-        return wp.get_device(device).alias
+        alias = wp.get_device(device).alias
+        check_not_forked(alias)
+        return alias
     except (ValueError, RuntimeError) as error:
         known = ", ".join(each.alias for each in wp.get_devices())
         raise RenderError(f"cannot render on {device!r}: {error}. Devices here: {known}.") from error

@@ -154,7 +154,7 @@ def test_the_three_shapes_of_data(frame):
     assert set(rgb.get_data(use_legacy_structure=False)) == {"data"}
     camera = annotators.get("camera_params").attach(PRODUCT)
     camera.compute(frame)
-    assert camera.get_data() == camera.get_data(use_legacy_structure=False)
+    np.testing.assert_equal(camera.get_data(), camera.get_data(use_legacy_structure=False))
     assert "cameraProjection" in camera.get_data()
 
 
@@ -204,6 +204,21 @@ def test_a_device_gives_warp_arrays_also_where_it_does_not_exist(frame):
         data = annotator.get_data(use_legacy_structure=False)["data"]
     np.testing.assert_array_equal(data.numpy(), annotator.get_data(device="cpu")["data"])
     assert str(data.device) == "cpu"
+
+
+@pytest.mark.parametrize("name", ["rgb", "distance_to_camera", "instance_segmentation", "normals", "PtWorldPos"])
+def test_arrays_on_a_device_are_taken_over_without_a_copy(name, frame):
+    shared = annotators.get(name, device="cuda:7", do_array_copy=False).attach(PRODUCT)
+    of_host = shared.compute(frame).data
+    first = shared.get_data(use_legacy_structure=False)["data"]
+    taken = np.from_dlpack(first)
+    assert np.shares_memory(taken, of_host)
+    np.testing.assert_array_equal(taken, of_host)
+    assert taken.shape == of_host.shape
+    assert first.ptr == shared.get_data(use_legacy_structure=False)["data"].ptr
+    own = shared.get_data(do_array_copy=True, use_legacy_structure=False)["data"]
+    assert own.ptr != first.ptr
+    np.testing.assert_array_equal(own.numpy(), taken)
 
 
 def test_an_annotator_can_be_registered_under_another_name(frame):

@@ -10,6 +10,7 @@ from usdsdg.orchestrator import OrchestratorError, get_orchestrator
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage, new_stage
 from usdsdg.session.timeline import get_timeline
+from usdsdg.stage import assets
 
 
 @pytest.fixture(autouse=True)
@@ -147,3 +148,19 @@ def test_a_task_can_stop_a_run():
 
     asyncio.run(main())
     assert orchestrator.get_is_stopped()
+
+
+def test_a_run_that_cannot_start_is_checked_again_the_next_time(stage, tmp_path):
+    prim = stage.DefinePrim("/World/mug", "Xform")
+    prim.GetReferences().AddReference(str(tmp_path / "mug.usda"))
+    assets.set_on_missing(assets.OnMissing.ERROR)
+    try:
+        for _ in range(2):
+            with pytest.raises(assets.MissingAssets, match=r"mug\.usda"):
+                orchestrator.step()
+            assert orchestrator.get_is_stopped()
+        prim.SetActive(False)
+        assets.set_on_missing(assets.OnMissing.ERROR)  # forgets those of the past
+        orchestrator.step()
+    finally:
+        assets.set_on_missing(assets.OnMissing.RAISE)

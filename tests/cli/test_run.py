@@ -1,5 +1,6 @@
 """`usdsdg run` from a shell: arguments, exit codes, Ctrl-C, and scripts that run their own event loop."""
 
+import json
 import signal
 import subprocess
 import sys
@@ -7,6 +8,7 @@ import textwrap
 
 import pytest
 
+from tests.cli.signaled import run_and_signal
 from tests.scripts.conftest import usdsdg
 
 
@@ -179,25 +181,86 @@ DELETIONS = """
 @pytest.mark.parametrize("script", [SYNCHRONOUS, UPDATES, TASK, IDLE, DELETIONS])
 def test_ctrl_c_ends_a_script_and_leaves_no_partial_files(tmp_path, script):
     out = tmp_path / "out"
-    (tmp_path / "script.py").write_text(textwrap.dedent(script).replace("OUT", str(out)))
-    command = [sys.executable, "-m", "usdsdg", "run", "--quiet", "script.py"]
-    process = subprocess.Popen(
-        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )  # fmt: skip
-    try:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "ready\n"
-        process.send_signal(signal.SIGINT)
-        _, stderr = process.communicate(timeout=30)
-    finally:
-        process.kill()
-    assert process.returncode == 130, stderr
+    returned, stderr = run_and_signal(tmp_path, script.replace("OUT", str(out)), signal.SIGINT)
+    assert returned == 130, stderr
     assert "interrupted" in stderr
     assert "Traceback" not in stderr
     if script is SYNCHRONOUS:
         assert list(out.glob("rgb_*.png"))
         assert not list(out.glob(".*.part"))
+
+
+COCO = """
+    import omni.replicator.core as rep
+
+    camera = rep.create.camera(position=(3, 0, 0), look_at=(0, 0, 0))
+    rep.create.cube(semantics=[("class", "cube")])
+    writer = rep.writers.get("CocoWriter")
+    writer.initialize(output_dir="OUT", plain_names=True)
+    writer.attach(rep.create.render_product(camera, (16, 16)))
+    for _ in range(3):
+        rep.orchestrator.step()
+    print("ready", flush=True)
+    rep.orchestrator.run(num_frames=1_000_000)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_of_a_scheduler_leaves_a_whole_dataset(tmp_path, number):
+    out = tmp_path / "out"
+    returned, stderr = run_and_signal(tmp_path, COCO.replace("OUT", str(out)), number)
+    assert returned == 128 + number, stderr
+    assert f"{number.name}: finishing the files in hand" in stderr
+    assert stderr.splitlines()[-1] == "files written so far are whole"
+    data = json.loads((out / "annotations/instances_train.json").read_text())
+    assert len(data["images"]) >= 3
+    listed, there = {image["file_name"] for image in data["images"]}, {path.name for path in out.glob("train/*")}
+    assert listed <= there
+    assert len(there - listed) <= 1  # of the frame that was interrupted
+
+
+FAILING = """
+    import omni.replicator.core as rep
+    from usdsdg.errors import WriterError
+
+    class Closing(rep.Writer):
+        def __init__(self):
+            self.annotators, self.frames = ["rgb"], 0
+        def write(self, data):
+            self.frames += 1
+        def on_final_frame(self):
+            print(f"closed after {self.frames} frames", flush=True)
+
+    class Failing(Closing):
+        def write(self, data):
+            super().write(data)
+            if self.frames == 2:
+                raise ERROR("no more")
+
+    product = rep.create.render_product(rep.create.camera(position=(3, 0, 0), look_at=(0, 0, 0)), (16, 16))
+    for writer in (Failing(), Closing()):
+        writer.attach(product)
+    rep.orchestrator.run(num_frames=5)
+"""
+
+
+@pytest.mark.parametrize(("error", "told"), [("WriterError", "error: no more"), ("ValueError", "ValueError: no more")])
+def test_all_writers_are_told_of_the_end_of_a_run_that_fails(tmp_path, error, told):
+    done = run(tmp_path, FAILING.replace("ERROR", error), expect=1)
+    assert told in done.stderr
+    assert done.stdout.splitlines() == ["closed after 2 frames", "closed after 1 frames"]
+
+
+def test_what_fails_at_the_end_of_a_run_that_failed_is_told_as_well(tmp_path):
+    script = FAILING.replace("ERROR", "WriterError").replace(
+        'print(f"closed after {self.frames} frames", flush=True)', 'raise RuntimeError("not closed")'
+    )
+    done = run(tmp_path, script, expect=1)
+    lines = [line for line in done.stderr.splitlines() if line.startswith("error:")]
+    assert [line.split(" (")[0] for line in lines] == [
+        "error: no more",
+        "error: at the end of the run: RuntimeError: not closed",
+    ]
 
 
 def test_a_run_that_cannot_end_is_refused_before_it_writes_files(tmp_path):

@@ -1,17 +1,20 @@
 """The table of layers: every package, room and root module with what of the project it may import.
 
 The order is from the bottom to the top: a row names only rows above it, so there are no cycles. A room of an engine may
-import `usdsdg.errors`, `usdsdg.parallel` and `usdsdg.stage` besides the rooms of its own engine that its row names.
+import what `OF_ENGINES` names besides the rooms of its own engine that its row names.
 """
 
 ENGINES = ("usdsdg_physics", "usdsdg_render")
 # What their rooms may import of usdsdg.
-OF_ENGINES = ("errors", "parallel", "stage")
+OF_ENGINES = ("compilation", "errors", "parallel", "readback", "stage")
 
 # usdsdg: name -> what it may import, names without "usdsdg.".
 USDSDG = {
     "errors": "",
     "parallel": "",
+    "buffers": "",
+    "readback": "buffers",
+    "compilation": "",
     "stage": "errors",
     "session": "errors stage",
     "articulations": "errors stage session",
@@ -26,7 +29,7 @@ USDSDG = {
     "modify": "errors stage session arguments graph distribution scatter",
     "create": "errors stage session arguments graph distribution modify calibration",
     "randomizer": "errors stage session arguments graph distribution scatter modify",
-    "annotators": "errors parallel stage session arguments graph",
+    "annotators": "errors parallel buffers readback stage session arguments graph",
     "writers": "errors stage session arguments annotators",
     "functional": "errors stage session arguments graph rng scatter randomizer writers",
     "physics": "errors stage arguments graph distribution modify functional",
@@ -40,7 +43,8 @@ USDSDG = {
     "writers_default": "writers tools",
     # what runs it
     "record": "stage",
-    "capture": "errors stage session graph distribution create annotators writers record usdsdg_render.settings",
+    "capture": "errors parallel stage session graph distribution create annotators writers record "
+    "usdsdg_render.settings",
     "app": "errors stage session graph rng distribution create annotators writers trigger capture",
     "orchestrator": "errors session arguments app",
     "demo": "errors stage",
@@ -56,6 +60,8 @@ USDSDG = {
     "compat": "errors stage session articulations arguments graph distribution create annotators writers functional "
     "app orchestrator settings",
     "cli": "errors stage session",
+    "stream": "errors session annotators capture scenarios replicator_yaml cli __init__",
+    "torch": "session stream",
     "__main__": "cli",
     "__init__": "",
 }
@@ -68,7 +74,7 @@ PHYSICS = {
     "model": "scene parse solver contact_solver",
     "corrections": "scene",
     "queries": "scene",
-    "world": "scene model corrections",
+    "world": "scene solver model corrections",
     "edits": "scene parse queries world",
     "writeback": "scene",
     "play": "scene parse queries world edits writeback",
@@ -135,6 +141,14 @@ LATE = {
     "usdsdg.cli.script.missing_names": ("usdsdg.compat", COMMAND),
     "usdsdg.cli.script.execution": ("usdsdg.app usdsdg.compat usdsdg.orchestrator usdsdg.writers", COMMAND),
     "usdsdg.cli.command_context": ("usdsdg.graph usdsdg.orchestrator usdsdg.settings", COMMAND),
+    "usdsdg.cli.thread_limit": ("usdsdg.parallel usdsdg.writers", COMMAND),
     "usdsdg.cli.verify": ("usdsdg.verify", COMMAND),
+    "usdsdg.cli.warmup": (
+        "usdsdg.compilation usdsdg.parallel usdsdg_physics.__init__ usdsdg_render.device usdsdg_render.renderer",
+        COMMAND,
+    ),
     "usdsdg.cli.simulate": ("usdsdg_physics.__init__", COMMAND),
 }
+
+# Packages that need what is not installed with usdsdg, by the name of what they need.
+NEEDS = {("usdsdg", "torch"): "torch"}

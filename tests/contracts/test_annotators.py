@@ -4,11 +4,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+import warp as wp
 from pxr import Sdf
 
 from tests.annotators.ray_caster import CAMERA, known, make_frame, new_stage
 from tests.annotators.scenes import add_camera, street
 from usdsdg import annotators
+from usdsdg.annotators.device_arrays import delivered
 from usdsdg.session import render_products, stage_context
 from usdsdg.stage.geometry.pixel_masks import PixelMasks
 
@@ -18,6 +20,15 @@ IMAGE = {"LdrColor", "HdrColor"}
 PARAMS = {"Attribute": {"prims": [CAMERA], "attribute": "focalLength"}}
 # The system time differs at every call.
 REPEATING = [name for name in NAMES if name != "IsaacReadSystemTime"]
+# Annotators whose pixels stay where the AOVs are.
+ON_DEVICE = (
+    "rgb", "normals", "distance_to_camera", "distance_to_image_plane", "motion_vectors", "semantic_segmentation",
+    "instance_segmentation", "instance_id_segmentation", "pointcloud", "object_coordinates", "PtWorldNormal",
+    "PtWorldPos", "Roughness", "DirectDiffuse", "PtBackground", "LdrColorIsaacConvertRGBAToRGB",
+    "DistanceToImagePlaneSDIsaacConvertDepthToPointCloud", "shaded_semantic_segmentation", "PtMultiMatte0",
+    "PtVolumes", "DepthSensorDistance", "DepthSensorPointCloudPosition", "DepthSensorPointCloudColor",
+    "DepthSensorImager",
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module", params=["full", "empty"])
@@ -59,6 +70,32 @@ def test_an_annotator_does_not_change_the_frame_and_repeats_its_result(name, fra
     again = tree(get(name).compute(dataclasses.replace(frame, memo={})).flat())
     assert first == again
     assert tree(dict(frame.aovs)) == before
+
+
+def warp_image(array: np.ndarray) -> wp.array:
+    """An AOV as a renderer leaves it on a GPU: a Warp array of numbers or vectors."""
+    vectors = {"f2": wp.vec4h, "u1": wp.vec4ub, 2: wp.vec2, 3: wp.vec3}
+    if array.ndim == 2:
+        return wp.array(array, device="cpu")
+    return wp.array(array, dtype=vectors.get(array.dtype.str[1:]) or vectors[array.shape[2]], device="cpu")
+
+
+@pytest.mark.parametrize("name", REPEATING)
+def test_an_annotator_gives_the_same_of_aovs_on_a_device(name, frame):
+    on_device = dataclasses.replace(frame, aovs={k: warp_image(v) for k, v in frame.aovs.items()}, memo={})
+    found = get(name).compute(on_device)
+    assert tree(delivered(found, None, copy=False).flat()) == tree(get(name).compute(frame).flat())
+    if name in ON_DEVICE:
+        assert isinstance(found.data, wp.array)
+        numbers = delivered(found, "cuda:7", copy=False).data
+        assert (numbers.ptr, numbers.shape) == (found.data.ptr, found.data.numpy().shape)
+
+
+def test_a_frame_that_waits_holds_its_aovs_on_the_host(frame):
+    on_device = dataclasses.replace(frame, aovs={k: warp_image(v) for k, v in frame.aovs.items()}, memo={})
+    assert tree(dict(on_device.hosted().aovs)) == tree(dict(frame.aovs))
+    assert on_device.hosted() is on_device.hosted()
+    assert frame.hosted() is frame
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -1,6 +1,8 @@
 """The Python and YAML code in README.md and docs/ runs as written, except for the size and number of images."""
 
 import re
+import subprocess
+import sys
 
 import pytest
 import warp as wp
@@ -13,18 +15,28 @@ SMALLER = {
     "[512, 512]": "[32, 32]",
     "samples=64": "samples=1",
     "num_frames=10": "num_frames=2",
+    '"num_frames=8"': '"num_frames=2", "resolution=[32,24]"',
+    '"num_frames=64"': '"num_frames=2", "resolution=[32,24]"',
 }
-PAGES = sorted(path for path in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")] if "```python" in path.read_text())
+TRAINING = ROOT / "docs/training.md"
+PAGES = sorted(
+    path
+    for path in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    if "```python" in path.read_text() and path != TRAINING
+)
+
+
+def each_block(page, language: str) -> list[str]:
+    """Return the code blocks of a page in order, with smaller sizes."""
+    found = re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    for large, small in SMALLER.items():
+        found = [text.replace(large, small) for text in found]
+    return found
 
 
 def blocks(page, language: str) -> str:
     """Return all code blocks of a page in order; later ones use names of earlier ones."""
-    text = "\n".join(
-        re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
-    )
-    for large, small in SMALLER.items():
-        text = text.replace(large, small)
-    return text
+    return "\n".join(each_block(page, language))
 
 
 def save_scene(path) -> None:
@@ -59,3 +71,14 @@ def test_documented_yaml_runs_and_its_images_are_not_black(tmp_path):
     done = usdsdg("run", "--quiet", "scene.yaml", cwd=tmp_path)
     assert "black" not in done.stderr
     assert len(list((tmp_path / "omni.replicator_out/cubes").glob("rgb_*.png"))) == 10
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_documented_streams_run(number, tmp_path):
+    code = each_block(TRAINING, "python")[number]
+    if "torch" in code:
+        pytest.importorskip("torch")
+    (tmp_path / "configs").symlink_to(ROOT / "configs")
+    command = [sys.executable, "-c", f"{code}\nassert len(picture.shape) == 3 and len(boxes)"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
+    assert done.returncode == 0, done.stderr

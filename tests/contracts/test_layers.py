@@ -1,6 +1,7 @@
 """Imports point one way, in the text and at run time: `layers` is the table, this holds the code against it."""
 
 import ast
+import importlib.util
 import json
 import re
 import subprocess
@@ -16,6 +17,11 @@ from tests.contracts import layers
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = {"usdsdg": layers.USDSDG, "usdsdg_physics": layers.PHYSICS, "usdsdg_render": layers.RENDER}
 ROOMS = [(package, room) for package, table in PACKAGES.items() for room in table]
+IMPORTABLE = [
+    room
+    for room in ROOMS
+    if room[1] != "__main__" and (room not in layers.NEEDS or importlib.util.find_spec(layers.NEEDS[room]))
+]
 # A member of a module by its name, as in `_part("usdsdg.app.app:App")`: an import inside a function.
 NAMED = re.compile(r"(usdsdg\w*(?:\.\w+)+):\w+")
 # Loads each module that is named on the command line in a process of its own, forked from one that has loaded nothing.
@@ -150,14 +156,14 @@ def test_no_module_imports_itself_by_way_of_others():
 @cache
 def loaded() -> dict[str, set[str]]:
     """Module -> everything of the product that is loaded after `import module` in a fresh process."""
-    names = [f"{package}.{room}".removesuffix(".__init__") for package, room in ROOMS if room != "__main__"]
+    names = [f"{package}.{room}".removesuffix(".__init__") for package, room in IMPORTABLE]
     source = f"PACKAGES, ENGINES = {tuple(PACKAGES)}, ('newton', 'warp')\n{LOADER}"
     done = subprocess.run([sys.executable, "-c", source, *names], capture_output=True, text=True, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     return {name: set(found) for name, found in map(json.loads, done.stdout.splitlines())}
 
 
-@pytest.mark.parametrize(("package", "room"), [room for room in ROOMS if room[1] != "__main__"])
+@pytest.mark.parametrize(("package", "room"), IMPORTABLE)
 def test_what_is_loaded_is_what_the_table_lets_in(package, room):
     name = f"{package}.{room}".removesuffix(".__init__")
     wrong = {each for each in loaded()[name] - {"newton", "warp"} if room_of(each) not in below((package, room))}
@@ -174,7 +180,10 @@ def test_engines_load_only_what_the_table_gives_to_all_of_their_rooms():
         assert rooms <= {("usdsdg", each) for each in layers.OF_ENGINES}
 
 
-@pytest.mark.parametrize("name", ["usdsdg", *(f"usdsdg.{room}" for room in layers.USDSDG if not room.startswith("__"))])
+@pytest.mark.parametrize(
+    "name",
+    ["usdsdg", *(f"{package}.{room}" for package, room in IMPORTABLE if package == "usdsdg" and room != "__init__")],
+)
 def test_no_engine_is_loaded_before_a_frame_needs_it(name):
     assert not loaded()[name] & {"newton", "warp", *layers.ENGINES} - {"usdsdg_render", "usdsdg_render.settings"}
 

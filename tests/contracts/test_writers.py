@@ -104,6 +104,8 @@ def test_every_file_can_be_read(name, frame, tmp_path):
             assert {line.count(":") for line in path.read_text().splitlines()} == {3}
         elif path.suffix == ".npy":
             np.load(path)
+        elif path.suffix == ".jsonl":
+            assert all(set(json.loads(line)) & {"frame", "about"} for line in path.read_text().splitlines())
         elif path.suffix == ".mp4":
             assert path.read_bytes()[4:8] == b"ftyp"
         elif path.parent.name == "calib":

@@ -8,6 +8,7 @@ import usdsdg as rep
 from tests.stage.poses.euler import compose_euler
 from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
 from usdsdg.graph import evaluate
+from usdsdg.session.stage_context import new_stage
 from usdsdg.stage.cameras.lens_attributes import LENS, OPTICS
 from usdsdg.stage.semantics import labels as semantics
 
@@ -54,6 +55,20 @@ def test_poses_parents_names_and_counts(stage, thing, kind):
     assert made_by(kind, thing, count=0).prims == ()
     with pytest.raises(BadPrim, match=r"no prim /Wrld .*did you mean /World"):
         made_by(kind, thing, parent="/Wrld")
+
+
+@pytest.mark.parametrize("kind", [*SHAPES, "xform", "from_usd", "light", "material_omnipbr"])
+def test_many_are_what_as_many_calls_make(kind, thing):
+    def content(make):
+        stage = new_stage()
+        stage.DefinePrim("/Replicator/it_Xform_02")  # taken, and so skipped
+        made = make()
+        return made, stage.GetRootLayer().ExportToString()
+
+    named = {} if kind == "material_omnipbr" else {"name": "it"}
+    at_once = content(lambda: made_by(kind, thing, count=4, **named).prims)
+    one_by_one = content(lambda: tuple(path for _ in range(4) for path in made_by(kind, thing, **named).prims))
+    assert at_once == one_by_one
 
 
 @pytest.mark.parametrize("kind", [*SHAPES, "xform", "from_usd"])

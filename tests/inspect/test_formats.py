@@ -19,7 +19,10 @@ from usdsdg.inspect import inspect
 
 FRAMES = 2
 # Formats that list the visible boxes of objects, with the fewest pixels and rows of what they list.
-BOXES = {"basic": (1, 1), "coco": (1, 1), "kitti": (1, 3), "yolo": (1, 1), "outlines": (5, 1), "bop": (1, 1)}
+BOXES = {
+    "basic": (1, 1), "coco": (1, 1), "kitti": (1, 3), "kitti_plain": (1, 3), "yolo": (1, 1), "outlines": (5, 1),
+    "bop": (1, 1), "voc": (1, 1), "cvat": (1, 1), "cvat_polygons": (4, 1),
+}  # fmt: skip
 POSES = ("pose", "dope", "centerpose")
 # In pixels; of texts with few digits, and keypoints in whole pixels.
 NEAR, WHOLE = 0.02, 1.0

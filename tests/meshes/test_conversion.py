@@ -13,8 +13,9 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 from typer.testing import CliRunner
 
 from usdsdg.cli.commands import app
-from usdsdg.errors import AssetError, AssetUnreadable, ConfigError, OutputNotWritable, Unsupported
+from usdsdg.errors import AssetError, AssetUnreadable, ConfigError, OutputNotWritable, Unsupported, UsdsdgWarning
 from usdsdg.meshes import repairs
+from usdsdg.meshes.cache import converted
 from usdsdg.meshes.conversion import Options, convert
 from usdsdg.meshes.placement import Origin
 from usdsdg.stage.semantics.labels import get_labels
@@ -338,6 +339,54 @@ Connections:  {
     C: "OO",1001,1002
 }
 """
+
+
+SKIN = """
+    Deformer: 2001, "Deformer::Skin", "Skin" {
+        Version: 101
+    }
+    Deformer: 2002, "SubDeformer::Cluster", "Cluster" {
+        Version: 100
+        Indexes: *4 {
+            a: 0,1,2,3
+        }
+        Weights: *4 {
+            a: 1,1,1,1
+        }
+        Transform: *16 {
+            a: 1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1
+        }
+        TransformLink: *16 {
+            a: 1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1
+        }
+    }
+    Model: 2003, "Model::Bone", "LimbNode" {
+        Version: 232
+        Properties70:  {
+            P: "Lcl Translation", "Lcl Translation", "", "A",0,0,700
+        }
+    }
+}
+Connections:  {
+    C: "OO",2001,1001
+    C: "OO",2002,2001
+    C: "OO",2003,2002
+    C: "OO",2003,0
+"""
+
+
+def test_a_skinned_fbx_has_the_pose_in_which_it_was_bound_and_says_so(tmp_path, monkeypatch):
+    pytest.importorskip("assimp_py")
+    # The bone has moved by 7 m since it was bound.
+    (tmp_path / "skinned.fbx").write_text(FBX.replace("}\nConnections:  {\n", SKIN.removeprefix("\n"), 1))
+    _, report, points = opened(tmp_path / "skinned.fbx", tmp_path)
+    [note] = report.notes
+    assert "was bound" in note
+    assert "Export it as GLB" in note
+    assert same_places(points, np.array([(1, 0, 0), (3, 0, 0), (3, 0, 1), (1, 0, 1)], float))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    with pytest.warns(UsdsdgWarning, match=r"skinned\.fbx.*was bound.*Export it as GLB"):
+        converted(str(tmp_path / "skinned.fbx"), Options())
 
 
 def test_urdf(wedge, tmp_path):

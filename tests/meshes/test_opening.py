@@ -12,7 +12,10 @@ from typer.testing import CliRunner
 import usdsdg as rep
 from usdsdg.cli.commands import app
 from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage
-from usdsdg.errors import AssetError, AssetUnreadable
+from usdsdg.compat.isaacsim.replicator.behavior.utils.scene_utils import create_asset
+from usdsdg.compat.omni.kit import commands
+from usdsdg.errors import AssetError, AssetNotFound, AssetUnreadable
+from usdsdg.session.stage_context import current_stage
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -67,6 +70,34 @@ def test_functions_that_take_an_asset(stage, broken):
         assert broken[0].name in str(error.value)
 
 
+# Functions of scripts by which the prim at a path refers to a file.
+REFERRING = {
+    "CreateReference": lambda file, path: commands.execute("CreateReference", path_to=path, asset_path=file),
+    "CreatePayload": lambda file, path: commands.execute("CreatePayload", path_to=path, asset_path=file),
+    "create_asset": lambda file, path: create_asset(current_stage(), file, path),
+    "add_reference_to_stage": add_reference_to_stage,
+}
+
+
+@pytest.mark.parametrize("name", list(REFERRING))
+def test_an_asset_that_cannot_be_opened_is_named_with_the_prim_that_refers_to_it(stage, broken, name):
+    file, why = str(broken[0]), broken[1]
+    with pytest.raises(AssetUnreadable, match=why) as error:
+        REFERRING[name](file, "/World/thing")
+    assert str(error.value).startswith(f"/World/thing cannot refer to {file}: ")
+    assert "replace the file" in str(error.value)
+    assert not stage.GetPrimAtPath("/World/thing")  # nothing half made
+
+
+@pytest.mark.parametrize("name", list(REFERRING))
+def test_a_missing_asset_is_named_with_the_prim_that_refers_to_it(stage, tmp_path, name):
+    file = str(tmp_path / "gone.glb")
+    with pytest.raises(AssetNotFound, match=r"gone\.glb") as error:
+        REFERRING[name](file, "/World/thing")
+    assert str(error.value).startswith(f"/World/thing cannot refer to {file}: ")
+    assert not stage.GetPrimAtPath("/World/thing")
+
+
 def test_folders_of_assets(stage, broken):
     if broken[0].is_file():
         with pytest.raises(AssetUnreadable, match=broken[1]):
@@ -97,12 +128,16 @@ def test_commands_end_with_exit_code_1(broken, tmp_path):
     [
         "rep.create.from_usd(FILE, semantics=[('class', 'thing')])",
         "stage.DefinePrim('/World/thing').GetReferences().AddReference(FILE)",
+        "omni.kit.commands.execute('CreateReference', path_to='/World/thing', asset_path=FILE)",
+        "create_asset(stage, FILE, '/World/thing')",
+        "create_asset(stage, FILE.replace('torn.usdc', 'torn.usdc/gone.glb'), '/World/thing')",
     ],
 )
 def test_scripts_end_with_exit_code_1(tmp_path, line):
     torn(tmp_path / "torn.usdc")
     (tmp_path / "script.py").write_text(
-        "import omni.replicator.core as rep, omni.usd\n"
+        "import omni.kit.commands, omni.replicator.core as rep, omni.usd\n"
+        "from isaacsim.replicator.behavior.utils.scene_utils import create_asset\n"
         f"FILE = {str(tmp_path / 'torn.usdc')!r}\n"
         f"stage = omni.usd.get_context().get_stage()\n{line}\nrep.orchestrator.step()\n"
     )

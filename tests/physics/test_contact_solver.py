@@ -13,6 +13,7 @@ from pxr import Usd
 
 from tests.physics import calm_scenes
 from tests.physics.scenes import add, new_stage, physics_material, playing
+from usdsdg.compilation import ModuleLoad
 from usdsdg_physics import NewtonEngine
 from usdsdg_physics.contact_solver.arrays import COLORS, GROUND, OVERFLOW
 from usdsdg_physics.contact_solver.solver import ContactSolver
@@ -143,20 +144,26 @@ def test_the_impulses_of_a_box_at_rest_bear_its_weight():
 
 def test_launches_that_are_noted_do_not_take_place():
     world: Any = moved(calm_scenes.stack(0.1, count=2), 0.1)
+    steps = world._launches
     before, launch, done = world.poses(), wp.launch, []
+    loaded = []
     kernels = set(compile_kernels._loaded_variants)
-    with mock.patch.object(compile_kernels, "_loaded_variants", set()) as found:
+    with (
+        mock.patch.object(compile_kernels, "_loaded_variants", set()) as found,
+        mock.patch.object(ModuleLoad, "is_cached", return_value=False),
+        mock.patch.object(ModuleLoad, "run", lambda load: loaded.append(load.module.name)),
+    ):
         compile_kernels.load_launched_kernels(
             lambda: world.solver.step(
-                world._state, world._next, world._control, world._contacts, STEP, observables=world._observables
+                steps._state, steps._next, steps._control, steps._contacts, STEP, observables=steps._observables
             ),
             world.model.device,
             progress=lambda label, count, total: done.append((count, total)),
         )
         names = {name for _, name, _ in found}
     assert {f"usdsdg_physics.contact_solver.{each}_kernels" for each in ("sweep", "rows", "pairs", "colors")} < names
-    assert done[0][0] == 0
-    assert done[-1][0] == done[-1][1] == len(names) + 1
+    assert sorted(loaded) == sorted([*names, "usdsdg_physics.queries.overlap_kernels"])
+    assert (done[0], done[-1]) == ((0, 100), (100, 100))
     assert wp.launch is launch
     assert compile_kernels._loaded_variants == kernels
     assert (world.poses() == before).all()

@@ -1,10 +1,12 @@
-"""Kernels are loaded with progress: once for convex shapes, and once more when triangle meshes first come."""
+"""Kernels are loaded for convex shapes, and again when triangle meshes first come; progress is of compiling them."""
 
 import numpy as np
 import pytest
+import warp as wp
 from pxr import UsdPhysics
 
 from tests.physics.scenes import add, mesh, new_stage
+from usdsdg.compilation import ModuleLoad
 from usdsdg_physics import NewtonEngine
 from usdsdg_physics.world import compile_kernels
 
@@ -12,6 +14,12 @@ from usdsdg_physics.world import compile_kernels
 @pytest.fixture
 def nothing_loaded(monkeypatch):
     monkeypatch.setattr(compile_kernels, "_loaded", set())
+
+
+@pytest.fixture
+def nothing_cached(monkeypatch):
+    """Modules count as compiled when they are loaded, though Warp's cache may have them."""
+    monkeypatch.setattr(ModuleLoad, "is_cached", lambda _: False)
 
 
 def _reports(*, with_mesh):
@@ -29,14 +37,40 @@ def _reports(*, with_mesh):
     return heard
 
 
-def test_meshes_after_convex_shapes_load_their_kernels_with_progress(nothing_loaded):
+def test_meshes_after_convex_shapes_load_their_kernels_with_progress(nothing_loaded, nothing_cached):
     first = _reports(with_mesh=False)
-    assert first[-1] == (compile_kernels.LABEL, first[-1][2], first[-1][2])
+    assert first[0][0].startswith("compiling physics kernels (first use)")
+    assert (first[0][1:], first[-1][1:]) == ((0, 100), (100, 100))
     assert not _reports(with_mesh=False)
-    assert _reports(with_mesh=True) == [(compile_kernels.LABEL, 0, 1), (compile_kernels.LABEL, 1, 1)]
+    assert _reports(with_mesh=True)[-1][1:] == (100, 100)
     assert not _reports(with_mesh=True)
 
 
-def test_meshes_at_once_load_everything(nothing_loaded):
-    assert len(_reports(with_mesh=True)) > 3
+def test_meshes_at_once_load_everything(nothing_loaded, nothing_cached):
+    assert _reports(with_mesh=True)
     assert not _reports(with_mesh=False)
+
+
+def test_kernels_in_the_cache_are_loaded_without_a_word(monkeypatch):
+    _reports(with_mesh=True)  # compiled now, if not before
+    monkeypatch.setattr(compile_kernels, "_loaded", set())
+    assert not _reports(with_mesh=True)
+
+
+@pytest.mark.parametrize("with_mesh", [False, True])
+def test_the_narrow_phase_is_found_before_it_is_launched(with_mesh, nothing_loaded, monkeypatch):
+    """What a first step launches of it was loaded ahead, where it compiles beside the others."""
+    ahead, launched = set(), set()
+    load = ModuleLoad.run
+    monkeypatch.setattr(ModuleLoad, "run", lambda self: (ahead.add(self.module.name), load(self)))
+    launch = wp.launch
+
+    def noting(kernel, *arguments, **options):
+        launched.add(kernel.module.name)
+        return launch(kernel, *arguments, **options)
+
+    monkeypatch.setattr(wp, "launch", noting)
+    _reports(with_mesh=with_mesh)
+    narrow = {name for name in launched if "narrow_phase" in name}
+    assert narrow
+    assert narrow <= ahead

@@ -1,15 +1,16 @@
-"""What replaces parts of Newton on the CPU gives the same bits: sweeps by island, pairs of shapes that are left out."""
+"""What replaces parts of Newton on the CPU gives its bits: sweeps by island, pairs and contacts that are left out."""
 
 import numpy as np
 import pytest
-from pxr import Sdf, UsdPhysics
+from pxr import Gf, Sdf, UsdPhysics
 
 from tests.physics.mechanisms import drive, joint, limit, rod
-from tests.physics.scenes import add
-from tests.physics.test_step_records import contacts, ground, kinematic, pile, terrain, trajectory
+from tests.physics.scenes import add, set_value
+from tests.physics.test_step_records import contacts, ground, kinematic, pile, terrain, ties, trajectory
 from usdsdg_physics.model import build
 from usdsdg_physics.solver.separated_pairs import drop_separated_pairs
 from usdsdg_physics.solver.sweeps import sweep_by_island
+from usdsdg_physics.solver.visited_contacts import VisitedContacts
 
 
 def gripper(stage):
@@ -94,3 +95,32 @@ def test_pairs_that_are_left_out_have_no_contacts(make, monkeypatch):
     monkeypatch.setattr(build, "drop_separated_pairs", lambda pipeline: None)
     newtons, _ = trajectory(make)
     assert ours.tobytes() == newtons.tobytes()
+
+
+def scattered(stage):
+    """A heap, two thirds of which are in the air for a while, so that contacts go and come again."""
+    ground(stage)
+    prims = [
+        add(stage, f"/World/b{i}", at=(0.21 * (i % 5), 0.21 * (i // 5 % 5), 0.1 + 0.2 * (i // 25))) for i in range(50)
+    ]
+
+    def edit(engine, frame):
+        if frame in (12, 28):
+            for i, prim in enumerate(prims[:34]):
+                set_value(prim, "xformOp:translate", Gf.Vec3d(0.5 * (i % 6), 0.5 * (i // 6), 1.0))
+
+    return edit
+
+
+@pytest.mark.parametrize(("make", "counts"), [(scattered, 3), (kinematic, 1), (gripper, 1), (loop, 1), (ties, 1)])
+def test_motion_is_that_of_visits_to_all_contacts(make, counts, monkeypatch):
+    chosen = []
+    choose = VisitedContacts.choose
+    monkeypatch.setattr(VisitedContacts, "choose", lambda self: chosen.append(choose(self)) or chosen[-1])
+    ours, _ = trajectory(make)
+    assert len(set(chosen)) >= counts
+    assert min(chosen) < 1000  # of which there is room for
+    monkeypatch.setattr(VisitedContacts, "of", lambda *_, **__: None)
+    newtons, _ = trajectory(make)
+    assert ours.tobytes() == newtons.tobytes()
+    assert np.ptp(ours[:, :, 2], axis=0).max() > 0.1  # something moved

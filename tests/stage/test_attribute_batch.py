@@ -21,6 +21,17 @@ def _attributes(stage: Usd.Stage, type_name: Sdf.ValueTypeName, count: int = 4) 
         (Sdf.ValueTypeNames.Color3f, np.linspace(0, 1, 12).reshape(4, 3), lambda row: Gf.Vec3f(*map(float, row))),
         (Sdf.ValueTypeNames.Vector3f, np.arange(4.0) / 3, lambda one: Gf.Vec3f(float(one))),
         (Sdf.ValueTypeNames.Double3, [(0, 1, 2)] * 4, lambda row: Gf.Vec3d(*map(float, row))),
+        (
+            Sdf.ValueTypeNames.Color3fArray,
+            np.linspace(0, 1, 12).reshape(4, 3),
+            lambda row: [Gf.Vec3f(*map(float, row))],
+        ),
+        (
+            Sdf.ValueTypeNames.TexCoord2fArray,
+            np.linspace(0, 1, 24).reshape(4, 3, 2),
+            lambda rows: [Gf.Vec2f(*map(float, row)) for row in rows],
+        ),
+        (Sdf.ValueTypeNames.FloatArray, np.linspace(0, 1, 8).reshape(4, 2), lambda row: list(map(float, row))),
         (Sdf.ValueTypeNames.Token, ["a", "b", "c", "d"], str),
     ],
 )
@@ -36,6 +47,24 @@ def test_a_batch_writes_the_same_as_single_writes(type_name, values, make):
 def test_values_that_do_not_fit_are_left_to_single_writes(values):
     stage = Usd.Stage.CreateInMemory()
     batch = AttributeBatch(_attributes(stage, Sdf.ValueTypeNames.Color3f))
+    before = stage.GetRootLayer().ExportToString()
+    assert not batch.write(values)
+    assert stage.GetRootLayer().ExportToString() == before
+
+
+@pytest.mark.parametrize(
+    ("kind", "values"),
+    [
+        (Sdf.ValueTypeNames.Color3fArray, [1.0, 2.0, 3.0, 4.0]),
+        (Sdf.ValueTypeNames.Color3fArray, [[(1, 2, 3)], [(1, 2, 3)] * 2, [], []]),
+        (Sdf.ValueTypeNames.Color3fArray, [(1, 2)] * 4),
+        (Sdf.ValueTypeNames.FloatArray, [1.0, 2.0, 3.0, 4.0]),
+        (Sdf.ValueTypeNames.FloatArray, [(1.0, 2.0)] * 3),
+    ],
+)
+def test_arrays_that_do_not_fit_are_left_to_single_writes(kind, values):
+    stage = Usd.Stage.CreateInMemory()
+    batch = AttributeBatch(_attributes(stage, kind))
     before = stage.GetRootLayer().ExportToString()
     assert not batch.write(values)
     assert stage.GetRootLayer().ExportToString() == before

@@ -39,6 +39,17 @@ def test_the_first_gap_is_used(stage):
     assert paths.next_free_path(stage, "/World/a") == "/World/a_02"
 
 
+def test_many_free_paths_are_those_of_one_prim_after_the_other(stage):
+    for name in ("a", "a_01", "a_03", "cam_07"):
+        stage.DefinePrim(f"/World/{name}")
+    for wanted in ("/World/a", "/World/new", "/World/cam_07", "/Nowhere/a"):
+        found = paths.free_paths(stage, wanted, 12)
+        for path in found:
+            assert path == paths.next_free_path(stage, wanted)
+            stage.DefinePrim(path)
+    assert paths.free_paths(stage, "/World/a", 0) == []
+
+
 def test_inactive_prims_count_as_taken(stage):
     stage.DefinePrim("/World/a").SetActive(False)
     assert paths.next_free_path(stage, Sdf.Path("/World/a")) == "/World/a_01"

@@ -115,8 +115,13 @@ def _(patch: Patch) -> None:
 
 @above("hidden prims that are drawn")
 def _(patch: Patch) -> None:
-    original = DirtySetBuilder._add_properties
-    patch(DirtySetBuilder, "_add_properties", lambda self, path, names: original(self, path, names - {"visibility"}))
+    original = DirtySetBuilder._add_part
+
+    def without_visibility(self: DirtySetBuilder, part: str, paths: Any, names: Any) -> None:
+        if part != "visibility":
+            original(self, part, paths, names)
+
+    patch(DirtySetBuilder, "_add_part", without_visibility)
 
 
 @above("a camera of the first frame", _move_camera)

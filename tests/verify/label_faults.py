@@ -56,6 +56,12 @@ def edit_json(path: Path, change: Callable[[Any], Any]) -> None:
     path.write_text(json.dumps(values if changed is None else changed))
 
 
+def edit_text(folder: Path, pattern: str, change: Callable[[str], str]) -> None:
+    """Change texts of files."""
+    for path in folder.glob(pattern):
+        path.write_text(change(path.read_text()))
+
+
 def edit_rows(path: Path, change: Callable[[np.ndarray], None]) -> None:
     """Change the rows of a structured array in place."""
     rows = np.load(path)
@@ -427,61 +433,6 @@ def _(folder: Path) -> None:
 @kind("stale panoptic image", "coco")
 def _(folder: Path) -> None:
     stale(folder, "*/panoptic_*.{}.png")
-
-
-# KITTI
-
-
-def _kitti(folder: Path, change: Callable[[list[str]], list[str]]) -> None:
-    for path in folder.glob("Left/object_detection/*.txt"):
-        lines = [" ".join(change(line.split(" "))) for line in path.read_text().splitlines()]
-        path.write_text("".join(f"{line}\n" for line in lines))
-
-
-@kind("uint8 overflow of ids", "kitti")
-def _(folder: Path) -> None:
-    for path in folder.glob("Left/instance_segmentation/*.png"):
-        edit_image(path, lambda ids: (ids & 0xFF).astype(ids.dtype))
-
-
-@kind("length, width, height for height, width, length", "kitti")
-def _(folder: Path) -> None:
-    _kitti(folder, lambda fields: [*fields[:8], *fields[10:7:-1], *fields[11:]])
-
-
-@kind("center for the bottom's center", "kitti")
-def _(folder: Path) -> None:
-    def raise_(fields: list[str]) -> list[str]:
-        fields[12] = f"{float(fields[12]) - float(fields[8]) / 2:.6g}"
-        return fields
-
-    _kitti(folder, raise_)
-
-
-@kind("rotation to the other side", "kitti")
-def _(folder: Path) -> None:
-    def turn(fields: list[str]) -> list[str]:
-        fields[3], fields[14] = f"{-float(fields[3]):.6g}", f"{-float(fields[14]):.6g}"
-        return fields
-
-    _kitti(folder, turn)
-
-
-@kind("nothing is occluded", "kitti")
-def _(folder: Path) -> None:
-    _kitti(folder, lambda fields: [*fields[:2], "0", *fields[3:]])
-
-
-@kind("steps of a millimeter in depth images", "kitti")
-def _(folder: Path) -> None:
-    for path in folder.glob("Left/depth/*.png"):
-        edit_image(path, lambda depth: (depth.astype(float) / 256 * 1000).astype(np.uint16))
-
-
-@kind("stale semantic ids", "kitti")
-def _(folder: Path) -> None:
-    for name in ("semantic", "semantic_segmentation"):
-        shutil.copy(folder / f"Left/{name}/0.png", folder / f"Left/{name}/1.png")
 
 
 # Poses

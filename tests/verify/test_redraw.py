@@ -2,12 +2,20 @@
 
 import shutil
 
+import numpy as np
 import pytest
+from pxr import UsdGeom
 from typer.testing import CliRunner
 
 from tests.verify import datasets, faults_above
+from usdsdg.annotators.ownership import LabeledStage
+from usdsdg.capture import subsets
 from usdsdg.cli.commands import app
 from usdsdg.session import session
+from usdsdg.session.settings_store import get_settings
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.geometry.face_parts import read_face_parts
+from usdsdg.stage.semantics.labels import add_labels
 from usdsdg.verify import verify
 
 
@@ -35,6 +43,56 @@ def test_a_fault_above_the_record_is_found(tmp_path, kind):
     with faults_above.patched(kind):
         folder = datasets.make(tmp_path, ("basic",), frames=4, edit=kind.edit) / "basic"
     assert any(fault.file.startswith(".usdsdg/frames") for fault in verify(folder, render=4).faults)
+
+
+def divide(frame: int) -> None:
+    """Put a board before the things, of which each face is a subset: one labeled, one not, one of no subset."""
+    if frame > 0:
+        return
+    get_settings().set("/syntheticdata/sensors/perSubsetSegmentation", True)
+    mesh = UsdGeom.Mesh.Define(current_stage(), "/World/Board")
+    mesh.CreatePointsAttr([(x, -2, z) for z in (0, 1) for x in (-1.5, -0.5, 0.5, 1.5)])
+    mesh.CreateFaceVertexCountsAttr([4, 4, 4])
+    mesh.CreateFaceVertexIndicesAttr([k + d for k in range(3) for d in (0, 1, 5, 4)])
+    mesh.CreateSubdivisionSchemeAttr("none")
+    add_labels(mesh.GetPrim(), {"class": ["box"]})
+    for name, face in (("Door", 0), ("Window", 2)):
+        subset = UsdGeom.Subset.Define(current_stage(), f"/World/Board/{name}")
+        subset.CreateElementTypeAttr("face")
+        subset.CreateIndicesAttr([face])
+    add_labels(current_stage().GetPrimAtPath("/World/Board/Door"), {"class": ["lid"]})
+
+
+def test_frames_with_labels_of_subsets_render_again_as_they_were(tmp_path):
+    folder = datasets.make(tmp_path, ("basic_ids",), frames=2, edit=divide) / "basic_ids"
+    report = verify(folder, render=2)
+    assert report.faults == []
+    assert report.rendered == 2
+
+
+def test_faces_that_showed_another_subset_are_found(tmp_path, monkeypatch):
+    def swapped(mesh, time):
+        parts, of_face = read_face_parts(mesh, time)
+        return parts, np.array([1, -1, 0], np.int32) if len(parts) == 2 else of_face
+
+    with monkeypatch.context() as patch:
+        patch.setattr(subsets, "read_face_parts", swapped)
+        folder = datasets.make(tmp_path, ("basic_ids",), frames=2, edit=divide) / "basic_ids"
+    found = [fault.what for fault in verify(folder, render=2).faults]
+    assert any("show another gprim" in what for what in found)
+
+
+def test_labels_of_subsets_that_are_others_on_the_stage_are_found(tmp_path, monkeypatch):
+    original = LabeledStage._own_labels
+
+    def own(self, owner):
+        return {} if owner.path.name == "Door" else original(self, owner)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(LabeledStage, "_own_labels", own)
+        folder = datasets.make(tmp_path, ("basic_ids",), frames=2, edit=divide) / "basic_ids"
+    found = [fault.what for fault in verify(folder, render=2).faults]
+    assert "/World/Board/Door belongs to" in found
 
 
 def test_frames_are_chosen_by_number(clean):

@@ -13,7 +13,7 @@ from tests.verify import datasets
 from tests.verify.all_label_faults import KINDS
 from usdsdg.cli.commands import app
 from usdsdg.errors import DatasetError
-from usdsdg.verify import verify
+from usdsdg.verify import verify, verify_all
 
 
 @pytest.fixture(scope="module")
@@ -103,3 +103,56 @@ def test_an_image_that_is_transparent_outside_of_the_lens_has_no_fault(stage, tm
     rep.orchestrator.step()
     rep.orchestrator.wait_until_complete()
     assert verify(tmp_path / "coco").faults == []
+
+
+@pytest.mark.parametrize("name", ["voc", "cvat", "kitti_plain"])
+def test_a_dataset_without_any_object_has_no_fault(stage, tmp_path, name):
+    rep.create.light(light_type="dome")
+    rep.create.cube()
+    kind, options, _ = datasets.DATASETS[name]
+    writer = rep.writers.get(kind)
+    writer.initialize(output_dir=str(tmp_path), **options)
+    writer.attach(rep.create.render_product(rep.create.camera(position=(0, -5, 0), look_at=(0, 0, 0)), (64, 48)))
+    for _ in range(2):
+        rep.orchestrator.step()
+    writer.detach()
+    rep.orchestrator.wait_until_complete()
+    report = verify(tmp_path)
+    assert report.faults == []
+    assert report.formats[kind] == 2
+
+
+def test_a_folder_of_several_datasets_has_a_report_of_each(clean, tmp_path):
+    names = ["basic", "coco", "yolo"]
+    for name in names:
+        shutil.copytree(clean / name, tmp_path / "all" / name)
+    (tmp_path / "all" / "notes.txt").write_text("beside them")
+    reports = verify_all(tmp_path / "all")
+    assert [report.folder for report in reports] == [str(tmp_path / "all" / name) for name in names]
+    for report, name in zip(reports, names):
+        assert report.values() == {**verify(clean / name).values(), "folder": report.folder}
+        assert report.recorded
+
+
+def test_the_command_ends_as_the_worst_of_several_datasets(clean, tmp_path):
+    for name in ("basic", "coco"):
+        shutil.copytree(clean / name, tmp_path / name)
+    done = CliRunner().invoke(app, ["verify", str(tmp_path)])
+    assert done.exit_code == 0
+    assert [line.split(": ")[:2] for line in done.stdout.splitlines()] == [
+        [str(tmp_path / name), "0 faults; images"] for name in ("basic", "coco")
+    ]
+    next(iter(sorted((tmp_path / "basic").glob("rgb_*.png")))).unlink()
+    done = CliRunner().invoke(app, ["verify", str(tmp_path), "--json"])
+    assert done.exit_code == 1
+    values = json.loads(done.stdout)
+    assert (values["folder"], values["clean"]) == (str(tmp_path), False)
+    assert [each["clean"] for each in values["datasets"]] == [False, True]
+
+
+def test_a_folder_of_folders_without_a_dataset_is_an_error(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / name / ".usdsdg").mkdir(parents=True)
+        (tmp_path / name / "notes.txt").write_text("nothing")
+    with pytest.raises(DatasetError, match="nothing in"):
+        verify_all(tmp_path)

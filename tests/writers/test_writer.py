@@ -122,11 +122,11 @@ def test_a_product_that_is_destroyed_while_attached_is_announced(recorder):
     render_products.product_at(PRODUCT).destroy()
     forget_warnings()
     with pytest.warns(UsdsdgWarning, match=f"Recorder is attached to {PRODUCT}, which has been destroyed"):
-        Requests.collect()
+        Requests.collect(0)
     recorder.detach()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        Requests.collect()
+        Requests.collect(0)
 
 
 def test_an_unknown_annotator_is_named_when_attaching(recorder):

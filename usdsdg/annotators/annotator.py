@@ -6,14 +6,14 @@ import copy
 import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from usdsdg.annotators.augmentations.array_transform import ArrayTransform
 from usdsdg.annotators.base import Annotation, AnnotatorSpec, predicate_of
-from usdsdg.annotators.device_arrays import on_device
+from usdsdg.annotators.device_arrays import delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.ownership import parse_filter
 from usdsdg.annotators.packed_colors import packed
@@ -95,6 +95,11 @@ class Annotator:
         return self._device
 
     @property
+    def copies_arrays(self) -> bool:
+        """Whether it delivers copies of its arrays, which may be written into."""
+        return self._do_array_copy
+
+    @property
     def render_product(self) -> str | None:
         """The path of the render product that it is attached to."""
         return self._render_product
@@ -109,7 +114,7 @@ class Annotator:
         key = ("annotation", self._spec.compute, json.dumps(self._params, sort_keys=True, default=str))
         annotation = frame.derive(key, lambda: self._spec.compute(frame, self._params))
         if self._params.get("colorize") and annotation.data is not None and replicator_version() == OLD:
-            annotation = Annotation(packed(annotation.data), annotation.info)
+            annotation = Annotation(packed(frame.on_host(annotation.data)), annotation.info)
         counts: Counter[str] = Counter()
         for augmentation in self._augmentations:
             # Random draws depend on this key, so that adding other augmentations does not change them.
@@ -186,10 +191,11 @@ class Annotator:
         """Return the annotation of the latest captured frame, or of the stage as the latest update of the application
         shows it, whichever is later; arrays of size 0 before the first.
 
-        device: "cpu" returns a NumPy array, "cuda[:n]" a Warp array (on the CPU if there is no such device), except of
-            records such as boxes; None uses the device that the annotator was created with.
+        device: "cpu" returns a NumPy array, "cuda[:n]" a Warp array (on the CPU if there is no such device), which
+            PyTorch, JAX and CuPy take over without a copy (DLPack); records such as boxes, and info, are NumPy arrays
+            in any case. None uses the device that the annotator was created with.
         do_array_copy: copy the array, even if the annotator was created with do_array_copy=False. Without a copy the
-            array is shared with the writers and must not be written into.
+            array is shared with the writers, must not be written into, and may be used until the next frame.
 
         Raises:
             AnnotatorError: it is not attached.
@@ -198,14 +204,9 @@ class Annotator:
             raise AnnotatorError(f"Annotator {self._name!r} is not attached. Call attach(render_product) first.")
         if self in current().annotators:
             current().live.refresh(self)
-        latest = self._latest or Annotation(self._spec.empty)
-        data = latest.data
-        device = device or self._device
-        if data is not None and device not in (None, "cpu"):
-            data = on_device(data, device)
-        elif data is not None and (do_array_copy or self._do_array_copy):
-            data = data.copy()
-        latest = replace(latest, data=data)
+        current().wait_for_pictures()
+        copy = do_array_copy or self._do_array_copy
+        latest = delivered(self._latest or Annotation(self._spec.empty), device or self._device, copy=copy)
         return latest.legacy() if use_legacy_structure else latest.flat()
 
     def augment(
@@ -239,9 +240,13 @@ class Annotator:
         self._name = name or self._name
         return self
 
-    def copy(self, name: str | None = None, *, device: str | None = None) -> Annotator:
-        """Return an unattached annotator with the same parameters and augmentations."""
+    def copy(self, name: str | None = None, *, device: str | None = None, do_array_copy: bool = True) -> Annotator:
+        """Return an unattached annotator with the same parameters and augmentations.
+
+        It copies arrays if this one does and `do_array_copy` is True.
+        """
         twin = copy.copy(self)
+        twin._do_array_copy = self._do_array_copy and do_array_copy
         twin._name, twin._device = name or self._name, device or self._device
         twin._params, twin._augmentations = dict(self._params), list(self._augmentations)
         twin._render_product = twin._latest = None

@@ -39,6 +39,9 @@ def register_aov(
     def compute(frame: Frame, params: Mapping[str, Any]) -> Annotation:
         data = source.compute(frame, source.params).data
         assert data is not None
+        if wanted is None and channels == 1:
+            return Annotation(data)
+        data = frame.on_host(data)
         if data.ndim > 2 and channels > 1:
             data = data[..., :channels]
         return Annotation(data if wanted is None else data.astype(wanted, copy=False))
@@ -68,6 +71,6 @@ def _source(aov: str, unsupported: Mapping[str, str]) -> AnnotatorSpec:
 def _whole(aov: str) -> Callable[[Frame, Mapping[str, Any]], Annotation]:
     def whole(frame: Frame, params: Mapping[str, Any]) -> Annotation:
         """The renderer's AOV as it is."""
-        return Annotation(frame.aov(aov))
+        return Annotation(frame.image(aov))
 
     return whole

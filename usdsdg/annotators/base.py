@@ -4,30 +4,36 @@
 binds the function to parameters, augmentations and a render product.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.pixels.launch import Pixels, is_image
 from usdsdg.arguments.registry import Registry
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError
 from usdsdg.session.session import current
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)
 class Annotation:
     """The output of an annotator for one frame: an array, metadata ("info"), or both.
 
-    The array is a Warp array only in what users receive of annotators with a device.
+    Images are where their kernels ran: NumPy arrays, or Warp arrays on a GPU. What users receive is in NumPy arrays,
+    and in Warp arrays of annotators with a device.
     """
 
-    data: np.ndarray | None = None
+    data: Pixels | None = None
     info: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def images(self) -> Iterator[Pixels]:
+        """Arrays that may be on a GPU: the data, and those of info."""
+        yield from (each for each in (self.data, *self.info.values()) if is_image(each))
 
     def legacy(self) -> Any:
         """Return the array alone, or {"data", "info"}, or the info alone when there is no array."""

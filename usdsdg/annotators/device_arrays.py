@@ -1,25 +1,58 @@
-"""Arrays of annotators as Warp arrays."""
+"""Delivery of annotations: NumPy arrays on the host, or Warp arrays on a device."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from usdsdg.annotators.augmentations.warp_kernel import device_or_cpu
+from usdsdg.annotators.base import Annotation
+from usdsdg.annotators.pixels.launch import Pixels, is_image, on_host, viewed
 
-if TYPE_CHECKING:
-    import warp as wp
+
+def is_for_host(device: str | None) -> bool:
+    """Return whether an annotator with this device delivers NumPy arrays."""
+    return device in (None, "cpu")
 
 
-def on_device(data: np.ndarray, device: str) -> wp.array | np.ndarray:
-    """Return a copy of `data` as a Warp array on `device`, on the CPU if there is no such device.
+def delivered(
+    annotation: Annotation, device: str | None, *, copy: bool, fetch: Callable[[Pixels], np.ndarray] = on_host
+) -> Annotation:
+    """Return an annotation as its reader gets it.
 
-    As in Replicator, ids are int32 in Warp arrays; they stay below 2³¹. Structured arrays stay NumPy arrays, since Warp
-    has none.
+    device: None or "cpu" for NumPy arrays, else that of Warp arrays; info is NumPy in any case. copy: whether arrays
+        are copies, which the reader may write into. fetch: how images of a GPU come to the host.
+    """
+
+    def hosted(value: Any) -> Any:
+        if not is_image(value):
+            return value
+        return fetch(value).copy() if copy else fetch(value)
+
+    data, info = annotation.data, {key: hosted(value) for key, value in annotation.info.items()}
+    if data is None or is_for_host(device):
+        return Annotation(hosted(data), info)
+    return Annotation(on_device(data, str(device), copy=copy), info)
+
+
+def on_device(data: Pixels, device: str, *, copy: bool) -> Pixels:
+    """Return an array as a Warp array of numbers on `device`, on the CPU if there is no such device.
+
+    As in Replicator, ids are int32 in Warp arrays; they stay below 2³¹. Structured arrays and texts stay NumPy arrays,
+    since Warp has none. copy: if False, an array that is there already shares its memory.
     """
     import warp as wp
 
-    if data.dtype.names is not None:
-        return data.copy()
-    return wp.array(data.view(np.int32) if data.dtype == np.uint32 else data, device=device_or_cpu(device))
+    if isinstance(data, np.ndarray):
+        if data.dtype.kind not in "biuf":
+            return data.copy() if copy else data
+        return wp.array(
+            data.view(np.int32) if data.dtype == np.uint32 else data, device=device_or_cpu(device), copy=copy
+        )
+    scalar = getattr(data.dtype, "_wp_scalar_type_", data.dtype)
+    channels = getattr(data.dtype, "_shape_", ())
+    found = viewed(data, wp.int32 if scalar == wp.uint32 else scalar, (*data.shape, *channels))
+    where = wp.get_device(device_or_cpu(device))
+    return found.to(where) if found.device != where else wp.clone(found) if copy else found

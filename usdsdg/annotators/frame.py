@@ -1,16 +1,20 @@
 """The input of annotators: the AOVs of one render product with the labeled prims in view."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from usdsdg.annotators.labeled_prims import LabeledPrims, Selection
 from usdsdg.annotators.pixels import look_ups
+from usdsdg.annotators.pixels.launch import Pixels
 from usdsdg.annotators.pixels.look_ups import PIXELS, X_MAX, X_MIN, Y_MAX, Y_MIN
 from usdsdg.annotators.scene_queries import SceneQueries
 from usdsdg.errors import AnnotatorError, Unsupported
+from usdsdg.readback import read_back
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg.stage.geometry.pixel_masks import PixelMasks
@@ -26,7 +30,7 @@ class Frame:
     index: int  # number of earlier captures
     view: CameraView | TiledView
     render_product: str  # prim path
-    aovs: Mapping[str, np.ndarray]  # name → (H, W[, C]); see the renderer's AOV table
+    aovs: Mapping[str, Pixels]  # name → (H, W[, C]), where it was rendered; see the renderer's AOV table
     gprims: tuple[str, ...]  # prim path of every value of the "instance" AOV; -1 means no hit
     labeled_prims: LabeledPrims
     amodal_masks: PixelMasks  # of all labeled prims, by row; with the visible part of each
@@ -35,7 +39,32 @@ class Frame:
     memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 
     def aov(self, name: str) -> np.ndarray:
-        """Return the AOV called `name`.
+        """Return the AOV called `name` in the memory of the host; raises as `image`."""
+        return self.on_host(self.image(name))
+
+    def on_host(self, image: Pixels) -> np.ndarray:
+        """Return an image of this frame in the memory of the host; that of a GPU is copied once."""
+        if not isinstance(image, np.ndarray):
+            self.fetch([image])
+            return self.memo["on host", id(image)][1]
+        return image
+
+    def fetch(self, images: Iterable[Pixels]) -> None:
+        """Copy images of this frame, those that are on a GPU, to the host together; `on_host` returns the copies."""
+        missing = {str(id(each)): each for each in images if not isinstance(each, np.ndarray)}
+        missing = {key: each for key, each in missing.items() if ("on host", int(key)) not in self.memo}
+        for key, copy in read_back(missing).items():
+            self.memo["on host", int(key)] = (missing[key], copy)  # an id is that of one array while that is there
+
+    def hosted(self) -> Frame:
+        """Return the frame with all AOVs in the memory of the host, so that it can wait without that of a GPU."""
+        if all(isinstance(each, np.ndarray) for each in self.aovs.values()):
+            return self
+        self.fetch(self.aovs.values())
+        return self.derive("hosted", lambda: replace(self, aovs={name: self.aov(name) for name in self.aovs}, memo={}))
+
+    def image(self, name: str) -> Pixels:
+        """Return the AOV called `name` where it was rendered: a NumPy array, or a Warp array on a device.
 
         Raises:
             AnnotatorError: it was not rendered: the annotator does not declare it.
@@ -90,7 +119,7 @@ class Frame:
     @property
     def sums(self) -> np.ndarray:
         """Visible pixels and their bounds of each gprim, (G, 5) int64 as `coverage`."""
-        return self.derive("sums", lambda: look_ups.sum_by_gprim(self.aov("instance"), len(self.gprims)))
+        return self.derive("sums", lambda: look_ups.sum_by_gprim(self.image("instance"), len(self.gprims)))
 
     @property
     def shown_gprims(self) -> np.ndarray:
@@ -102,20 +131,20 @@ class Frame:
         """Whether any pixel shows no gprim."""
         return int(self.sums[:, PIXELS].sum()) < self.shape[0] * self.shape[1]
 
-    def look_up(self, table: np.ndarray) -> np.ndarray:
+    def look_up(self, table: np.ndarray) -> Pixels:
         """Return the value of each pixel's gprim (H, W, ...), of a table with a last entry for pixels without a hit.
 
-        The image of one table is made once; entries have 4 or 8 bytes.
+        The image of one table is made once; entries have 4 bytes or a multiple.
         """
         key = ("look up", table.dtype.str, table.shape[1:], table.tobytes())
-        return self.derive(key, lambda: look_ups.look_up(self.aov("instance"), table))
+        return self.derive(key, lambda: look_ups.look_up(self.image("instance"), table))
 
     @property
-    def black(self) -> np.ndarray:
+    def black(self) -> Pixels:
         """An image of 0, 0, 0, 1, float16 (H, W, 4)."""
-        return self.derive("black", lambda: np.tile(np.array([0, 0, 0, 1], np.float16), (*self.shape, 1)))
+        return self.look_up(np.tile(np.array([0, 0, 0, 1], np.float16), (len(self.gprims) + 1, 1)))
 
-    def members(self, predicate: str | None) -> np.ndarray:
+    def members(self, predicate: str | None) -> Pixels:
         """Return (H, W) int32: the index in `selection(predicate)` of each pixel's prim, -1 for everything else."""
         return self.look_up(np.append(self.selection(predicate).member_of_gprim, np.int32(-1)))
 

@@ -31,15 +31,16 @@ def get(
         name: of a built-in or registered annotator.
         init_params: see `Annotator.initialize`.
         render_product_idxs: accepted and ignored: an annotator watches one render product.
-        device: "cpu" or None to get NumPy arrays from `get_data`, "cuda[:n]" to get Warp arrays.
-        do_array_copy: whether `get_data` returns a copy, which the caller may write into.
+        device: "cpu" or None to get NumPy arrays from `get_data`, "cuda[:n]" to get Warp arrays;
+            see `Annotator.get_data`.
+        do_array_copy: whether `get_data` returns, and writers receive, a copy, which may be written into.
 
     Raises:
         AnnotatorRegistryError: there is no such annotator; the message lists near misses.
         Unsupported: Replicator has it and usdsdg does not.
     """
     if name in registered_annotators:
-        found = registered_annotators.get(name).copy(device=device)
+        found = registered_annotators.get(name).copy(device=device, do_array_copy=do_array_copy)
         return found.initialize(**init_params) if init_params else found
     if name in UNSUPPORTED and name not in annotator_specs:
         raise Unsupported(f"Annotator {name!r}: {UNSUPPORTED[name]}.")

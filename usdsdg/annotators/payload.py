@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, cast
+from typing import Any, Protocol
 
 import numpy as np
 
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.base import Annotation
-from usdsdg.annotators.device_arrays import on_device
+from usdsdg.annotators.device_arrays import delivered, is_for_host
 from usdsdg.annotators.frame import Frame
 from usdsdg.errors import WriterError
 
@@ -48,10 +48,7 @@ def build_payload(
         path.rsplit("/", 1)[-1]: Capture(
             frame.view.prim_path,
             (frame.view.width, frame.view.height),
-            {
-                annotator.get_name(): _delivered(annotator.compute(frame), annotator.device, reader.shares_arrays)
-                for annotator in reader.annotators_of(path)
-            },
+            _annotations(reader.annotators_of(path), frame, reader.shares_arrays),
         )
         for path, frame in frames.items()
     }
@@ -65,17 +62,20 @@ def build_payload(
     )
 
 
-def _delivered(annotation: Annotation, device: str | None, shared: bool) -> Annotation:
-    """Copy the arrays of an annotation, so that the reader may write into them, unless they are shared.
+def _annotations(annotators: Sequence[Annotator], frame: Frame, shared: bool) -> dict[str, Annotation]:
+    """Compute annotators and return what they deliver, by name.
 
-    The array of an annotator with a device other than the CPU becomes a Warp array.
+    These are copies, which the reader may write into, unless it shares arrays or an annotator does not copy them. What
+    is delivered on the host comes from a GPU in one go.
     """
-    if annotation.data is not None and device not in (None, "cpu"):
-        return Annotation(cast(Any, on_device(annotation.data, device)), annotation.info)
-    if shared:
-        return annotation
-    info = {key: value.copy() if isinstance(value, np.ndarray) else value for key, value in annotation.info.items()}
-    return Annotation(None if annotation.data is None else annotation.data.copy(), info)
+    computed = [(annotator, annotator.compute(frame)) for annotator in annotators]
+    frame.fetch(array for annotator, each in computed if is_for_host(annotator.device) for array in each.images)
+    return {
+        annotator.get_name(): delivered(
+            each, annotator.device, copy=annotator.copies_arrays and not shared, fetch=frame.on_host
+        )
+        for annotator, each in computed
+    }
 
 
 def lay_out(

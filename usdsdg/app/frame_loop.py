@@ -22,6 +22,7 @@ from usdsdg.session import stage_context
 from usdsdg.session.progress import report
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
+from usdsdg.session.termination import whole_frame
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage import assets
 
@@ -52,6 +53,10 @@ class Orchestrator:
     # --- one frame ---
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         """Capture one frame; see `usdsdg.orchestrator.step` for the arguments."""
+        with whole_frame():
+            self._step(rt_subframes, pause_timeline, delta_time)
+
+    def _step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         self._start_if_stopped()
         self._set_status(Status.STEPPING)
         timeline = get_timeline()
@@ -96,16 +101,23 @@ class Orchestrator:
         return max(requested, minimum, 1)
 
     def _start_if_stopped(self) -> None:
-        """Start a run: reset counters and generators and run a preview if not initialized, then check references."""
+        """Start a run: reset counters and generators and run a preview if not initialized, then check references.
+
+        A run that cannot start is stopped, so that the next one is checked again.
+        """
         if self.status is not Status.STOPPED:
             return
-        if not self._initialized:
-            self._set_status(Status.INITIALIZING)
-            evaluate.graph().restart()
-            rng.reset_all()
-            self.preview()
-            self._initialized = True
-        assets.check_missing(stage_context.current_stage())
+        try:
+            if not self._initialized:
+                self._set_status(Status.INITIALIZING)
+                evaluate.graph().restart()
+                rng.reset_all()
+                self.preview()
+                self._initialized = True
+            assets.check_missing(stage_context.current_stage())
+        except BaseException:
+            self._set_status(Status.STOPPED)
+            raise
         self._set_status(Status.STARTED)
 
     # --- many frames ---

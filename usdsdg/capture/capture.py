@@ -4,6 +4,7 @@ Films are exposed once per sub-frame; labels are rendered once, from the state a
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 from usdsdg.annotators.annotator import attached_annotators
 from usdsdg.annotators.frame import Frame
@@ -11,6 +12,7 @@ from usdsdg.annotators.labeled_prims import LabeledPrimReader
 from usdsdg.capture.exposure import Exposure
 from usdsdg.capture.frame_scene import EarlierPoints, FrameScene
 from usdsdg.capture.labels import render_labels
+from usdsdg.capture.later_pictures import LaterPictures, may_be_later
 from usdsdg.capture.observing import observe
 from usdsdg.capture.output import WriterOutput
 from usdsdg.capture.render_settings import RenderMode
@@ -22,6 +24,8 @@ from usdsdg.session import engines
 from usdsdg.session.progress import report
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg.writers.base import set_global_seed
 
 # Ticks per second of reference times.
@@ -40,12 +44,13 @@ class Capture:
         self._moment: StageMoment | None = None
         self._requests = Requests()
         self._exposure = Exposure(self._requests, 0)
+        self._later: RenderMode | None = None  # of images that are traced after the labels, beside what follows
 
     def begin(self, frame: int) -> None:
         """Collect what annotators and writers request for this frame."""
         set_global_seed(get_global_seed())
-        self._requests = Requests.collect()
-        self._exposure = Exposure(self._requests, frame)
+        self._requests = Requests.collect(frame)
+        self._exposure, self._later = Exposure(self._requests, frame), None
 
     def open_shutter(self) -> None:
         """Read the poses at which a motion-blurred exposure begins."""
@@ -54,7 +59,12 @@ class Capture:
 
     def expose(self, mode: RenderMode) -> None:
         """Add samples to the film of every product whose path-traced image is requested."""
-        if self._requests.annotators:
+        if not self._requests.annotators:
+            return
+        if may_be_later(self._requests, mode):
+            self._later = mode
+            self._exposure.open_shutter()
+        else:
             self._exposure.add(mode)
 
     def finish(self, frame: int, seconds: float) -> None:
@@ -67,6 +77,8 @@ class Capture:
         _compute(frames)
         for writer in self._requests.writers:
             self._output.write(writer, frames, self._requests, self._moment)
+        if (tap := current().tap) is not None:
+            tap.take(frames, self._requests.tapped)
         self._remember(frames)
         report("frames captured", frame + 1, self.expected_frames)
 
@@ -76,7 +88,7 @@ class Capture:
         number: seed of the image's noise. seconds: time on the timeline.
         """
         self._requests = Requests.of_product(path)
-        self._exposure = Exposure(self._requests, number)
+        self._exposure, self._later = Exposure(self._requests, number), None
         self.expose(mode)
         if self._requests.annotators:
             _compute(self._frames(number, seconds))
@@ -103,16 +115,26 @@ class Capture:
         renderer = engines.renderer()
         views = {product.path: view_of(product, renderer.time) for product in self._requests.products()}
         labels = render_labels(self._requests, views, self._labeled_prims)
+        images = self._images(views)
         return {
             path: Frame(
                 index=index, view=view, render_product=path, gprims=labels[path].table.gprims,
-                aovs=labels[path].aovs | self._exposure.images(path, view),
+                aovs=labels[path].aovs | images.get(path, {}),
                 labeled_prims=labels[path].labeled_prims, amodal_masks=labels[path].amodal_masks,
                 reference_time=(round(seconds * TICKS), TICKS),
                 scene=FrameScene(path, view, labels[path].table, labels[path].aovs, self._earlier),
             )
             for path, view in views.items()
         }  # fmt: skip
+
+    def _images(self, views: Mapping[str, CameraView | TiledView]) -> Mapping[str, dict[str, Any]]:
+        """Return the color images of each product, by path; where they may be later, start to trace them."""
+        current().tracing = None
+        if self._later is None:
+            return {path: self._exposure.images(path, view) for path, view in views.items()}
+        pictures = LaterPictures(self._exposure, self._later, views)
+        current().tracing = pictures.tracing
+        return pictures.images
 
 
 def _compute(frames: Mapping[str, Frame]) -> None:

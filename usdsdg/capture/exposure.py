@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from pxr import Usd
 
 from usdsdg.capture.render_settings import RenderMode, path_settings, tone_settings
@@ -20,10 +20,37 @@ from usdsdg_render.settings import LIGHT_AOVS
 
 if TYPE_CHECKING:
     from usdsdg_render.path.film import Film
+    from usdsdg_render.settings import PathSettings, ToneSettings
 
 # Poses within one motion-blur sub-frame: enough that fast objects leave a streak, not a row of copies.
 BLUR_STEPS = 4
 SAMPLES_PER_CALL = 16
+
+
+@dataclass(frozen=True)
+class Tracing:
+    """Samples that are added to the films of one frame in one call, with the settings of that frame."""
+
+    renderer: engines.Renderer
+    films: tuple[Film, ...]
+    views: tuple[CameraView, ...]
+    samples: int
+    settings: PathSettings
+
+
+@dataclass(frozen=True)
+class Step:
+    """Samples of all films, and what to report when they are added."""
+
+    tracings: tuple[Tracing, ...]
+    progress: tuple[str, int, int] | None  # label, samples per pixel so far, and of the frame
+
+    def run(self) -> None:
+        """Add the samples."""
+        for each in self.tracings:
+            each.renderer.accumulate_all(each.films, each.views, samples=each.samples, settings=each.settings)
+        if self.progress is not None:
+            report(*self.progress)
 
 
 class Exposure:
@@ -33,10 +60,16 @@ class Exposure:
         self._requests = requests
         self._frame = frame
         self._films: dict[str, list[Film]] = {}  # by product path, one per tile
-        self._mode: RenderMode | None = None
+        self._renderer: engines.Renderer | None = None
+        self._tone: ToneSettings | None = None
+
+    @property
+    def exposed(self) -> tuple[str, ...]:
+        """The paths of the products that have films."""
+        return tuple(self._films)
 
     def open_shutter(self) -> None:
-        """Read the poses at which a motion-blurred exposure begins."""
+        """Read the stage as it is now: the poses at which a motion-blurred exposure begins."""
         engines.renderer().sync(_now())
 
     def add(self, mode: RenderMode) -> None:
@@ -44,21 +77,25 @@ class Exposure:
 
         With motion blur the samples are distributed over the motion since the last exposure or `open_shutter`.
         """
-        self._mode = mode
         engines.renderer().sync(_now())
         if not mode.motion_blur:
-            # Split only to report progress; the image is bit-identical to that of one call.
-            for part in mode.split(-(-mode.samples // SAMPLES_PER_CALL)):
-                self._add_samples(part, mode.samples)
+            for step in self.steps(mode):
+                step.run()
             return
         parts = mode.split(BLUR_STEPS)
-        for step, part in enumerate(parts):
-            engines.renderer().place_between((step + 0.5) / len(parts))
-            self._add_samples(part, mode.samples * mode.sub_frames)
+        for number, part in enumerate(parts):
+            engines.renderer().place_between((number + 0.5) / len(parts))
+            self._step(part, mode.samples * mode.sub_frames).run()
         engines.renderer().place_between(1.0)
 
-    def _add_samples(self, mode: RenderMode, total: int) -> None:
-        renderer = engines.renderer()
+    def steps(self, mode: RenderMode) -> list[Step]:
+        """Return what adds the samples of `mode` to every film, of a scene that stands still."""
+        # Split only to report progress; the image is bit-identical to that of one call.
+        return [self._step(part, mode.samples) for part in mode.split(-(-mode.samples // SAMPLES_PER_CALL))]
+
+    def _step(self, mode: RenderMode, total: int) -> Step:
+        self._renderer = renderer = engines.renderer()
+        self._tone = tone_settings(mode)
         batches: dict[bool, list[tuple[Film, CameraView]]] = {}  # by whether light AOVs are requested
         for product in self._requests.products():
             needs = self._requests.requirements(product.path)
@@ -69,21 +106,22 @@ class Exposure:
                 self._films[product.path] = [renderer.new_film(view.width, view.height) for view in views]
             batch = batches.setdefault(not needs.aovs.isdisjoint(LIGHT_AOVS), [])
             batch += zip(self._films[product.path], views, strict=True)
+        tracings = []
         for with_light_aovs, batch in batches.items():
             films, views = zip(*batch, strict=True)
             settings = path_settings(mode, self._frame, with_light_aovs=with_light_aovs)
-            renderer.accumulate_all(films, views, samples=mode.samples, settings=settings)
-        if mode.path_tracing:
-            report(f"frame {self._frame}: samples per pixel", min(mode.first_sample + mode.samples, total), total)
+            tracings.append(Tracing(renderer, films, views, mode.samples, settings))
+        done = min(mode.first_sample + mode.samples, total)
+        progress = (f"frame {self._frame}: samples per pixel", done, total) if mode.path_tracing else None
+        return Step(tuple(tracings), progress)
 
-    def images(self, path: str, view: CameraView | TiledView) -> dict[str, np.ndarray]:
+    def images(self, path: str, view: CameraView | TiledView) -> dict[str, Any]:
         """Return the tone-mapped AOVs of a product, {} if it has no film, and release its films."""
         films = self._films.pop(path, [])
         if not films:
             return {}
-        assert self._mode is not None
-        tone = tone_settings(self._mode)
-        return assembled(view, [engines.renderer().develop(film, tone) for film in films])
+        assert self._renderer is not None
+        return assembled(view, [self._renderer.develop(film, self._tone, fetched=False) for film in films])
 
 
 def _now() -> Usd.TimeCode:

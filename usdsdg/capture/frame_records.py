@@ -14,11 +14,12 @@ from usdsdg.annotators.class_table import ClassTable, ids_are_stable
 from usdsdg.annotators.frame import PIXELS, Frame
 from usdsdg.annotators.kinds.keypoints import PRIMS as KEYPOINTS
 from usdsdg.annotators.labeled_prims import Selection
+from usdsdg.capture.recorded_pictures import pictures_of
 from usdsdg.capture.stage_records import StageMoment
 from usdsdg.capture.tiles import views_of
 from usdsdg.graph.sampling import get_global_seed
-from usdsdg.record import FRAMES, frame_record, id_runs, samples
-from usdsdg.record.frame_record import OPAQUE, FrameRecord, KeypointRecord, ProductRecord, SelectionRecord
+from usdsdg.record import FRAMES, frame_record
+from usdsdg.record.frame_record import FrameRecord, KeypointRecord, ProductRecord, SelectionRecord
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
@@ -32,8 +33,6 @@ from usdsdg.writers.whole_file import write_whole
 SETTING = "/usdsdg/labels/record"
 # Parameters of writers that say where files go, on which their content must not depend.
 _PLACES = ("output_dir", "backend", "s3_bucket", "s3_region", "s3_endpoint", "s3_endpoint_url", "use_s3")
-# What a record needs where labels are rendered at all.
-AOVS = frozenset(("instance", "distance_to_camera"))
 
 
 def is_on() -> bool:
@@ -100,7 +99,7 @@ class FrameRecords:
             self._write_stage(backend, moment)
         content = _Content(facts, tuple(frames.values()), dict(amodal), moment)
         # The arrays are given to the queue, which bounds the memory of what waits.
-        arrays = [frame.aovs for frame in frames.values()]
+        arrays = [frame.aovs for frame in content.frames]
         backend.schedule(_put, path=self._path(writer, backend, number), content=content, arrays=arrays)
 
     def _write_stage(self, backend: BaseBackend, moment: StageMoment) -> None:
@@ -138,20 +137,21 @@ class _Content:
         amodal: Mapping[str, bool],
         moment: StageMoment | None,
     ) -> None:
-        self._facts, self._frames, self._amodal, self._moment = facts, frames, amodal, moment
+        self._facts, self._amodal, self._moment = facts, amodal, moment
+        self.frames = tuple(frame.hosted() for frame in frames)
         # Now, since other writers may read them while this waits for its thread.
         self._keypoints = [frame.memo.get(KEYPOINTS, ()) for frame in frames]
 
     @functools.cached_property
     def data(self) -> bytes:
-        first = self._frames[0]
+        first = self.frames[0]
         numerator, denominator = first.reference_time
         filters = [
             tuple(dict.fromkeys(str(each["filter"] or "") for each in self._facts["annotators"].values())) or ("",)
-        ] * len(self._frames)
+        ] * len(self.frames)
         products = tuple(
             product_record(frame, chosen, amodal=self._amodal.get(frame.render_product, False), keypoints=keypoints)
-            for frame, chosen, keypoints in zip(self._frames, filters, self._keypoints)
+            for frame, chosen, keypoints in zip(self.frames, filters, self._keypoints)
         )
         edits = self._moment.layer if self._moment is not None and self._moment.edits else b""
         moment = {"seconds": numerator / denominator, "capture": first.index, "edits": edits}
@@ -173,8 +173,8 @@ def product_record(
 
     keypoints: the prims that have any, as annotators have read them.
     """
-    view = frame.view
-    ids, visible = _visible_gprims(frame.aovs.get("instance"), len(frame.gprims))
+    view, pictures = frame.view, pictures_of(frame)
+    visible = pictures.visible
     selections = {key: frame.selection(key or None) for key in filters}
     rows = _rows_in_view(frame, selections, visible)
     place = np.full(len(frame.labeled_prims) + 1, -1, np.int64)
@@ -188,8 +188,7 @@ def product_record(
             place[selection.rows[kept]], selection.ids[kept], selection.class_ids[kept],
             tuple(selection.labels[index] for index in kept), member[selection.member_of_gprim[visible]],
         )  # fmt: skip
-    labeled, aovs = frame.labeled_prims, frame.aovs
-    depth, normals, color = (aovs.get(name) for name in ("distance_to_camera", "normals", "LdrColor"))
+    labeled = frame.labeled_prims
     return ProductRecord(
         name=frame.render_product.rsplit("/", 1)[-1],
         path=frame.render_product,
@@ -203,17 +202,12 @@ def product_record(
         local_to_world=labeled.local_to_world[rows],
         amodal=frame.coverage[rows] if amodal else None,
         selections=recorded,
-        runs=None if ids is None else id_runs.encode(ids),
-        depth=None if depth is None else samples.grid(depth),
-        normals=None if normals is None else samples.normal_steps(samples.grid(normals)),
+        runs=pictures.runs,
+        depth=pictures.depth,
+        normals=pictures.normals,
         keypoints=tuple(_keypoints(frame, selections, keypoints)),
-        thumbnail=None if color is None else samples.block_means(color),
-        checksums={
-            name: samples.checksum(aovs[name]) for name in sorted(aovs) if name not in AOVS | {"HdrColor", "normals"}
-        }
-        | ({} if depth is None else {"distance_to_camera": samples.checksum(depth)})
-        | ({} if color is None or (color[..., 3] == 255).all() else {OPAQUE: samples.checksum(color[..., :3])})
-        | ({} if normals is None else {"normal_image": samples.checksum(samples.normal_image(normals))}),
+        thumbnail=pictures.thumbnail,
+        checksums=pictures.checksums,
     )
 
 
@@ -225,17 +219,6 @@ def _keypoints(frame: Frame, selections: Mapping[str, Selection], read: Iterable
         above = {key: next((name for name in prim.ancestors if name in own), None) for key, own in selected.items()}
         owners = {key: name for key, name in above.items() if name is not None}
         yield KeypointRecord(owners, prim.keypoints, prim.positions)
-
-
-def _visible_gprims(instance: np.ndarray | None, count: int) -> tuple[np.ndarray | None, np.ndarray]:
-    """Return the image of visible gprims, numbered without gaps, and the gprim of each number."""
-    if instance is None:
-        return None, np.zeros(0, np.int64)
-    values, lengths = id_runs.encode(instance)
-    seen = np.zeros(count, bool)
-    seen[values[values >= 0]] = True
-    number = np.append(np.cumsum(seen) - 1, -1)
-    return np.repeat(number[values.astype(np.int64)], lengths), np.flatnonzero(seen)
 
 
 def _rows_in_view(frame: Frame, selections: Mapping[str, Any], visible: np.ndarray) -> np.ndarray:

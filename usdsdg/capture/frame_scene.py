@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pxr import Usd
 
+from usdsdg.annotators.pixels.launch import on_host
 from usdsdg.annotators.scene_queries import NOT_IN_PICTURE
 from usdsdg.capture.subsets import GprimTable
 from usdsdg.session import engines
@@ -47,7 +48,7 @@ class FrameScene:
         path: str,
         view: CameraView | TiledView,
         table: GprimTable,
-        aovs: Mapping[str, np.ndarray],
+        aovs: Mapping[str, Any],
         earlier: EarlierPoints,
     ) -> None:
         self._path, self._view, self._table, self._aovs, self._earlier = path, view, table, aovs, earlier
@@ -79,5 +80,5 @@ class FrameScene:
 
     def points(self) -> SurfacePoints:
         """Return the points that this picture shows."""
-        aovs = {name: self._aovs[name] for name in POINT_AOVS}
+        aovs = {name: on_host(self._aovs[name]) for name in POINT_AOVS}
         return self._renderer.surface_points(aovs | {"instance": self._table.instances(aovs["instance"])})

@@ -2,8 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-
-import numpy as np
+from typing import Any
 
 from usdsdg.annotators.labeled_prims import LabeledPrimReader, LabeledPrims
 from usdsdg.capture.render_settings import glass_labels
@@ -23,7 +22,7 @@ class ProductLabels:
 
     table: GprimTable
     labeled_prims: LabeledPrims
-    aovs: dict[str, np.ndarray]
+    aovs: dict[str, Any]  # (H, W[, C]), NumPy arrays, or Warp arrays on a GPU
     amodal_masks: PixelMasks  # of all labeled prims; empty for products of several cameras
 
 
@@ -43,9 +42,11 @@ def render_labels(
         labeled_prims = reader.read(table.gprims, filters, time=renderer.time)
         cameras = [camera for path in paths for camera in views_of(views[path])]
         if amodal_masks:
-            arrays, masks = renderer.labels_and_masks(cameras, aovs, labeled_prims.groups, faces=table.faces)
+            arrays, masks = renderer.labels_and_masks(
+                cameras, aovs, labeled_prims.groups, faces=table.faces, fetched=False
+            )
         else:
-            arrays, masks = renderer.labels_of(cameras, aovs, faces=table.faces), []
+            arrays, masks = renderer.labels_of(cameras, aovs, faces=table.faces, fetched=False), []
         next_arrays, next_masks = iter(arrays), iter(masks)
         for path in paths:
             view = views[path]

@@ -17,8 +17,8 @@ def observe(requests: Requests, frames: Mapping[str, Frame]) -> None:
     seen = current().observations
     seen.frames += 1
     for path, frame in frames.items():
-        if (picture := frame.aovs.get("LdrColor")) is not None:
-            seen.add_picture(255 if seen.light_seen else float(picture[..., :3].max()))
+        if "LdrColor" in frame.aovs:
+            seen.add_picture(255 if seen.light_seen else float(frame.aov("LdrColor")[..., :3].max()))
         reading = [annotator for annotator in requests.annotators[path] if annotator.reads_labels]
         if reading:
             seen.add_labels(seen.label_seen or _has_label(frame))

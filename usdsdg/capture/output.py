@@ -39,7 +39,7 @@ class WriterOutput:
             payload = build_payload(writer, attached, **outputs)
             number, frame = writer.num_written, next(iter(attached.values())).index
             amodal = {path: requests.requirements(path).amodal_masks for path in attached}
-            with current().io_queue.frame(frame) as files:
+            with current().io_queue.frame(frame, pixels=current().tracing) as files:
                 try:
                     writer.receive(payload)
                 except Exception as error:
@@ -74,6 +74,8 @@ def close_writers() -> None:
     Raises:
         the first failure, after all writers were notified.
     """
+    if current().tap is not None:
+        return  # they were given no frame
     in_spite_of_failures(*(writer.on_final_frame for writer in attached_writers()), current().io_queue.wait_until_done)
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, requirements
-from usdsdg.capture import frame_records
+from usdsdg.capture import frame_records, recorded_pictures
+from usdsdg.capture.tap import Tap
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.session.render_products import HydraTexture, products
+from usdsdg.session.session import current
 from usdsdg.writers.base import Writer, attached_writers
 from usdsdg_render.settings import LIGHT_AOVS
 
@@ -18,11 +20,12 @@ class Requests:
 
     annotators: dict[str, list[Annotator]] = field(default_factory=dict)  # by product path; also those of `writers`
     writers: list[Writer] = field(default_factory=list)  # those that are due at this frame
+    tapped: list[str] = field(default_factory=list)  # paths of products whose views are handed out in their place
     _recorded: set[str] = field(default_factory=set)  # paths of products of which writers get a record
 
     @classmethod
-    def collect(cls) -> Requests:
-        """Collect the requests of all attached annotators and writers.
+    def collect(cls, frame: int) -> Requests:
+        """Collect the requests of all attached annotators and writers for a frame.
 
         Raises:
             Unsupported: an annotator that needs one camera is attached to a tiled product.
@@ -31,13 +34,29 @@ class Requests:
         for annotator in attached_annotators():
             requests._add(annotator.render_product, [annotator], f"annotator {annotator.get_name()!r}")
         # Called once per frame: a writer's own trigger function may have state.
-        requests.writers = [writer for writer in attached_writers() if writer.is_due()]
+        due = [writer for writer in attached_writers() if writer.is_due()]
+        if (tap := current().tap) is not None:
+            requests._divert(tap, due, frame)
+            return requests
+        requests.writers = due
         for writer in requests.writers:
             if frame_records.is_on() and frame_records.sink_of(writer) is not None:
                 requests._recorded.update(writer.render_products)
             for path in writer.render_products:
                 requests._add(path, writer.annotators_of(path), type(writer).__name__)
         return requests
+
+    def _divert(self, tap: Tap, due: list[Writer], frame: int) -> None:
+        """Request for the tap what writers that are due would be given; where none is attached, all products."""
+        for writer in due:
+            writer.pass_over()
+        if not tap.needs(frame):
+            return
+        written = {path for writer in due for path in writer.render_products}
+        for product in products():
+            if product.updates_enabled and (product.path in written or not attached_writers()):
+                self._add(product.path, tap.annotators, "the stream")
+                self.tapped.append(product.path)
 
     @classmethod
     def of_product(cls, path: str) -> Requests:
@@ -76,7 +95,7 @@ class Requests:
         """Return what the annotators of the product at `path`, and the record of its frame, need rendered."""
         needs = requirements(self.annotators[path])
         if path in self._recorded and needs.aovs.difference(LIGHT_AOVS):
-            return replace(needs, aovs=needs.aovs | frame_records.AOVS)
+            return replace(needs, aovs=needs.aovs | recorded_pictures.AOVS)
         return needs
 
 

@@ -1,10 +1,12 @@
 """The cameras of a render product, and the assembly of their images: one, or several in tiles."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from pxr import Usd
 
+from usdsdg.annotators.pixels.launch import on_host
 from usdsdg.session.render_products import HydraTexture
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
@@ -25,13 +27,15 @@ def views_of(view: CameraView | TiledView) -> tuple[CameraView, ...]:
     return view.views if isinstance(view, TiledView) else (view,)
 
 
-def assembled(view: CameraView | TiledView, images: Sequence[Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
+def assembled(view: CameraView | TiledView, images: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Assemble the arrays of `views_of(view)`, by name, into those of the whole image.
 
-    Pixels outside all tiles have the AOV's miss value, and 0 in color images.
+    The image of one camera is where it was rendered, tiles come to the host. Pixels outside all tiles have the AOV's
+    miss value, and 0 in color images.
     """
     if not isinstance(view, TiledView):
         return dict(images[0])
+    images = [{name: on_host(array) for name, array in image.items()} for image in images]
     from usdsdg_render.labels.aov import AOVS  # imports Warp
 
     whole = {}

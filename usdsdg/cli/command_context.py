@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from usdsdg.cli.interrupts import INTERRUPTED, let_commands_be_interrupted
+from usdsdg.cli.thread_limit import limit_threads
 from usdsdg.errors import UsdsdgError, UsdsdgWarning, described
-from usdsdg.session import progress
+from usdsdg.session import progress, termination
 
 if TYPE_CHECKING:
     from pxr import Sdf
@@ -51,32 +52,43 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no progress.")
 
 @contextmanager
 def command_context(
-    *, assets_root: str | None = None, device: str | None = None, quiet: bool = False, save_stage: Path | None = None
+    *,
+    assets_root: str | None = None,
+    device: str | None = None,
+    threads: int | None = None,
+    quiet: bool = False,
+    save_stage: Path | None = None,
 ) -> Iterator[None]:
     """Set up, run the body of a command, and finish its files.
 
-    Errors of usdsdg and Ctrl-C end the program with one message, without a traceback.
+    Errors of usdsdg, Ctrl-C and signals to end (SIGTERM, SIGHUP) end the program with one message, without a traceback.
     """
     warnings.showwarning = _plain_warning
     sys.unraisablehook = _repeat_lost_interrupt
     progress.use_default(quiet)
-    try:
-        # While Ctrl-C still ends the process at once: extension modules drop a KeyboardInterrupt that is raised while
-        # they are imported.
-        import usdsdg.orchestrator  # noqa: F401
+    limit_threads(threads)
+    with termination.listening():
+        try:
+            # While Ctrl-C still ends the process at once: extension modules drop a KeyboardInterrupt that is raised
+            # while they are imported.
+            import usdsdg.orchestrator  # noqa: F401
 
-        let_commands_be_interrupted()
-        snapshot = _set_up(assets_root, device, save_stage)
-        yield
-        finish_files()
-        if snapshot is not None:
-            snapshot.write()
-    except UsdsdgError as error:
-        _exit_with_error(error)
-    except KeyboardInterrupt:
-        _exit_interrupted()
-    finally:
-        progress.use(progress.SilentReporter())
+            let_commands_be_interrupted()
+            snapshot = _set_up(assets_root, device, save_stage)
+            yield
+            finish_files()
+            if snapshot is not None:
+                snapshot.write()
+        except UsdsdgError as error:
+            _exit_with_error(error)
+        except typer.Exit as ended:
+            if ended.exit_code:
+                _finish_after_failure(ended.exit_code)
+            raise
+        except KeyboardInterrupt as interrupt:
+            _exit_interrupted(interrupt)
+        finally:
+            progress.use(progress.SilentReporter())
 
 
 def _set_up(assets_root: str | None, device: str | None, save_stage: Path | None) -> _StageSnapshot | None:
@@ -94,24 +106,46 @@ def _set_up(assets_root: str | None, device: str | None, save_stage: Path | None
 def _exit_with_error(error: UsdsdgError) -> NoReturn:
     progress.use(progress.SilentReporter())
     print(f"error: {described(error)}", file=sys.stderr)
+    _finish_after_failure(1)
     raise typer.Exit(1) from None
 
 
-def _exit_interrupted() -> NoReturn:
+def _finish_after_failure(code: int) -> bool:
+    """End the run for its writers, which may have files to close; print what fails, and return whether nothing did.
+
+    code: the exit code, if Ctrl-C or a signal comes again.
+    """
     progress.use(progress.SilentReporter())
-    print("interrupted: finishing the files in hand; Ctrl-C again stops at once", file=sys.stderr)
     try:
         finish_files()
-        print("files written so far are whole", file=sys.stderr)
+        return True
     except UsdsdgError as error:
-        print(f"error: {described(error)}", file=sys.stderr)
+        print(f"error: at the end of the run: {described(error)}", file=sys.stderr)
+    except Exception as error:  # noqa: BLE001 - a script's own writer may raise anything at its end
+        print(f"error: at the end of the run: {type(error).__name__}: {error}", file=sys.stderr)
     except KeyboardInterrupt:
         _drop_files()
         sys.stderr.flush()
-        os._exit(INTERRUPTED)
+        os._exit(code)
+    return False
+
+
+def _exit_interrupted(interrupt: KeyboardInterrupt) -> NoReturn:
+    progress.use(progress.SilentReporter())
+    is_signal = isinstance(interrupt, termination.Terminated)
+    code, what = (interrupt.exit_code, str(interrupt)) if is_signal else (INTERRUPTED, "interrupted")
+    _tell(f"{what}: finishing the files in hand; Ctrl-C again stops at once")
+    if _finish_after_failure(code):
+        _tell("files written so far are whole")
     if any(thread.name.startswith(COMPILER_THREADS) for thread in threading.enumerate()):
-        _exit_without_joining_compilers()
-    raise typer.Exit(INTERRUPTED) from None
+        _exit_without_joining_compilers(code)
+    raise typer.Exit(code) from None
+
+
+def _tell(line: str) -> None:
+    """Print to stderr, where anyone reads it: a terminal that hung up is gone."""
+    with suppress(OSError):
+        print(line, file=sys.stderr, flush=True)
 
 
 def _drop_files() -> None:
@@ -123,12 +157,12 @@ def _drop_files() -> None:
         print(f"stopped: {dropped} files were not written", file=sys.stderr)
 
 
-def _exit_without_joining_compilers() -> NoReturn:
+def _exit_without_joining_compilers(code: int) -> NoReturn:
     """End the program without waiting for threads that compile kernels, which cannot be interrupted."""
     atexit._run_exitfuncs()
     sys.stdout.flush()
     sys.stderr.flush()
-    os._exit(INTERRUPTED)
+    os._exit(code)
 
 
 def seed_everything(seed: int) -> None:

@@ -1,4 +1,5 @@
-"""The commands `usdsdg run | generate | render | simulate | inspect | verify | convert | compat | assets | doctor`.
+"""The commands `usdsdg run | generate | render | simulate | inspect | verify | convert | compat | assets | warmup |
+doctor`.
 
 They are light to import.
 """
@@ -19,6 +20,7 @@ from usdsdg.cli.render import render
 from usdsdg.cli.run import run
 from usdsdg.cli.simulate import simulate
 from usdsdg.cli.verify import verify
+from usdsdg.cli.warmup import warmup
 
 app = typer.Typer(
     name="usdsdg", help="Synthetic data from USD scenes: the Replicator API on open-source components.",
@@ -26,7 +28,7 @@ app = typer.Typer(
 )  # fmt: skip
 # Options after the script's name belong to the script.
 app.command(context_settings={"allow_interspersed_args": False})(run)
-for command in (generate, render, simulate, inspect, verify, convert, compat, doctor):
+for command in (generate, render, simulate, inspect, verify, convert, compat, warmup, doctor):
     app.command()(command)
 app.add_typer(assets.app, name="assets")
 

@@ -17,7 +17,6 @@ REQUIRED = [
     "scipy",
     "trimesh",
     "pillow",
-    "isal",
     "coacd",
     "pyyaml",
     "pydantic",

@@ -26,12 +26,13 @@ def check_kind(file: Path, *accepted: FileKind) -> None:
     Raises:
         ConfigError: another command takes the file; the message names it.
     """
-    kind = _kind(file) if file.is_file() else None
+    kind = kind_of(file) if file.is_file() else None
     if kind is not None and kind not in accepted:
         raise ConfigError(f"{file} is {kind.value.format(file, file)}")
 
 
-def _kind(file: Path) -> FileKind | None:
+def kind_of(file: Path) -> FileKind | None:
+    """Return the kind of a file, from its suffix or its keys; None if it is not known or cannot be read."""
     if file.suffix.lower() in (".yaml", ".yml", ".json"):
         return _kind_of_values(file)
     return _BY_SUFFIX.get(file.suffix.lower())

@@ -18,6 +18,7 @@ from usdsdg.cli.command_context import (
 )
 from usdsdg.cli.file_kinds import FileKind, check_kind
 from usdsdg.cli.inspect import Inspect, show_written
+from usdsdg.cli.thread_limit import Threads
 
 
 def generate(
@@ -29,6 +30,7 @@ def generate(
     ] = None,
     assets_root: AssetsRoot = None,
     device: Device = None,
+    threads: Threads = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the run.", show_default="the config's")] = None,
     semantic_classes: SemanticClasses = None,
     save_stage: SaveStage = None,
@@ -39,7 +41,7 @@ def generate(
 
     Given a stage that a script saved, run its graph again without the script.
     """
-    with command_context(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
+    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage):
         from usdsdg.scenarios import jobs, saved_pipeline
 
         check_kind(config, FileKind.CONFIGURATION, FileKind.STAGE)

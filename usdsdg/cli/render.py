@@ -11,6 +11,7 @@ import typer
 
 from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, Seed, command_context, seed_everything
 from usdsdg.cli.file_kinds import FileKind, check_kind
+from usdsdg.cli.thread_limit import Threads
 from usdsdg.errors import StageError
 
 if TYPE_CHECKING:
@@ -34,11 +35,12 @@ def render(
     spp: Annotated[int, typer.Option(min=1, help="Samples per pixel.")] = 64,
     assets_root: AssetsRoot = None,
     device: Device = None,
+    threads: Threads = None,
     seed: Seed = 0,
     quiet: Quiet = False,
 ) -> None:
     """Render one camera of a stage: image, depth, normals, masks and boxes, in BasicWriter's layout."""
-    with command_context(assets_root=assets_root, device=device, quiet=quiet):
+    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet):
         import usdsdg as rep
         from usdsdg.session import stage_context
         from usdsdg.session.timeline import get_timeline

@@ -21,6 +21,7 @@ from usdsdg.cli.command_context import (
 from usdsdg.cli.file_kinds import FileKind, check_kind
 from usdsdg.cli.inspect import Inspect, show_written
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
+from usdsdg.cli.thread_limit import Threads
 
 YAML = (".yaml", ".yml")
 
@@ -82,6 +83,7 @@ def run(
     semantic_classes: SemanticClasses = None,
     assets_root: AssetsRoot = None,
     device: Device = None,
+    threads: Threads = None,
     seed: Seed = 0,
     save_stage: SaveStage = None,
     inspect: Inspect = False,
@@ -100,7 +102,7 @@ def run(
     if not script.is_file():
         print(f"error: no script {script}", file=sys.stderr)
         raise typer.Exit(1)
-    with command_context(assets_root=assets_root, device=device, quiet=quiet, save_stage=save_stage):
+    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage):
         from usdsdg.cli.script.execution import execute
         from usdsdg.cli.script.outcome import reported_outcome
 

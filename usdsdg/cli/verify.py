@@ -1,50 +1,63 @@
 """`usdsdg verify DIR`: prove that a dataset's files say what was rendered, and agree with each other."""
 
+from __future__ import annotations
+
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, command_context
 from usdsdg.errors import BadValue
 
+if TYPE_CHECKING:
+    from usdsdg.verify import Report
+
 RENDERED = 10  # frames, where none are named
 
 
 def verify(
-    folder: Annotated[Path, typer.Argument(help="A folder that a writer wrote to.")],
+    folder: Annotated[Path, typer.Argument(help="A folder that a writer wrote to, or one with several datasets.")],
     render: Annotated[bool, typer.Option("--render", help="Render frames again from the recorded stage.")] = False,
     frames: Annotated[
         str | None, typer.Option(help="Numbers of the frames to render again, as 0,12.", show_default="10 of them")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
-    limit: Annotated[int, typer.Option(min=1, help="Print at most this many faults.")] = 200,
+    limit: Annotated[int, typer.Option(min=1, help="Print at most this many faults of a dataset.")] = 200,
     assets_root: AssetsRoot = None,
     device: Device = None,
     quiet: Quiet = False,
 ) -> None:
     """Read a dataset back through its format, and compare it with its record and with geometry.
 
-    Prints a line for every fault; the exit code is 1 if there are any.
+    Prints a line for every fault, and one for each dataset in the folder; the exit code is 1 if there are any faults.
     """
     with command_context(assets_root=assets_root, device=device, quiet=quiet or as_json):
         from usdsdg.session.progress import report as progress
-        from usdsdg.verify import verify as run
+        from usdsdg.verify import verify_all
 
-        report = run(folder, render=_chosen(render, frames), progress=progress)
+        reports = verify_all(folder, render=_chosen(render, frames), progress=progress)
+        is_clean = all(each.is_clean for each in reports)
     if as_json:
-        print(json.dumps(report.values(), indent=1))
+        values = [each.values() for each in reports]
+        several = {"folder": str(folder), "clean": is_clean, "datasets": values}
+        print(json.dumps(values[0] if len(values) == 1 else several, indent=1))
     else:
-        for fault in report.faults[:limit]:
-            print(fault.line())
-        if len(report.faults) > limit:
-            print(f"... and {len(report.faults) - limit} more (--limit)")
-        for note in dict.fromkeys(report.notes):
-            print(f"note: {note}")
-        print(report.summary())
-    if not report.is_clean:
+        for each in reports:
+            _print(each, limit)
+    if not is_clean:
         raise typer.Exit(1)
+
+
+def _print(report: Report, limit: int) -> None:
+    for fault in report.faults[:limit]:
+        print(fault.line())
+    if len(report.faults) > limit:
+        print(f"... and {len(report.faults) - limit} more (--limit)")
+    for note in dict.fromkeys(report.notes):
+        print(f"note: {note}")
+    print(report.summary())
 
 
 def _chosen(render: bool, frames: str | None) -> list[int] | int | None:

@@ -8,7 +8,8 @@ import numpy as np
 
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
-from usdsdg.stage.image_files.motion_jpeg import encode_frame, encode_video
+from usdsdg.stage.image_files.motion_jpeg import Video, encode_frame
+from usdsdg.writers.whole_file import write_whole
 
 
 class VideoEncodingInterface:
@@ -17,8 +18,8 @@ class VideoEncodingInterface:
     def __init__(self) -> None:
         self._path: Path | None = None
         self._rate = 24.0
-        self._frames: list[bytes] = []
         self._size: tuple[int, int] | None = None
+        self._video: Video | None = None
 
     def start_encoding(
         self, video_filename: str, framerate: float = 24.0, nframes: int = 0, overwrite_video: bool = True
@@ -37,7 +38,7 @@ class VideoEncodingInterface:
         path = Path(video_filename)
         if path.exists() and not overwrite_video:
             return False
-        self._path, self._rate, self._frames, self._size = path, float(framerate), [], None
+        self._path, self._rate, self._size, self._video = path, float(framerate), None, None
         return True
 
     def encode_next_frame_from_file(self, frame_filename: str) -> None:
@@ -73,17 +74,19 @@ class VideoEncodingInterface:
 
         Raises:
             WriterError: no video has begun, or it has no frames.
-            OSError: the file cannot be written.
+            OutputNotWritable: the file cannot be written.
         """
         path, self._path = self._begun(), None
-        path.write_bytes(encode_video(self._frames, self._size or (0, 0), self._rate))
+        video, self._video = self._video or Video((0, 0), self._rate), None
+        write_whole(path, video)
 
     def _add(self, image: np.ndarray) -> None:
         path, size = self._begun(), (image.shape[1], image.shape[0])
         self._size = self._size or size
         if size != self._size:
             raise WriterError(f"video_encoding: {path} has frames of {self._size} pixels; this one has {size}")
-        self._frames.append(encode_frame(image))
+        self._video = self._video or Video(size, self._rate)
+        self._video.append(encode_frame(image))
 
     def _begun(self) -> Path:
         if self._path is None:

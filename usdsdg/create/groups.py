@@ -4,8 +4,7 @@ from typing import Any
 
 from usdsdg import modify
 from usdsdg.arguments.prims import prim_at
-from usdsdg.arguments.values import count_of
-from usdsdg.create.objects import apply_common_arguments, new_object
+from usdsdg.create.objects import apply_common_arguments, new_objects
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 
 
@@ -43,7 +42,7 @@ def xform(
     Raises:
         ArgumentError: a value has another shape, or `count` is not an integer. BadPrim: `parent` is not on the stage.
     """
-    objects = [new_object("Xform", name, parent)[0] for _ in range(count_of(count))]
+    objects, _ = new_objects("Xform", name, parent, count, lambda _stage, _path: None)
     return apply_common_arguments(
         objects, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         semantics=semantics, visible=visible, kind="OgnCreateXform", name=name,

@@ -2,14 +2,12 @@
 
 from typing import Any
 
-from pxr import UsdLux
+from pxr import Usd, UsdLux
 
 from usdsdg import modify
-from usdsdg.arguments.values import count_of
-from usdsdg.create.objects import apply_common_arguments, new_object
+from usdsdg.create.objects import apply_common_arguments, new_objects
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.node import ReplicatorItem
-from usdsdg.session.stage_context import current_stage
 
 LIGHT_SCHEMAS = {
     "cylinder": UsdLux.CylinderLight,
@@ -50,14 +48,11 @@ def light(
         raise ArgumentError(f"create.light: light_type={light_type!r}; known: {', '.join(LIGHT_SCHEMAS)}")
     if texture is not None and schema not in _TEXTURED:
         raise ArgumentError(f"create.light: a {light_type} light has no texture; give it to a dome or rect light")
-    stage = current_stage()
-    objects, lights = [], []
-    for _ in range(count_of(count)):
-        prim, child = new_object(f"{light_type.capitalize()}Light", name, parent)
-        objects.append(prim)
-        lights.append(schema.Define(stage, child).GetPrim())
-        enabled = UsdLux.LightAPI(lights[-1]).CreateEnableColorTemperatureAttr()
-        enabled.Set(temperature is not None)
+
+    def define(stage: Usd.Stage, path: str) -> None:
+        UsdLux.LightAPI(schema.Define(stage, path)).CreateEnableColorTemperatureAttr(temperature is not None)
+
+    objects, lights = new_objects(f"{light_type.capitalize()}Light", name, parent, count, define)
     item = apply_common_arguments(
         objects, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         kind="OgnCreateLight", name=name,

@@ -15,6 +15,7 @@ from usdsdg.graph.node import Node, ReplicatorItem, plain
 from usdsdg.modify.numbers import draw_numbers
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import materials, paths
+from usdsdg.stage.copies import copy_prim
 
 MATERIALS_SCOPE = "/Replicator/Looks"
 
@@ -80,10 +81,11 @@ def _new_materials(count: int) -> list[str]:
     if not stage.GetPrimAtPath(MATERIALS_SCOPE):
         stage.DefinePrim("/Replicator", "Scope")
         stage.DefinePrim(MATERIALS_SCOPE, "Scope")
-    made = []
-    for _ in range(count):
-        made.append(paths.next_free_path(stage, f"{MATERIALS_SCOPE}/OmniPBR"))
-        materials.define_mdl(stage, made[-1], "OmniPBR.mdl")
+    made = paths.free_paths(stage, f"{MATERIALS_SCOPE}/OmniPBR", count)
+    if made:
+        materials.define_mdl(stage, made[0], "OmniPBR.mdl")
+        target = stage.GetEditTarget()
+        copy_prim(stage, target.GetLayer(), target.MapToSpecPath(Sdf.Path(made[0])), made[1:])
     return made
 
 

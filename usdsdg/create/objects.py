@@ -1,16 +1,40 @@
 """Object prims: an Xform `/Replicator/<Type>_Xform[_NN]` with pose and labels, and one child `<Type>`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from pxr import Sdf, Usd
 
 from usdsdg import modify
+from usdsdg.arguments.values import count_of
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
+from usdsdg.stage.copies import copy_prim
 
 ROOT = "/Replicator"
+
+
+def new_objects(
+    kind: str, name: str | None, parent: Any, count: Any, define: Callable[[Usd.Stage, str], object]
+) -> tuple[list[Usd.Prim], list[Usd.Prim]]:
+    """Create object Xforms with the child that `define` makes at a path of a stage; return them and the children.
+
+    The first is copied, in one change: one by one, each would take as long as its parent has children.
+
+    Raises:
+        ArgumentError: `count` is not an integer, or negative. BadPrim: as for `new_object`.
+    """
+    if not (number := count_of(count)):
+        return [], []
+    prim, path = new_object(kind, name, parent)
+    stage = prim.GetStage()
+    define(stage, path)
+    target, label = stage.GetEditTarget(), name or kind
+    others = paths.free_paths(stage, f"{prim.GetPath().GetParentPath()}/{label}_Xform", number - 1)
+    copies = copy_prim(stage, target.GetLayer(), target.MapToSpecPath(prim.GetPath()), others)
+    objects = [prim, *copies]
+    return objects, [each.GetChild(label) for each in objects]
 
 
 def new_object(kind: str, name: str | None, parent: Any) -> tuple[Usd.Prim, str]:

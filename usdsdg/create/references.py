@@ -2,13 +2,13 @@
 
 from typing import Any
 
+from pxr import Usd
+
 from usdsdg import modify
 from usdsdg.arguments.asset_folders import usd_files
-from usdsdg.arguments.values import count_of
-from usdsdg.create.objects import apply_common_arguments, new_object
+from usdsdg.create.objects import apply_common_arguments, new_objects
 from usdsdg.errors import AssetError, AssetNotFound
 from usdsdg.graph.node import Node, ReplicatorItem
-from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets
 
 
@@ -30,14 +30,13 @@ def from_usd(
         AssetNotFound: there is no such file; the message names near misses. AssetError: it cannot be referenced.
         BadPrim: `parent` is not on the stage. ArgumentError: a value has another shape.
     """
-    stage, file = current_stage(), assets.resolve_object(usd, labeled=semantics is None)
-    objects = []
-    for _ in range(count_of(count)):
-        prim, child = new_object("Ref", name, parent)
-        reference = stage.DefinePrim(child)
-        if not reference.GetReferences().AddReference(file):
-            raise AssetError(f"create.from_usd: {file} cannot be referenced at {child}")
-        objects.append(prim)
+    file = assets.resolve_object(usd, labeled=semantics is None)
+
+    def define(stage: Usd.Stage, path: str) -> None:
+        if not stage.DefinePrim(path).GetReferences().AddReference(file):
+            raise AssetError(f"create.from_usd: {file} cannot be referenced at {path}")
+
+    objects, _ = new_objects("Ref", name, parent, count, define)
     return apply_common_arguments(
         objects, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
         semantics=semantics, kind="OgnCreateFromUsd", name=name,

@@ -19,24 +19,15 @@ Errors: ArgumentError for a value of another shape and for `count`, BadPrim for 
 from typing import Any
 
 from usdsdg import modify
-from usdsdg.arguments.values import count_of
-from usdsdg.create.objects import apply_common_arguments, new_object
+from usdsdg.create.objects import apply_common_arguments, new_objects
 from usdsdg.graph.node import ReplicatorItem
-from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.geometry import shape_meshes
 
 
 def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
-    stage, as_mesh, material = current_stage(), arguments.pop("as_mesh"), arguments.pop("material")
-    count, parent = arguments.pop("count"), arguments.pop("parent")
-    objects = []
-    for _ in range(count_of(count)):
-        prim, child = new_object(kind, arguments["name"], parent)
-        if as_mesh:
-            shape_meshes.define(stage, child, kind)
-        else:
-            shape_meshes.define_gprim(stage, child, kind)
-        objects.append(prim)
+    define = shape_meshes.define if arguments.pop("as_mesh") else shape_meshes.define_gprim
+    material, count, parent = (arguments.pop(each) for each in ("material", "count", "parent"))
+    objects, _ = new_objects(kind, arguments["name"], parent, count, lambda stage, path: define(stage, path, kind))
     item = apply_common_arguments(objects, kind=f"OgnCreate{kind}", **arguments)
     if material is not None:
         modify.material(material, input_prims=item)

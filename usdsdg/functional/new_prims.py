@@ -1,5 +1,6 @@
 """Definition of new prims: paths, xform ops, and the arguments that all `create` functions share."""
 
+import collections
 from collections.abc import Sequence
 from typing import Any
 
@@ -33,10 +34,12 @@ def new_paths(name: str, parent: Any, count: Any) -> list[str]:
         return _free_paths(_parent_path(parent), _valid_name(name), count)
     if len(parent) != count:
         raise ArgumentError(f"parent has {len(parent)} prims for count {count}; give one, or one for each")
-    paths: list[str] = []
-    for each in parent:
-        paths += _free_paths(_parent_path(each), _valid_name(name), 1, taken=paths)
-    return paths
+    parents = [_parent_path(each) for each in parent]
+    free = {
+        each: iter(_free_paths(each, _valid_name(name), number))
+        for each, number in collections.Counter(parents).items()
+    }
+    return [next(free[each]) for each in parents]
 
 
 def define(paths: Sequence[str], type_name: str, *, with_ops: bool = True) -> list[Usd.Prim]:
@@ -136,14 +139,13 @@ def _valid_name(name: str) -> str:
     return valid
 
 
-def _free_paths(parent: Sdf.Path, name: str, count: int, taken: Sequence[str] = ()) -> list[str]:
+def _free_paths(parent: Sdf.Path, name: str, count: int) -> list[str]:
     names = set(current_stage().GetPrimAtPath(parent).GetAllChildrenNames())
     found: list[str] = []
     number = 0
     while len(found) < count:
         candidate = f"{name}_{number:02d}" if number else name
-        path = str(parent.AppendChild(candidate))
-        if candidate not in names and path not in taken:
-            found.append(path)
+        if candidate not in names:
+            found.append(str(parent.AppendChild(candidate)))
         number += 1
     return found

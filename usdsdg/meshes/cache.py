@@ -17,7 +17,7 @@ from usdsdg.mirror.locks import locked
 from usdsdg.stage.assets import cache_folder
 
 # Part of each key: another number converts everything again.
-VERSION = 2
+VERSION = 3
 
 
 def converted(source: str | os.PathLike[str], options: Options) -> str:

@@ -1,5 +1,6 @@
 """Labels, visibility, materials and variants: `rep.modify.semantics`, `visibility`, `material` and `variant`."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -15,6 +16,8 @@ from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.label_sources import LabelSources, brings_labels
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.modify.mdl_materials import is_mdl, mdl_material
+from usdsdg.modify.prims import target_prims
+from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.semantics import labels
 
 
@@ -76,9 +79,25 @@ def _write_visibility(node: Node, execution: int) -> None:
     )
     if not all(isinstance(visible, (bool, np.bool_)) or visible in (0, 1) for visible in per_prim):
         raise ArgumentError(f"visibility is {shown(value)}; expected True or False, or a list with one per prim")
-    for path, visible in zip(node.prims, per_prim):
-        imageable = UsdGeom.Imageable(prim_at(path))
+    prims = target_prims(node)
+    if _are_apart(prims):
+        tokens = [UsdGeom.Tokens.inherited if visible else UsdGeom.Tokens.invisible for visible in per_prim]
+        if write_batch(node.state, "visibility", lambda: [prim.GetAttribute("visibility") for prim in prims], tokens):
+            return
+    for prim, visible in zip(prims, per_prim):
+        imageable = UsdGeom.Imageable(prim)
         (imageable.MakeVisible if visible else imageable.MakeInvisible)()
+
+
+def _are_apart(prims: Sequence[Usd.Prim]) -> bool:
+    """Whether showing one of the prims changes no other prim: none is hidden by one above, or below another one."""
+    paths = {prim.GetPath() for prim in prims}
+    parents = {parent.GetPath(): parent for prim in prims if (parent := prim.GetParent())}
+    above = {ancestor for path in parents for ancestor in path.GetPrefixes()}
+    shown = (UsdGeom.Imageable(parent) for parent in parents.values())
+    return above.isdisjoint(paths) and all(
+        not each or each.ComputeVisibility() != UsdGeom.Tokens.invisible for each in shown
+    )
 
 
 def material(value: Any, input_prims: Any = None, name: str | None = None) -> ReplicatorItem:

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
+from pxr import Gf, Usd, UsdGeom, UsdLux
 
 from usdsdg.scenarios.cameras import CLEARANCE, Cameras, drawn_aim
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
+from usdsdg.scenarios.gprims import rows_below
 from usdsdg.session import engines
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.cameras.camera_view import read_camera
@@ -126,8 +127,8 @@ def _covered(camera: Usd.Prim, target: Usd.Prim, resolution: tuple[int, int]) ->
     size = (WIDTH, max(1, round(WIDTH * resolution[1] / resolution[0])))
     view = read_camera(camera.GetStage(), camera.GetPath(), size, time=renderer.time)
     (found,) = renderer.labels_of([view], ("instance",))
-    mine = [Sdf.Path(path.split("[", 1)[0]).HasPrefix(target.GetPath()) for path in renderer.gprims]
-    # Where nothing is hit the index is -1.
-    shown = np.array([*mine, False])[found["instance"]]
+    mine = np.zeros(len(renderer.gprims) + 1, bool)  # where nothing is hit the index is -1
+    mine[rows_below(renderer.gprims, [target])[0]] = True
+    shown = mine[found["instance"]]
     top, left = (round(BORDER * each) for each in shown.shape)
     return float(shown[top : shown.shape[0] - top, left : shown.shape[1] - left].mean())

@@ -18,6 +18,7 @@ from usdsdg.scenarios.capture_loop import Scene
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.output_folder import with_absolute_output_dir
+from usdsdg.session.session import current
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage import assets
 from usdsdg.writers import Writer
@@ -72,7 +73,8 @@ def run(config: ObjectBasedConfig) -> Summary:
     get_app().update()
     get_timeline().stop()
     summary = Summary(frames, frames * config.num_cameras, seconds, simulated, _output_dir(writer))
-    _print_summary(summary)
+    if current().tap is None:  # else nothing was written
+        _print_summary(summary)
     if frames < config.num_frames:
         raise KeyboardInterrupt
     return summary

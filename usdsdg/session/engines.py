@@ -20,6 +20,7 @@ from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.geometry.pixel_masks import PixelMasks
 
 if TYPE_CHECKING:
+    from usdsdg.parallel import Later
     from usdsdg_physics.queries.scene_queries import Overlap, RayHit
     from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
     from usdsdg_render.labels.sight import SurfacePoints
@@ -130,6 +131,9 @@ class Renderer(Protocol):
     def gprims(self) -> tuple[str, ...]: ...
 
     @property
+    def device(self) -> str: ...
+
+    @property
     def time(self) -> Usd.TimeCode: ...
 
     def sync(self, time: Usd.TimeCode | None = None) -> None: ...
@@ -137,8 +141,13 @@ class Renderer(Protocol):
     def place_between(self, fraction: float) -> None: ...
 
     def labels_of(
-        self, views: Sequence[CameraView], aovs: Collection[str], *, faces: Mapping[int, np.ndarray] = ...
-    ) -> list[dict[str, np.ndarray]]: ...
+        self,
+        views: Sequence[CameraView],
+        aovs: Collection[str],
+        *,
+        faces: Mapping[int, np.ndarray] = ...,
+        fetched: bool = ...,
+    ) -> list[dict[str, Any]]: ...
 
     def labels_and_masks(
         self,
@@ -147,7 +156,8 @@ class Renderer(Protocol):
         groups: Sequence[Sequence[int]],
         *,
         faces: Mapping[int, np.ndarray] = ...,
-    ) -> tuple[list[dict[str, np.ndarray]], list[PixelMasks]]: ...
+        fetched: bool = ...,
+    ) -> tuple[list[dict[str, Any]], list[PixelMasks]]: ...
 
     @property
     def local_to_world(self) -> np.ndarray: ...
@@ -176,7 +186,9 @@ class Renderer(Protocol):
         self, films: Sequence[Film], views: Sequence[CameraView], *, samples: int, settings: PathSettings
     ) -> None: ...
 
-    def develop(self, film: Film, tone: ToneSettings | None = None) -> dict[str, np.ndarray]: ...
+    def develop(self, film: Film, tone: ToneSettings | None = None, *, fetched: bool = ...) -> dict[str, Any]: ...
+
+    def later(self, work: Callable[[], None]) -> Later: ...
 
 
 class Engines:

@@ -20,6 +20,7 @@ from usdsdg.session.new_stages import NewStage
 from usdsdg.stage import assets
 
 if TYPE_CHECKING:
+    from usdsdg.parallel import Later
     from usdsdg.session.settings_store import Settings
     from usdsdg.session.timeline import Timeline
 
@@ -79,9 +80,11 @@ class Session:
         self.render_products: dict[str, Any] = {}  # HydraTexture by prim path, oldest first
         self.annotators: list[Any] = []  # attached by users, in the order of attaching
         self.writers: list[Any] = []  # attached, in the order of attaching
+        self.tap: Any = None  # a `usdsdg.capture.tap.Tap`, which gets the frames in place of the writers
         self.label_filter: str | None = None  # of annotators without one of their own; None: all labels
         self.metadata_seed: int | None = None  # the global seed of the latest captured frame
         self.disk_root: Path | None = None  # parent of relative output folders; None: the default
+        self.tracing: Later | None = None  # of the latest frame's color images, where its files wait for them
         self.written_folders: dict[str, None] = {}  # on disk, in the order of their first file
         self.imported_version = 0  # of Replicator, as the script's imports tell; 0: they do not
         self.failed_at_exit = False  # a file could not be written and no call has raised it
@@ -107,6 +110,11 @@ class Session:
         settings.on_change(f"{backend}/writeThreads", lambda count: self.io_queue.set_threads(count))
         settings.on_change("/usdsdg/writers/queueBytes", lambda count: self.io_queue.set_max_bytes(count))
         return settings
+
+    def wait_for_pictures(self) -> None:
+        """Wait until the latest frame's color images have their pixels; raises what went wrong."""
+        if self.tracing is not None:
+            self.tracing.wait()
 
     def _made(self, *names: str) -> list[Any]:
         """Return the named members that have been used; the others have no state yet."""

@@ -43,6 +43,7 @@ DEFAULTS: dict[str, Any] = {
     "/rtx/post/depthSensor/maxDistance": 10000000.0,
     "/rtx/post/depthSensor/rgbDepthOutputMode": 0,
     "/rtx/post/depthSensor/showDistance": False,
+    "/usdsdg/capture/picturesLater": True,
     "/usdsdg/denoiser": "auto",
     "/usdsdg/labels/glass": "surface",
     "/usdsdg/labels/stableIds": True,

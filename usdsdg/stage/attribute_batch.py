@@ -16,10 +16,16 @@ _CONVERTERS: dict[str, Callable[[np.ndarray], Sequence[Any]]] = {
     "float2": lambda rows: Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(rows, np.float32)),
     "float3": lambda rows: Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(rows, np.float32)),
     "double3": lambda rows: Vt.Vec3dArray.FromNumpy(np.ascontiguousarray(rows, np.float64)),
+    "float[]": lambda rows: list(map(Vt.FloatArray.FromNumpy, np.ascontiguousarray(rows, np.float32))),
+    "float2[]": lambda rows: list(map(Vt.Vec2fArray.FromNumpy, np.ascontiguousarray(rows, np.float32))),
+    "float3[]": lambda rows: list(map(Vt.Vec3fArray.FromNumpy, np.ascontiguousarray(rows, np.float32))),
 }
-_SIZES = {"float2": 2, "float3": 3, "double3": 3}
+_SIZES = {"float2": 2, "float3": 3, "double3": 3, "float2[]": 2, "float3[]": 3}
 # Types with a role, by the type that stores them.
-_STORAGE = {"color3f": "float3", "vector3f": "float3", "point3f": "float3", "normal3f": "float3"}
+_STORAGE = {
+    f"{role}3f{array}": f"float3{array}" for role in ("color", "vector", "point", "normal") for array in ("", "[]")
+}
+_STORAGE["texCoord2f[]"] = "float2[]"
 
 
 class AttributeBatch:
@@ -29,8 +35,11 @@ class AttributeBatch:
         """Look up the specs.
 
         Raises:
-            ValueError: the type is not supported, types differ, or paths differ between stage and layer.
+            ValueError: one does not exist, the type is not supported, types differ, or paths differ
+                between stage and layer.
         """
+        if not all(attributes):
+            raise ValueError("no batch for attributes that do not exist")
         names = {str(attribute.GetTypeName()) for attribute in attributes}
         name = names.pop() if len(names) == 1 else ""
         self._type = _STORAGE.get(name, name)
@@ -68,10 +77,19 @@ class AttributeBatch:
         except (TypeError, ValueError):
             return None
         size = _SIZES.get(self._type, 0)
+        if self._type.endswith("[]"):
+            return self._converted_arrays(rows, size)
         if size and rows.shape == (len(self._specs),):
             rows = np.repeat(rows[:, None], size, axis=1)
         wanted = (len(self._specs), size) if size else (len(self._specs),)
         return _CONVERTERS[self._type](rows) if rows.shape == wanted else None
+
+    def _converted_arrays(self, rows: np.ndarray, size: int) -> Sequence[Any] | None:
+        """Convert one array per prim, all of one length; one vector is an array of it."""
+        if size and rows.ndim == 2:
+            rows = rows[:, None]
+        fits = rows.ndim == (3 if size else 2) and len(rows) == len(self._specs) and (not size or rows.shape[2] == size)
+        return _CONVERTERS[self._type](rows) if fits else None
 
 
 def _spec(layer: Sdf.Layer, attribute: Usd.Attribute) -> Sdf.AttributeSpec:

@@ -56,6 +56,12 @@ def has_keypoints(prim: Usd.Prim) -> bool:
     return bool(prim.GetAuthoredPropertiesInNamespace(NAMESPACE))
 
 
+def keypoints_vary(prim: Usd.Prim) -> bool:
+    """Return whether keypoints of a prim may have another value at another time."""
+    found = prim.GetAuthoredPropertiesInNamespace(NAMESPACE)
+    return any(isinstance(each, Usd.Attribute) and each.ValueMightBeTimeVarying() for each in found)
+
+
 def _remove(prim: Usd.Prim, name: str) -> None:
     """Remove an attribute's opinion in the edit target, and block one that a reference brings."""
     prim.RemoveProperty(name)

@@ -1,6 +1,7 @@
 """Prim paths: validation, free paths and look-up."""
 
 import difflib
+import itertools
 import re
 
 from pxr import Sdf, Tf, Usd
@@ -20,16 +21,24 @@ def next_free_path(stage: Usd.Stage, path: str | Sdf.Path, prepend_default_prim:
     root = stage.GetDefaultPrim()
     if prepend_default_prim and root and not wanted.HasPrefix(root.GetPath()):
         wanted = root.GetPath().AppendPath(wanted.MakeRelativePath(Sdf.Path.absoluteRootPath))
-    if not stage.GetPrimAtPath(wanted):
-        return str(wanted)
+    return str(wanted) if not stage.GetPrimAtPath(wanted) else free_paths(stage, wanted, 1)[0]
+
+
+def free_paths(stage: Usd.Stage, path: str | Sdf.Path, count: int) -> list[str]:
+    """Return the paths that `next_free_path` gives to `count` prims made one after the other.
+
+    Raises:
+        BadPrim: `path` is not an absolute prim path.
+    """
+    wanted = prim_path(path)
+    parent = stage.GetPrimAtPath(wanted.GetParentPath())
     # One list of names instead of one look-up per number: scenes have thousands of siblings.
-    taken = set(stage.GetPrimAtPath(wanted.GetParentPath()).GetAllChildrenNames())
-    name, number = wanted.name, _NUMBER.search(wanted.name)
-    stem, count = (name[: number.start()], int(number.group(1))) if number else (name, 0)
-    while name in taken:
-        count += 1
-        name = f"{stem}_{count:02d}"
-    return str(wanted.ReplaceName(name))
+    taken = set(parent.GetAllChildrenNames()) if parent else set()
+    number = _NUMBER.search(wanted.name)
+    stem, first = (wanted.name[: number.start()], int(number.group(1))) if number else (wanted.name, 0)
+    numbered = (f"{stem}_{k:02d}" for k in itertools.count(first + 1))
+    free = (name for name in itertools.chain([wanted.name], numbered) if name not in taken)
+    return [str(wanted.ReplaceName(name)) for name in itertools.islice(free, count)]
 
 
 def prim_path(path: str | Sdf.Path) -> Sdf.Path:

@@ -2,6 +2,6 @@
 
 from usdsdg.datasets.faults import Fault
 from usdsdg.verify.report import Report
-from usdsdg.verify.verify import verify
+from usdsdg.verify.verify import verify, verify_all
 
-__all__ = ["Fault", "Report", "verify"]
+__all__ = ["Fault", "Report", "verify", "verify_all"]

@@ -9,10 +9,12 @@ import gzip
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdSkel
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
+from usdsdg.annotators.point_instances import prim_path
 from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.folder import Folder
 from usdsdg.errors import UsdsdgError
@@ -20,9 +22,11 @@ from usdsdg.record import samples
 from usdsdg.record.frame_record import FrameRecord, ProductRecord
 from usdsdg.session import engines, stage_context
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
+from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.stage.semantics.labels import get_labels, is_labeled
 from usdsdg.verify.checks.compare import differs, text
+from usdsdg.verify.stage_bounds import bounds_below, bounds_of, bounds_of_part
 
 AOVS = ("instance", "distance_to_camera")
 # Where surfaces coincide either may be in front.
@@ -102,12 +106,14 @@ def _product(record: FrameRecord, product: ProductRecord, stage: Usd.Stage, time
                 file, frame, f"the camera {view.prim_path} is elsewhere on the stage", text(now.local_to_world),
                 text(view.local_to_world),
             )  # fmt: skip
-    yield from _poses(file, frame, product, stage, time)
-    if product.gprim_image is None or record.stage["subsets"]:
+    divided = bool(record.stage["subsets"])
+    yield from _poses(file, frame, product, stage, time, divided=divided)
+    if product.gprim_image is None:
         return
     yield from _labels(file, frame, product, stage, time)
     if len(views) == 1:
-        yield from _images(file, frame, product, views[0])
+        entries = _entries(stage, time, divided=divided)
+        yield from _images(file, frame, product, views[0], entries)
 
 
 def _same_lens(a: CameraView, b: CameraView) -> bool:
@@ -115,12 +121,31 @@ def _same_lens(a: CameraView, b: CameraView) -> bool:
     return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in names)
 
 
-def _images(file: str, frame: str, product: ProductRecord, view: CameraView) -> Faults:
-    """Every pixel shows the gprim that is recorded, at the recorded depth."""
-    renderer = engines.renderer()
-    (found,) = renderer.labels_of([view], AOVS)
+class _Entries(NamedTuple):
+    """What pixels may show: gprims, and after them the subsets of faces that labels tell apart."""
+
+    names: list[str]
+    faces: dict[int, np.ndarray]  # of each gprim with subsets: the index in `names` of each of its faces
+
+
+def _entries(stage: Usd.Stage, time: Usd.TimeCode, *, divided: bool) -> _Entries:
+    """Return what pixels may show; divided: whether faces show their subset."""
+    found = _Entries(list(engines.renderer().gprims), {})
+    for gprim, name in enumerate(tuple(found.names) if divided else ()):
+        path = prim_path(name)
+        subsets, of_face = read_face_parts(stage.GetPrimAtPath(path), time)
+        if subsets:
+            index = np.append(len(found.names) + np.arange(len(subsets)), gprim)  # face -1 is the mesh's
+            found.faces[gprim] = index[of_face].astype(np.int32)
+            found.names.extend(f"{subset}{name[len(str(path)) :]}" for subset in subsets)
+    return found
+
+
+def _images(file: str, frame: str, product: ProductRecord, view: CameraView, entries: _Entries) -> Faults:
+    """Every pixel shows the gprim, or subset of faces, that is recorded, at the recorded depth."""
+    (found,) = engines.renderer().labels_of([view], AOVS, faces=entries.faces)
     assert product.gprim_image is not None
-    names = np.array([*renderer.gprims, "nothing"])
+    names = np.array([*entries.names, "nothing"])
     recorded = np.array([*product.gprims, "nothing"])
     now, before = names[found["instance"]], recorded[product.gprim_image]
     wrong = now != before
@@ -141,7 +166,9 @@ def _images(file: str, frame: str, product: ProductRecord, view: CameraView) -> 
             )  # fmt: skip
 
 
-def _poses(file: str, frame: str, product: ProductRecord, stage: Usd.Stage, time: Usd.TimeCode) -> Faults:
+def _poses(
+    file: str, frame: str, product: ProductRecord, stage: Usd.Stage, time: Usd.TimeCode, *, divided: bool
+) -> Faults:
     """Every recorded prim is where the stage has it, and its box holds what it draws."""
     cache = UsdGeom.XformCache(time)
     for row, name in enumerate(product.prims):
@@ -154,7 +181,8 @@ def _poses(file: str, frame: str, product: ProductRecord, stage: Usd.Stage, time
         pose = np.array(cache.GetLocalToWorldTransform(prim), np.float64).reshape(4, 4)
         if differs(product.local_to_world[row], pose, relative=2e-6, absolute=1e-6):
             yield Fault(file, frame, f"{name} is elsewhere on the stage", text(pose), text(product.local_to_world[row]))
-        recorded, own, whole = product.bounds[row], _bounds(prim, time), _bounds_below(prim, time, cache)
+        own = bounds_of_part(prim, time) if divided else bounds_of(prim, time)
+        recorded, whole = product.bounds[row], bounds_below(prim, time, cache)
         is_other = own is not None and np.abs(recorded - own).max() > _OF_SIZE * (own[1] - own[0]).max()
         if whole is not None:
             margin = _OF_SIZE * (whole[1] - whole[0]).max()
@@ -162,44 +190,6 @@ def _poses(file: str, frame: str, product: ProductRecord, stage: Usd.Stage, time
         if is_other:
             expected = own if own is not None else whole
             yield Fault(file, frame, f"the box of {name} is another on the stage", text(expected), text(recorded))
-
-
-def _bounds_below(root: Usd.Prim, time: Usd.TimeCode, cache: UsdGeom.XformCache) -> np.ndarray | None:
-    """Return bounds (2, 3) around the boxes of all gprims at and below a prim, in its frame: no box of it is larger.
-
-    None where the bounds of one are not known.
-    """
-    corners = []
-    for prim in Usd.PrimRange(root, Usd.TraverseInstanceProxies()):
-        if prim.IsA(UsdGeom.PointInstancer):
-            return None
-        if prim.IsA(UsdGeom.Gprim):
-            own = _bounds(prim, time)
-            if own is None:
-                return None
-            relative, resets = cache.ComputeRelativeTransform(prim, root)
-            if resets:
-                return None
-            matrix = np.array(relative, np.float64).reshape(4, 4)
-            points = np.array([[own[k >> axis & 1][axis] for axis in range(3)] for k in range(8)])
-            corners.append(points @ matrix[:3, :3] + matrix[3, :3])
-    return np.stack([np.min(corners, axis=(0, 1)), np.max(corners, axis=(0, 1))]) if corners else None
-
-
-def _bounds(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray | None:
-    """Return the bounds (2, 3) of a gprim in its own frame; None for others, and for what a skeleton may deform."""
-    if prim.IsA(UsdGeom.Mesh):
-        mesh = UsdGeom.Mesh(prim)
-        if UsdSkel.BindingAPI(prim).GetInheritedSkeleton() or mesh.GetSubdivisionSchemeAttr().Get() != "none":
-            return None
-        points = np.array(mesh.GetPointsAttr().Get(time) or (), np.float64).reshape(-1, 3)
-        used = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
-        used = points[used[(used >= 0) & (used < len(points))]]
-        return np.stack([used.min(axis=0), used.max(axis=0)]) if len(used) else None
-    if not prim.IsA(UsdGeom.Gprim) or prim.IsA(UsdGeom.PointBased):
-        return None
-    extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), time)
-    return np.array(extent, np.float64) if extent is not None and len(extent) == 2 else None
 
 
 def _labels(file: str, frame: str, product: ProductRecord, stage: Usd.Stage, time: Usd.TimeCode) -> Faults:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.parts import parts
 from usdsdg.datasets.reading import images
 from usdsdg.datasets.seen import Seen
 from usdsdg.errors import DatasetError
@@ -21,12 +23,12 @@ from usdsdg.verify.checks import (
     cosmos,
     depth,
     drawn,
-    files,
     ids,
     points,
     poses,
     solids,
 )
+from usdsdg.verify.checks import files as file_checks
 from usdsdg.verify.checks.formats import (
     coco_keypoints,
     coco_segments,
@@ -53,21 +55,47 @@ Progress = Callable[[str, int, int | None], None]
 MISSING = "there is no record beside the files, so only what they say of each other was checked"
 
 
+def verify_all(
+    folder: str | os.PathLike[str],
+    *,
+    render: Sequence[int] | int | None = None,
+    progress: Progress | None = None,
+) -> list[Report]:
+    """Check every dataset at and below `folder`, as where several writers wrote side by side; see `verify`.
+
+    Raises:
+        DatasetError: there is no such folder, or nothing in it is recognized.
+    """
+    found = parts(Path(folder)) if Path(folder).is_dir() else []
+    if len(found) < 2:
+        return [verify(folder, render=render, progress=progress)]
+    reports = []
+    for root, own in found:
+        with suppress(NothingRecognized):  # such as a folder with notes
+            reports.append(verify(Path(folder, root), files=own, render=render, progress=progress))
+    if not reports:
+        raise _nothing_in(folder)
+    return reports
+
+
 def verify(
     folder: str | os.PathLike[str],
     *,
+    files: list[str] | None = None,
     render: Sequence[int] | int | None = None,
     progress: Progress | None = None,
 ) -> Report:
     """Check the dataset in `folder`, against its record where there is one.
 
+    files: those of the dataset; default all in the folder.
     render: numbers of frames to render again from the recorded stage, or how many, evenly spaced; this replaces the
         current stage.
 
     Raises:
-        DatasetError: there is no such folder, or nothing in it is recognized.
+        DatasetError: there is no such folder.
+        NothingRecognized: nothing in it is recognized.
     """
-    data = Folder(Path(folder))
+    data = Folder(Path(folder), files=files)
     report = Report(str(folder), recorded=len(data.records))
     tables = [Tables(data.classes), Coco(data.classes), kitti.Kitti(), Yolo(data.classes)]
     named = _images_by_checksum(data)
@@ -82,7 +110,7 @@ def verify(
         if progress is not None:
             progress("images verified", report.formats.total(), None)
     if not report.formats and not data.records:
-        raise DatasetError(f"nothing in {folder} is a dataset in a format that usdsdg writes")
+        raise _nothing_in(folder)
     if not data.records:
         report.notes.append(MISSING)
     if render is not None:
@@ -91,9 +119,17 @@ def verify(
         report.faults += faults
         report.notes += notes
     report.faults += data.faults
-    report.faults += files.check(data, read)
+    report.faults += file_checks.check(data, read)
     report.faults = list(dict.fromkeys(report.faults))
     return report
+
+
+class NothingRecognized(DatasetError):
+    """A folder has no dataset in a format that usdsdg writes."""
+
+
+def _nothing_in(folder: str | os.PathLike[str]) -> NothingRecognized:
+    return NothingRecognized(f"nothing in {folder} is a dataset in a format that usdsdg writes")
 
 
 def _found(check: Callable[..., Faults], seen: Seen, *others: Any) -> list[Fault]:
@@ -118,4 +154,4 @@ def _images_by_checksum(data: Folder) -> dict[int, str]:
     return named
 
 
-__all__ = ["Fault", "Faults", "Report", "verify"]
+__all__ = ["Fault", "Faults", "NothingRecognized", "Report", "verify", "verify_all"]

@@ -55,6 +55,9 @@ class Writer(ABC):
     num_written: int = 0
     data_structure: str = "legacy"  # layout of the payload: "legacy", "annotator" or "renderProduct"
     shares_arrays: bool = False  # True: `write` never modifies the payload's arrays, so they need not be copied
+    # True, with a `write` of the same class: it hands color images to jobs of its backend without looking at pixels, so
+    # that these may be traced meanwhile.
+    only_stores_pictures: bool = False
 
     _payload: dict[str, Any] | None
     _render_products: tuple[str, ...]
@@ -172,10 +175,14 @@ class Writer(ABC):
             return bool(self._trigger())
         return self._trigger.executions != self._executions
 
-    def receive(self, payload: dict[str, Any]) -> None:
-        """Write a payload, after metadata.txt if it is the first."""
+    def pass_over(self) -> None:
+        """Note that the frame that it is due at has been handled: given to it, or to nobody."""
         self._scheduled = False
         self._executions = getattr(self._trigger, "executions", None)
+
+    def receive(self, payload: dict[str, Any]) -> None:
+        """Write a payload, after metadata.txt if it is the first."""
+        self.pass_over()
         self._payload = payload
         if self.num_written == 0:
             self.write_metadata()
@@ -188,6 +195,7 @@ class Writer(ABC):
 
     def get_data(self) -> dict[str, Any] | None:
         """Return the last payload."""
+        current().wait_for_pictures()
         return self._payload
 
     def get_annotators(self) -> list[Any]:

@@ -6,13 +6,14 @@ A backend's `schedule` runs them on the I/O queue: `backend.schedule(write_image
 import io
 import json
 import pickle
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path, PurePath
 from typing import Any, Protocol
 
 import numpy as np
 
 from usdsdg.errors import Unsupported, WriterError
-from usdsdg.stage.image_files import exr
+from usdsdg.stage.image_files import exr, runs
 from usdsdg.stage.image_files.npy import npy_chunks
 from usdsdg.stage.image_files.png import png_chunks
 from usdsdg.writers.whole_file import write_whole
@@ -22,6 +23,12 @@ class BlobSink(Protocol):
     """The part of a backend that the functions here use."""
 
     def write_blob(self, path: str, data: bytes) -> None: ...
+
+
+def load_encoders(paths: Iterable[str]) -> None:
+    """Load what files with these names are encoded with: threads that write them cannot once the program is ending."""
+    if any(path.lower().endswith((".png", ".exr")) for path in paths):
+        runs.load()
 
 
 def write_image(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:
@@ -107,12 +114,33 @@ def read_exr(path: str, backend_instance: Any = None) -> np.ndarray:
 
 def write_json(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:
     """Write JSON in the key order of `data`; NumPy values become numbers and lists. `options` go to `json.dumps`."""
-    _put(backend_instance, path, json.dumps(data, default=_plain, **options).encode())
+    _put(backend_instance, path, json.dumps(data, default=plain, **options).encode())
 
 
 def write_text(path: str, text: str, backend_instance: BlobSink | None = None) -> None:
     """Write text as UTF-8."""
     _put(backend_instance, path, text.encode())
+
+
+def write_parts(path: str, texts: Callable[[], Iterable[str]], backend_instance: BlobSink | None = None) -> None:
+    """Write text as UTF-8 that `texts` makes in parts, of which a file on disk never has more than one in memory."""
+    chunks = _Chunks(texts)
+    if backend_instance is None or isinstance(backend_instance, type):
+        write_whole(Path(path), chunks)
+    elif hasattr(backend_instance, "write_chunks"):
+        backend_instance.write_chunks(path, chunks)  # type: ignore[attr-defined]
+    else:
+        backend_instance.write_blob(path, b"".join(chunks))
+
+
+class _Chunks:
+    """Parts of a text as bytes, which may be gone over several times."""
+
+    def __init__(self, texts: Callable[[], Iterable[str]]) -> None:
+        self._texts = texts
+
+    def __iter__(self) -> Iterator[bytes]:
+        return (text.encode() for text in self._texts())
 
 
 def write_bytes(path: str, data: bytes, backend_instance: BlobSink | None = None) -> None:
@@ -185,7 +213,7 @@ def _png_ready(path: str, image: np.ndarray) -> np.ndarray:
     return image
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Convert NumPy values and paths for `json.dumps`."""
     if isinstance(value, np.generic):
         return value.item()

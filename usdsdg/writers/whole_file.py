@@ -30,7 +30,7 @@ def write_whole(path: Path, data: bytes | Iterable[bytes | memoryview]) -> None:
                 part.unlink()
             raise
     except OSError as error:
-        raise _not_writable(path, error) from error
+        raise not_writable(path, error) from error
 
 
 def _write(part: Path, chunks: Iterable[bytes | memoryview]) -> None:
@@ -51,7 +51,7 @@ def check_writable(folder: Path) -> None:
         probe.touch()
         probe.unlink()
     except OSError as error:
-        raise _not_writable(folder, error) from error
+        raise not_writable(folder, error) from error
 
 
 _REASONS = {
@@ -63,11 +63,13 @@ _REASONS = {
     errno.EROFS: "the file system is read-only",
     errno.ENOTDIR: "a part of the path is a file, not a folder",
     errno.EEXIST: "a file of that name is in the way",
+    errno.ENOENT: "it or its folder was removed",
     errno.EISDIR: "a folder of that name is in the way",
 }
 
 
-def _not_writable(path: Path, error: OSError) -> OutputNotWritable:
+def not_writable(path: Path, error: OSError) -> OutputNotWritable:
+    """Return the error, with cause and remedy, that an error of the system at a file is."""
     reason = _REASONS.get(error.errno or 0, error.strerror or str(error))
     if error.errno == errno.ENOSPC:
         with contextlib.suppress(OSError):

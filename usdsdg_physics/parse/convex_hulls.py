@@ -9,7 +9,7 @@ from usdsdg.errors import warn_once
 from usdsdg_physics.parse.convex_decomposition import Splitting, convex_parts
 from usdsdg_physics.scene.records import Solid
 
-SPLITTING_LABEL = "splitting meshes into convex parts (first use)"
+SPLITTING_LABEL = "splitting meshes into convex parts"
 # Newton's own limit; its narrow phase visits every vertex of a hull in each support query.
 MAX_HULL_VERTICES = 64
 # Relative to the largest extent. A flatter hull has no mass to speak of and a contact normal of noise.

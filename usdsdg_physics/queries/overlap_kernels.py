@@ -179,7 +179,7 @@ def separated(
     return wp.dot(v, v) > radius * radius
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def overlaps(
     # scene
     enabled: wp.array[wp.bool],
@@ -261,7 +261,7 @@ def overlaps(
         hit[shape] = 1
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def pairs_overlap(
     # scene
     kinds: wp.array[wp.int32],

@@ -155,7 +155,7 @@ def first_contact(
     return MISS, direction, at
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def sweeps(
     # scene
     kinds: wp.array[wp.int32],

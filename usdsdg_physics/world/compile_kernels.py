@@ -3,46 +3,46 @@
 from __future__ import annotations
 
 import gc
-import os
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager, suppress
-from functools import partial
 from typing import TYPE_CHECKING
+
+from usdsdg.compilation import ModuleLoad, Progress, kernel_modules, load_modules
+from usdsdg.parallel import available_threads
 
 if TYPE_CHECKING:
     import newton
     import warp as wp
 
-# Called with a label, the number of units done, and the total (None when it is unknown).
-Progress = Callable[[str, int, int | None], None]
-
-LABEL = "compiling physics kernels (first use)"
-# Modules that take long to compile, longest first. Those not listed compile at their first launch.
-_MODULES = (
-    "newton._src.solvers.steel.kernels",
-    "newton._src.solvers.steel.friction_patches",
-    "usdsdg_physics.queries.overlap_kernels",
-    "newton._src.sim.articulation",
-    "usdsdg_physics.solver.sweep_kernels",
-    "usdsdg_physics.corrections.bodies.stabilization_kernels",
-    "usdsdg_physics.corrections.contacts.tunneling_guard_kernels",
-    "newton._src.solvers.steel.solver_steel",
-    "usdsdg_physics.corrections.bodies.free_flight_kernels",
-    "usdsdg_physics.corrections.contacts.impacts_kernels",
-    "usdsdg_physics.solver.response_kernels",
-    "usdsdg_physics.solver.separated_pairs_kernels",
-    "usdsdg_physics.corrections.contacts.squeezes_kernels",
-)
+WHAT = "physics kernels"
+# Modules that every scene needs on the CPU, with what compiling them takes [s]. Others compile at their first launch.
+_MODULES = {
+    "newton._src.solvers.steel.kernels": 9.0,
+    "newton._src.solvers.steel.friction_patches": 2.5,
+    "newton._src.sim.articulation": 1.3,
+    "newton._src.solvers.steel.kernels.kinematics": 1.0,
+    "usdsdg_physics.queries.overlap_kernels": 1.0,
+    "usdsdg_physics.solver.sweep_kernels": 1.0,
+    "usdsdg_physics.corrections.contacts.squeezes_kernels": 0.6,
+    "usdsdg_physics.corrections.contacts.tunneling_guard_kernels": 0.5,
+    "usdsdg_physics.corrections.bodies.stabilization_kernels": 0.5,
+    "usdsdg_physics.corrections.contacts.impacts_kernels": 0.5,
+    "usdsdg_physics.corrections.bodies.free_flight_kernels": 0.5,
+    "newton._src.solvers.steel.kernels.inverse_dynamics": 0.4,
+    "newton._src.solvers.steel.kernels.mass_dynamics": 0.4,
+    "newton._src.solvers.steel.solver_steel": 0.4,
+    "usdsdg_physics.solver.separated_pairs_kernels": 0.4,
+    "usdsdg_physics.solver.response_kernels": 0.4,
+}
+# Newton's narrow phase has several modules, named by their options; by parts of names.
+_NARROW_PHASE = {"gjk_mpr": 7.0, "mesh_tri": 6.0, "primitive": 2.5}
 # With gradients, which are not needed, this module alone takes three times as long.
 _WITHOUT_GRADIENTS = "newton._src.sim.articulation"
 
-# Modules of this name take long to compile on CUDA; the others begin after them.
-_SLOW = "narrow_phase"
 _DEFAULT_BLOCK = 256  # threads of a launch that does not say how many
-MAX_CUDA_COMPILERS = 16
+MAX_COMPILERS, MAX_CUDA_COMPILERS = 4, 16
 
 # Devices whose kernels are loaded, and whether those of triangle meshes are: Warp keeps them for the whole process.
 _loaded: set[tuple[str, bool]] = set()
@@ -110,11 +110,13 @@ def load_kernels(pipeline: newton.CollisionPipeline, *, progress: Progress | Non
     _loaded.add((str(device), has_meshes))
     # A name that this version of Newton does not have gives an empty module.
     modules = [module for module in map(wp.get_module, _MODULES) if module.kernels] if is_first else []
-    tasks: list[Callable[[], object]] = [partial(wp.load_module, module, device) for module in modules]
     # Newton generates its narrow phase for the shapes of a scene, triangle meshes or none, and the arguments of its
     # first launch.
-    tasks.insert(1, lambda: pipeline.collide(pipeline.model.state(), pipeline.contacts()))
-    _run(tasks, threads=2, progress=progress)
+    with _launches_noted() as noted:
+        pipeline.collide(pipeline.model.state(), pipeline.contacts())
+    modules = dict.fromkeys([*modules, *(kernel.module for kernel, _ in noted)])
+    loads = [ModuleLoad(module, device, seconds=_seconds(module)) for module in modules]
+    load_modules(loads, what=WHAT, threads=min(MAX_COMPILERS, available_threads()), progress=progress)
 
 
 def load_launched_kernels(launch: Callable[[], object], device: wp.Device, *, progress: Progress | None = None) -> None:
@@ -132,14 +134,34 @@ def load_launched_kernels(launch: Callable[[], object], device: wp.Device, *, pr
         return
     is_first = not any(name == str(device) for name, _, _ in _loaded_variants)
     _loaded_variants.update(variants)
-    tasks: list[Callable[[], object]] = [
-        partial(wp.load_module, module, device, block_dim=block)
-        for (_, name, block), module in sorted(variants.items(), key=lambda item: _SLOW not in item[0][1])
-    ]
+    loads = [ModuleLoad(module, device, block, seconds=_seconds(module)) for (_, _, block), module in variants.items()]
     if is_first:
         # Queries look at few shapes, so they stay on the CPU.
-        tasks.insert(0, partial(wp.load_module, "usdsdg_physics.queries.overlap_kernels", "cpu"))
-    _run(tasks, threads=min(MAX_CUDA_COMPILERS, os.cpu_count() or 1), progress=progress)
+        queries = wp.get_module("usdsdg_physics.queries.overlap_kernels")
+        loads.append(ModuleLoad(queries, wp.get_device("cpu"), seconds=_seconds(queries)))
+    load_modules(loads, what=WHAT, threads=min(MAX_CUDA_COMPILERS, available_threads()), progress=progress)
+
+
+def load_all_kernels(device: str | None, *, progress: Progress | None = None) -> None:
+    """Compile, or load from Warp's cache, also those of our kernels that only some scenes need."""
+    import warp as wp
+
+    target, cpu = wp.get_device(device), wp.get_device("cpu")
+    on_target = [module for room in ("corrections", "world") for module in kernel_modules(f"usdsdg_physics.{room}")]
+    on_cpu = kernel_modules("usdsdg_physics.queries")
+    if target.is_cpu:
+        on_cpu += kernel_modules("usdsdg_physics.solver")
+    block = _DEFAULT_BLOCK if target.is_cuda else 1
+    loads = [ModuleLoad(module, target, block, _seconds(module)) for module in on_target]
+    loads += [ModuleLoad(module, cpu, 1, _seconds(module)) for module in on_cpu]
+    load_modules(loads, what=WHAT, threads=min(MAX_COMPILERS, available_threads()), progress=progress)
+
+
+def _seconds(module: wp.Module) -> float:
+    """Return about how long a module compiles [s]."""
+    if "narrow_phase" in module.name:
+        return next((seconds for part, seconds in _NARROW_PHASE.items() if part in module.name), 1.0)
+    return _MODULES.get(module.name, 0.5)
 
 
 @contextmanager
@@ -177,18 +199,3 @@ def _launches_noted() -> Iterator[list[tuple[wp.Kernel, int]]]:
     finally:
         for name, function in real.items():
             setattr(wp, name, function)
-
-
-def _run(tasks: Sequence[Callable[[], object]], *, threads: int, progress: Progress | None) -> None:
-    """Run tasks on a few threads, and report how many are done."""
-    if progress:
-        progress(LABEL, 0, len(tasks))
-    pool = ThreadPoolExecutor(max_workers=threads, thread_name_prefix="usdsdg-compile")
-    try:
-        for done, task in enumerate(as_completed([pool.submit(task) for task in tasks]), start=1):
-            task.result()
-            if progress:
-                progress(LABEL, done, len(tasks))
-    finally:
-        # Do not wait for compilers after Ctrl-C.
-        pool.shutdown(wait=False, cancel_futures=True)

@@ -6,7 +6,7 @@
 import warp as wp
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def place_bodies(
     # motion
     row: wp.array[wp.int32],

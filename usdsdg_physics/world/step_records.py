@@ -1,4 +1,4 @@
-"""Record the kernel launches of a step, and replay them without Python."""
+"""Record the kernel launches of a step or a part of it, and replay them without Python."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from usdsdg.errors import warn_once
 if TYPE_CHECKING:
     import warp as wp
 
-# A step is recorded when one of its kind is taken for this many times: the first launches load modules and allocate,
-# which a record must not contain, and the step rates of motion blur come and go.
+# A step, or a part of one, is recorded when one of its kind is taken for this many times: the first launches load
+# modules and allocate, which a record must not contain, and the step rates of motion blur come and go.
 RECORD_AT_USE = 2
 # Some rate that a script draws anew for each frame must not fill the memory.
-MAX_RECORDS = 16
-MAX_KINDS = 256
+MAX_RECORDS = 128
+MAX_KINDS = 1024
 
 
 class StepRecords:
-    """Records of steps by kind.
+    """Records of steps, or of their parts, by kind.
 
     A step has 55 launches in each substep, and launching them from Python takes longer than the kernels of a hundred
     bodies. What a record launches is what Python launched when it was made, with the same arrays and the same numbers:
@@ -33,7 +33,7 @@ class StepRecords:
         self._failed: set[Hashable] = set()
 
     def run(self, kind: Hashable, launch: Callable[[], object]) -> None:
-        """Take a step of a kind, which `launch()` launches; replay it where there is a record."""
+        """Take a step or a part of a kind, which `launch()` launches; replay it where there is a record."""
         import warp as wp
 
         if len(self._uses) >= MAX_KINDS:

@@ -1,13 +1,20 @@
-"""Substeps of a step: more where a fast body is near a static triangle mesh."""
+"""Substeps of a step: more where joints are, where small bodies touch something, and near static triangle meshes."""
+
+from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from usdsdg_physics.scene.extents import half_thickness, world_box
 from usdsdg_physics.scene.records import STATIC, Scene
+from usdsdg_physics.world.small_bodies import SmallBodies
+
+if TYPE_CHECKING:
+    import newton
 
 # A step of 1/60 s takes two substeps, the 1/320 s steps of motion blur one.
 SUBSTEPS_PER_SECOND = 120.0
@@ -23,6 +30,48 @@ NEAR_DISTANCE = 0.5  # m
 def ordinary_substeps(dt: float, *, rate: float = SUBSTEPS_PER_SECOND) -> int:
     """Return how many substeps a step of `dt` seconds has away from triangle meshes."""
     return max(1, math.ceil(dt * rate - 1e-6))
+
+
+class Substeps:
+    """How many substeps the steps of a world take."""
+
+    def __init__(self, scene: Scene, model: newton.Model, shape_index: Mapping[str, int], *, jointed: bool) -> None:
+        """`jointed` tells whether joints act in the world."""
+        self._factor = JOINT_FACTOR if jointed else 1
+        self._meshes = StaticMeshes(scene, shape_index)
+        self._small = SmallBodies(scene, model, SUBSTEPS_PER_SECOND)
+        # Whether it matters where bodies are.
+        self.vary = bool(scene.bodies) and bool(self._meshes or self._small)
+
+    def least(self, dt: float) -> int:
+        """Return how many substeps a step of `dt` seconds has at least."""
+        return self._factor * ordinary_substeps(dt)
+
+    def of_step(
+        self, dt: float, poses: np.ndarray, velocities: np.ndarray, *, held: np.ndarray, is_pushed: bool
+    ) -> int:
+        """Return how many substeps a step of `dt` seconds takes, with poses (N, 7) and velocities (N, 6) of all bodies.
+
+        Args:
+            held: (N,) which bodies are held at rest.
+            is_pushed: whether a body moves by something else than its velocity and gravity.
+        """
+        count = ordinary_substeps(dt)
+        if self._small:
+            more = self._small.most if is_pushed else self._small.factor(dt, poses, velocities, held)
+            count = ordinary_substeps(dt, rate=more * SUBSTEPS_PER_SECOND)
+        if self._meshes:
+            count = self._meshes.substeps(dt, poses[:, :3], velocities[:, :3], count)
+        return max(self.least(dt), count)
+
+    def set_static_poses(self, poses: Mapping[int, Sequence[float]]) -> None:
+        """Note that static colliders were moved, by shape index (7 numbers, world)."""
+        self._meshes.set_poses(poses)
+        self._small.update_static()
+
+    def forget_rest(self) -> None:
+        """Note that bodies are let go for another reason than their own motion."""
+        self._small.forget_rest()
 
 
 class StaticMeshes:

@@ -23,15 +23,15 @@ from usdsdg_physics.model.build import (
 )
 from usdsdg_physics.scene.loop_cuts import cut_loops
 from usdsdg_physics.scene.records import Drive, Force, Scene, SurfaceVelocity
-from usdsdg_physics.world.compile_kernels import Progress, load_kernels, load_launched_kernels, prepare_newton
+from usdsdg_physics.world.compile_kernels import Progress, load_kernels, prepare_newton
+from usdsdg_physics.world.halves import Halves
 from usdsdg_physics.world.joints import Joints
 from usdsdg_physics.world.kinematic_motion import KinematicMotion
-from usdsdg_physics.world.small_bodies import SmallBodies
 from usdsdg_physics.world.static_motion import StaticMotion
 from usdsdg_physics.world.steady_forces import SteadyForces
 from usdsdg_physics.world.step_corrections import StepCorrections, StepKind
-from usdsdg_physics.world.step_records import StepRecords
-from usdsdg_physics.world.substeps import JOINT_FACTOR, SUBSTEPS_PER_SECOND, StaticMeshes, ordinary_substeps
+from usdsdg_physics.world.step_launches import StepLaunches
+from usdsdg_physics.world.substeps import Substeps
 
 if TYPE_CHECKING:
     import warp as wp
@@ -55,28 +55,25 @@ class World:
             progress: hears about kernels being compiled.
         """
         prepare_newton()
-        count = len(scene.bodies)
         scene = cut_loops(scene)
         built = build_model(scene, device=device)
         self.model = built.model
-        self.pipeline = build_pipeline(self.model, capacity=capacity, extra=2 * len(distance_joints(scene)))
+        extra_contacts = 2 * len(distance_joints(scene))
+        self.pipeline = build_pipeline(self.model, capacity=capacity, extra=extra_contacts)
         load_kernels(self.pipeline, progress=progress)
         self.solver = build_solver(built, self.pipeline, capacity=capacity)
         self.solver.restitution_velocity_threshold = scene.bounce_threshold
         self.body_index, self.shape_index = built.body_index, built.shape_index
         self.mass, self.center = built.mass, built.center
-        # The second half of a body through which a loop is cut is listed after the bodies of the scene; callers see
-        # the first half only.
-        self.bodies = list(scene.bodies)[:count]
-        # (N + halves,) the body that each belongs to.
-        self._whole = np.array([built.body_index[scene.halves.get(path, path)] for path in scene.bodies], int)
+        self._halves = Halves(scene, built.body_index)
+        self.bodies = self._halves.bodies
         self._paths = list(built.body_index)
         self._inertia_per_mass = built.inertia_per_mass
         self.gravity = np.asarray(scene.gravity, np.float64)
-        self._state, self._next = self.model.state(), self.model.state()
+        self._state, self._next = states = self.model.state(), self.model.state()
         self._contacts = self.pipeline.contacts()
-        self._control = self.model.control()
-        self.joints = Joints(scene, self.model, self._control, built.joints) if built.joints.trees else None
+        control = self.model.control()
+        self.joints = Joints(scene, self.model, control, built.joints) if built.joints.trees else None
         self._coordinate, self._dof = built.coordinate, built.dof
 
         bodies = list(scene.bodies.values())
@@ -84,27 +81,35 @@ class World:
         self._gravity_enabled = np.array([body.gravity and not body.kinematic for body in bodies], bool)
         self._kinematic = KinematicMotion(self.model, built.center, built.pose_coordinate)
         self._wrenches: np.ndarray | None = None  # (N, 6) of the next step
-        self._meshes = StaticMeshes(scene, built.shape_index)
-        self._small = SmallBodies(scene, self.model, SUBSTEPS_PER_SECOND)
-
         self._static_motion = StaticMotion(scene, built.shape_index)
         self._corrections = StepCorrections(scene, built, self._contacts)
         self._corrections.stabilization.set_gravity(self.gravity)
         self._breakable = built.joints.breakable
-        self._records = StepRecords(self.model.device)
+        jointed = self.joints is not None or self._corrections.distances is not None
+        self._substeps = Substeps(scene, self.model, built.shape_index, jointed=jointed)
+        self._launches = StepLaunches(
+            states,
+            control,
+            self._contacts,
+            pipeline=self.pipeline,
+            solver=self.solver,
+            corrections=self._corrections,
+            kinematic=self._kinematic,
+            joints=self.joints,
+            extra_contacts=extra_contacts,
+        )
         if any(body.surface for body in bodies):
             self._add_surfaces()
-        parts = np.bincount(self._whole)[self._whole] if len(self._whole) else np.ones(0)
+        parts = self._halves.parts
         self._forces = SteadyForces(
             built.body_index, built.mass * parts, built.center, built.inertia * parts[:, None, None]
         )
         self._forces.set(scene.forces.values())
-        self._observables = self.solver.observables(self._corrections.observables, contacts=self._contacts)
         self._latest_substeps = 0
         self._triggers = {built.shape_index[c.path] for c in scene.colliders.values() if c.trigger}
 
         if self.model.device.is_cuda and bodies:
-            self._load_kernels(progress)
+            self._launches.load_kernels(progress)
         if bodies:
             indices = np.arange(len(bodies))
             self.set_poses(indices, np.array([body.pose for body in bodies]))
@@ -126,7 +131,7 @@ class World:
         """Teleport bodies; their velocities stay."""
         q = self._all_poses()
         q[indices] = poses
-        indices = self._follow_whole(q, indices)
+        indices = self._halves.follow(q, indices)
         # The solver reads joint coordinates, the collision pipeline body poses.
         self._state.body_q.assign(q)
         _assign_rows(self._state.joint_q, self._coordinate, q)
@@ -139,7 +144,7 @@ class World:
         """Set rows of `velocities()`."""
         qd = self._all_velocities()
         qd[indices] = velocities
-        indices = self._follow_whole(qd, indices)
+        indices = self._halves.follow(qd, indices)
         self._state.body_qd.assign(qd)
         _assign_rows(self._state.joint_qd, self._dof, qd)
         if self.joints is not None:
@@ -183,7 +188,7 @@ class World:
     def wake(self, indices: Sequence[int] | np.ndarray | None = None) -> None:
         """Let bodies move again that are held at rest or asleep; None: all that are held at rest."""
         self._corrections.stabilization.wake(indices)
-        self._small.forget_rest()
+        self._substeps.forget_rest()
         if indices is not None:
             self._corrections.sleeping.set_asleep(indices, False)
 
@@ -217,7 +222,7 @@ class World:
     def set_gravity_enabled(self, enabled: Mapping[int, bool]) -> None:
         """Switch gravity on or off for single bodies."""
         for index, on in enabled.items():
-            self._gravity_enabled[self._whole == index] = on and self._dynamic[index]
+            self._gravity_enabled[self._halves.whole == index] = on and self._dynamic[index]
         self._apply_gravity()
         self.wake(list(enabled))
 
@@ -226,7 +231,7 @@ class World:
         for name, damping in (("linear", linear), ("angular", angular)):
             array = getattr(self.model.steel, f"rigid_body_{name}_damping")
             values = array.numpy().copy()
-            values[: len(self._whole)][self._whole == index] = damping
+            values[: len(self._halves)][self._halves.whole == index] = damping
             array.assign(values)
 
     def set_least_damping(self, scene: Scene, damping: float) -> None:
@@ -237,7 +242,7 @@ class World:
             ("angular", [body.angular_damping for body in bodies]),
         ):
             getattr(self.model.steel, f"rigid_body_{name}_damping").assign(
-                np.maximum(own, damping).astype(np.float32)[self._whole]
+                np.maximum(own, damping).astype(np.float32)[self._halves.whole]
             )
 
     def stop_bodies(self) -> None:
@@ -259,7 +264,7 @@ class World:
         Wrenches add up; kinematic bodies have none.
         """
         if self._wrenches is None:
-            self._wrenches = np.zeros((len(self._whole), 6))
+            self._wrenches = np.zeros((len(self._halves), 6))
         np.add.at(self._wrenches, indices, wrenches)
         self._wrenches[~self._dynamic] = 0.0
         self.wake(indices)
@@ -287,8 +292,7 @@ class World:
         if poses:
             enabled = self.model.shape_collision_group.numpy() == COLLIDES
             self._corrections.depenetration.activate([index for index in poses if enabled[index]])
-        self._meshes.set_poses(poses)
-        self._small.update_static()
+        self._substeps.set_static_poses(poses)
         self.wake()
 
     def set_surfaces(self, surfaces: Mapping[int, SurfaceVelocity | None]) -> None:
@@ -317,14 +321,18 @@ class World:
         """Advance by `dt` seconds."""
         moving = self._kinematic.bodies
         kind = StepKind(
-            dt, self._substeps(dt), bool(moving), self._corrections.depenetration.active, self._corrections.sleeping.any
+            dt,
+            self._substeps_of(dt),
+            bool(moving),
+            self._corrections.depenetration.active,
+            self._corrections.sleeping.any,
         )
         targets = np.zeros((0, 7))
         if moving:
             targets, velocities = self._kinematic.begin(self.poses(), dt, kind.substeps)
             self.set_velocities(moving, velocities)
         if self._corrections.report is not None and self._corrections.report.reserve(kind.substeps):
-            self._records = StepRecords(self.model.device)
+            self._launches.forget()
         self._latest_substeps = kind.substeps
         self._move_surfaces(dt)
         if self._forces:
@@ -332,7 +340,7 @@ class World:
         if self._wrenches is not None:
             self._set_forces(self._wrenches)
 
-        self._records.run(kind, lambda: self._launch_step(kind))
+        self._launches.run(kind)
 
         if self._wrenches is not None:
             self._wrenches = None
@@ -359,44 +367,7 @@ class World:
     def _add_surfaces(self) -> None:
         self._corrections.add_surfaces()
         enable_surface_velocities(self.solver)
-        self._records = StepRecords(self.model.device)
-
-    def _launch_step(self, kind: StepKind) -> None:
-        """Launch the kernels of a step; it may be recorded, so nothing here depends on what arrays hold."""
-        import warp as wp
-
-        before, after = self._state, self._next
-        self._corrections.begin(before)
-        for substep in range(kind.substeps):
-            if kind.moves_kinematic:
-                self._kinematic.place(before, self._corrections.tunneling_guard.teleported, substep, kind.substeps)
-                if self.joints is not None:
-                    self.joints.place(before)
-            self.pipeline.collide(before, self._contacts)
-            self._corrections.before_solver(kind, substep, before)
-            self.solver.step(before, after, self._control, self._contacts, kind.substep, observables=self._observables)
-            self._corrections.after_solver(kind, substep, before, after, self._observables)
-            before, after = after, before
-        if before is not self._state:
-            # The next step begins with the same arrays.
-            for name in ("joint_q", "joint_qd", "body_q", "body_qd"):
-                wp.copy(getattr(self._state, name), getattr(before, name))
-        self._corrections.finish(kind, self._state, self._next)
-
-    def _load_kernels(self, progress: Progress | None) -> None:
-        """Load what a step launches on CUDA; the states, which it copies to and fro, stay as they are."""
-        import warp as wp
-
-        kept = [
-            (array, wp.clone(array))
-            for state in (self._state, self._next)
-            for array in (state.joint_q, state.joint_qd, state.body_q, state.body_qd)
-        ]
-        ordinary = StepKind(1.0 / 60.0, 2)
-        load_launched_kernels(lambda: self._launch_step(ordinary), self.model.device, progress=progress)
-        for array, clone in kept:
-            wp.copy(array, clone)
-        self.solver.reset(self._state)
+        self._launches.forget()
 
     def reported_contacts(self) -> list[ContactRows]:
         """Return the contacts of the latest step whose shapes are reported, by substep."""
@@ -418,7 +389,9 @@ class World:
 
     def take_nonfinite(self) -> list[str]:
         """Return the paths of bodies with a step, since the last call, that was reverted because it was not finite."""
-        found = dict.fromkeys(int(self._whole[index]) for index in self._corrections.stabilization.take_nonfinite())
+        found = dict.fromkeys(
+            int(self._halves.whole[index]) for index in self._corrections.stabilization.take_nonfinite()
+        )
         return [self.bodies[index] for index in found]
 
     def _all_poses(self) -> np.ndarray:
@@ -429,29 +402,13 @@ class World:
         """Return `velocities`, with those of halves."""
         return self._state.body_qd.numpy().reshape(-1, 6).copy()
 
-    def _follow_whole(self, rows: np.ndarray, indices: Sequence[int] | np.ndarray) -> Sequence[int] | np.ndarray:
-        """Give the halves of bodies `indices` their rows; return the indices of both."""
-        if len(self._whole) == len(self.bodies):
-            return indices
-        halves = np.flatnonzero(np.isin(self._whole, indices))
-        halves = halves[halves >= len(self.bodies)]
-        rows[halves] = rows[self._whole[halves]]
-        return [*indices, *halves.tolist()]
-
-    def _substeps(self, dt: float) -> int:
-        factor = JOINT_FACTOR if self.joints is not None or self._corrections.distances is not None else 1
-        count = small = ordinary_substeps(dt)
-        if not self.bodies or not (self._meshes or self._small):
-            return factor * count
-        poses, velocities = self._all_poses(), self._all_velocities()
-        if self._small:
-            held = self._corrections.stabilization.rest_time.numpy() >= REST_DELAY
-            pushed = self._kinematic.bodies or self._wrenches is not None or self._forces
-            more = self._small.most if pushed else self._small.factor(dt, poses, velocities, held)
-            small = ordinary_substeps(dt, rate=more * SUBSTEPS_PER_SECOND)
-        if self._meshes:
-            small = self._meshes.substeps(dt, poses[:, :3], velocities[:, :3], small)
-        return max(factor * count, small)
+    def _substeps_of(self, dt: float) -> int:
+        """Return how many substeps the next step takes, of `dt` seconds."""
+        if not self._substeps.vary:
+            return self._substeps.least(dt)
+        held = self._corrections.stabilization.rest_time.numpy() >= REST_DELAY
+        pushed = bool(self._kinematic.bodies) or self._wrenches is not None or bool(self._forces)
+        return self._substeps.of_step(dt, self._all_poses(), self._all_velocities(), held=held, is_pushed=pushed)
 
     def _apply_gravity(self) -> None:
         self._set_forces()
@@ -459,7 +416,7 @@ class World:
 
     def _set_forces(self, wrenches: np.ndarray | None = None) -> None:
         """Give bodies without gravity the opposite force, and all their `wrenches`; both states keep them."""
-        force = np.zeros((len(self._whole), 6)) if wrenches is None else wrenches.copy()
+        force = np.zeros((len(self._halves), 6)) if wrenches is None else wrenches.copy()
         weightless = ~self._gravity_enabled & self._dynamic
         force[weightless, :3] -= self.mass[weightless, None] * self.gravity
         for state in (self._state, self._next):

@@ -30,6 +30,7 @@ class _PrototypeMemory:
         used = np.zeros(len(prototype.points), bool)
         used[prototype.triangles] = True
         self.support = support_table(prototype.points[used])
+        self.slots = int(prototype.triangle_slots.max(initial=0)) + 1  # material slots of an instance
 
 
 class DeviceScene:
@@ -44,6 +45,7 @@ class DeviceScene:
         self._prototypes: dict[int, _PrototypeMemory] = {}
         self._textures: dict[int, tuple[Texture, wp.array]] = {}
         self._tile_tables: list[wp.array] = []
+        self._cutouts = np.zeros(0, bool)
         self.lit = False  # whether anything emits light
         self.has_local_and_environment_light = False
         self.has_glass = False
@@ -61,9 +63,16 @@ class DeviceScene:
             self._upload_materials(scene)
         if "prototypes" in changed:
             self._upload_prototypes(scene)
+        cutouts = self._cutouts
         if changed & {"prototypes", "instances", "materials"}:
+            self._cutouts = self._find_cutouts(scene)
+        # Materials concern the records of instances only by what rays may pass through.
+        replaced = bool(changed & {"prototypes", "instances"}) or not np.array_equal(cutouts, self._cutouts)
+        if replaced:
             self._upload_instances(scene)
-        if changed & {"prototypes", "instances", "transforms", "materials"}:
+        if "materials" in changed or replaced:
+            self.tables.slots = self._array(scene.material_slots, wp.int32)
+        if "transforms" in changed or replaced:
             self.set_transforms(scene, scene.instances.local_to_world)
         has_emission = bool((scene.materials["emission"] > 0).any())
         if "lights" in changed or ((has_emission or self.tables.emissive_count > 0) and changed):
@@ -112,30 +121,34 @@ class DeviceScene:
                 kept[key] = self._prototypes.get(key) or _PrototypeMemory(prototype, self.device)
         self._prototypes = kept
 
+    def _find_cutouts(self, scene: Scene) -> np.ndarray:
+        """Return for each instance whether rays may pass through a part of it."""
+        memories = [self._prototypes.get(id(prototype)) for prototype in scene.prototypes]
+        slots = np.array([0 if memory is None else memory.slots for memory in memories], np.int64)
+        instances = scene.instances
+        return _any_of(
+            _may_be_transparent(scene)[scene.material_slots], instances.slot_offset, slots[instances.prototype]
+        )
+
     def _upload_instances(self, scene: Scene) -> None:
         """Upload the instances' records, without their transforms."""
         instances = scene.instances
         memories = [self._prototypes.get(id(prototype)) for prototype in scene.prototypes]
         parts = records(structs.Instance, len(memories))
         supports = np.zeros((len(memories), *SUPPORT_SHAPE))
-        slots = np.zeros(len(memories), np.int64)  # material slots of each
         for k, memory in enumerate(memories):
             if memory is not None:
                 parts[k]["triangles"] = memory.triangles.ptr
                 parts[k]["nodes"], parts[k]["blocks"] = memory.blas.nodes, memory.blas.blocks
                 supports[k] = memory.support
-                slots[k] = memory.prototype.triangle_slots.max(initial=0) + 1
         rows = parts[instances.prototype]
         rows["slot_offset"] = instances.slot_offset
         rows["casts_shadow"] = instances.casts_shadow
-        rows["cutout"] = _any_of(
-            _may_be_transparent(scene)[scene.material_slots], rows["slot_offset"], slots[instances.prototype]
-        )
+        rows["cutout"] = self._cutouts
         filled = np.array([memory is not None for memory in memories], bool)[instances.prototype]
         self.placement.set_instances(rows, instances.prototype, supports, filled)
         self.supports.values = self._array(supports.reshape(len(memories), int(np.prod(SUPPORT_SHAPE))), wp.float32)
         self.supports.prototype = self._array(instances.prototype, wp.int32)
-        self.tables.slots = self._array(scene.material_slots, wp.int32)
 
     def set_transforms(self, scene: Scene, local_to_world: np.ndarray) -> None:
         """Set the transforms of instances, (N, 4, 4) as in `Instances`: those of the scene, or interpolated ones."""

@@ -4,7 +4,6 @@ Colors are stored in 8 sRGB-coded bits, data in as many bits as the file has (8 
 such as colors above 1, in half floats.
 """
 
-import os
 from collections import OrderedDict
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -14,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from usdsdg import errors
+from usdsdg.parallel import available_threads
 from usdsdg.stage.colors import LUMINANCE
 from usdsdg_render.images import image_files
 from usdsdg_render.scene.scene import IDENTITY_UV, WRAP_CLAMP, WRAP_REPEAT, Texture, UvTransform
@@ -135,7 +135,7 @@ class TexturePool:
         return {_identity(texture): k for k, texture in enumerate(self._table)}
 
     def _decode(self, files: list[dict[_Key, TextureUse]], progress: Progress | None) -> None:
-        with ThreadPoolExecutor(min(len(files), os.cpu_count() or 1)) as pool:
+        with ThreadPoolExecutor(min(len(files), available_threads())) as pool:
             # For one file a thread costs more than it saves.
             results = (pool.map if len(files) > 1 else map)(_tiles_of, [list(file.values()) for file in files])
             for done, (file, result) in enumerate(zip(files, results)):

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from usdsdg.parallel import launch_rows
+from usdsdg.parallel import CUDA_BLOCK, launch_rows
+from usdsdg.readback import read_back
 from usdsdg.stage.geometry.pixel_masks import MASK_WORD, WORD_PIXELS, PixelMasks
 from usdsdg_render.device.camera import camera_array
 from usdsdg_render.device.device_scene import DeviceScene
@@ -23,7 +24,6 @@ from usdsdg_render.kernels.labels.coverage import BYTES, MaskWord
 from usdsdg_render.kernels.labels.screen_bounds import ANYWHERE, SIDES, bound_on_screen
 from usdsdg_render.labels import lens_bounds
 from usdsdg_render.labels.parts import DividedGprims
-from usdsdg_render.memory.readback import read_back
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
@@ -171,7 +171,7 @@ class Coverage:
         launch_rows(kernel, shape, inputs, outputs, device=self._device, threads=self._threads, band_rows=band_rows)
 
     def _launch(self, kernel: Any, count: int, inputs: list, outputs: list) -> None:
-        wp.launch(kernel, dim=count, inputs=inputs, outputs=outputs, device=self._device)
+        wp.launch(kernel, dim=count, inputs=inputs, outputs=outputs, device=self._device, block_dim=CUDA_BLOCK)
 
 
 class _HostWords:

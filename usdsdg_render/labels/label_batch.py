@@ -1,13 +1,14 @@
 """LabelBatch: the labels of many images, on the device that rendered them."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
 
 from usdsdg.parallel import launch_rows
+from usdsdg.readback import read_back
 from usdsdg_render.kernels.labels.label_boxes import WORD_PIXELS, label_boxes, map_labels
-from usdsdg_render.memory.readback import read_back
 
 # Initial values of a box, of no pixels: pixels, x_min, y_min, x_max, y_max.
 _NO_PIXELS = np.array([0, 1 << 30, 1 << 30, -1, -1], np.int32)
@@ -29,6 +30,12 @@ class LabelBatch:
         """Return the AOVs of each image on the host, (H, W, *channels)."""
         copies = read_back(self.arrays)
         return [{name: array[k] for name, array in copies.items()} for k in range(self.images)]
+
+    def in_place(self) -> list[dict[str, Any]]:
+        """Return the AOVs of each image where they were rendered: on a CPU as `numpy`, else as Warp arrays."""
+        if all(str(array.device) == "cpu" for array in self.arrays.values()):
+            return self.numpy()
+        return [{name: array[k] for name, array in self.arrays.items()} for k in range(self.images)]
 
     def boxes(self, gprims: int) -> np.ndarray:
         """Compute 2D bounding boxes of the visible pixels of the first `gprims` gprims, from the AOV `instance`.

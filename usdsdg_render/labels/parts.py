@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import warp as wp
 
+from usdsdg.parallel import CUDA_BLOCK
 from usdsdg_render.kernels.labels.coverage import Parts, fill_mask_words
 from usdsdg_render.kernels.labels.parts import fill_words_of_parts, tell_parts_apart
 from usdsdg_render.scene.scene import Scene
@@ -44,4 +45,6 @@ class DividedGprims:
         """Replace the instances of pixels or hits by their entries."""
         if self.are_there:
             given = [self.record, triangle.flatten()]
-            wp.launch(tell_parts_apart, instance.size, given, [instance.flatten()], device=self._device)
+            wp.launch(
+                tell_parts_apart, instance.size, given, [instance.flatten()], device=self._device, block_dim=CUDA_BLOCK
+            )

@@ -1,7 +1,7 @@
 """Reader of all lights but domes: rows of `scene.LIGHT`, emission profiles and light links."""
 
-from collections.abc import Collection, Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Sequence, Set
+from typing import Literal, NamedTuple
 
 import numpy as np
 from pxr import Sdf, Usd
@@ -33,11 +33,11 @@ class Lights(NamedTuple):
 
 
 class _Light(NamedTuple):
-    """Cached result of reading one light; row is None if it emits nothing."""
+    """Cached result of reading one light; row is None if it emits nothing, and "stale" where only it must be read."""
 
     matrix: bytes
     instances: Sequence[str] | None  # for which its links were read; None without links
-    row: np.ndarray | None
+    row: np.ndarray | Literal["stale"] | None
     profile: EmissionProfile | None
     links: LightLinks | None
 
@@ -48,9 +48,14 @@ class LightReader:
     def __init__(self) -> None:
         self._known: dict[Sdf.Path, _Light] = {}
 
-    def invalidate(self, roots: Collection[Sdf.Path]) -> None:
+    def invalidate(self, roots: Set[Sdf.Path]) -> None:
         """Drop the cached lights at and below `roots`."""
         self._known = {path: light for path, light in self._known.items() if not is_below(path, roots)}
+
+    def invalidate_emission(self, paths: Set[Sdf.Path]) -> None:
+        """Drop the rows alone of the cached lights at `paths`."""
+        for path in paths & self._known.keys():
+            self._known[path] = self._known[path]._replace(row="stale")
 
     def read(
         self,
@@ -66,6 +71,8 @@ class LightReader:
             path, key = prim.GetPath(), matrix.tobytes()
             light = before.get(path)
             same_links = light is not None and (light.instances is None or light.instances is instances)
+            if light is not None and isinstance(light.row, str):
+                light = light._replace(row=read_light(prim, matrix, meters_per_unit), matrix=key)
             if light is None or light.matrix != key or not same_links:
                 linked = is_linked(prim)
                 if linked and not sources:
@@ -86,7 +93,7 @@ def _combined(lights: Iterable[_Light]) -> Lights:
     profiles: dict[int, tuple[int, EmissionProfile]] = {}
     linked = False
     for light in lights:
-        if light.row is None:
+        if light.row is None or isinstance(light.row, str):
             continue
         linked = linked or light.instances is not None
         row = light.row.copy()

@@ -30,6 +30,8 @@ POINT_RADIUS = 1e-3
 # The weight of a distant light is its flux through a disk of this radius [m], the size of a room: fixed, so that light
 # selection does not depend on where objects are.
 NOMINAL_RADIUS = 5.0
+# The fields of a row that hold numbers that are not whole.
+_REALS = [name for name in LIGHT.names or () if LIGHT[name].base.kind == "f"]
 # Relative differences of scales below this are rounding.
 UNIFORM_SCALE_TOLERANCE = 1e-3
 
@@ -63,7 +65,7 @@ def read_light(prim: Usd.Prim, local_to_world: np.ndarray, meters_per_unit: floa
             light = _distant(prim, row, luminance, meters_per_unit)
         else:
             light = _area_light(prim, row, luminance, scale, meters_per_unit)
-    if light is None or all(np.isfinite(light[name]).all() for name in LIGHT.names or ()):
+    if light is None or np.isfinite(np.concatenate([light[name].reshape(-1) for name in _REALS])).all():
         return light
     errors.warn_once(
         f"{prim.GetPath()}: the light is too bright or too large for 32-bit numbers; it is off. Correct it."

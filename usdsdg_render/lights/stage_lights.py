@@ -1,6 +1,6 @@
 """Keeps the lights and the dome of a `scene.Scene` in sync with a stage."""
 
-from collections.abc import Collection
+from collections.abc import Set
 
 from pxr import Sdf, Usd
 
@@ -24,9 +24,13 @@ class StageLights:
         self._matrices = b""
         self._linked_instances: tuple[str, ...] | None = None  # for which light links were read
 
-    def invalidate(self, roots: Collection[Sdf.Path]) -> None:
+    def invalidate(self, roots: Set[Sdf.Path]) -> None:
         """Make `read` read the lights at and below `roots` again."""
         self._lights.invalidate(roots)
+
+    def invalidate_emission(self, paths: Set[Sdf.Path]) -> None:
+        """Make `read` read again how bright the lights at `paths` are, and of what color, but nothing else of them."""
+        self._lights.invalidate_emission(paths)
 
     def read(self, tree: StageTree, *, always: bool) -> None:
         """Read lights if their set, a transform or the linked instances changed, or `always`; update the scene."""

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from usdsdg_render.geometry.color_atlas import color_atlas
 from usdsdg_render.images.textures import TextureUse
+from usdsdg_render.materials.display_color import NAME, DisplayColor
 from usdsdg_render.materials.shading import Input, Material
 from usdsdg_render.scene.scene import WRAP_CLAMP, Prototype, Texture
 
@@ -15,14 +16,14 @@ class ColorTextures:
     def __init__(self) -> None:
         self._made: dict[int, tuple[Prototype, TextureUse, Texture]] = {}  # by id; holds the prototype, so ids are safe
 
-    def apply(self, material: Material, prototype: Prototype) -> Material:
+    def apply(self, material: Material | DisplayColor, prototype: Prototype) -> Material:
         """Return the material with the prototype's colors, and with its opacities if it is the fallback material."""
         assert prototype.colors is not None
         _, use, _ = self._texture_of(prototype)
-        colored = replace(material, base_color=Input((1.0, 1.0, 1.0), texture=use), uv_primvar="")
-        if material.name == "displayColor" and (prototype.colors[..., 3] < 1.0).any():
-            colored = replace(colored, opacity=Input((1.0,), texture=use, channel=3))
-        return colored
+        has_opacity = material.name == NAME and (prototype.colors[..., 3] < 1.0).any()
+        whole = material.material if isinstance(material, DisplayColor) else material
+        colored = replace(whole, base_color=Input((1.0, 1.0, 1.0), texture=use), uv_primvar="")
+        return replace(colored, opacity=Input((1.0,), texture=use, channel=3)) if has_opacity else colored
 
     def textures(self) -> list[tuple[TextureUse, Texture]]:
         """Return all textures made so far."""

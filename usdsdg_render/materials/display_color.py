@@ -1,45 +1,96 @@
 """Materials from a gprim's displayColor and displayOpacity, where none is bound or the bound one cannot be read."""
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Usd, UsdGeom, Vt
 
 from usdsdg import errors
+from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.shading import MAX_COLOR, Input, Material
 from usdsdg_render.usd.authored_values import as_array
 
 # UsdImaging's fallback displayColor.
 DEFAULT_COLOR = (0.5, 0.5, 0.5)
+NAME = "displayColor"
 
 
-def fallback_material(color: tuple[float, ...] | None, opacity: float | None) -> Material:
-    """Return the material of a displayColor and displayOpacity: gray and opaque where None."""
-    return Material(
-        name="displayColor",
-        base_color=Input(tuple(color or DEFAULT_COLOR)),
-        opacity=Input((1.0 if opacity is None else opacity,)),
-    )
+class DisplayColor(NamedTuple):
+    """The material of a displayColor and displayOpacity; a `Material` of the same content costs ten times as much."""
+
+    color: tuple[float, ...] = DEFAULT_COLOR
+    opacity: float = 1.0
+
+    @property
+    def name(self) -> str:
+        return NAME
+
+    @property
+    def textures(self) -> tuple[TextureUse, ...]:
+        return ()
+
+    @property
+    def uv_primvar(self) -> str:
+        return ""
+
+    @property
+    def material(self) -> Material:
+        return Material(name=NAME, base_color=Input(self.color), opacity=Input((self.opacity,)))
 
 
-def display_color(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[float, ...] | None, float | None, bool]:
-    """Return (mean displayColor, mean displayOpacity, whether one of them varies); None where not authored."""
-    values: list[tuple[float, ...] | None] = []
-    varies = False
-    for name, width in (("displayColor", 3), ("displayOpacity", 1)):
-        primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
-        value = primvar.Get(time) if primvar else None
-        array = as_array(primvar.GetAttr(), value, (3,) if width == 3 else ()) if primvar else None
-        if array is None or not len(array):
-            values.append(None)
-            continue
-        array = array.astype(np.float64).reshape(-1, width)
-        if not np.isfinite(array).all():
-            errors.warn_once(f"{primvar.GetAttr().GetPath()} holds NaN or infinity, so it is ignored. Correct it.")
-            values.append(None)
-            continue
-        if (array > MAX_COLOR).any():
-            errors.warn_once(f"{primvar.GetAttr().GetPath()}: more than {MAX_COLOR:g} counts as that. Correct it.")
-            array = np.minimum(array, MAX_COLOR)
-        varies |= bool((array != array[0]).any())
-        values.append(tuple(np.clip(array.mean(axis=0), 0.0, None).tolist()))
-    color, opacity = values
-    return color, None if opacity is None else opacity[0], varies
+class Shown(NamedTuple):
+    """A displayColor or displayOpacity: its mean, None where there is none, and whether it varies over the gprim."""
+
+    value: tuple[float, ...] | None
+    varies: bool = False
+
+
+def fallback_material(color: Shown, opacity: Shown) -> DisplayColor:
+    """Return the material of a displayColor and displayOpacity: gray and opaque where there is none."""
+    return DisplayColor(color.value or DEFAULT_COLOR, 1.0 if opacity.value is None else opacity.value[0])
+
+
+def display_colors(attributes: Sequence[Usd.Attribute], time: Usd.TimeCode) -> list[Shown]:
+    """Return the displayColor of prims, by their own attributes of it, or inherited."""
+    return _read(attributes, "displayColor", time, Vt.Vec3fArray, 3)
+
+
+def display_opacities(attributes: Sequence[Usd.Attribute], time: Usd.TimeCode) -> list[Shown]:
+    """Return the displayOpacity of prims, by their own attributes of it, or inherited."""
+    return _read(attributes, "displayOpacity", time, Vt.FloatArray, 1)
+
+
+def _read(attributes: Sequence[Usd.Attribute], name: str, time: Usd.TimeCode, array: type, width: int) -> list[Shown]:
+    """Read a primvar of many prims; most have one value, and these are checked together."""
+    found: list[Shown | None] = [None] * len(attributes)
+    rows, values = [], []
+    for row, attribute in enumerate(attributes):
+        value = attribute.Get(time)
+        if type(value) is array and len(value) == 1:
+            rows.append(row)
+            values.append(value[0])
+    numbers = np.array(array(values), np.float64).reshape(-1, width)
+    usable = (np.isfinite(numbers) & (numbers <= MAX_COLOR)).all(axis=1)
+    for row, number, is_usable in zip(rows, np.clip(numbers, 0.0, None).tolist(), usable.tolist()):
+        if is_usable:
+            found[row] = Shown(tuple(number))
+    own = zip(attributes, found)
+    return [_read_one(each.GetPrim(), name, time, width) if shown is None else shown for each, shown in own]
+
+
+def _read_one(prim: Usd.Prim, name: str, time: Usd.TimeCode, width: int) -> Shown:
+    primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
+    value = primvar.Get(time) if primvar else None
+    array = as_array(primvar.GetAttr(), value, (3,) if width == 3 else ()) if primvar else None
+    if array is None or not len(array):
+        return Shown(None)
+    array = array.astype(np.float64).reshape(-1, width)
+    if not np.isfinite(array).all():
+        errors.warn_once(f"{primvar.GetAttr().GetPath()} holds NaN or infinity, so it is ignored. Correct it.")
+        return Shown(None)
+    if (array > MAX_COLOR).any():
+        errors.warn_once(f"{primvar.GetAttr().GetPath()}: more than {MAX_COLOR:g} counts as that. Correct it.")
+        array = np.minimum(array, MAX_COLOR)
+    varies = bool((array != array[0]).any())
+    return Shown(tuple(np.clip(array.mean(axis=0), 0.0, None).tolist()), varies)

@@ -11,8 +11,9 @@ from pxr import UsdShade
 
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.mdl_inputs import BLACK, WHITE, warn_where
+from usdsdg_render.materials.network import Network, Source, shader_id
 from usdsdg_render.materials.preview_surface import reflectance, texture_file
-from usdsdg_render.materials.shading import Input, Material, Network, Source, shader_id
+from usdsdg_render.materials.shading import Input, Material
 from usdsdg_render.scene.scene import WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 
 WRAPS = {"periodic": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "constant": WRAP_CLAMP}

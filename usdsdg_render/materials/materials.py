@@ -1,34 +1,34 @@
-"""Read UsdShade materials and make rows of `scene.MATERIAL` from them."""
+"""Read UsdShade materials, and cache them by prim path."""
 
-from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
 
-import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
 from usdsdg import errors
-from usdsdg_render.images.textures import Progress, TexturePool, TextureUse
 from usdsdg_render.materials.material_x import SURFACES, read_material_x
 from usdsdg_render.materials.mdl import mdl_file, mdl_name, read_mdl
+from usdsdg_render.materials.network import Network, shader_id
 from usdsdg_render.materials.preview_surface import read_preview_surface
-from usdsdg_render.materials.shading import MAX_COLOR, MAX_EMISSION, Input, Material, Network, shader_id
-from usdsdg_render.scene.scene import MATERIAL, NO_TEXTURE, Texture
+from usdsdg_render.materials.shading import Material
 from usdsdg_render.usd.prim_kinds import is_below
 
-_COLUMNS = {name: MATERIAL[name] for name in MATERIAL.names or ()}
-# Fields of `Material` with the columns that they fill: `normal` and `detail` a texture alone.
-_FIELDS = [
-    (each.name, f"{each.name}_texture", f"{each.name}_channel")
-    for each in fields(Material)
-    if {each.name, f"{each.name}_texture"} & _COLUMNS.keys()
-]
 
-
-@dataclass(frozen=True)
+@dataclass
 class _Entry:
     material: Material | None  # None: its surface shader is missing or unknown
-    visited: frozenset[Sdf.Path]
+    network: Network
     shared_as: tuple | None
+    users: int = 0  # paths that have it
+
+
+class Update(NamedTuple):
+    """A material of which some fields were read again."""
+
+    before: Material
+    after: Material
+    names: Collection[str]
 
 
 class MaterialLibrary:
@@ -42,19 +42,31 @@ class MaterialLibrary:
         self._stage = stage
         self._by_path: dict[Sdf.Path, _Entry] = {}
         self._by_specs: dict[tuple, _Entry] = {}
+        self._readers: dict[Sdf.Path, set[Sdf.Path]] = {}  # the materials that depend on each prim
+        self._unread: dict[Sdf.Path, bool] = {}  # `_is_unread_shader`, until other materials are read
+        self._dropped: dict[Sdf.Path, Material | None] = {}  # as they were before they were dropped
 
     def read(self, prim: Usd.Prim) -> Material | None:
         """Read the material at `prim`; None (with a warning) when its surface shader is missing or unknown."""
-        path = prim.GetPath()
+        return self.at(prim.GetPath())
+
+    def at(self, path: Sdf.Path) -> Material | None:
+        """Return `read` of the prim at a path."""
         entry = self._by_path.get(path)
         if entry is None:
+            prim = self._stage.GetPrimAtPath(path)
             specs = _specs(prim)
             entry = self._by_specs.get(specs)
             if entry is None:
-                entry = _read(prim, specs)
+                entry = _read(prim, specs, self._dropped.get(path))
                 if entry.shared_as is not None:
                     self._by_specs[specs] = entry
             self._by_path[path] = entry
+            self._unread.clear()
+            entry.users += 1
+            for visited in entry.network.visited:
+                self._readers.setdefault(visited, set()).add(path)
+            self._dropped.pop(path, None)
         return entry.material
 
     def invalidate(self, changed: Collection[Sdf.Path], roots: Collection[Sdf.Path]) -> set[Sdf.Path]:
@@ -62,7 +74,7 @@ class MaterialLibrary:
 
         A shading prim that no material is known to depend on may be part of any network, so then all are dropped.
         """
-        known, readers = self._by_path, self._readers()
+        known, readers = self._by_path, self._readers
         stale = {path for path in known if is_below(path, roots)}
         stale.update(*(found for visited, found in readers.items() if is_below(visited, roots)))
         for path in [*changed, *roots]:
@@ -74,20 +86,62 @@ class MaterialLibrary:
         self._drop(stale)
         return stale
 
-    def _readers(self) -> dict[Sdf.Path, set[Sdf.Path]]:
-        """The materials that depend on each prim."""
-        readers: dict[Sdf.Path, set[Sdf.Path]] = {}
-        for material, entry in self._by_path.items():
-            for visited in entry.visited:
-                readers.setdefault(visited, set()).add(material)
-        return readers
+    def update(self, changed: Mapping[Sdf.Path, Collection[str]]) -> tuple[dict[Sdf.Path, Update], set[Sdf.Path]]:
+        """Read the fields of materials again that depend on inputs of shading prims whose values may have changed.
+
+        Args:
+            changed: names of inputs by prim.
+
+        Returns:
+            Materials that were updated, by path, and those of the prims that `invalidate` must be told of instead.
+        """
+        updates: dict[Sdf.Path, Update] = {}
+        others: set[Sdf.Path] = set()
+        for prim, names in changed.items():
+            found = self._readers.get(prim, ())
+            if not found and self._is_unread_shader(prim):
+                continue
+            entries = [(path, self._by_path[path]) for path in found]
+            if not entries or any(entry.users > 1 or entry.material is None for _, entry in entries):
+                others.add(prim)
+                continue
+            for path, entry in entries:
+                fields = entry.network.changed_fields(prim, names)
+                if fields is None:
+                    others.add(prim)
+                    continue
+                before, earlier = entry.material, updates.get(path)
+                assert before is not None  # checked above
+                entry.material = before.with_fields(fields)
+                self._unshare(entry)
+                known = {*fields, *earlier.names} if earlier else fields.keys()
+                updates[path] = Update(earlier.before if earlier else before, entry.material, known)
+        return updates, others
+
+    def _is_unread_shader(self, path: Sdf.Path) -> bool:
+        """Whether a shader without readers belongs to a material that was read without it."""
+        if path not in self._unread:
+            entry = next((self._by_path[each] for each in path.GetPrefixes() if each in self._by_path), None)
+            is_read = entry is not None and entry.material is not None
+            self._unread[path] = is_read and self._stage.GetPrimAtPath(path).GetTypeName() == "Shader"
+        return self._unread[path]
 
     def _drop(self, paths: Iterable[Sdf.Path]) -> None:
         """Drop entries, shared ones too: edits of the prims that share them are not tracked."""
         for path in paths:
             entry = self._by_path.pop(path)
-            if entry.shared_as is not None:
-                self._by_specs.pop(entry.shared_as, None)
+            self._unread.clear()
+            self._dropped[path] = entry.material
+            entry.users -= 1
+            for visited in entry.network.visited:
+                self._readers[visited].discard(path)
+                if not self._readers[visited]:
+                    del self._readers[visited]
+            self._unshare(entry)
+
+    def _unshare(self, entry: _Entry) -> None:
+        if entry.shared_as is not None:
+            self._by_specs.pop(entry.shared_as, None)
 
     def _is_shading(self, path: Sdf.Path) -> bool:
         prim = self._stage.GetPrimAtPath(path)
@@ -96,18 +150,22 @@ class MaterialLibrary:
     def keep_only(self, paths: set[Sdf.Path]) -> None:
         """Drop all materials but these, which are still bound."""
         self._drop(path for path in list(self._by_path) if path not in paths)
+        self._dropped = {path: material for path, material in self._dropped.items() if path in paths}
 
 
 def _specs(prim: Usd.Prim) -> tuple:
     return tuple((spec.layer.identifier, spec.path) for spec in prim.GetPrimStack())
 
 
-def _read(prim: Usd.Prim, specs: tuple) -> _Entry:
+def _read(prim: Usd.Prim, specs: tuple, before: Material | None) -> _Entry:
+    """Read a material; one that equals `before` is that object, by which others know it."""
     network = Network(prim)
     material = _read_surface(network)
+    if material == before:
+        material = before
     own = prim.GetPath()
     closed = all(path.HasPrefix(own) for path in network.visited) and not any(map(_has_arcs, Usd.PrimRange(prim)))
-    return _Entry(material, frozenset(network.visited), specs if closed else None)
+    return _Entry(material, network, specs if closed else None)
 
 
 def _has_arcs(prim: Usd.Prim) -> bool:
@@ -154,68 +212,3 @@ def _surface(material: UsdShade.Material, context: str) -> UsdShade.Shader | Non
         if shader:
             return shader
     return None
-
-
-class MaterialTable:
-    """Makes rows of `scene.MATERIAL`, each once for as long as its material stays."""
-
-    def __init__(self) -> None:
-        # Indices of its textures, and the bytes of the row.
-        self._rows: dict[Material, tuple[tuple[int | None, ...], bytes]] = {}
-
-    def build(
-        self, materials: Sequence[Material], pool: TexturePool, progress: Progress | None = None
-    ) -> tuple[np.ndarray, list[Texture]]:
-        """Return one row for each material, and the textures that the rows refer to."""
-        uses = dict.fromkeys(use for material in materials for use in material.textures)
-        textures, indices = pool.load(uses, progress)
-        before, self._rows = self._rows, {}
-        for material in materials:
-            used = tuple(indices.get(use) for use in material.textures)
-            row = before.get(material)
-            if row is None or row[0] != used:
-                row = used, np.array(_row(material, indices), MATERIAL).tobytes()
-            self._rows[material] = row
-        table = b"".join(self._rows[material][1] for material in materials)
-        return np.frombuffer(table, MATERIAL).copy(), textures
-
-
-# Largest constants; those in neither table end at 1.
-_HIGHEST = {"base_color": MAX_COLOR, "emission": MAX_EMISSION}
-_UNLIMITED = ("ior", "thin", "normal_scale", "detail_scale")
-
-
-def _row(material: Material, indices: dict[TextureUse, int]) -> tuple:
-    """The values of a row of `MATERIAL`: of an `Input` x those of x, x_texture and x_channel, else of the same name."""
-    values: dict[str, object] = {}
-    for name, texture_column, channel_column in _FIELDS:
-        value = getattr(material, name)
-        if isinstance(value, Input):
-            texture = NO_TEXTURE if value.texture is None else indices.get(value.texture, NO_TEXTURE)
-            values[name] = _constant(material.name, name, value, textured=texture != NO_TEXTURE)
-            values[texture_column], values[channel_column] = texture, value.channel
-        elif name in _COLUMNS:
-            values[name] = value if name in _UNLIMITED else _unit(value)
-        else:
-            values[texture_column] = NO_TEXTURE if value is None else indices.get(value, NO_TEXTURE)
-    return tuple(map(values.__getitem__, _COLUMNS))
-
-
-def _constant(material: str, name: str, value: Input, *, textured: bool) -> float | tuple[float, ...]:
-    """The constant of an input within its limits; beside a texture, a scalar may be any factor > 0."""
-    constant = value.value if value.texture is None or textured or value.fallback is None else value.fallback
-    if name in _HIGHEST:
-        highest = _HIGHEST[name]
-        if max(constant) > highest:
-            errors.warn_once(
-                f"{material}: a color of {max(constant):g} is more than 32-bit numbers can follow from surface to "
-                f"surface; {highest:g} is used. Correct it."
-            )
-        return tuple(min(max(number, 0.0), highest) for number in constant)
-    if _COLUMNS[name].shape:
-        return tuple(map(_unit, constant))
-    return max(constant[0], 0.0) if textured else _unit(constant[0])
-
-
-def _unit(value: float) -> float:
-    return min(max(value, 0.0), 1.0)

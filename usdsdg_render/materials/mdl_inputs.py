@@ -6,8 +6,9 @@ from dataclasses import replace
 from pxr import UsdShade
 
 from usdsdg_render.images.textures import TextureUse
+from usdsdg_render.materials.network import Network
 from usdsdg_render.materials.preview_surface import texture_file
-from usdsdg_render.materials.shading import Input, Network
+from usdsdg_render.materials.shading import Input
 from usdsdg_render.scene.scene import IDENTITY_UV, WRAP_REPEAT, UvTransform
 
 WHITE = (1.0, 1.0, 1.0)

@@ -19,8 +19,9 @@ from usdsdg_render.materials.mdl_inputs import (
     transform,
     warn_where,
 )
+from usdsdg_render.materials.network import Network
 from usdsdg_render.materials.preview_surface import reflectance
-from usdsdg_render.materials.shading import Input, Material, Network
+from usdsdg_render.materials.shading import Input, Material
 from usdsdg_render.scene.scene import UvTransform
 
 COAT_IOR = 1.56
@@ -36,21 +37,23 @@ def read_omni_pbr(network: Network, shader: UsdShade.Shader, *, opacity_enabled:
     orm = None
     if network.flag(shader, "enable_ORM_texture", False):
         orm = texture(network, shader, "ORM_texture", color=False, transform=uv)
-    opacity = _opacity(network, shader, uv, enabled=opacity_enabled)
-    threshold = network.number(shader, "opacity_threshold", 0.0)
     _warn_of_occlusion(network, shader)
-    return Material(
-        base_color=_albedo(network, shader, uv),
-        roughness=_blended(network, shader, "reflection_roughness", "reflectionroughness_texture", 0.5, orm, 1, uv),
-        metallic=_blended(network, shader, "metallic", "metallic_texture", 0.0, orm, 2, uv),
-        specular=Input((0.08 * max(network.number(shader, "specular_level", 0.5), 0.0),) * 3),
-        opacity=opacity,
-        opacity_threshold=max(threshold, 0.0) if opacity != Input((1.0,)) else 0.0,
-        emission=_emission(network, shader, uv),
-        normal=normal_map(network, shader, "normalmap_texture", uv),
-        normal_scale=network.number(shader, "bump_factor", 1.0),
-        detail=normal_map(network, shader, "detail_normalmap_texture", transform(network, shader, "detail_texture")),
-        detail_scale=network.number(shader, "detail_bump_factor", 0.3),
+    roughness, metallic = ("reflection_roughness", "reflectionroughness_texture"), ("metallic", "metallic_texture")
+    detail_uv = transform(network, shader, "detail_texture")
+    return network.read_fields(
+        {
+            "base_color": lambda: _albedo(network, shader, uv),
+            "roughness": lambda: _blended(network, shader, *roughness, 0.5, orm, 1, uv),
+            "metallic": lambda: _blended(network, shader, *metallic, 0.0, orm, 2, uv),
+            "specular": lambda: Input((0.08 * max(network.number(shader, "specular_level", 0.5), 0.0),) * 3),
+            "opacity": lambda: _opacity(network, shader, uv, enabled=opacity_enabled),
+            "opacity_threshold": lambda: _threshold(network, shader, uv, enabled=opacity_enabled),
+            "emission": lambda: _emission(network, shader, uv),
+            "normal": lambda: normal_map(network, shader, "normalmap_texture", uv),
+            "normal_scale": lambda: network.number(shader, "bump_factor", 1.0),
+            "detail": lambda: normal_map(network, shader, "detail_normalmap_texture", detail_uv),
+            "detail_scale": lambda: network.number(shader, "detail_bump_factor", 0.3),
+        }
     )
 
 
@@ -120,6 +123,11 @@ def _opacity(network: Network, shader: UsdShade.Shader, uv: UvTransform, *, enab
         use = texture(network, shader, "opacity_texture", color=False, transform=uv)
     from_alpha = network.number(shader, "opacity_mode", 1.0) == 0.0
     return Input((constant,), use, 3 if from_alpha else 0, (constant,))
+
+
+def _threshold(network: Network, shader: UsdShade.Shader, uv: UvTransform, *, enabled: bool) -> float:
+    threshold = max(network.number(shader, "opacity_threshold", 0.0), 0.0)
+    return threshold if _opacity(network, shader, uv, enabled=enabled) != Input((1.0,)) else 0.0
 
 
 def _emission(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input:

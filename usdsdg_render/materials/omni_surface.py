@@ -16,8 +16,9 @@ from usdsdg_render.materials.mdl_inputs import (
     transform,
     warn_where,
 )
+from usdsdg_render.materials.network import Network
 from usdsdg_render.materials.preview_surface import reflectance
-from usdsdg_render.materials.shading import Input, Material, Network
+from usdsdg_render.materials.shading import Input, Material
 from usdsdg_render.scene.scene import UvTransform
 
 

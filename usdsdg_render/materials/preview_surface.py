@@ -8,7 +8,8 @@ from pxr import UsdShade
 from usdsdg_render.images import image_files
 from usdsdg_render.images.image_files import UDIM
 from usdsdg_render.images.textures import ONES, ZEROS, TextureUse
-from usdsdg_render.materials.shading import Input, Material, Network, PrimvarInput, Source, shader_id
+from usdsdg_render.materials.network import Network, Source, shader_id
+from usdsdg_render.materials.shading import Input, Material, PrimvarInput
 from usdsdg_render.scene.scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 from usdsdg_render.scene.structs import CLEAR_PANE
 from usdsdg_render.usd.time_code import current_value

@@ -1,1 +1,1 @@
-"""Memory shared between host and device: staging buffers and pinned readback."""
+"""Memory shared between host and device: staging buffers."""

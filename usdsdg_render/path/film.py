@@ -1,14 +1,16 @@
 """Film: running sums of radiance per pixel, and their denoising and tone mapping."""
 
+from typing import Any
+
 import numpy as np
 import warp as wp
 
 from usdsdg.errors import RenderError, warn_once
-from usdsdg.parallel import launch_rows
+from usdsdg.parallel import cheap_rows, launch_rows
+from usdsdg.readback import read_back
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.tone_map import tone_map_pixels
 from usdsdg_render.kernels.path.wavelet_denoiser import blend
-from usdsdg_render.memory.readback import read_back
 from usdsdg_render.path import oidn_denoiser, wavelet_denoiser
 from usdsdg_render.settings import LIGHT_AOVS, ToneSettings
 
@@ -64,7 +66,7 @@ class Film:
         return color[..., :3] / np.maximum(color[..., 3:], 1.0)
 
 
-def tone_map(film: Film, tone: ToneSettings, *, threads: int | None = None) -> dict[str, np.ndarray]:
+def tone_map(film: Film, tone: ToneSettings, *, threads: int | None = None, fetched: bool = True) -> dict[str, Any]:
     """Denoise and tone-map a film; see `WarpRenderer.develop`."""
     radiance = film.arrays.color
     if film.has_features and tone.denoise is not False:
@@ -73,13 +75,15 @@ def tone_map(film: Film, tone: ToneSettings, *, threads: int | None = None) -> d
     hdr = wp.empty(shape, dtype=wp.vec4h, device=film.device)
     ldr = wp.empty(shape, dtype=wp.vec4ub, device=film.device)
     inputs = [radiance, film.arrays.color, tone.exposure, int(tone.enabled)]
-    launch_rows(tone_map_pixels, shape, inputs, [hdr, ldr], device=film.device, threads=threads, band_rows=64)
+    rows = cheap_rows(film.width)
+    launch_rows(tone_map_pixels, shape, inputs, [hdr, ldr], device=film.device, threads=threads, band_rows=rows)
     if film.dropped:
         warn_once(
             f"{film.dropped} samples of a {film.width}x{film.height} image were not finite and were dropped",
             key="dropped samples",
         )
-    return {**read_back({"HdrColor": hdr, "LdrColor": ldr}), **film.light_aovs()}
+    images = {"HdrColor": hdr, "LdrColor": ldr}
+    return {**(read_back(images) if fetched or film.device == "cpu" else images), **film.light_aovs()}
 
 
 def _denoised(film: Film, tone: ToneSettings, threads: int | None) -> wp.array:
@@ -90,5 +94,6 @@ def _denoised(film: Film, tone: ToneSettings, threads: int | None) -> wp.array:
         return denoised
     blended = wp.empty_like(denoised)
     inputs = [film.arrays.color, denoised, tone.denoiser_blend]
-    launch_rows(blend, denoised.shape, inputs, [blended], device=film.device, threads=threads)
+    rows = cheap_rows(film.width)
+    launch_rows(blend, denoised.shape, inputs, [blended], device=film.device, threads=threads, band_rows=rows)
     return blended

@@ -17,7 +17,7 @@ import numpy as np
 import warp as wp
 
 from usdsdg.errors import RenderError
-from usdsdg.parallel import available_threads, launch_rows
+from usdsdg.parallel import available_threads, cheap_rows, launch_rows
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.wavelet_denoiser import BLOCK_PIXELS, average_with_margin, block_luminance
 
@@ -66,7 +66,8 @@ def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.
     color = wp.empty(shape, dtype=wp.vec4, device=target)
     albedo, normal = (wp.empty(shape, dtype=wp.vec3, device=target) for _ in range(2))
     sums = [each.to(target) for each in (film.color, film.background, film.albedo, film.normal_depth)]
-    launch_rows(average_with_margin, shape, [*sums, MARGIN], [color, albedo, normal], device=target, threads=threads)
+    rows, outputs = cheap_rows(shape[1]), [color, albedo, normal]
+    launch_rows(average_with_margin, shape, [*sums, MARGIN], outputs, device=target, threads=threads, band_rows=rows)
     scale = _input_scale(color, threads)
     with _busy:
         filters = _filters(shape, target, threads or available_threads())

@@ -23,6 +23,9 @@ from usdsdg_render.settings import PathSettings
 if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
 
+# Rows that a CPU thread takes at least: its last ones decide how long the other threads wait.
+ROWS_AT_ONCE = 4
+
 
 class PathTracer:
     """Path-traces one scene on its device."""
@@ -77,7 +80,10 @@ class PathTracer:
         options.samples = samples
         for k, film in enumerate(films):
             inputs = [self._scene.tables, options, Camera.from_ptr(cameras[k:].ctypes.data)]
-            launch_rows(add_samples, (film.height, film.width), inputs, [film.arrays], device="cpu", threads=threads)
+            shape = film.height, film.width
+            launch_rows(
+                add_samples, shape, inputs, [film.arrays], device="cpu", threads=threads, band_rows=ROWS_AT_ONCE
+            )
 
 
 def path_options(settings: PathSettings, film: Film) -> PathOptions:

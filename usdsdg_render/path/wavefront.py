@@ -13,7 +13,6 @@ from usdsdg_render.scene.structs import Hit, SceneTables
 
 # Paths in flight: enough to fill a large GPU, at about 200 bytes each.
 MAX_ACTIVE_PATHS = 1 << 21
-BLOCK = 128
 
 
 class WavefrontTracer:
@@ -63,7 +62,7 @@ class WavefrontTracer:
         self._launch(wavefront.update_film, pixels, options, views, state, films)
 
     def _launch(self, kernel: Any, size: int, *inputs: Any) -> None:
-        wp.launch(kernel, dim=size, inputs=inputs, device=self.device, block_dim=BLOCK)
+        wp.launch(kernel, dim=size, inputs=inputs, device=self.device, block_dim=wavefront.BLOCK)
 
     def _allocate(self, size: int, options: PathOptions, segments: int) -> None:
         """Allocate memory for that many paths, with features and light AOVs if the film has them."""

@@ -1,8 +1,10 @@
 """Edge-avoiding wavelet denoiser: smooths noise, keeps edges, textures and edges in mirrors."""
 
+from typing import Any
+
 import warp as wp
 
-from usdsdg.parallel import launch_rows
+from usdsdg.parallel import cheap_rows, launch_rows
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.wavelet_denoiser import atrous_pass, demodulate, remodulate
 
@@ -22,11 +24,15 @@ def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.
     shape = film.color.shape
     irradiance, buffer, guide = (wp.empty(shape, dtype=wp.vec4, device=device) for _ in range(3))
     albedo = wp.empty(shape, dtype=wp.vec3, device=device)
+
+    def launch(kernel: Any, inputs: list[Any], outputs: list[Any]) -> None:
+        rows = cheap_rows(shape[1])
+        launch_rows(kernel, shape, inputs, outputs, device=device, threads=threads, band_rows=rows)
+
     inputs = [film.color, film.background, film.albedo, film.normal_depth, film.square]
-    launch_rows(demodulate, shape, inputs, [irradiance, guide, albedo], device=device, threads=threads)
+    launch(demodulate, inputs, [irradiance, guide, albedo])
     for step in STEPS:
-        launch_rows(atrous_pass, shape, [irradiance, guide, step], [buffer], device=device, threads=threads)
+        launch(atrous_pass, [irradiance, guide, step], [buffer])
         irradiance, buffer = buffer, irradiance
-    inputs = [irradiance, albedo, film.color, film.background]
-    launch_rows(remodulate, shape, inputs, [buffer], device=device, threads=threads)
+    launch(remodulate, [irradiance, albedo, film.color, film.background], [buffer])
     return buffer

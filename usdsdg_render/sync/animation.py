@@ -43,7 +43,8 @@ class Animation:
         if changes.resynced:
             self._find_samples()
         samples_of = self._stage.GetEditTarget().GetLayer().GetNumTimeSamplesForPath
-        sampled = {path.GetPrimPath() for path in changes.properties if samples_of(path)}
+        properties = changes.properties
+        sampled = {path.GetPrimPath() for path, samples in zip(properties, map(samples_of, properties)) if samples}
         sampled |= {path for path, names in changes.changed.items() if not names.isdisjoint(VELOCITIES)}
         sampled |= {path for path in changes.changed.keys() & self._varying_names.keys() if self._varying_names[path]}
         self.is_animated = self.is_animated or bool(sampled)
@@ -77,6 +78,7 @@ class Animation:
                 self._geometry.add(gprim.path)
             if any(":" in name for name in names):
                 self._gprims.add(gprim.path)
+        self._inherited = {path for path in self._inherited if path not in self._geometry or tree.has_children(path)}
         self._visibility = self._visibilities(tree.time)
         self.is_surveyed = True
 
@@ -94,7 +96,7 @@ class Animation:
         dirty.transforms.update(self._transforms)
         dirty.gprims |= self._gprims
         dirty.geometry |= self._geometry
-        dirty.inherited |= self._inherited - self._geometry
+        dirty.inherited |= self._inherited
         dirty.instancers |= self._instancers
         dirty.lights |= self._lights
         dirty.materials |= self._materials

@@ -100,6 +100,7 @@ class SceneExtractor:
         dirty.stale_materials = self._materials.invalidate(dirty, self._gprims)
         self._gprims.invalidate(dirty)
         self._lights.invalidate(dirty.lights)
+        self._lights.invalidate_emission(dirty.emissions)
 
     # What is read again
 
@@ -120,39 +121,48 @@ class SceneExtractor:
             tree.xform_ops.clear()  # point instancers may draw other prims, whose moves then concern them
         if self._animation.is_animated and (dirty.has_other_gprims or not self._animation.is_surveyed):
             self._animation.survey(tree, self._gprims)
-        if dirty.concerns_gprims:
-            self._read_gprims(tree, everything=dirty.has_other_gprims)
-        if dirty.concerns_gprims or dirty.has_other_transforms:
-            slots = self._materials.first_slots
-            self._instances.write(tree.world, self._index_of, slots, always=dirty.concerns_gprims)
-        if dirty.subtrees or dirty.lights or dirty.has_other_transforms:
-            self._lights.read(tree, always=bool(dirty.lights))
+        replaced = dirty.concerns_gprims and self._read_gprims(tree, everything=dirty.has_other_gprims)
+        if replaced or dirty.has_other_transforms:
+            self._instances.write(tree.world, self._index_of, self._materials.first_slots, always=replaced)
+        if dirty.subtrees or dirty.lights or dirty.emissions or dirty.has_other_transforms:
+            self._lights.read(tree, always=bool(dirty.lights or dirty.emissions))
 
-    def _read_gprims(self, tree: StageTree, *, everything: bool) -> None:
-        """Read what is missing of the drawn gprims. everything: other gprims may be drawn than before."""
+    def _read_gprims(self, tree: StageTree, *, everything: bool) -> bool:
+        """Read what is missing of the drawn gprims; return whether instances may be other ones, or have other columns.
+
+        everything: other gprims may be drawn than before.
+        """
         drawn = self._gprims.drawn
         self._materials.bind(self._gprims)
         changed = [gprim for gprim in drawn if gprim.materials is None]
-        for gprim in changed:
-            self._materials.read(gprim, self._time)
+        self._materials.read(changed, self._time)
         if everything:
             self._find_skinned(tree)
-        self._read_geometry(changed)
-        self._write_prototypes()
-        if everything or changed:
+        replaced = self._read_geometry(changed) or everything
+        if replaced:
+            self._write_prototypes()
+        if everything or changed or not self._materials.are_written:
             if self._animation.is_animated:
                 self._animation.survey_materials({path for gprim in drawn for path in gprim.bound if path is not None})
             self._materials.apply_colors(changed, self._index_of.keys())
-            self._materials.write(drawn)
-        self._instances.set_placements(self._gprims.placements)
+            slots = self._materials.first_slots
+            self._materials.write(drawn, None if everything else changed)
+            replaced = replaced or self._materials.first_slots is not slots
+        if replaced:
+            self._instances.set_placements(self._gprims.placements)
+        return replaced
 
     def _find_skinned(self, tree: StageTree) -> None:
         skinning, has_skeletons = self._prototypes.skinning, bool(tree.skel_roots)
         known = self._gprims.known.values()
         self._skinned = {g.path for g in known if has_skeletons and skinning.is_skinned(g.prim)}
 
-    def _read_geometry(self, changed: Sequence[Gprim]) -> None:
-        """Read the prototypes of gprims that have none yet, or whose material asks for another UV set or for colors."""
+    def _read_geometry(self, changed: Sequence[Gprim]) -> bool:
+        """Read the prototypes of gprims that have none yet, or whose material asks for another UV set or for colors.
+
+        Returns:
+            Whether there are any.
+        """
         missing = (gprim for gprim in self._gprims.drawn if gprim.geometry is None)
         variants = {gprim: (_uv_name(gprim), gprim.colored) for gprim in (*missing, *changed)}
         unread = [(g, variant) for g, variant in variants.items() if g.geometry is None or g.geometry[:2] != variant]
@@ -168,6 +178,7 @@ class SceneExtractor:
             gprim.geometry = uv_name, colored, prototype
             if self._progress is not None:
                 self._progress("geometry", done + 1, len(unread))
+        return bool(unread)
 
     def _write_prototypes(self) -> None:
         """Old prototypes keep their order, idle ones too for as long as the cache has them; new ones follow."""

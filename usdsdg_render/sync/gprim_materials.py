@@ -7,11 +7,17 @@ from pxr import Sdf, Usd
 
 from usdsdg import errors
 from usdsdg_render.images.textures import Progress, TexturePool
-from usdsdg_render.lights.mesh_lights import emissive_material, is_light
+from usdsdg_render.lights.mesh_lights import emissive_material
 from usdsdg_render.materials.bindings import bound_materials
 from usdsdg_render.materials.color_textures import ColorTextures
-from usdsdg_render.materials.display_color import display_color, fallback_material
-from usdsdg_render.materials.materials import MaterialLibrary, MaterialTable
+from usdsdg_render.materials.display_color import (
+    DisplayColor,
+    display_colors,
+    display_opacities,
+    fallback_material,
+)
+from usdsdg_render.materials.material_table import AnyMaterial
+from usdsdg_render.materials.materials import MaterialLibrary
 from usdsdg_render.materials.shading import Material
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.sync.gprims import Gprim, Gprims
@@ -29,9 +35,9 @@ class GprimMaterials:
         self._progress = progress
         self._library = MaterialLibrary(stage)
         self._textures = TexturePool()
-        self._table = MaterialTable()
         self._slots = MaterialSlots()
         self._colors = ColorTextures()
+        self._is_stale = False  # whether `write` must follow although all gprims have their materials
 
     @property
     def first_slots(self) -> Mapping[Sdf.Path, int]:
@@ -40,12 +46,25 @@ class GprimMaterials:
 
     def invalidate(self, dirty: DirtySet, gprims: Gprims) -> bool:
         """Drop the materials that must be read again; whether there are any."""
-        if not (dirty.materials or dirty.resynced):
+        if not (dirty.materials or dirty.resynced or dirty.inputs):
             return False
         stale = self._library.invalidate(dirty.materials, dirty.resynced)
+        updates, others = self._library.update(dirty.inputs)
+        if others:
+            stale |= self._library.invalidate(others, ())
         if stale:
             gprims.invalidate_materials(stale)
-        return bool(stale)
+        if updates:
+            gprims.replace_materials(updates)
+            for update in updates.values():
+                self._slots.table.replace(*update)
+            self._is_stale = True
+        return bool(stale or updates)
+
+    @property
+    def are_written(self) -> bool:
+        """Whether the scene has all materials as they were read."""
+        return not self._is_stale
 
     def bind(self, gprims: Gprims) -> None:
         """Find the bound materials of gprims where they may have changed."""
@@ -60,30 +79,17 @@ class GprimMaterials:
         if unbound:
             self._library.keep_only({path for g in gprims.known.values() for path in g.bound if path is not None})
 
-    def read(self, gprim: Gprim, time: Usd.TimeCode) -> None:
-        """Read the material of each slot of a gprim."""
-        gprim.colored = gprim.kind != SHAPE
-        gprim.materials = [
-            self._resolved(gprim, time, None if path is None else self._library.read(self._stage.GetPrimAtPath(path)))
-            for path in gprim.bound
-        ]
-        if is_light(gprim.prim):
-            gprim.materials = [emissive_material(material, gprim.prim) for material in gprim.materials]
-
-    def _resolved(self, gprim: Gprim, time: Usd.TimeCode, material: Material | None) -> Material:
-        """The material with the gprim's primvars, or the fallback material; says whether the gprim is `colored`."""
-        if material is not None and material.primvar_inputs:
-            material = material.with_primvars_of(gprim.prim, time)
-        if material is not None and not material.reads_display_color:
-            gprim.colored = False
-            return material
-        if gprim.fallback is None:
-            *mean, varies = display_color(gprim.prim, time)
-            gprim.fallback = fallback_material(*mean), varies
-        fallback, varies = gprim.fallback
-        if not varies or (material is not None and material.textures):
-            gprim.colored = False
-        return fallback if material is None else material.with_base_color(fallback.base_color.value)
+    def read(self, gprims: Sequence[Gprim], time: Usd.TimeCode) -> None:
+        """Read the material of each slot of gprims."""
+        bound = [[None if path is None else self._library.at(path) for path in gprim.bound] for gprim in gprims]
+        shown = [g for g, own in zip(gprims, bound) if any(m is None or m.reads_display_color for m in own)]
+        _read_shown(shown, time)
+        for gprim, own in zip(gprims, bound):
+            gprim.colored = gprim.kind != SHAPE
+            gprim.materials = [_resolved(gprim, time, material) for material in own]
+            if gprim.is_light:
+                whole = (m.material if isinstance(m, DisplayColor) else m for m in gprim.materials)
+                gprim.materials = [emissive_material(material, gprim.prim) for material in whole]
 
     def apply_colors(self, changed: Iterable[Gprim], prototypes: Collection[int]) -> None:
         """Give gprims the textures of their varying colors; warn of those that cannot have them.
@@ -91,11 +97,11 @@ class GprimMaterials:
         prototypes: ids of all prototypes of the scene.
         """
         for gprim in changed:
-            if gprim.prototype is None:
+            if gprim.is_plain or gprim.prototype is None:
                 continue
             if gprim.prototype.colors is not None:
                 gprim.materials = [self._colors.apply(each, gprim.prototype) for each in gprim.materials or ()]
-            elif gprim.fallback is not None and gprim.fallback[1]:
+            elif gprim.color_varies:
                 _warn_of_mean_color(gprim.prim)
             textured = gprim.kind == MESH and any(each.textures for each in gprim.materials or ())
             if textured and not gprim.prototype.uvs.any():
@@ -104,17 +110,49 @@ class GprimMaterials:
         for use, texture in self._colors.textures():
             self._textures.keep(use, texture)
 
-    def write(self, drawn: Sequence[Gprim]) -> None:
-        """Write the materials, material slots and textures of the scene."""
+    def write(self, drawn: Sequence[Gprim], changed: Sequence[Gprim] | None) -> None:
+        """Write the materials, material slots and textures of the scene.
+
+        changed: the only gprims with other materials than before; None if others may be drawn.
+        """
         scene, slots = self._scene, self._slots
-        materials = slots.assign(drawn)
-        table, textures = self._table.build(materials, self._textures, self._progress)
-        if len(scene.textures) != len(textures) or any(a is not b for a, b in zip(scene.textures, textures)):
+        if changed is None or not slots.reassign(changed):
+            slots.assign(drawn)
+        table, textures = slots.table.write(self._textures, self._progress)
+        self._is_stale = False
+        if textures is not None and (
+            len(scene.textures) != len(textures) or any(a is not b for a, b in zip(scene.textures, textures))
+        ):
             scene.textures = list(textures)
             scene.touch("textures")
         if not np.array_equal(slots.rows, scene.material_slots) or table.tobytes() != scene.materials.tobytes():
             scene.materials, scene.material_slots = table, slots.rows
             scene.touch("materials")
+
+
+def _read_shown(gprims: Sequence[Gprim], time: Usd.TimeCode) -> None:
+    """Read the displayColor and displayOpacity of gprims where they may have changed."""
+    stale = [gprim for gprim in gprims if gprim.color is None]
+    for gprim, color in zip(stale, display_colors([gprim.shown[0] for gprim in stale], time)):
+        gprim.color = color
+    stale = [gprim for gprim in gprims if gprim.opacity is None]
+    for gprim, opacity in zip(stale, display_opacities([gprim.shown[1] for gprim in stale], time)):
+        gprim.opacity = opacity
+
+
+def _resolved(gprim: Gprim, time: Usd.TimeCode, material: Material | None) -> AnyMaterial:
+    """The material with the gprim's primvars, or the fallback material; says whether the gprim is `colored`."""
+    if material is not None and material.primvar_inputs:
+        material = material.with_primvars_of(gprim.prim, time)
+    if material is not None and not material.reads_display_color:
+        gprim.colored = False
+        return material
+    assert gprim.color is not None
+    assert gprim.opacity is not None
+    fallback = fallback_material(gprim.color, gprim.opacity)
+    if not gprim.color_varies or (material is not None and material.textures):
+        gprim.colored = False
+    return fallback if material is None else material.with_base_color(fallback.color)
 
 
 def _warn_of_missing_uvs(prim: Usd.Prim) -> None:

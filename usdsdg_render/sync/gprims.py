@@ -1,12 +1,15 @@
 """The drawn gprims of a stage and their placements: once each, or many times through point instancers."""
 
-from collections.abc import Set
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field
 
 import numpy as np
 from pxr import Sdf, Usd
 
-from usdsdg_render.materials.shading import Material
+from usdsdg_render.lights.mesh_lights import is_light
+from usdsdg_render.materials.display_color import DisplayColor, Shown
+from usdsdg_render.materials.material_table import AnyMaterial
+from usdsdg_render.materials.materials import Update
 from usdsdg_render.scene.scene import Prototype
 from usdsdg_render.sync.invalidation import DirtySet
 from usdsdg_render.usd.point_instancer import PointInstance, expand
@@ -24,10 +27,13 @@ class Gprim:
     kind: int
     subsets: list[Usd.Prim]
     casts_shadow: int
+    is_light: bool
+    shown: tuple[Usd.Attribute, Usd.Attribute]  # its own displayColor and displayOpacity
     bound: list[Sdf.Path | None] = field(default_factory=list)  # material of each slot; None = none bound
     is_bound: bool = False  # whether `bound` still holds
-    materials: list[Material] | None = None  # one for each slot
-    fallback: tuple[Material, bool] | None = None  # material of its displayColor, and whether that varies over it
+    materials: list[AnyMaterial] | None = None  # one for each slot
+    color: Shown | None = None  # displayColor
+    opacity: Shown | None = None  # displayOpacity
     colored: bool = False  # drawn with its own displayColor, which varies over it
     geometry: tuple[str, bool, Prototype | None] | None = None  # UV primvar and `colored` that it was read with
 
@@ -35,6 +41,32 @@ class Gprim:
     def prototype(self) -> Prototype | None:
         """None where it has no surface."""
         return None if self.geometry is None else self.geometry[2]
+
+    @property
+    def color_varies(self) -> bool:
+        """Whether its displayColor or displayOpacity, if they were read, vary over it."""
+        color, opacity = self.color, self.opacity
+        return (color is not None and color.varies) or (opacity is not None and opacity.varies)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it has no material but one displayColor all over it."""
+        return not self.color_varies and all(type(material) is DisplayColor for material in self.materials or ())
+
+    def drop_color(self) -> None:
+        """Let its displayColor be read again."""
+        self.color = None
+        self._drop_shown()
+
+    def drop_opacity(self) -> None:
+        """Let its displayOpacity be read again."""
+        self.opacity = None
+        self._drop_shown()
+
+    def _drop_shown(self) -> None:
+        self.materials = None
+        if self.colored:  # its triangles have the colors
+            self.geometry = None
 
 
 @dataclass
@@ -82,6 +114,12 @@ class Gprims:
             gprim.geometry = None
             if gprim.colored:  # its materials refer to the color texture of its triangles
                 gprim.materials = None
+        for path in dirty.primvars & self.known.keys():
+            self.known[path].geometry = self.known[path].materials = None
+        for path in dirty.colors & self.known.keys():
+            self.known[path].drop_color()
+        for path in dirty.opacities & self.known.keys():
+            self.known[path].drop_opacity()
         if stale := dirty.resynced | dirty.inherited:
             for path in [path for path in self.known if is_below(path, stale)]:
                 del self.known[path]
@@ -97,6 +135,19 @@ class Gprims:
         for gprim in self.known.values():
             if not materials.isdisjoint(gprim.bound):
                 gprim.materials = None
+
+    def replace_materials(self, updates: Mapping[Sdf.Path, Update]) -> None:
+        """Replace materials that are bound to gprims; drop those that gprims have made their own ones of."""
+        for gprim in self.known.values():
+            if gprim.materials is None or updates.keys().isdisjoint(gprim.bound):
+                continue
+            for slot, update in enumerate(map(updates.get, gprim.bound)):
+                if update is None:
+                    continue
+                if gprim.materials[slot] is not update.before:
+                    gprim.materials = None
+                    break
+                gprim.materials[slot] = update.after
 
     def drop_hidden(self) -> None:
         """Keep only drawn gprims: `Animation` does not survey hidden ones, so they would miss a change of time."""
@@ -135,5 +186,8 @@ class Gprims:
             # Omniverse's primvar; UsdGeom has none for this.
             shadowless = prim.GetAttribute("primvars:doNotCastShadows")
             casts = 0 if shadowless and shadowless.Get() is True else 1
-            gprim = self.known[path] = Gprim(prim, path, path.pathString, kind_of(prim), subsets, casts)
+            shown = prim.GetAttribute("primvars:displayColor"), prim.GetAttribute("primvars:displayOpacity")
+            gprim = self.known[path] = Gprim(
+                prim, path, path.pathString, kind_of(prim), subsets, casts, is_light(prim), shown
+            )
         return gprim

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import Changes
 from usdsdg_render.usd import prim_kinds
-from usdsdg_render.usd.prim_kinds import is_below, kind_of
+from usdsdg_render.usd.prim_kinds import is_below
 from usdsdg_render.usd.stage_tree import StageTree
 
 ROOT = Sdf.Path.absoluteRootPath
@@ -27,11 +28,16 @@ class DirtySet:
     inherited: set[Sdf.Path] = field(default_factory=set)  # subtrees whose gprims inherit other primvars
     gprims: set[Sdf.Path] = field(default_factory=set)
     geometry: set[Sdf.Path] = field(default_factory=set)  # gprims of which only the geometry changed
+    primvars: set[Sdf.Path] = field(default_factory=set)  # gprims of which only primvars changed
+    colors: set[Sdf.Path] = field(default_factory=set)  # gprims of which only displayColor changed
+    opacities: set[Sdf.Path] = field(default_factory=set)  # gprims of which only displayOpacity changed
     instancers: set[Sdf.Path] = field(default_factory=set)
     materials: set[Sdf.Path] = field(default_factory=set)  # prims of shading networks
+    inputs: dict[Sdf.Path, frozenset[str]] = field(default_factory=dict)  # and those of which only these inputs changed
     transforms: set[Sdf.Path] = field(default_factory=set)
     transform_nodes: list[int] = field(default_factory=list)  # more of these, as nodes of the tree
     lights: set[Sdf.Path] = field(default_factory=set)  # lights, domes, and subtrees of them
+    emissions: set[Sdf.Path] = field(default_factory=set)  # lights of which only brightness or color changed
     skinning: bool = False  # a skeleton, its animation, or a binding to it changed
     stale_materials: bool = False  # whether any material that was read is among `materials` or `resynced`
 
@@ -56,7 +62,8 @@ class DirtySet:
     @property
     def concerns_gprims(self) -> bool:
         """Whether anything but the transform of a gprim changed."""
-        return bool(self.has_other_gprims or self.bindings or self.geometry or self.stale_materials)
+        primvars = self.primvars or self.colors or self.opacities
+        return bool(self.has_other_gprims or self.bindings or self.geometry or primvars or self.stale_materials)
 
     @property
     def has_other_transforms(self) -> bool:
@@ -90,9 +97,14 @@ class DirtySetBuilder:
         for names, paths in changes.by_names.items():
             if all(map(_is_ignored, names)):
                 continue
+            if self._has_prototypes:
+                paths = [instance for path in paths for instance in self._instances_of(path)]
+            by_kind: dict[int, list[Sdf.Path]] = {}
             for path in paths:
-                for instance in self._instances_of(path) if self._has_prototypes else (path,):
-                    self._add_properties(instance, names)
+                by_kind.setdefault(self._tree.kind_at(path), []).append(path)
+            for kind, some in by_kind.items():
+                for part in _stale_parts(kind, names):
+                    self._add_part(part, some, names)
         return dirty
 
     def _instances_of(self, path: Sdf.Path) -> Iterator[Sdf.Path]:
@@ -108,7 +120,7 @@ class DirtySetBuilder:
     def _owner(self, path: Sdf.Path) -> Sdf.Path:
         """The mesh of a prim below it, such as a subset, which is read with its mesh; else the path itself."""
         parent = path.GetParentPath()
-        return parent if path != ROOT and self._kind_at(parent) == prim_kinds.MESH else path
+        return parent if path != ROOT and self._tree.kind_at(parent) == prim_kinds.MESH else path
 
     def _add_resynced(self) -> None:
         dirty = self._dirty
@@ -119,49 +131,30 @@ class DirtySetBuilder:
             if is_below(prototype, dirty.resynced) or any(root.HasPrefix(prototype) for root in dirty.resynced):
                 dirty.instancers.update(instancers)
 
-    def _add_properties(self, path: Sdf.Path, names: frozenset[str]) -> None:
+    def _add_part(self, part: str, paths: list[Sdf.Path], names: frozenset[str]) -> None:
+        """Add prims, of which these properties changed, to one of the parts that `_stale_part` names."""
         dirty = self._dirty
-        others = [name for name in names if not name.startswith("xformOp")]
-        if len(others) < len(names):
-            dirty.transforms.add(path)
-            if not self._add_instancers(path):
-                self._tree.note_xform_ops(path, names.difference(others))
-        kind = self._kind_at(path) if others else prim_kinds.OTHER
-        for name in others:
-            if name in ("visibility", "purpose"):
-                dirty.visibility.add(path)
+        if part == "transforms":
+            dirty.transforms.update(paths)
+            ops = list(filter(_is_xform_op, names))
+            for path in paths:
+                if not self._add_instancers(path):
+                    self._tree.note_xform_ops(path, ops)
+        elif part == "collections":  # any binding or light may refer to it
+            dirty.bindings.add(ROOT)
+            dirty.lights.add(ROOT)
+        elif part == "subsets":
+            # The tree holds the material subsets of each mesh, so it must be traversed again.
+            dirty.resynced.update(path.GetParentPath() for path in paths)
+        elif part == "inputs":
+            dirty.inputs.update(dict.fromkeys(paths, names))
+        else:
+            getattr(dirty, part).update(paths)
+        if part in ("visibility", "instancers", "subsets"):
+            for path in paths:
                 self._add_instancers(path)
-            elif name.startswith("material:binding"):
-                dirty.bindings.add(path)
-            elif name.startswith("collection:"):  # any binding or light may refer to it
-                dirty.bindings.add(ROOT)
-                dirty.lights.add(ROOT)
-            elif _is_ignored(name):
-                continue
-            elif kind in (prim_kinds.LIGHT, prim_kinds.DOME):
-                dirty.lights.add(path)
-            elif kind in prim_kinds.GPRIMS:
-                # UsdGeom's attributes of shape have no namespace; primvars and light inputs, which change the material
-                # too, have one.
-                (dirty.gprims if ":" in name else dirty.geometry).add(path)
-            elif kind == prim_kinds.INSTANCER:
-                dirty.instancers.add(path)
-                self._add_instancers(path)
-            elif kind == prim_kinds.SHADING:
-                dirty.materials.add(path)
-            elif kind == prim_kinds.SUBSET:
-                # The tree holds the material subsets of each mesh, so it must be traversed again.
-                dirty.resynced.add(path.GetParentPath())
-                self._add_instancers(path)
-            elif name.startswith("primvars:"):
-                dirty.inherited.add(path)
-
-    def _kind_at(self, path: Sdf.Path) -> int:
-        node = self._tree.index.get(path)
-        if node is not None:
-            return self._tree.kinds[node]
-        prim = self._stage.GetPrimAtPath(path)
-        return kind_of(prim) if prim else prim_kinds.OTHER
+        if part in PRIMVARS:
+            dirty.inherited.update(filter(self._tree.has_children, paths))
 
     def _add_instancers(self, path: Sdf.Path) -> bool:
         """Add the point instancers that draw the prim at `path`; whether there are any."""
@@ -170,6 +163,66 @@ class DirtySetBuilder:
         for prefix in path.GetPrefixes():
             self._dirty.instancers.update(self._instancers_of.get(prefix, ()))
         return True
+
+
+@lru_cache(maxsize=4096)
+def _stale_parts(kind: int, names: frozenset[str]) -> frozenset[str]:
+    """The parts of a `DirtySet` that a prim belongs to if these properties of it changed."""
+    return frozenset(part for name in names if (part := _stale_part(kind, name)))
+
+
+def _stale_part(kind: int, name: str) -> str:
+    """What changed with a property: a field of `DirtySet`, "collections", "subsets", or "" for nothing."""
+    if _is_xform_op(name):
+        return "transforms"
+    if name in ("visibility", "purpose"):
+        return "visibility"
+    for prefix, part in (("material:binding", "bindings"), ("collection:", "collections")):
+        if name.startswith(prefix):
+            return part
+    if _is_ignored(name):
+        return ""
+    if kind in prim_kinds.GPRIMS:
+        return _stale_part_of_gprim(name)
+    if kind == prim_kinds.SHADING:
+        return "inputs" if name.startswith("inputs:") else "materials"
+    if kind == prim_kinds.LIGHT and name in EMISSION:
+        return "emissions"
+    if kind in _PART_OF_KIND:
+        return _PART_OF_KIND[kind]
+    return "inherited" if name.startswith("primvars:") else ""
+
+
+_PART_OF_KIND = {
+    prim_kinds.LIGHT: "lights",
+    prim_kinds.DOME: "lights",
+    prim_kinds.INSTANCER: "instancers",
+    prim_kinds.SUBSET: "subsets",
+}
+# What `light_values.emitted_color` reads.
+EMISSION = {
+    f"inputs:{name}" for name in ("color", "intensity", "exposure", "enableColorTemperature", "colorTemperature")
+}
+# Parts that gprims below a gprim may inherit.
+PRIMVARS = ("primvars", "colors", "opacities")
+
+
+def _stale_part_of_gprim(name: str) -> str:
+    # UsdGeom's attributes of shape have no namespace; primvars and light inputs, which change the material too, have
+    # one.
+    if ":" not in name:
+        return "geometry"
+    whole = name.removesuffix(":indices")
+    if whole == "primvars:displayColor":
+        return "colors"
+    if whole == "primvars:displayOpacity":
+        return "opacities"
+    is_primvar = name.startswith("primvars:") and name != "primvars:doNotCastShadows"
+    return "primvars" if is_primvar else "gprims"
+
+
+def _is_xform_op(name: str) -> bool:
+    return name.startswith("xformOp")
 
 
 def _is_ignored(name: str) -> bool:

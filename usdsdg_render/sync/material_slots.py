@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Sdf
 
-from usdsdg_render.materials.shading import Material
+from usdsdg_render.materials.material_table import AnyMaterial, MaterialTable
 from usdsdg_render.sync.gprims import Gprim
 
 
@@ -17,12 +17,13 @@ class MaterialSlots:
     """
 
     def __init__(self) -> None:
-        self._materials: dict[Sdf.Path, tuple[Material, ...]] = {}  # of gprims drawn now or before
+        self._materials: dict[Sdf.Path, tuple[AnyMaterial, ...]] = {}  # of gprims drawn now or before
+        self.table = MaterialTable()
         self.first: dict[Sdf.Path, int] = {}  # first slot of each gprim, as last assigned
-        self.rows = np.zeros(0, np.int32)  # row of each slot, in the list that `assign` returned
+        self.rows = np.zeros(0, np.int32)  # row of the table, for each slot
 
-    def assign(self, gprims: Sequence[Gprim]) -> list[Material]:
-        """Assign slots to `gprims`; return the materials of all slots, each different one once."""
+    def assign(self, gprims: Sequence[Gprim]) -> None:
+        """Assign slots to all drawn gprims."""
         if len(self._materials) > 2 * len(gprims) + 64:
             drawn = {gprim.path for gprim in gprims}
             self._materials = {path: materials for path, materials in self._materials.items() if path in drawn}
@@ -30,11 +31,23 @@ class MaterialSlots:
         ranges.update((gprim.path, tuple(gprim.materials or ())) for gprim in gprims)
         ends = np.cumsum([len(materials) for materials in ranges.values()], dtype=np.int64)
         self.first = {path: end - len(materials) for (path, materials), end in zip(ranges.items(), ends.tolist())}
-        # By identity first: comparing whole materials costs more.
-        unique = {id(material): material for materials in ranges.values() for material in materials}
-        rows: dict[Material, int] = {}
-        row_of = {identity: rows.setdefault(material, len(rows)) for identity, material in unique.items()}
-        self.rows = np.array(
-            [row_of[id(material)] for materials in ranges.values() for material in materials], np.int32
-        )
-        return list(rows)
+        before = self.rows.tolist()
+        if len(self.table) > 4 * (ends[-1] if len(ends) else 0) + 64:
+            self.table, before = MaterialTable(), []
+        # Rows that are still used must not be given back in between.
+        take = self.table.take
+        self.rows = np.array([take(material) for materials in ranges.values() for material in materials], np.int32)
+        self.table.release(before)
+
+    def reassign(self, gprims: Sequence[Gprim]) -> bool:
+        """Give the slots of some gprims their materials of now; False, changing nothing, if that takes other slots."""
+        changed = {gprim.path: tuple(gprim.materials or ()) for gprim in gprims}
+        if any(len(self._materials.get(path, ())) != len(materials) for path, materials in changed.items()):
+            return False
+        self._materials.update(changed)
+        slots = [self.first[path] + k for path, materials in changed.items() for k in range(len(materials))]
+        # First given back, so that materials that differ from frame to frame do so in the same rows.
+        self.table.release(self.rows[slots].tolist())
+        self.rows = self.rows.copy()
+        self.rows[slots] = [self.table.take(each) for materials in changed.values() for each in materials]
+        return True

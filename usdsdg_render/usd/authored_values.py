@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from pxr import Usd
+from pxr import Gf, Usd
 
 from usdsdg import errors
 
@@ -12,6 +12,8 @@ def as_floats(value: Any, count: int) -> tuple[float, ...] | None:
     """Return `count` floats: a number repeated, or the first components of a vector; None for anything else."""
     if isinstance(value, (int, float)):
         return (float(value),) * count
+    if type(value) is Gf.Vec3f:  # most inputs are numbers or colors; pxr is slow at iterating
+        return (value[0], value[1], value[2])[:count] if count <= 3 else None
     if isinstance(value, str):
         return None
     try:

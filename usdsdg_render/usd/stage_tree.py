@@ -1,5 +1,6 @@
 """The visible prims of a stage in stage order: one traversal, then only the subtrees that changed."""
 
+import itertools
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -50,9 +51,11 @@ class StageTree:
         # Node of each xformOp that was written before and does nothing but move it: most frames write the same ones.
         self.xform_ops: dict[Sdf.Path, int] = {}
         self._stage = stage
-        self._children_of: dict[Sdf.Path, list[str]] = {}  # names, during one `resync`
+        self._other_kinds: dict[Sdf.Path, int] = {}  # of prims that are not in the tree, such as shaders
+        self._children_of: dict[Sdf.Path, dict[str, int]] = {}  # during one `resync`
         self._transforms = TransformHierarchy(stage, time)
         self._nodes: list[Node] = []
+        self._are_parents: list[bool] = []
         self.resync({Sdf.Path.absoluteRootPath})
 
     @property
@@ -64,6 +67,7 @@ class StageTree:
         """Traverse subtrees again in which prims were added, removed, hidden or shown; all other nodes stay."""
         roots = set(Sdf.Path.RemoveDescendentPaths(list(roots)))
         self._children_of.clear()
+        self._other_kinds.clear()
         if reordered := [root.GetParentPath() for root in roots if self._is_reordered(root)]:
             roots = set(Sdf.Path.RemoveDescendentPaths([*roots, *reordered]))
         self._drop_notes(roots)
@@ -116,19 +120,20 @@ class StageTree:
         if not prim:
             return None
         first = self._insertion_index(parent, prim.GetName())
-        order = tuple(self._children(path.GetParentPath()).index(path.name) for path in root.GetPrefixes())
+        order = tuple(self._children(path.GetParentPath())[path.name] for path in root.GetPrefixes())
         return Splice(first, first, order, prim, purpose)
 
-    def _children(self, path: Sdf.Path) -> list[str]:
+    def _children(self, path: Sdf.Path) -> dict[str, int]:
+        """Names of the children of a prim in order, with their positions."""
         if path not in self._children_of:
-            prim = self._stage.GetPrimAtPath(path)
-            self._children_of[path] = prim.GetFilteredChildrenNames(Usd.TraverseInstanceProxies())
+            names = self._stage.GetPrimAtPath(path).GetFilteredChildrenNames(Usd.TraverseInstanceProxies())
+            self._children_of[path] = {name: position for position, name in enumerate(names)}
         return self._children_of[path]
 
     def _insertion_index(self, parent: Sdf.Path, name: str) -> int:
         """Index of a new child: after its nearest preceding sibling in the tree, else right after the parent."""
-        names = self._children(parent)
-        for sibling in reversed(names[: names.index(name)]):
+        positions = self._children(parent)
+        for sibling in itertools.islice(reversed(positions), len(positions) - positions[name], None):
             node = self.index.get(parent.AppendChild(sibling))
             if node is not None:
                 return self._subtree_end(node)
@@ -179,6 +184,8 @@ class StageTree:
         self.paths = [node.path for node in nodes]
         self.kinds = [node.kind for node in nodes]
         self.drawn = [_is_drawn(node) for node in nodes]
+        depths = [node.depth for node in nodes]
+        self._are_parents = [below > depth for depth, below in zip(depths, [*depths[1:], 0])]
         self.index = {path: k for k, path in enumerate(self.paths)}
         self.xform_ops = {}
         self._transforms.rebuild(self.prims, _levels(nodes), new, old)
@@ -209,6 +216,22 @@ class StageTree:
         """Read at `time` from now on."""
         self.time = time
         self._transforms.set_time(time)
+
+    def kind_at(self, path: Sdf.Path) -> int:
+        """Return the kind of a prim, which may be one that is not in the tree; OTHER where there is none."""
+        node = self.index.get(path)
+        if node is not None:
+            return self.kinds[node]
+        kind = self._other_kinds.get(path)
+        if kind is None:
+            prim = self._stage.GetPrimAtPath(path)
+            kind = self._other_kinds[path] = kind_of(prim) if prim else prim_kinds.OTHER
+        return kind
+
+    def has_children(self, path: Sdf.Path) -> bool:
+        """Whether there are visible prims below a prim."""
+        node = self.index.get(path)
+        return node is not None and self._are_parents[node]
 
     def of_kind(self, *kinds: int) -> list[int]:
         """Return the nodes of these kinds."""

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 import warp as wp
 
+import usdsdg_render
 from tests.render import scenes
 from tests.render.images import radiance, renderer_of
+from usdsdg.compilation import ModuleLoad
 from usdsdg.errors import RenderError
-from usdsdg_render.device.precompile import precompile, without_bfloat16
+from usdsdg_render.device.precompile import module_loads, precompile, without_bfloat16
 from usdsdg_render.kernels.labels import label_kernels
 from usdsdg_render.kernels.path import wavefront
 from usdsdg_render.lights.environment import packed, packing_unit, to_grid
@@ -144,14 +151,38 @@ def test_unknown_devices_are_named():
         chosen_device("cuda:9")
 
 
-def test_precompiling_reports_progress():
-    reports = []
+def test_precompiling_reports_what_is_not_in_the_cache(monkeypatch):
     from usdsdg_render.device import precompile as module
 
-    module._ready.discard("cpu")
+    reports = []
+    precompile("cpu")  # compiled now, if not before
+    module._ready.clear()
+    precompile("cpu", lambda *_: pytest.fail("all is in the cache"))
+    module._ready.clear()
+    monkeypatch.setattr(ModuleLoad, "is_cached", lambda _: False)
     precompile("cpu", lambda label, done, total: reports.append((label, done, total)))
-    assert [done for _, done, _ in reports] == list(range(reports[0][2] + 1))
+    assert reports[0][0].startswith("compiling render kernels (first use)")
+    assert (reports[0][1:], reports[-1][1:]) == ((0, 100), (100, 100))
     precompile("cpu", lambda *_: pytest.fail("already compiled"))
+
+
+def test_a_cuda_host_compiles_for_its_cpu_only_what_runs_there():
+    """And on CUDA the modules only for the blocks that they are launched with."""
+    cuda: Any = SimpleNamespace(is_cuda=True, is_cpu=False)
+    loads = module_loads(cuda, everything=True)
+    on_cpu = {load.module.name.rpartition(".")[2] for load in loads if load.device is not cuda}
+    assert on_cpu == {"build", "compress", "instance_transforms", "run_kernels"}
+    blocks = {load.module.name.rpartition(".")[2]: load.block for load in loads if load.device is cuda}
+    assert blocks == {
+        "wavefront": 128, "label_module": 64, "wavelet_denoiser": 64, "tone_map": 64, "parts": 64
+    }  # fmt: skip
+
+
+def test_kernels_of_one_module_are_launched_with_one_size_of_blocks(monkeypatch):
+    """On CUDA each size is another variant of the module, compiled by itself: sources name all sizes."""
+    for file in Path(usdsdg_render.__file__).parent.rglob("*.py"):
+        for call in re.findall(r"wp\.launch\(.*?\)\n", file.read_text(encoding="utf-8"), re.DOTALL):
+            assert 'device="cpu"' in call or re.search(r"block_dim=(CUDA_BLOCK|wavefront\.BLOCK)", call), (file, call)
 
 
 @pytest.mark.parametrize(("flags", "kept"), [(None, "-march=native"), ("", ""), ("-O1", "-O1")])

@@ -9,12 +9,21 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg_render.images.textures import TexturePool
 from usdsdg_render.materials.bindings import bound_materials
-from usdsdg_render.materials.display_color import fallback_material
-from usdsdg_render.materials.materials import MaterialLibrary, MaterialTable
+from usdsdg_render.materials.display_color import Shown, fallback_material
+from usdsdg_render.materials.material_table import MaterialTable
+from usdsdg_render.materials.materials import MaterialLibrary
 from usdsdg_render.scene import scene
 from usdsdg_render.sync.extract import SceneExtractor
 
 T = Sdf.ValueTypeNames
+
+
+def written(materials):
+    """The rows of materials in a table, and the textures."""
+    table = MaterialTable()
+    taken = [table.take(material) for material in materials]
+    rows, textures = table.write(TexturePool())
+    return rows[taken], textures or []
 
 
 class Looks:
@@ -50,8 +59,8 @@ class Looks:
         return MaterialLibrary(self.stage).read(self.material.GetPrim())
 
     def row(self):
-        table, textures = MaterialTable().build([self.read()], TexturePool())
-        return table[0], textures
+        rows, textures = written([self.read()])
+        return rows[0], textures
 
 
 class Mdl(Looks):
@@ -418,11 +427,11 @@ def test_unknown_surfaces_are_named_and_none(surface):
 
 
 def test_fallback_materials_are_gray_or_their_color():
-    table, _ = MaterialTable().build(
-        [fallback_material(None, None), fallback_material((1.0, 0.5, 0.0), 0.25)], TexturePool()
-    )
-    np.testing.assert_allclose(table["base_color"], [(0.5, 0.5, 0.5), (1.0, 0.5, 0.0)])
-    assert table["opacity"].tolist() == [1.0, 0.25]
+    colors = [fallback_material(Shown(None), Shown(None)), fallback_material(Shown((1.0, 0.5, 0.0)), Shown((0.25,)))]
+    rows, _ = written(colors)
+    np.testing.assert_allclose(rows["base_color"], [(0.5, 0.5, 0.5), (1.0, 0.5, 0.0)])
+    assert rows["opacity"].tolist() == [1.0, 0.25]
+    assert rows.tobytes() == written([each.material for each in colors])[0].tobytes()
 
 
 # Omniverse's MDL materials

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import threading
-import time
-
 import numpy as np
 import pytest
 
 from tests.render import scenes
 from tests.render.images import EXACT, radiance, renderer_of
 from usdsdg.errors import RenderError, UsdsdgWarning
-from usdsdg.parallel import for_bands
 from usdsdg_render.settings import PathSettings, ToneSettings
 
 
@@ -178,22 +174,3 @@ def test_films_of_another_size_are_refused():
     renderer = renderer_of(lit_scene())
     with pytest.raises(RenderError, match="film"):
         renderer.accumulate(renderer.new_film(3, 3), VIEW, samples=1, settings=PathSettings())
-
-
-def test_bands_cover_all_rows_once_and_stop_at_an_error():
-    done: list[int] = []
-    for_bands(37, lambda first, count: done.extend(range(first, first + count)), threads=3)
-    assert sorted(done) == list(range(37))
-    seen: list[int] = []
-    lock = threading.Lock()
-
-    def fails(first: int, count: int) -> None:
-        with lock:
-            seen.append(first)
-        time.sleep(0.001)
-        if first == 8:
-            raise ValueError("band 8")
-
-    with pytest.raises(ValueError, match="band 8"):
-        for_bands(8000, fails, threads=2)
-    assert len(seen) < 1000

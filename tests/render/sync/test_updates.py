@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from pxr import Usd
 
-from tests.render.sync.changing_stage import EDITS, make_stage
+from tests.render.sync.changing_stage import make_stage
+from tests.render.sync.value_edits import ALL_EDITS
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.settings import PathSettings
@@ -53,13 +54,13 @@ def test_the_stage_shows_everything(stage, renderer):
 
 
 @pytest.mark.filterwarnings("ignore::usdsdg.errors.UsdsdgWarning")
-@pytest.mark.parametrize("name", EDITS)
+@pytest.mark.parametrize("name", ALL_EDITS)
 def test_after_an_edit_the_frame_is_that_of_a_new_renderer(name, stage, renderer):
     time = Usd.TimeCode(12)
     before = frame(renderer, stage, time)
     changed = False
     for k in range(1, 4):
-        EDITS[name](stage, k)
+        ALL_EDITS[name](stage, k)
         assert_fresh(renderer, stage, time)
         now = frame(renderer, stage)
         changed |= any(not np.array_equal(before[key], now[key]) for key in before)
@@ -70,11 +71,11 @@ def test_after_an_edit_the_frame_is_that_of_a_new_renderer(name, stage, renderer
 @pytest.mark.parametrize("seed", range(4))
 def test_after_many_edits_the_frame_is_that_of_a_new_renderer(seed, stage, renderer):
     rng = np.random.default_rng(seed)
-    names = [*EDITS]
+    names = [*ALL_EDITS]
     time = None
     for _ in range(30):
         for _ in range(rng.integers(1, 5)):
-            EDITS[names[rng.integers(len(names))]](stage, int(rng.integers(100)))
+            ALL_EDITS[names[rng.integers(len(names))]](stage, int(rng.integers(100)))
         if rng.random() < 0.3:
             time = Usd.TimeCode(float(rng.integers(0, 25)))
         assert_fresh(renderer, stage, time)

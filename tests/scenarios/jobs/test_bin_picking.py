@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from typer.testing import CliRunner
 
 from tests.scenarios.jobs.own_meshes import write_three
 from tests.scenarios.jobs.readme import documented
 from tests.scenarios.jobs.test_detection import digests, usdsdg
+from usdsdg.cli.commands import app
 from usdsdg.errors import ConfigError
 from usdsdg.scenarios.bin_picking.bin import suiting
 from usdsdg.scenarios.bin_picking.cameras import add_cameras
@@ -144,3 +146,24 @@ def test_bop_refuses_distorted_lenses_before_any_work(tmp_path):
         load_job(CONFIG, changes)
     _, config = load_job(CONFIG, [*changes, "cameras.undistorted=true"])
     assert config.cameras.undistorted
+
+
+TORN = {
+    "torn.obj": b"v 0 0 0\nv 1 0 0\nv 0 1",
+    "torn.glb": b"glTF\x02\0\0\0\xff\xff\0\0",
+    "torn.usdc": b"PXR-USDC\0\x08",
+}
+
+
+@pytest.mark.parametrize("name", TORN)
+def test_a_torn_mesh_among_good_ones_ends_the_job_before_any_work(tmp_path, monkeypatch, name):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    (write_three(tmp_path / "parts") / name).write_bytes(TORN[name])
+    command = ["generate", str(CONFIG), "--set", f"meshes={tmp_path / 'parts'}"]
+    ended = CliRunner().invoke(app, command, env={"COLUMNS": "400", "TERM": "dumb"})
+    assert ended.exit_code == 1
+    [told] = [line for line in ended.stderr.splitlines() if line.startswith("error: ")]
+    assert name in told
+    assert not [path for path in tmp_path.rglob("*") if path.is_file() and path.suffix in (".png", ".json")
+                and "parts" not in path.parts and "cache" not in path.parts]  # fmt: skip

@@ -10,9 +10,11 @@ import pkgutil
 import tempfile
 from pathlib import Path
 
+_SHARED = ("scene", "records")
+
 
 def main() -> int:
-    families = [each.name for each in pkgutil.iter_modules(__path__) if each.name != "scene" and not each.ispkg]
+    families = [each.name for each in pkgutil.iter_modules(__path__) if each.name not in _SHARED and not each.ispkg]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", action="append", choices=families, help="only this family of formats")
     parser.add_argument("--frames", type=int, default=200)

@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from usdsdg.errors import WriterError
-from usdsdg.stage.image_files.motion_jpeg import encode_frame, encode_video
+from usdsdg.stage.image_files.motion_jpeg import Video, encode_frame
 
 CONTAINERS = {b"moov", b"trak", b"mdia", b"minf", b"dinf", b"stbl"}
 
@@ -48,6 +48,15 @@ def images_of(data: bytes) -> list[np.ndarray]:
             images.append(np.asarray(image))
         offset += size
     return images
+
+
+def encode_video(frames: list[bytes], size: tuple[int, int], rate: float) -> bytes:
+    video = Video(size, rate)
+    for frame in frames:
+        video.append(frame)
+    data = b"".join(video)
+    assert data == b"".join(video)
+    return data
 
 
 def ramps(count: int = 5) -> list[np.ndarray]:

@@ -1,5 +1,4 @@
 import io
-import zlib
 
 import numpy as np
 import pytest
@@ -31,12 +30,6 @@ def test_pillow_reads_what_was_written(image):
 @settings(deadline=None)
 def test_sixteen_bit_gray(image):
     np.testing.assert_array_equal(np.array(Image.open(io.BytesIO(png.encode_png(image)))).astype(np.uint16), image)
-
-
-def test_without_isal_the_pixels_are_the_same(monkeypatch):
-    image = np.random.default_rng(0).integers(0, 255, (50, 60, 4), np.uint8)
-    monkeypatch.setattr(png, "_deflate", zlib)
-    np.testing.assert_array_equal(np.array(Image.open(io.BytesIO(png.encode_png(image)))), image)
 
 
 def test_views_that_are_not_contiguous():

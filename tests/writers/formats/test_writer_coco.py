@@ -4,7 +4,6 @@ import dataclasses
 import json
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -17,9 +16,8 @@ from tests.dataset_files import data_names
 from tests.writers.formats.test_run_length import decoded
 from usdsdg import annotators, writers
 from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
-from usdsdg.writers.files import write_text
+from usdsdg.writers import spool
 from usdsdg.writers.formats.coco.coco_categories import Categories
-from usdsdg.writers.formats.coco.coco_file import CocoFile
 
 ROOT = Path(__file__).resolve().parents[3]
 PRODUCT = "/Render/HydraTextures/rp1"
@@ -230,38 +228,22 @@ def test_several_products_share_the_file(frame, tmp_path):
     assert len(read(folder)["annotations"]) == 4 * len(SEEN)
 
 
-def test_the_file_is_whole_and_names_only_what_is_there_at_any_time(frame, tmp_path):
+def test_the_file_is_written_at_the_end_and_its_labels_are_in_the_spool_before(frame, tmp_path):
     writer = writers.get("CocoWriter", init_params={"output_dir": str(tmp_path / "coco"), "coco_categories": FRUIT})
     writer.attach(known(PRODUCT))
-    counts = []
-    for _ in range(60):
+    records = tmp_path / "coco/.usdsdg/aggregates/CocoWriter/train.jsonl"
+    for number in range(30):
         writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))
-        for path in (tmp_path / "coco").glob("coco_annotations_*.json"):
-            images = json.loads(path.read_text())["images"]
-            assert all((tmp_path / "coco" / image["file_name"]).is_file() for image in images)
-            counts.append(len(images))
+        assert spool.read(records).count == number + 1
     writer.backend.wait_until_done()
-    assert set(counts) >= {1, 26}
-    assert counts == sorted(counts)
-
-
-def test_the_file_waits_for_its_pictures():
-    class Slow(writers.BaseBackend):
-        def __init__(self):
-            self.paths = []
-
-        def write_blob(self, path, data):
-            if path.endswith("png"):
-                time.sleep(0.2)
-            self.paths.append(path)
-
-    backend = Slow()
-    file = CocoFile(backend, dict, list)
-    file.path = "coco.json"
-    backend.schedule(write_text, path="picture.png", text="")
-    file.add({"id": 0}, [])
-    backend.wait_until_done()
-    assert backend.paths == ["picture.png", "coco.json"]
+    assert not list((tmp_path / "coco").glob("coco_annotations_*.json"))
+    writer.on_final_frame()
+    writer.backend.wait_until_done()
+    data, found = read(tmp_path / "coco"), spool.read(records)
+    assert all((tmp_path / "coco" / image["file_name"]).is_file() for image in data["images"])
+    assert data["images"] == [each["image"] for each in found]
+    assert data["annotations"] == [row for each in found for row in each["instances"]]
+    assert data["categories"] == found.about["instances"]["categories"]
 
 
 def test_the_id_follows_the_seed(frame, tmp_path):

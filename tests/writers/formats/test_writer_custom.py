@@ -87,11 +87,13 @@ class StandIn(RayCaster):
     def sync(self, time):
         self.gprims = RayCaster(current_stage()).gprims
 
-    def labels_of(self, views, aovs, *, faces):
+    def labels_of(self, views, aovs, *, faces, fetched):
         return [{name: aov for name, aov in self.labels(view).items() if name in aovs} for view in views]
 
-    def labels_and_masks(self, views, aovs, groups, *, faces):
-        return self.labels_of(views, aovs, faces=faces), [self.pixel_masks(view, groups) for view in views]
+    def labels_and_masks(self, views, aovs, groups, *, faces, fetched):
+        return self.labels_of(views, aovs, faces=faces, fetched=fetched), [
+            self.pixel_masks(view, groups) for view in views
+        ]
 
     def new_film(self, width, height):
         return {}
@@ -100,7 +102,7 @@ class StandIn(RayCaster):
         for film, view in zip(films, views, strict=True):
             film["view"] = view
 
-    def develop(self, film, tone):
+    def develop(self, film, tone, *, fetched):
         return {name: self.labels(film["view"])[name] for name in ("LdrColor", "HdrColor")}
 
 

@@ -21,7 +21,7 @@ from usdsdg.errors import AssetUnreadable, Unsupported, UsdsdgWarning, WriterErr
 from usdsdg.session.stage_context import set_stage
 from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.stage.semantics.labels import add_labels
-from usdsdg.writers.formats.kitti.writer_kitti import depth_image
+from usdsdg.writers.formats.kitti.kitti_images import depth_image
 
 PRODUCT = "/Render/HydraTextures/rp1"
 EVERY = ["calib", "depth", "instance_segmentation", "object_detection", "rgb", "semantic", "semantic_segmentation"]

@@ -47,16 +47,17 @@ def lines(file):
     return [(int(row[0]), np.array(row[1:], float)) for row in rows]
 
 
+def labeled_in_view(frame):
+    """Return the label and mask of each labeled object in view, in the order of the stage."""
+    selection, members = frame.selection("class:*"), frame.members("class:*")
+    labels = [(each["class"], members == index) for index, each in enumerate(selection.labels)]
+    return [(label, mask) for label, mask in labels if mask.any()]
+
+
 def visible(frame):
-    """Return the class and mask of each labeled object in view, in the order of the stage."""
-    selection = frame.selection("class:*")
-    names = sorted({labels["class"] for labels in selection.labels})
-    members = frame.members("class:*")
-    return names, [
-        (names.index(labels["class"]), members == index)
-        for index, labels in enumerate(selection.labels)
-        if (members == index).any()
-    ]
+    """Return the names of all classes, and of each labeled object in view the place of its class and its mask."""
+    names = sorted({labels["class"] for labels in frame.selection("class:*").labels})
+    return names, [(names.index(label), mask) for label, mask in labeled_in_view(frame)]
 
 
 def test_boxes_are_the_extents_of_masks(frame, tmp_path):

@@ -200,17 +200,18 @@ class ArrayTransform:
         """
         if annotation.data is None:
             raise AugmentationError(f"Augmentation {self.label} was given an annotator without an array.")
+        data = frame.on_host(annotation.data)
+        annotation = Annotation(data, annotation.info)
         key = f"{frame.render_product}/{self.label}" if key is None else key
         kwargs = {name: _drawn(value, f"{key}/{name}", frame) for name, value in self._kwargs.items()}
         kwargs |= {name: frame.aov(aov) for name, aov in self._aovs.items()}
         if "seed" in (arguments_of(self._function) or {}):
             kwargs["seed"] = seed_of_frame(kwargs.get("seed"), key, frame.index)
         try:
-            result = self._call(annotation.data, kwargs, device)
+            result = self._call(data, kwargs, device)
         except AugmentationError:
             raise
         except Exception as error:
-            data = annotation.data
             raise AugmentationError(
                 f"Augmentation {self.label} failed on {data.dtype} of {data.shape}: {type(error).__name__}: {error}"
             ) from error

@@ -1,5 +1,7 @@
 """Object coordinates (NOCS): where in its object's box each pixel's point is. Beyond Replicator."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from typing import Any
 
@@ -7,7 +9,8 @@ import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.frame import Frame
-from usdsdg.annotators.pixels import look_ups
+from usdsdg.annotators.pixels import encodings, look_ups
+from usdsdg.annotators.pixels.launch import Pixels
 
 Params = Mapping[str, Any]
 
@@ -27,7 +30,7 @@ def object_coordinates(frame: Frame, params: Params) -> Annotation:
     predicate = predicate_of(params)
     coordinates = frame.derive(("object_coordinates", predicate), lambda: _coordinates(frame, predicate))
     if params["colorize"]:
-        coordinates = (coordinates * 255 + 0.5).astype(np.uint8)
+        coordinates = encodings.eight_bits(coordinates)
     selection, labeled = frame.selection(predicate), frame.labeled_prims
     shown = np.flatnonzero(frame.visible_pixels(predicate) > 0)
     info = {
@@ -38,8 +41,10 @@ def object_coordinates(frame: Frame, params: Params) -> Annotation:
     return Annotation(coordinates, info)
 
 
-def _coordinates(frame: Frame, predicate: str | None) -> np.ndarray:
-    return look_ups.map_points(frame.aov("instance"), frame.aov("local_position"), *_box_from_gprim(frame, predicate))
+def _coordinates(frame: Frame, predicate: str | None) -> Pixels:
+    return look_ups.map_points(
+        frame.image("instance"), frame.image("local_position"), *_box_from_gprim(frame, predicate)
+    )
 
 
 def _box_from_gprim(frame: Frame, predicate: str | None) -> tuple[np.ndarray, np.ndarray]:

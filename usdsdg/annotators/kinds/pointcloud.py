@@ -23,9 +23,10 @@ def depth_to_pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
 
     All three are +inf where nothing is hit. A fisheye sees points with z < 0.
     """
-    camera, depth = frame.camera, frame.aov("distance_to_image_plane")
+    camera = frame.camera
     if camera.lens is None:
-        return Annotation(unproject(camera, depth))
+        return Annotation(unproject(camera, frame.image("distance_to_image_plane")))
+    depth = frame.aov("distance_to_image_plane")
     seen = np.isfinite(depth)
     rows, columns = np.nonzero(seen)
     origins, directions = camera.rays(pixel_centers(columns, rows))
@@ -57,9 +58,9 @@ def pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     is_kept[-1] = False
     tables = {"classes": selection.class_ids, "ids": selection.ids}
     points, normals, colors, classes, ids = look_ups.gather_points(
-        frame.aov("instance"), is_kept,
+        frame.image("instance"), is_kept,
         {name: np.append(values, UNLABELLED)[members] for name, values in tables.items()},
-        {name: frame.aov(name) for name in ("position", "normals", "LdrColor")},
+        {name: frame.image(name) for name in ("position", "normals", "LdrColor")},
     )  # fmt: skip
     info = {"pointRgb": colors, "pointNormals": normals, "pointSemantic": classes, "pointInstance": ids}
     return Annotation(points, info)

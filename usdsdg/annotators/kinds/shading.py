@@ -56,4 +56,4 @@ def _shaded(segment: Callable[[Frame, Params], Shown], frame: Frame, params: Par
         colors = table.colors[:, :3]
     light = np.asarray(params["lightSource"], np.float32)
     light /= max(float(np.linalg.norm(light)), 1e-12)
-    return Annotation(look_ups.shade(frame.aov("instance"), frame.aov("normals"), colors, light, _DARKEST))
+    return Annotation(look_ups.shade(frame.image("instance"), frame.image("normals"), colors, light, _DARKEST))

@@ -1,9 +1,23 @@
-"""Kernels that write AOVs in the types of images: four channels of float16, float32 or uint8."""
+"""Kernels that write AOVs in the types of images: four channels of float16, float32 or uint8.
+
+AOVs are read as floats, so that one kernel of each type takes numbers, pairs and vectors.
+"""
 
 # The code of Warp kernels is not Python to a type checker.
 # pyright: reportInvalidTypeForm=false, reportOperatorIssue=false, reportArgumentType=false, reportCallIssue=false
+# pyright: reportIndexIssue=false
 
 import warp as wp
+
+
+@wp.func
+def channel_of(image: wp.array(dtype=wp.float32), pixel: int, channels: int, c: int):
+    """Return a channel of a pixel: those of numbers are all equal, missing ones of pairs and vectors are 0."""
+    if channels == 1:
+        return image[pixel]
+    if c < channels:
+        return image[pixel * channels + c]
+    return float(0.0)
 
 
 @wp.func
@@ -17,91 +31,65 @@ def byte_of(x: float):
 
 
 @wp.kernel(enable_backward=False, module="unique")
-def halves_of_vectors(
-    image: wp.array(dtype=wp.vec3),
-    plus: wp.array(dtype=wp.vec3),  # empty for none
+def halves(
+    image: wp.array(dtype=wp.float32),
+    channels: int,
+    plus: wp.array(dtype=wp.float32),  # of as many channels; empty for none
     instance: wp.array(dtype=wp.int32),  # the fourth channel is 1 where it is not -1; empty: everywhere
     limit: float,
     first: int,
     # out
-    halves: wp.array(dtype=wp.vec4h),
+    result: wp.array(dtype=wp.vec4h),
 ):
     i = wp.tid()
     i += first
-    v = image[i]
+    x = channel_of(image, i, channels, 0)
+    y = channel_of(image, i, channels, 1)
+    z = channel_of(image, i, channels, 2)
     if plus.shape[0] > 0:
-        v += plus[i]
+        x += channel_of(plus, i, channels, 0)
+        y += channel_of(plus, i, channels, 1)
+        z += channel_of(plus, i, channels, 2)
     fourth = float(1.0)
     if instance.shape[0] > 0 and instance[i] < 0:
         fourth = 0.0
-    halves[i] = wp.vec4h(half_of(v[0], limit), half_of(v[1], limit), half_of(v[2], limit), wp.float16(fourth))
+    result[i] = wp.vec4h(half_of(x, limit), half_of(y, limit), half_of(z, limit), wp.float16(fourth))
 
 
 @wp.kernel(enable_backward=False, module="unique")
-def halves_of_numbers(
+def floats(
     image: wp.array(dtype=wp.float32),
-    first: int,
-    # out
-    halves: wp.array(dtype=wp.vec4h),
-):
-    i = wp.tid()
-    i += first
-    h = wp.float16(image[i])
-    halves[i] = wp.vec4h(h, h, h, wp.float16(1.0))
-
-
-@wp.kernel(enable_backward=False, module="unique")
-def floats_of_vectors(
-    image: wp.array(dtype=wp.vec3),
+    channels: int,
     fourth: float,
     first: int,
     # out
-    floats: wp.array(dtype=wp.vec4),
+    result: wp.array(dtype=wp.vec4),
 ):
     i = wp.tid()
     i += first
-    v = image[i]
-    floats[i] = wp.vec4(v[0], v[1], v[2], fourth)
+    x = channel_of(image, i, channels, 0)
+    y = channel_of(image, i, channels, 1)
+    z = channel_of(image, i, channels, 2)
+    result[i] = wp.vec4(x, y, z, fourth)
 
 
 @wp.kernel(enable_backward=False, module="unique")
-def floats_of_pairs(
-    image: wp.array(dtype=wp.vec2),
-    fourth: float,
-    first: int,
-    # out
-    floats: wp.array(dtype=wp.vec4),
-):
-    i = wp.tid()
-    i += first
-    v = image[i]
-    floats[i] = wp.vec4(v[0], v[1], 0.0, fourth)
-
-
-@wp.kernel(enable_backward=False, module="unique")
-def bytes_of_vectors(
-    image: wp.array(dtype=wp.vec3),
+def eight_bits(
+    image: wp.array(dtype=wp.float32),
+    channels: int,
     first: int,
     # out
     result: wp.array(dtype=wp.vec4ub),
 ):
     i = wp.tid()
     i += first
-    v = image[i]
-    result[i] = wp.vec4ub(byte_of(v[0]), byte_of(v[1]), byte_of(v[2]), wp.uint8(255))
-
-
-@wp.kernel(enable_backward=False, module="unique")
-def bytes_of_numbers(
-    image: wp.array(dtype=wp.float32),
-    first: int,
-    # out
-    result: wp.array(dtype=wp.vec4ub),
-):
-    i = wp.tid()
-    i += first
-    b = byte_of(image[i])
-    result[i] = wp.vec4ub(b, b, b, wp.uint8(255))
+    fourth = wp.uint8(255)
+    if channels == 4:
+        fourth = byte_of(image[4 * i + 3])
+    x = byte_of(channel_of(image, i, channels, 0))
+    y = byte_of(channel_of(image, i, channels, 1))
+    z = byte_of(channel_of(image, i, channels, 2))
+    result[i] = wp.vec4ub(x, y, z, fourth)
 
 
 @wp.kernel(enable_backward=False, module="unique")

@@ -1,45 +1,110 @@
-"""Launches of kernels over the pixels, rows or masks of an image, in bands over the threads of the process."""
+"""Launches of kernels over the pixels, rows or masks of an image, on the device where the image is.
+
+Images are NumPy arrays in the memory of the host, or Warp arrays on a device; results are what the image is. On a CPU,
+kernels run in bands over the threads of the process, on CUDA in one launch.
+"""
+
+from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from usdsdg import buffers
 from usdsdg.parallel import available_threads, launch_rows
+from usdsdg.readback import read_back
 
-# Pixels that a thread takes at least: fewer cost more to hand out than they take.
-BAND_PIXELS = 1 << 16
+if TYPE_CHECKING:
+    import warp as wp
+
+# Images as annotators have them: np.ndarray (H, W, *channels), or wp.array (H, W) of numbers or vectors. To a type
+# checker the two have little in common.
+Pixels: TypeAlias = Any
+
+# Pixels that a thread takes at least: to hand out fewer takes longer than most kernels need for them.
+BAND_PIXELS = 1 << 18
 # Masks that a thread takes at a time.
 MASKS = 64
 
 
+def new(shape: tuple[int, ...], dtype: Any, like: Pixels) -> Pixels:
+    """Return an array of undefined values for a kernel to fill, where the image `like` is."""
+    if isinstance(like, np.ndarray):
+        return buffers.empty(shape, dtype)
+    import warp as wp
+
+    number: Any = wp.dtype_from_numpy(np.dtype(dtype))  # Warp declares `dtype: type[float]`
+    return wp.empty(shape, dtype=number, device=like.device)
+
+
+def placed(table: np.ndarray, like: Pixels) -> Pixels:
+    """Return a table that a kernel updates, where the image `like` is."""
+    if isinstance(like, np.ndarray):
+        return table
+    import warp as wp
+
+    return wp.array(table, dtype=wp.dtype_from_numpy(table.dtype), device=like.device)
+
+
+def on_host(image: Pixels) -> np.ndarray:
+    """Return an image in the memory of the host; only that of a GPU is copied."""
+    return image if isinstance(image, np.ndarray) else read_back({"image": image})["image"]
+
+
+def is_image(value: Any) -> bool:
+    """Return whether a value is an array of NumPy or Warp, which need not be imported for that."""
+    return hasattr(type(value), "__dlpack__")
+
+
+def channels_of(image: Pixels) -> int:
+    """Return the number of channels of an image, 1 for one of numbers."""
+    if isinstance(image, np.ndarray):
+        return image.shape[2] if image.ndim > 2 else 1
+    return (*image.shape[2:], *getattr(image.dtype, "_shape_", ()), 1)[0]
+
+
 def run(
-    kernel: Any, shape: tuple[int, ...], inputs: Sequence[Any], outputs: Sequence[np.ndarray], *, band: int = 0
+    kernel: Any, shape: tuple[int, ...], inputs: Sequence[Any], outputs: Sequence[Pixels], *, band: int = 0
 ) -> None:
-    """Run a kernel over `shape` on the CPU; arrays are wrapped as the kernel's types, and not copied if contiguous.
+    """Run a kernel over `shape` where its outputs are; arrays there are viewed as the kernel's types, others copied.
 
     The kernel's arguments are the inputs, the first index of a band along the first axis, and the outputs, which must
     be contiguous. band: indices of that axis that a thread takes at once; 0 for `band_of` them.
     """
+    device = "cpu" if isinstance(outputs[0], np.ndarray) else str(outputs[0].device)
     band = band or band_of(shape[0], int(np.prod(shape[1:])))
     types = [argument.type for argument in kernel.adj.args]
-    given = [_wrapped(each, kind) for each, kind in zip(inputs, types[: len(inputs)], strict=True)]
-    results = [_wrapped(each, kind) for each, kind in zip(outputs, types[len(inputs) + 1 :], strict=True)]
-    launch_rows(kernel, shape, given, results, device="cpu", band_rows=band)
+    given = [_on_device(each, kind, device) for each, kind in zip(inputs, types[: len(inputs)], strict=True)]
+    results = [_on_device(each, kind, device) for each, kind in zip(outputs, types[len(inputs) + 1 :], strict=True)]
+    launch_rows(kernel, shape, given, results, device=device, band_rows=band)
 
 
 def band_of(count: int, pixels: int) -> int:
     """Return how many rows of so many pixels, of `count`, a thread takes at a time: as many as all others."""
-    return max(-(-count // available_threads()), -(-BAND_PIXELS // max(pixels, 1)))
+    bands = min(available_threads(), max(count * pixels // BAND_PIXELS, 1))
+    return -(-count // bands) or 1
 
 
-def _wrapped(value: Any, kind: Any) -> Any:
-    """Return an array as a Warp array of the type of an argument, flat where that has one axis; other values as is."""
-    if not isinstance(value, np.ndarray):
-        return value
+def viewed(array: wp.array, dtype: Any, shape: tuple[int, ...]) -> wp.array:
+    """Return the memory of a contiguous array as another type and shape."""
     import warp as wp
 
+    view = wp.array(ptr=array.ptr, shape=shape, dtype=dtype, device=array.device, copy=False)
+    view._ref = array  # as Warp's own views keep their memory
+    return view
+
+
+def _on_device(value: Any, kind: Any, device: str) -> Any:
+    """Return an array as a Warp array of the type of an argument, flat where that has one axis; other values as is."""
+    import warp as wp
+
+    if isinstance(value, wp.array):
+        items = value.size * wp.types.type_size_in_bytes(value.dtype) // wp.types.type_size_in_bytes(kind.dtype)
+        return viewed(value, kind.dtype, value.shape[: kind.ndim] if kind.ndim > 1 else (items,))
+    if not isinstance(value, np.ndarray):
+        return value
     value = np.ascontiguousarray(value)
     if kind.ndim == 1:
         value = value.reshape(-1, *getattr(kind.dtype, "_shape_", ()))
-    return wp.array(value, dtype=kind.dtype, device="cpu", copy=False)
+    return wp.array(value, dtype=kind.dtype, device=device, copy=False)

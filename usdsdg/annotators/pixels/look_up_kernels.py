@@ -16,26 +16,16 @@ def entry_of(instance: int, entries: int):
 def look_up(
     instance: wp.array(dtype=wp.int32),
     table: wp.array(dtype=wp.uint32),
+    words: int,  # of an entry
     first: int,
     # out
     values: wp.array(dtype=wp.uint32),
 ):
     i = wp.tid()
     i += first
-    values[i] = table[entry_of(instance[i], table.shape[0])]
-
-
-@wp.kernel(enable_backward=False, module="unique")
-def look_up_wide(
-    instance: wp.array(dtype=wp.int32),
-    table: wp.array(dtype=wp.uint64),
-    first: int,
-    # out
-    values: wp.array(dtype=wp.uint64),
-):
-    i = wp.tid()
-    i += first
-    values[i] = table[entry_of(instance[i], table.shape[0])]
+    entry = entry_of(instance[i], table.shape[0] // words)
+    for k in range(words):
+        values[i * words + k] = table[entry * words + k]
 
 
 @wp.kernel(enable_backward=False, module="unique")
@@ -61,7 +51,7 @@ def shade(
 @wp.kernel(enable_backward=False, module="unique")
 def sum_runs(
     instance: wp.array2d(dtype=wp.int32),
-    run_pixels: int,
+    part_pixels: int,  # of a row, which a thread of a GPU takes
     band_rows: int,
     first: int,
     # out, updated: of each gprim (bands, gprims, 5): pixels, x_min, y_min, x_max, y_max
@@ -70,8 +60,8 @@ def sum_runs(
     row, part = wp.tid()
     y = row + first
     band = first / band_rows  # threads of a CPU have sums of their own
-    x = part * run_pixels
-    end = wp.min(x + run_pixels, instance.shape[1])
+    x = part * part_pixels
+    end = wp.min(x + part_pixels, instance.shape[1])
     while x < end:
         gprim = instance[y, x]
         start = x
@@ -90,15 +80,17 @@ def sum_runs(
 def count_kept(
     instance: wp.array2d(dtype=wp.int32),
     is_kept: wp.array(dtype=wp.int32),  # table
+    part_pixels: int,
     first: int,
     # out
-    counts: wp.array(dtype=wp.int32),  # of each row
+    counts: wp.array2d(dtype=wp.int32),  # of each part of a row
 ):
-    y = wp.tid() + first
+    y, part = wp.tid()
+    y += first
     count = int(0)
-    for x in range(instance.shape[1]):
+    for x in range(part * part_pixels, wp.min((part + 1) * part_pixels, instance.shape[1])):
         count += is_kept[entry_of(instance[y, x], is_kept.shape[0])]
-    counts[y] = count
+    counts[y, part] = count
 
 
 @wp.kernel(enable_backward=False, module="unique")
@@ -110,7 +102,8 @@ def gather_points(
     position: wp.array2d(dtype=wp.vec3),
     normals: wp.array2d(dtype=wp.vec3),
     color: wp.array2d(dtype=wp.vec4ub),
-    starts: wp.array(dtype=wp.int32),  # of each row
+    starts: wp.array2d(dtype=wp.int32),  # of each part of a row
+    part_pixels: int,
     first: int,
     # out, of each kept pixel
     points: wp.array(dtype=wp.vec3),
@@ -119,9 +112,10 @@ def gather_points(
     point_classes: wp.array(dtype=wp.uint32),
     point_ids: wp.array(dtype=wp.uint32),
 ):
-    y = wp.tid() + first
-    i = starts[y]
-    for x in range(instance.shape[1]):
+    y, part = wp.tid()
+    y += first
+    i = starts[y, part]
+    for x in range(part * part_pixels, wp.min((part + 1) * part_pixels, instance.shape[1])):
         entry = entry_of(instance[y, x], is_kept.shape[0])
         if is_kept[entry] != 0:
             points[i] = position[y, x]

@@ -13,11 +13,31 @@ def smooth(before: float, here: float, after: float):
 
 
 @wp.kernel(enable_backward=False, module="unique")
+def weigh_colors(
+    color: wp.array(dtype=wp.uint8),
+    channels: int,
+    weights: wp.vec3,
+    first: int,
+    # out
+    gray: wp.array(dtype=wp.float32),
+):
+    i = wp.tid()
+    i += first
+    # Products of a byte and a float are exact in float64, so that each step is rounded once.
+    total = float(0.0)
+    for c in range(3):
+        total = float(wp.float64(color[i * channels + c]) * wp.float64(weights[c]) + wp.float64(total))
+    gray[i] = total
+
+
+@wp.kernel(enable_backward=False, module="unique")
 def find_texture(
     gray: wp.array2d(dtype=wp.float32),
+    least: float,
     first: int,
     # out: the length of Sobel's gradient, at most 1; beyond the edges pixels go on as they are there
-    texture: wp.array2d(dtype=wp.float32),
+    texture: wp.array2d(dtype=wp.float32),  # empty for none
+    is_textured: wp.array2d(dtype=wp.bool),  # whether it is at least that
 ):
     y = wp.tid() + first
     last = gray.shape[1] - 1
@@ -36,7 +56,10 @@ def find_texture(
             gray[below, right] - gray[below, left],
         )
         sx = wp.float64(across)
-        texture[y, x] = wp.min(float(wp.sqrt(sy * sy + sx * sx)), 1.0)
+        length = wp.min(float(wp.sqrt(sy * sy + sx * sx)), 1.0)
+        is_textured[y, x] = length >= least
+        if texture.shape[0] > 0:
+            texture[y, x] = length
         before = here
         here = after
 
@@ -74,7 +97,7 @@ def match_rows(
     first: int,
     # out
     disparity: wp.array2d(dtype=wp.float64),  # of the camera's pixels, with noise
-    distance: wp.array2d(dtype=wp.float64),  # as it is measured from that
+    distance: wp.array2d(dtype=wp.float64),  # as it is measured from that; negative where it cannot be
     nearest: wp.array2d(dtype=wp.float32),  # scratch
     source: wp.array2d(dtype=wp.int32),  # the camera's pixel that each pixel of the second imager shows; -1 for none
 ):
@@ -105,49 +128,78 @@ def match_rows(
             deviation = deviations[row_of_block, column_of_block] * pair.sigma
             noisy = wp.max(rounded(exact / pair.step) * pair.step + deviation, wp.float64(0.0))
         disparity[y, x] = noisy
-        distance[y, x] = pair.disparity_times_depth / noisy
+        read = pair.disparity_times_depth / noisy
+        within = read >= pair.least and read <= pair.most and wp.isfinite(read) and wp.isfinite(z)
+        within = within and confident[y, x] and noisy * pair.sensor_size <= pair.most_disparity * wp.float64(width)
+        distance[y, x] = wp.where(within, read, wp.float64(-1.0))
     # Points that cannot be measured still occlude others, so they are removed only now.
     for x in range(width):
         s = source[y, x]
         if s >= 0:
-            read = distance[y, s]
-            within = read >= pair.least and read <= pair.most and wp.isfinite(read) and wp.isfinite(depth[y, s])
-            within = within and depth[y, s] > 0.0 and confident[y, s]
-            within = within and disparity[y, s] * pair.sensor_size <= pair.most_disparity * wp.float64(width)
-            source[y, x] = wp.where(within, y * width + s, -1)
+            source[y, x] = wp.where(distance[y, s] >= wp.float64(0.0), y * width + s, -1)
 
 
-@wp.kernel(enable_backward=False, module="unique")
-def mend_isolated(
-    source: wp.array2d(dtype=wp.int32),
-    distance: wp.array(dtype=wp.float64),  # of the camera's pixels
-    first: int,
-    # out
-    mended: wp.array2d(dtype=wp.int32),
-):
-    y, x = wp.tid()
-    y += first
+@wp.func
+def mended_source(source: wp.array2d(dtype=wp.int32), distance: wp.array(dtype=wp.float64), y: int, x: int):
+    """Return a pixel's source, that of a neighbor where it is a gap of one column, or -1 where it is alone."""
     height = source.shape[0]
     width = source.shape[1]
     s = source[y, x]
-    mended[y, x] = s
     if s < 0:
         if x > 0 and x < width - 1:
             before = source[y, x - 1]
             after = source[y, x + 1]
             if before >= 0 and after >= 0:
-                mended[y, x] = wp.where(distance[before] >= distance[after], before, after)
-        return
+                return wp.where(distance[before] >= distance[after], before, after)
+        return s
     # Most pixels have a neighbor in their row.
     for column in range(wp.max(x - 1, 0), wp.min(x + 2, width)):
         if column != x and source[y, column] >= 0:
-            return
+            return s
     for row in range(wp.max(y - 1, 0), wp.min(y + 2, height)):
         if row != y:
             for column in range(wp.max(x - 1, 0), wp.min(x + 2, width)):
                 if source[row, column] >= 0:
-                    return
-    mended[y, x] = -1
+                    return s
+    return int(-1)
+
+
+@wp.kernel(enable_backward=False, module="unique")
+def read_distances(
+    source: wp.array2d(dtype=wp.int32),
+    distance: wp.array(dtype=wp.float64),  # of the camera's pixels
+    mends: int,  # whether isolated pixels are mended
+    first: int,
+    # out
+    mended: wp.array2d(dtype=wp.int32),
+    measured: wp.array2d(dtype=wp.float32),  # distance of each pixel of the second imager, 0 for none
+):
+    y, x = wp.tid()
+    y += first
+    s = source[y, x]
+    if mends != 0:
+        s = mended_source(source, distance, y, x)
+    mended[y, x] = s
+    read = float(0.0)
+    if s >= 0:
+        read = float(distance[s])
+    measured[y, x] = read
+
+
+@wp.kernel(enable_backward=False, module="unique")
+def move_colors(
+    color: wp.array(dtype=wp.vec4ub),
+    source: wp.array(dtype=wp.int32),
+    first: int,
+    # out
+    moved: wp.array(dtype=wp.vec4ub),
+):
+    i = wp.tid()
+    i += first
+    nothing = wp.uint8(0)
+    moved[i] = wp.vec4ub(nothing, nothing, nothing, nothing)
+    if source[i] >= 0:
+        moved[i] = color[source[i]]
 
 
 # As linear algebra libraries add products, so that points are theirs.

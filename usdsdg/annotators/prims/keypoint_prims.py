@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.annotators.ownership import Owner, ancestors
 from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
-from usdsdg.stage.keypoints import NAMESPACE, get_keypoints, has_keypoints
+from usdsdg.stage.keypoints import NAMESPACE, get_keypoints, has_keypoints, keypoints_vary
 
 
 class KeypointPrim(NamedTuple):
@@ -28,13 +28,15 @@ class KeypointReader:
         self._paths: list[Sdf.Path] | None = None  # None: not known
         # Gprims and their instances, with what follows from them alone: owners by path, and prims in prototypes.
         self._drawn: tuple[Any, Any, dict[Sdf.Path, tuple[Owner, ...]], set[Sdf.Path]] | None = None
+        self._constant: dict[Sdf.Path, dict[str, tuple[float, float, float]]] = {}
 
     def invalidate(self) -> None:
         """Look for prims with keypoints again."""
         self._paths = self._drawn = None
+        self._constant.clear()
 
     def affects(self, names: Iterable[str]) -> bool:
-        """Return whether a change of properties of these names may have added or removed keypoints."""
+        """Return whether a change of properties of these names may have changed keypoints."""
         return any(name.startswith(NAMESPACE) for name in names)
 
     def read(
@@ -47,14 +49,22 @@ class KeypointReader:
         owners = self._owners(gprims, steps)
         found = []
         for owner in owners:
-            prim = self._stage.GetPrimAtPath(owner.path)
-            points = get_keypoints(prim, time)
-            if points:
+            if points := self._points_of(owner.path, time):
                 matrix = frames.to_world(owner.path, owner.steps)
                 positions = np.array(list(points.values())) @ matrix[:3, :3] + matrix[3, :3]
                 names = tuple(each.name for each in ancestors(owner.path, owner.steps))
                 found.append(KeypointPrim(owner.name, names, tuple(points), positions))
         return tuple(found)
+
+    def _points_of(self, path: Sdf.Path, time: Usd.TimeCode) -> dict[str, tuple[float, float, float]]:
+        """Return the keypoints of a prim by name; those that no time changes are read once."""
+        if path in self._constant:
+            return self._constant[path]
+        prim = self._stage.GetPrimAtPath(path)
+        points = get_keypoints(prim, time)
+        if not keypoints_vary(prim):
+            self._constant[path] = points
+        return points
 
     def _owners(self, gprims: Sequence[str], steps: Sequence[Steps]) -> list[Owner]:
         if self._paths is None:

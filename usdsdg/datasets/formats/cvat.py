@@ -36,6 +36,10 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     raw = [each.get("name") for each in folder.json(LABELS, "all") or ()]
     if raw != names:
         folder.faults.append(Fault(LABELS, "all", f"labels are those of {ANNOTATIONS}", str(names), str(raw)))
+    numbers = [each.get("id") for each in sorted(images, key=lambda each: str(each.get("name")))]
+    if numbers != [str(number) for number in range(len(images))]:
+        what = "pictures are numbered in the order of their names, as CVAT does"
+        folder.faults.append(Fault(ANNOTATIONS, "all", what, "", ", ".join(map(str, numbers[:8]))))
     listed = {f"{PICTURES}/{each.get('name')}" for each in images}
     for file in sorted({file for file in files if file.startswith(f"{PICTURES}/")} - listed):
         folder.faults.append(Fault(ANNOTATIONS, "all", f"does not name {file}"))
@@ -105,8 +109,9 @@ def _joined(
         np.array([pair.split(",") for pair in each.attrib["points"].split(";")], np.float64).reshape(-1, 2)
         for each in parts
     ]
-    if len(parts) > 1 and len({each.get("group_id") for each in parts}) != 1:
-        raise ValueError(f"the parts of instance {_instance(parts[0])} are in several groups")
+    groups = {each.get("group_id") for each in parts}
+    if len(parts) > 1 and (len(groups) != 1 or None in groups):
+        raise ValueError(f"the parts of instance {_instance(parts[0])} are not one group")
     mask = np.zeros((size[1], size[0]), bool)
     for each in corners:
         mask |= filled(each, (size[1], size[0]))

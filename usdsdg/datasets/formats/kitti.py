@@ -9,20 +9,23 @@ import numpy as np
 
 from usdsdg.datasets import cuboids
 from usdsdg.datasets.cuboids import PinholeCamera
+from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
-from usdsdg.datasets.matching import truth_of
+from usdsdg.datasets.matching import record_of, truth_of
 from usdsdg.datasets.seen import Camera, Color, Depth, Seen
 from usdsdg.datasets.seen_object import SeenObject
+from usdsdg.writers.formats.kitti import files as names
+from usdsdg.writers.formats.kitti.files import NAME
 
-NAME = "KittiWriter"
-LOOKED_FOR = "KittiWriter's object_detection/0.txt or label_02/0.txt"
+LOOKED_FOR = "KittiWriter's object_detection/0.txt, label_02/0.txt or training/label_2/000000.txt"
 _DONT_CARE = "DontCare"
-_KINDS = {
-    "rgb": "rgb", "image_02": "rgb", "object_detection": "labels", "label_02": "labels", "semantic": "ids",
-    "semantic_segmentation": "colors", "semantic_rgb": "colors", "instance_segmentation": "instances",
-    "instance": "instances", "instance_rgb": "instance colors", "depth": "depth", "calib": "calib",
-}  # fmt: skip
-_ENDINGS = {"labels": ".txt", "calib": ".txt"}
+# Images that only this format has, by their kind: how they are called among what is special to an image.
+_IMAGES = {
+    names.CLASSES: "ids",
+    names.CLASS_COLORS: "colors",
+    names.INSTANCES: "instances",
+    names.INSTANCE_COLORS: "instance colors",
+}
 _STEPS = 256  # of a depth image per meter
 
 
@@ -31,38 +34,77 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     found: dict[tuple[str, str], dict[str, str]] = {}
     for file in files:
         path = PurePosixPath(file)
-        kind = _KINDS.get(path.parent.name)
-        if kind and path.stem.isdigit() and path.suffix == _ENDINGS.get(kind, ".png") and len(path.parts) > 2:
+        kind = names.kind_of(path.parent.name, path.suffix)
+        if kind and path.stem.isdigit() and len(path.parts) > 2:
             found.setdefault((path.parent.parent.as_posix(), path.stem), {})[kind] = file
-    roots = {root for (root, _), parts in found.items() if "labels" in parts or "ids" in parts}
-    for (root, number), parts in sorted(found.items(), key=lambda each: (each[0][0], int(each[0][1]))):
-        if root in roots:
-            yield _seen(folder, root, number, parts)
+    roots = {root for (root, _), parts in found.items() if names.LABELS in parts or names.CLASSES in parts}
+    images = [each for each in sorted(found.items(), key=_by_number) if each[0][0] in roots]
+    lists = _lists(folder, files, {number for (_, number), parts in images if _is_plain(parts)})
+    for (root, number), parts in images:
+        seen = _seen(folder, root, number, parts)
+        if _is_plain(parts):
+            seen.extra["parts"] = [file for file, listed in lists.items() if number in listed]
+        yield seen
+
+
+def _by_number(image: tuple[tuple[str, str], dict[str, str]]) -> tuple[str, int]:
+    (root, number), _ = image
+    return root, int(number)
+
+
+def _is_plain(parts: dict[str, str]) -> bool:
+    """Return whether the files of an image are in KITTI's own layout."""
+    return any(
+        parts.get(kind, "").split("/")[-2:-1] == [names.PLAIN.folders[kind]] for kind in (names.RGB, names.LABELS)
+    )
+
+
+def _lists(folder: Folder, files: list[str], numbers: set[str]) -> dict[str, list[str]]:
+    """Return the pictures of each list of KITTI's own layout."""
+    where = [file for file in files if file.startswith(f"{names.IMAGE_SETS}/")] if numbers else []
+    lists = {file: (folder.text(file, "all") or "").split() for file in where}
+    for file, listed in lists.items():
+        if unknown := sorted(set(listed) - numbers):
+            folder.faults.append(Fault(file, "all", "lists pictures that are not there", "", ", ".join(unknown[:8])))
+    return lists
 
 
 def _seen(folder: Folder, root: str, number: str, parts: dict[str, str]) -> Seen:
-    seen = Seen(NAME, number, root, list(parts.values()), truth_of(folder, list(parts.values()), root))
+    mine = list(parts.values())
+    view = _product(folder, mine, number) if _is_plain(parts) else root
+    seen = Seen(NAME, number, view, mine, truth_of(folder, mine, view))
     seen.extra["metadata"] = folder.json("metadata.txt", "all") if folder.has("metadata.txt") else {}
-    seen.picture, seen.labels = parts.get("rgb", ""), parts.get("labels", "")
-    if "labels" in parts and (text := folder.text(parts["labels"], seen.name)) is not None:
-        seen.lines.append((parts["labels"], [line.split(" ") for line in text.splitlines()]))
-    if "calib" in parts and (text := folder.text(parts["calib"], seen.name)) is not None:
-        camera = folder.parsed(parts["calib"], seen.name, lambda: _camera(parts["calib"], text))
+    seen.picture, seen.labels = parts.get(names.RGB, ""), parts.get(names.LABELS, "")
+    if seen.labels and (text := folder.text(seen.labels, seen.name)) is not None:
+        seen.lines.append((seen.labels, [line.split(" ") for line in text.splitlines()]))
+    calib = parts.get(names.CALIBRATION, "")
+    if calib and (text := folder.text(calib, seen.name)) is not None:
+        camera = folder.parsed(calib, seen.name, lambda: _camera(calib, text))
         if camera is not None:
             seen.cameras.append(camera)
     seen.later(lambda made: _read_images(folder, made, parts))
     return seen
 
 
+def _product(folder: Folder, files: list[str], number: str) -> str:
+    """Return the render product of an image in KITTI's own layout, where those of a frame have numbers in a row."""
+    record = record_of(folder, files)
+    if record is None or len(record.products) < 2:
+        return ""
+    stems = {PurePosixPath(file).stem for file in record.files if file.startswith(f"{names.TRAINING}/")}
+    return record.products[sorted(stems).index(number)].name
+
+
 def _read_images(folder: Folder, seen: Seen, parts: dict[str, str]) -> None:
-    for kind in ("ids", "colors", "instances", "instance colors"):
+    for kind, name in _IMAGES.items():
         if kind in parts and (image := folder.image(parts[kind], seen.name)) is not None:
-            seen.extra[kind] = (parts[kind], image)
-    if "rgb" in parts and (image := folder.image(parts["rgb"], seen.name)) is not None:
-        seen.colors.append(Color(parts["rgb"], image))
-    if "depth" in parts and (image := folder.image(parts["depth"], seen.name)) is not None:
+            seen.extra[name] = (parts[kind], image)
+    if seen.picture and (image := folder.image(seen.picture, seen.name)) is not None:
+        seen.colors.append(Color(seen.picture, image))
+    depth = parts.get(names.DEPTH, "")
+    if depth and (image := folder.image(depth, seen.name)) is not None:
         meters = np.where(image == 0, np.inf, image.astype(np.float64) / _STEPS)
-        seen.depths.append(Depth(parts["depth"], "plane", meters, 1 / _STEPS, 0xFFFF / _STEPS))
+        seen.depths.append(Depth(depth, "plane", meters, 1 / _STEPS, 0xFFFF / _STEPS))
 
 
 def objects(seen: Seen) -> list[SeenObject]:

@@ -91,11 +91,10 @@ def _read_images(folder: Folder, seen: Seen) -> None:
             seen.extra[file.split("/")[0]] = (file, *found)
     if names.OBJECTS in seen.extra:
         indices = seen.extra[names.OBJECTS][1]
-        made = [
-            Labeled(each.name, each.box, indices == number, flags=each.flags)
+        seen.labeled = [
+            Labeled(each.name, each.box, indices == number if number < names.VOID else None, flags=each.flags)
             for number, each in enumerate(seen.labeled, 1)
         ]
-        seen.labeled = made
 
 
 def _indices(data: bytes) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.new_prims import add_missing_ops, apply_common_arguments, define, new_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets
+from usdsdg.stage.copies import copy_prim
 from usdsdg.stage.paths import prim_at
 from usdsdg.stage.paths import prim_path as checked_path
 
@@ -60,14 +61,7 @@ def clone(
     source = prim_at(current_stage(), path) if isinstance(path, str) else one_prim("path", path)
     paths = new_paths(name or source.GetName(), parent, count)
     stage = source.GetStage()
-    target = stage.GetEditTarget()
-    layer = _layer_with(stage, source.GetPath())
-    with Sdf.ChangeBlock():
-        for each in paths:
-            spec_path = target.MapToSpecPath(Sdf.Path(each))
-            Sdf.CreatePrimInLayer(target.GetLayer(), spec_path)
-            Sdf.CopySpec(layer, source.GetPath(), target.GetLayer(), spec_path)
-    prims = [stage.GetPrimAtPath(each) for each in paths]
+    prims = copy_prim(stage, _layer_with(stage, source.GetPath()), source.GetPath(), paths)
     add_missing_ops([prim for prim in prims if prim.IsA(UsdGeom.Xformable)])
     return apply_common_arguments(
         prims, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,

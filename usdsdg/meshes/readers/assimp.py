@@ -41,7 +41,11 @@ def _left_out(file: Path) -> Iterator[str]:
     """Name what assimp-py does not give of a file, by the words of the form."""
     content = file.read_bytes()
     if b"SubDeformer" in content:
-        yield "the skeleton is left out; the object has the pose in which it was bound"
+        # assimp-py has no bones, and its Debone moves only triangles that are bound to a single one.
+        yield (
+            "the skeleton is left out; the object has the pose in which it was bound, which may not be the pose of the "
+            "file. Export it as GLB, of which skinned meshes have the pose of the file"
+        )
     if b"AnimationCurve" in content:
         yield "animations are left out"
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from pxr import Usd
 
+from usdsdg.scenarios.gprims import rows_below
 from usdsdg.session import engines
 from usdsdg.stage.cameras.camera_view import read_camera
 
@@ -30,13 +31,7 @@ def measure(camera: Usd.Prim, size: tuple[int, int], prims: Sequence[Usd.Prim]) 
     view = read_camera(camera.GetStage(), camera.GetPath(), small)
     renderer = engines.renderer()
     renderer.sync()
-    rows: dict[str, list[int]] = {str(prim.GetPath()): [] for prim in prims}
-    for row, path in enumerate(renderer.gprims):
-        parts = path.split("/")
-        for end in range(2, len(parts) + 1):
-            if (owner := rows.get("/".join(parts[:end]))) is not None:
-                owner.append(row)
-    groups = list(rows.values())
+    groups = rows_below(renderer.gprims, prims)
     masks = renderer.labels_and_masks([view], ("instance",), groups)[1][0]
     around = renderer.coverage_around(view, groups)[:, 0]
     found = []

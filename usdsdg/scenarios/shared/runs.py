@@ -87,7 +87,8 @@ def capture(
     finally:
         rep.orchestrator.wait_until_complete()
     summary = Summary(done, done * views, time.perf_counter() - started, tuple(folders(list(writers))))
-    _print_summary(summary)
+    if current().tap is None:  # else nothing was written
+        _print_summary(summary)
     if done < frames:
         raise KeyboardInterrupt
     return summary

@@ -25,7 +25,7 @@ from usdsdg.stage.assets.missing import (
     set_on_missing,
     where_looked,
 )
-from usdsdg.stage.assets.objects import not_a_file_of_its_own, open_layer, resolve_object
+from usdsdg.stage.assets.objects import not_a_file_of_its_own, open_layer, resolve_object, resolve_reference
 from usdsdg.stage.assets.root import (
     HOW_TO_SET,
     ROOT_VARIABLE,
@@ -76,6 +76,7 @@ __all__ = [
     "redirect_layer",
     "resolve",
     "resolve_object",
+    "resolve_reference",
     "root_mirror",
     "scheme_of",
     "set_assets_root",

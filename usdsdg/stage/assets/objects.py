@@ -37,6 +37,22 @@ def resolve_object(
     return file
 
 
+def resolve_reference(asset: str | os.PathLike[str], prim_path: str) -> str:
+    """Return the file that a prim is to refer to, as `resolve` does, after checking that it opens.
+
+    Raises:
+        AssetNotFound, AssetError, Unsupported: as `resolve`. AssetUnreadable: it is damaged. The message has the prim.
+    """
+    try:
+        file = missing.resolve(asset)
+        open_layer(file)
+    except (errors.AssetError, errors.Unsupported) as error:
+        remedy = "; replace the file, or export it again" if isinstance(error, errors.AssetUnreadable) else ""
+        error.args = (f"{prim_path} cannot refer to {os.fspath(asset)}: {error}{remedy}",)
+        raise
+    return file
+
+
 def open_layer(file: str) -> Sdf.Layer:
     """Open a USD file.
 

@@ -8,7 +8,9 @@ Source: ISO/IEC 14496-12 (boxes), 14496-1 (descriptors).
 
 import io
 import struct
-from collections.abc import Sequence
+import tempfile
+from array import array
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -32,23 +34,39 @@ def encode_frame(image: np.ndarray) -> bytes:
     return buffer.getvalue()
 
 
-def encode_video(frames: Sequence[bytes], size: tuple[int, int], rate: float) -> bytes:
-    """Pack JPEG frames into an MP4 file.
+class Video:
+    """An MP4 file of JPEG frames, which are in a temporary file until it is written."""
 
-    size: width and height [pixels]. rate: frames per second.
+    def __init__(self, size: tuple[int, int], rate: float) -> None:
+        """size: width and height [pixels]. rate: frames per second."""
+        self._size, self._rate = size, rate
+        self._frames = tempfile.TemporaryFile()  # noqa: SIM115 - closed with this object
+        self._lengths = array("I")
 
-    Raises:
-        WriterError: there are no frames, or the rate is not positive.
-    """
-    if not frames or rate <= 0:
-        raise WriterError(
-            f"A video of {len(frames)} frames at {rate} per second cannot be written; both must be above 0."
-        )
-    head = _box(b"ftyp", b"isom", struct.pack(">I", 0x200), b"isomiso2mp41")
-    data = b"".join(frames)
-    # A 64-bit size, since clips may exceed 4 GiB.
-    body = struct.pack(">I4sQ", 1, b"mdat", 16 + len(data)) + data
-    return head + body + _movie([len(frame) for frame in frames], size, rate, offset=len(head) + 16)
+    def append(self, frame: bytes) -> None:
+        """Add a frame, as `encode_frame` returns it."""
+        self._frames.seek(0, io.SEEK_END)
+        self._frames.write(frame)
+        self._lengths.append(len(frame))
+
+    def __iter__(self) -> Iterator[bytes]:
+        """Yield the parts of the file, one frame at a time; they may be gone over several times.
+
+        Raises:
+            WriterError: there are no frames, or the rate is not positive.
+        """
+        if not self._lengths or self._rate <= 0:
+            raise WriterError(
+                f"A video of {len(self._lengths)} frames at {self._rate} per second cannot be written; both must be "
+                "above 0."
+            )
+        head = _box(b"ftyp", b"isom", struct.pack(">I", 0x200), b"isomiso2mp41")
+        # A 64-bit size, since clips may exceed 4 GiB.
+        yield head + struct.pack(">I4sQ", 1, b"mdat", 16 + sum(self._lengths))
+        self._frames.seek(0)
+        for length in self._lengths:
+            yield self._frames.read(length)
+        yield _movie(self._lengths, self._size, self._rate, offset=len(head) + 16)
 
 
 def _movie(lengths: Sequence[int], size: tuple[int, int], rate: float, *, offset: int) -> bytes:

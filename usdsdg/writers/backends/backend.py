@@ -71,8 +71,10 @@ class BaseBackend:
         self._submit(fn, args, kwargs, after_all=True)
 
     def _submit(self, fn: Callable[..., None], args: Any, kwargs: dict[str, Any], **order: Any) -> None:
-        what = str(_path_of(args, kwargs) or _name_of(fn))
-        current().io_queue.note_files(_paths_of(args, kwargs))
+        paths = _paths_of(args, kwargs)
+        what = paths[0] if paths else _name_of(fn)
+        current().io_queue.note_files(paths)
+        files.load_encoders(paths)
         fn = fn.run if isinstance(fn, Sequential) else fn
         if _takes_backend(fn):
             kwargs.setdefault("backend_instance", self)

@@ -1,5 +1,7 @@
 """The queue between the frame loop and storage: a few threads, a bounded backlog, errors kept until they are raised."""
 
+from __future__ import annotations
+
 import atexit
 import os
 import sys
@@ -8,11 +10,14 @@ import weakref
 from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from usdsdg.errors import UsdsdgError, WriterError, described
 from usdsdg.session.session import current
 from usdsdg.writers.backends.job import Job
+
+if TYPE_CHECKING:
+    from usdsdg.parallel import Later
 
 # As Replicator's setting /omni/replicator/backend/writeThreads; more than cores, since storage is waited for as well.
 THREADS = 4
@@ -33,6 +38,7 @@ class IoQueue:
         self._at_exit: list[weakref.WeakMethod] = []
         self._noted: list[str] | None = None  # paths of scheduled files inside `frame`, else None
         self._frame: int | None = None
+        self._pixels: Later | None = None
         self._finishes_at_exit = False
         self._forget_all()
         if hasattr(os, "register_at_fork"):
@@ -68,7 +74,7 @@ class IoQueue:
         if threading.current_thread() in self._workers:
             run()  # a job that waited for its own queue could deadlock
             return
-        job = Job(run, what, size, owner, frame=self._frame, turn=turn, after_all=after_all)
+        job = Job(run, what, size, owner, pixels=self._pixels, frame=self._frame, turn=turn, after_all=after_all)
         self._finish_at_exit()
         with self._changed:
             self._raise_failure(owner)
@@ -83,15 +89,18 @@ class IoQueue:
             raise failure
 
     @contextmanager
-    def frame(self, number: int) -> Iterator[list[str]]:
-        """Submit, in the context, jobs of this captured frame; yields the paths of the files that they write."""
-        before = self._noted, self._frame
+    def frame(self, number: int, *, pixels: Later | None = None) -> Iterator[list[str]]:
+        """Submit, in the context, jobs of this captured frame; yields the paths of the files that they write.
+
+        pixels: its images have their pixels when this has ended; its jobs wait for that.
+        """
+        before = self._noted, self._frame, self._pixels
         noted: list[str] = []
-        self._noted, self._frame = noted, number
+        self._noted, self._frame, self._pixels = noted, number, pixels
         try:
             yield noted
         finally:
-            self._noted, self._frame = before
+            self._noted, self._frame, self._pixels = before
 
     def note_files(self, paths: Iterable[str]) -> None:
         """Tell that a job was scheduled that writes these files."""

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from usdsdg.errors import UsdsdgError, WriterError
+
+if TYPE_CHECKING:
+    from usdsdg.parallel import Later
 
 
 @dataclass(eq=False)
@@ -17,6 +20,7 @@ class Job:
     what: str  # file or function, for messages
     size: int  # bytes that it keeps alive
     owner: Any
+    pixels: Later | None = None  # the images that it writes have their pixels when this has ended
     number: int = 0  # in the order of submission
     frame: int | None = None  # captured frame that it belongs to
     turn: Hashable = None  # jobs of one owner with the same turn run one after the other; None: in any order
@@ -24,6 +28,10 @@ class Job:
     blockers: int = 0  # open jobs that it waits for
     followers: list[Job] = field(default_factory=list)  # those that wait for it
     is_left_out: bool = False
+
+    @property
+    def _place(self) -> str:
+        return "" if self.frame is None else f"frame {self.frame}: "
 
     def wait_for(self, earlier: Job) -> None:
         """Run only after `earlier`, which has not ended."""
@@ -33,6 +41,14 @@ class Job:
     def failure(self) -> UsdsdgError | None:
         """Run the call, and return its error, if any, with the frame and the file in its message."""
         try:
+            if self.pixels is not None:
+                self.pixels.wait()
+        except Exception as error:  # noqa: BLE001 - raised again by the thread that waits
+            # Each file has an error of its own, since the message of each names another file.
+            failure = WriterError(f"{self._place}{self.what} could not be written, since its image failed: {error}")
+            failure.__cause__ = error
+            return failure
+        try:
             self.run()
         except Exception as error:  # noqa: BLE001 - raised again by the thread that waits
             return self.failed(error)
@@ -40,10 +56,9 @@ class Job:
 
     def failed(self, error: BaseException) -> UsdsdgError:
         """Return the failure that an error of the call is."""
-        place = "" if self.frame is None else f"frame {self.frame}: "
         if isinstance(error, UsdsdgError):
-            error.args = (f"{place}{error}", *error.args[1:])
+            error.args = (f"{self._place}{error}", *error.args[1:])
             return error
-        failure = WriterError(f"{place}{self.what} could not be written: {type(error).__name__}: {error}")
+        failure = WriterError(f"{self._place}{self.what} could not be written: {type(error).__name__}: {error}")
         failure.__cause__ = error
         return failure

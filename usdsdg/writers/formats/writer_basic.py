@@ -31,6 +31,7 @@ class BasicWriter(Writer):
     version = "0.0.2"
     data_structure = "annotator"
     shares_arrays = True
+    only_stores_pictures = True
 
     @typed
     def __init__(

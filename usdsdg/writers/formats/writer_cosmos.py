@@ -2,7 +2,7 @@
 
 import io
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -12,12 +12,13 @@ from usdsdg.annotators import named_annotators
 from usdsdg.annotators.packed_colors import unpacked
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.image_files.motion_jpeg import encode_frame, encode_video
+from usdsdg.stage.image_files.motion_jpeg import Video, encode_frame
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import BackendGroup, make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_image
 from usdsdg.writers.options import typed
+from usdsdg.writers.spool import Records, Spool
 
 MODALITIES = ("rgb", "shaded_seg", "segmentation", "depth", "edges")
 
@@ -79,8 +80,8 @@ class CosmosWriter(Writer):
         ]
         self._clip, self._frame_id = 0, 0
         self._in_videos = 0  # number of frames in the written videos of the clip
-        # Of the current clip, by video path: image size and image paths.
-        self._videos: dict[str, tuple[tuple[int, int], list[str]]] = {}
+        self._pictures = self._new_clip()
+        self._sizes: dict[str, tuple[int, int]] = {}  # of the pictures of the clip, by folder of a render product
 
     def write(self, data: dict[str, Any]) -> None:
         fired = _times_fired(data.get("trigger_outputs") or {})
@@ -88,8 +89,12 @@ class CosmosWriter(Writer):
             self.next_clip()
             self._clip = fired
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
-        for product, seen in data["renderProducts"].items():
-            self._write_product(f"{product}/" if several else "", seen)
+        roots = [f"{product}/" if several else "" for product in data["renderProducts"]]
+        for root, seen in zip(roots, data["renderProducts"].values()):
+            self._write_product(root, seen)
+        rate = float(current_stage().GetTimeCodesPerSecond())
+        self._pictures.note({"clip": self._clip, "rate": rate, "sizes": self._sizes})
+        self._pictures.append(self.num_written, {"number": self._frame_id, "roots": roots})
         self._frame_id += 1
 
     def on_final_frame(self) -> None:
@@ -102,9 +107,11 @@ class CosmosWriter(Writer):
         if not _can_read(backend):
             warn_once(f"CosmosWriter: {backend.get_name()} has no read_blob, so only images are written, no videos.")
             return
-        rate = float(current_stage().GetTimeCodesPerSecond())
-        for path, (size, images) in self._videos.items():
-            backend.schedule_after_all(_write_video, path=path, images=list(images), size=size, rate=rate)
+        for root in self._sizes:
+            for modality in MODALITIES:
+                path = f"{root}clip_{self._clip:04d}/{modality}.mp4"
+                records = self._pictures.so_far()
+                backend.schedule_after_all(_write_video, path=path, records=records, root=root, modality=modality)
 
     def detach(self) -> None:
         super().detach()
@@ -114,18 +121,25 @@ class CosmosWriter(Writer):
     def next_clip(self) -> None:
         """End the clip and write its videos; later frames belong to a new clip, which starts at frame 0."""
         self.on_final_frame()
-        self._videos = {}
         self._clip, self._frame_id, self._in_videos = self._clip + 1, 0, 0
+        self._pictures, self._sizes = self._new_clip(), {}
+
+    def _new_clip(self) -> Spool:
+        """Return the spool of the clip's pictures.
+
+        A record has the "number" of a frame in the clip, and the folders of its render products in "roots"; "clip",
+        "rate" and the "sizes" of pictures by folder are known of all frames.
+        """
+        assert self.backend is not None
+        return Spool(self.backend, f"CosmosWriter/clip_{self._clip:04d}")
 
     def _write_product(self, root: str, seen: Mapping[str, Any]) -> None:
-        clip = f"{root}clip_{self._clip:04d}"
         steps = []
         for modality in MODALITIES:
             image = unpacked(seen[modality]) if modality == "segmentation" else seen[modality]["data"]
-            path = f"{clip}/{modality}/{modality}_{self._frame_id:04d}.png"
+            path = _picture_path(root, self._clip, modality, self._frame_id)
             steps.append(partial(write_image, path=path, data=image))
-            size = (image.shape[1], image.shape[0])
-            self._videos.setdefault(f"{clip}/{modality}.mp4", (size, []))[1].append(path)
+            self._sizes.setdefault(root, (image.shape[1], image.shape[0]))
         assert self.backend is not None
         self.backend.schedule_together(steps)
 
@@ -152,11 +166,24 @@ def _can_read(backend: BaseBackend) -> bool:
     return type(backend).read_blob is not BaseBackend.read_blob
 
 
-def _write_video(
-    path: str, images: Sequence[str], size: tuple[int, int], rate: float, backend_instance: BaseBackend
-) -> None:
-    """Write the video of images that the backend has stored."""
+def _picture_path(root: str, clip: int, modality: str, number: int) -> str:
+    """Return the file of a picture. root: folder of the render product, with a slash, or ""."""
+    return f"{root}clip_{clip:04d}/{modality}/{modality}_{number:04d}.png"
+
+
+def _write_video(path: str, records: Records, root: str, modality: str, backend_instance: BaseBackend) -> None:
+    """Write the video of a clip's pictures, which the backend has stored; one is in memory at a time."""
+    width, height = records.about["sizes"][root]
+    video = Video((width, height), records.about["rate"])
+    for picture in _pictures(records, root, modality, backend_instance):
+        video.append(encode_frame(picture))
+    backend_instance.write_chunks(path, video)
+
+
+def _pictures(records: Records, root: str, modality: str, backend: BaseBackend) -> Iterator[np.ndarray]:
     from PIL import Image
 
-    frames = (np.asarray(Image.open(io.BytesIO(backend_instance.read_blob(image)))) for image in images)
-    backend_instance.write_blob(path, encode_video([encode_frame(frame) for frame in frames], size, rate))
+    for each in records:
+        if root in each["roots"]:
+            path = _picture_path(root, records.about["clip"], modality, each["number"])
+            yield np.asarray(Image.open(io.BytesIO(backend.read_blob(path))))

@@ -8,7 +8,7 @@ import warp as wp
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def note_touched(
     # scene
     shape_body: wp.array[wp.int32],
@@ -28,7 +28,7 @@ def note_touched(
         touched[second] = 1
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def move_untouched(
     # body
     free: wp.array[wp.int32],

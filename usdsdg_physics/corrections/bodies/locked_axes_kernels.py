@@ -8,7 +8,7 @@ import warp as wp
 from usdsdg_physics.corrections.bodies.free_bodies import set_free_body
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def lock_velocities(
     # body
     locked_position: wp.array[wp.int32],
@@ -29,7 +29,7 @@ def lock_velocities(
     body_qd[body] = velocity
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def lock_axes(
     # body
     locked_position: wp.array[wp.int32],

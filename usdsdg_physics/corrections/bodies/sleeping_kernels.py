@@ -11,7 +11,7 @@ from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 TOUCH_DISTANCE = wp.constant(0.001)  # m
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def wake_touched_bodies(
     # scene
     shape_body: wp.array[wp.int32],

@@ -13,7 +13,7 @@ from usdsdg_physics.corrections.bodies.free_bodies import set_free_body
 REST_TURN = wp.constant(1.0)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def stabilize_bodies(
     # body
     free: wp.array[wp.int32],

@@ -12,7 +12,7 @@ from usdsdg_physics.corrections.contacts.contact_points import turning_velocity
 STICKING_SPEED = wp.constant(0.01)  # m/s
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def replace_shapes(
     # scene
     shape_body: wp.array[wp.int32],

@@ -9,7 +9,7 @@ from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 from usdsdg_physics.corrections.contacts.contact_points import world_point
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def note_contacts(
     # scene
     shape_body: wp.array[wp.int32],
@@ -42,7 +42,7 @@ def note_contacts(
     separation[substep, contact] = wp.dot(direction, point1 - point0)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def note_impulses(
     forces: wp.array[wp.spatial_vector],
     substep: wp.int32,

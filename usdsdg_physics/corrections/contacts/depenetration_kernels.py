@@ -10,7 +10,7 @@ from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 CLEARANCE = wp.constant(0.05)  # m, farther than the collider's center needs
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def raise_depenetration_velocity(
     # scene
     time_left: wp.array[wp.float32],
@@ -52,7 +52,7 @@ def raise_depenetration_velocity(
         wp.atomic_max(max_depenetration_velocity, body, (excess + CLEARANCE) / time_left[shape])
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def clamp_depenetration_velocity(
     # scene
     any_left: wp.array[wp.int32],
@@ -83,7 +83,7 @@ def clamp_depenetration_velocity(
         joint_qd[dof[body] + i] = velocity[i]
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def count_down(dt: wp.float32, time_left: wp.array[wp.float32], any_left: wp.array[wp.int32]):
     """Take `dt` from the time [s] that each shape pushes, and set `any_left` (1,) where some is left."""
     shape = wp.tid()

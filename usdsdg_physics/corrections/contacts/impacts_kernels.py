@@ -14,7 +14,7 @@ MIN_SPEED = wp.constant(0.25)
 FULL_SPEED = wp.constant(0.5)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def center_impacts(
     # scene
     shape_body: wp.array[wp.int32],

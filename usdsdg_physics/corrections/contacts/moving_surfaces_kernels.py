@@ -9,7 +9,7 @@ from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 from usdsdg_physics.corrections.contacts.contact_points import turning_velocity
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def set_surface_velocities(
     # scene
     shape_body: wp.array[wp.int32],

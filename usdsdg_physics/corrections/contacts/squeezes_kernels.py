@@ -22,7 +22,7 @@ TOUCHES = wp.constant(1.0e-3)
 MIN_COSINE = wp.constant(0.5)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def note_squeezes(
     # scene
     shape_body: wp.array[wp.int32],
@@ -74,7 +74,7 @@ def note_squeezes(
             wp.atomic_or(squeezed, body1, OVERLAPS)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def redirect_squeezes(
     # scene
     shape_body: wp.array[wp.int32],

@@ -21,12 +21,12 @@ SLOP = wp.constant(0.002)  # m
 DEPTH_GAIN = wp.constant(0.25)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def count_step(steps: wp.array[wp.int32]):
     steps[0] = steps[0] + 1
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def redirect_contacts(
     # scene
     box_index: wp.array[wp.int32],

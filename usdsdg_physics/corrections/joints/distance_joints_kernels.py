@@ -15,7 +15,7 @@ STIFFEST = wp.constant(0.25)
 STRONGEST = wp.constant(0.5)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def add_distance_contacts(
     # joint
     bodies: wp.array[wp.vec2i],
@@ -93,7 +93,7 @@ def note_end(
                 rest_time[body] = 0.0
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def count_distance_contacts(
     joints: wp.int32,
     capacity: wp.int32,
@@ -106,7 +106,7 @@ def count_distance_contacts(
     count[0] = wp.min(count[0] + 2 * joints, capacity)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def pull_springs(
     # joint
     joints: wp.int32,
@@ -158,7 +158,7 @@ def pull_springs(
                     push(second, end, -pull * normal, center, body_q, body_f)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def note_broken_distances(
     first: wp.array[wp.int32],
     spring: wp.array[wp.vec2],

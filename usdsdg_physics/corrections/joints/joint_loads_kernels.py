@@ -9,7 +9,7 @@ import warp as wp
 LEAST_FRICTION = wp.constant(1.0e-9)
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def note_broken(
     # joint
     breakable: wp.array[wp.int32],
@@ -35,7 +35,7 @@ def note_broken(
         broken[row] = 1
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def set_friction(
     # joint
     rubbing: wp.array[wp.vec2i],

@@ -12,7 +12,7 @@ MOVES = wp.constant(5.0e-5)  # m/s
 TURNS = wp.constant(5.0e-4)  # rad/s
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def mark_moving_links(
     # body
     tree: wp.array[wp.int32],
@@ -32,7 +32,7 @@ def mark_moving_links(
         level[body] = 0
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def wake_carried(
     # scene
     shape_body: wp.array[wp.int32],
@@ -60,7 +60,7 @@ def wake_carried(
         rest_time[first] = 0.0
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def revert_coordinates(
     # tree
     ranges: wp.array[wp.vec4i],
@@ -86,7 +86,7 @@ def revert_coordinates(
         joint_qd[i] = 0.0
 
 
-@wp.kernel
+@wp.kernel(enable_backward=False)
 def revert_links(
     # body
     tree: wp.array[wp.int32],

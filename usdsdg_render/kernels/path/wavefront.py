@@ -16,6 +16,8 @@ from usdsdg_render.kernels.path.segment import add_direct_light, add_emission, n
 from usdsdg_render.kernels.scene.visibility import transmitted
 from usdsdg_render.scene.structs import Hit, SceneTables
 
+BLOCK = 128  # threads of a CUDA block
+
 # Append to a queue: one atomic for all threads of a warp. On a CPU, for tests, there is one thread.
 _PUSH = """
 #if defined(__CUDA_ARCH__)

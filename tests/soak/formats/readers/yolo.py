@@ -6,30 +6,19 @@ prediction.
 """
 
 import json
-import logging
 import os
 import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
+from heard import Heard
 
 os.environ["YOLO_CONFIG_DIR"] = tempfile.mkdtemp()
 os.environ["YOLO_OFFLINE"] = "1"
 # Of perfect predictions it makes 0.995: precision is interpolated to nothing at a recall of one.
 PERFECT = 0.9949
 BOX_AND_MORE = {"detect": (), "segment": ("masks",), "obb": (), "pose": ("keypoints",)}
-
-
-class Heard(logging.Handler):
-    """What is logged as a warning."""
-
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
-        self.texts: list = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        self.texts.append(record.getMessage())
 
 
 def main() -> None:

@@ -14,6 +14,7 @@ from usdsdg.annotators.kinds.depth import stereo
 from usdsdg.annotators.kinds.depth.depth_images import visualization
 from usdsdg.annotators.kinds.depth.depth_sensor import ATTRIBUTES, measurement, parameter, picture
 from usdsdg.annotators.kinds.depth.stereo import Measurement
+from usdsdg.annotators.pixels.launch import on_host
 from usdsdg.errors import warn_once
 
 Params = Mapping[str, Any]
@@ -47,14 +48,14 @@ def depth_sensor_points(frame: Frame, params: Params) -> Annotation:
 
     Each lies on the camera's ray, at the measured distance: -z is DepthSensorDistance. Parameters and errors as there.
     """
-    depth, position = frame.aov("distance_to_image_plane"), frame.aov("position")
+    depth, position = frame.image("distance_to_image_plane"), frame.image("position")
     return Annotation(stereo.points_of(frame.camera, _measurement(frame), depth, position))
 
 
 @define("DepthSensorPointCloudColor", aovs=["distance_to_image_plane"], needs_path_tracing=True, dtype=np.uint8)
 def depth_sensor_colors(frame: Frame, params: Params) -> Annotation:
     """Color of each point of DepthSensorPointCloudPosition, uint8 (H, W, 4); 0 0 0 0 where there is none."""
-    return Annotation(stereo.look_up(frame.aov("LdrColor"), _measurement(frame).source))
+    return Annotation(stereo.look_up(frame.image("LdrColor"), _measurement(frame).source))
 
 
 @define("DepthSensorImager", needs_path_tracing=True, dtype=np.float32)
@@ -85,6 +86,6 @@ def _measurement(frame: Frame) -> Measurement:
         )
     if parameter(frame, "showDistance"):
         height, width = frame.shape
-        distance = measured.distance[height // 2, width // 2]
+        distance = on_host(measured.distance)[height // 2, width // 2]
         frame.derive("shown distance", lambda: print(f"{frame.render_product}: {distance:.3f} m at the center"))
     return measured

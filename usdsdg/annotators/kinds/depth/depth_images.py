@@ -1,35 +1,38 @@
 """Visualizations of a depth sensor: the modes of `rgbDepthOutputMode`."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds.depth import stereo
 from usdsdg.annotators.kinds.depth.depth_sensor import measurement, parameter, picture, read_depth_sensor
 from usdsdg.annotators.kinds.depth.stereo import DepthSensor
+from usdsdg.annotators.pixels.launch import Pixels, on_host
 
 # From near to far: blue, cyan, green, yellow, red.
 _RAINBOW = np.array([[0, 0, 255], [0, 255, 255], [0, 255, 0], [255, 255, 0], [255, 0, 0]], np.float64)
 
 
-def visualization(frame: Frame) -> np.ndarray:
+def visualization(frame: Frame) -> Pixels:
     """Return the visualization, uint8 (H, W, 4); see `depth_sensor_visualization` for the modes."""
     mode = int(parameter(frame, "rgbDepthOutputMode"))
     sensor, measured = read_depth_sensor(frame), measurement(frame)
-    exact = frame.aov("distance_to_image_plane")
     if mode == 0:
-        return frame.aov("LdrColor")
+        return frame.image("LdrColor")
+    exact = frame.aov("distance_to_image_plane")
     if mode == 1:
-        return _gray(measured.distance % 1, measured.measured)
+        return _gray(on_host(measured.distance) % 1, measured.measured)
     if mode == 2:
-        return _gray(_fraction(sensor, measured.distance), measured.measured)
+        return _gray(_fraction(sensor, on_host(measured.distance)), measured.measured)
     if mode == 3:
-        return _rainbow(_fraction(sensor, measured.distance), measured.measured)
+        return _rainbow(_fraction(sensor, on_host(measured.distance)), measured.measured)
     if mode == 4:
         return _gray(_fraction(sensor, exact), np.isfinite(exact))
     if mode == 5:
         raw = measurement(frame, outliers=True)
-        return _gray(_fraction(sensor, raw.distance), raw.measured)
-    fraction = measured.disparity * sensor.sensor_size_pixel / exact.shape[1] / sensor.max_disparity_pixel
+        return _gray(_fraction(sensor, on_host(raw.distance)), raw.measured)
+    fraction = on_host(measured.disparity) * sensor.sensor_size_pixel / exact.shape[1] / sensor.max_disparity_pixel
     if mode == 7:
         return _gray(fraction, np.isfinite(exact))
     confidence = stereo.confidence(sensor, picture(frame))

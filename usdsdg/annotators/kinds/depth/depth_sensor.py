@@ -4,15 +4,18 @@ The parameters are the attributes `omni:rtx:post:depthSensor:...` of the render 
 `OmniSensorDepthSensorSingleViewAPI`); one that is not authored is the setting `/rtx/post/depthSensor/...`.
 """
 
+from __future__ import annotations
+
 import dataclasses
+import math
 from typing import Any
 
-import numpy as np
 from pxr import Usd
 
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds.depth import stereo
 from usdsdg.annotators.kinds.depth.stereo import DepthSensor, Measurement
+from usdsdg.annotators.pixels.launch import Pixels
 from usdsdg.errors import AnnotatorError, Unsupported, warn_once
 from usdsdg.graph.sampling import generator, get_global_seed
 from usdsdg.session.settings_store import DEFAULTS, get_settings
@@ -24,27 +27,27 @@ MODES = range(8)
 
 def measurement(frame: Frame, *, outliers: bool | None = None) -> Measurement:
     """Return the sensor's measurement, computed once per frame. outliers: whether to keep them; None: as authored."""
+    return frame.derive(("depth sensor", outliers), lambda: _measure(frame, outliers))
+
+
+def picture(frame: Frame) -> Pixels:
+    """Return the luminance of the frame's color, float32 (H, W) from 0 to 255."""
+    return frame.derive("luminance", lambda: stereo.luminance(frame.image("LdrColor")))
+
+
+def _measure(frame: Frame, outliers: bool | None) -> Measurement:
     sensor = read_depth_sensor(frame)
     if outliers is not None:
         sensor = dataclasses.replace(sensor, outlier_removal_enabled=not outliers)
-    return frame.derive(("depth sensor", sensor.outlier_removal_enabled), lambda: _measure(frame, sensor))
-
-
-def picture(frame: Frame) -> np.ndarray:
-    """Return the luminance of the frame's color, float32 (H, W) from 0 to 255."""
-    return frame.derive("luminance", lambda: stereo.luminance(frame.aov("LdrColor")))
-
-
-def _measure(frame: Frame, sensor: DepthSensor) -> Measurement:
     if frame.camera.projection_type == "orthographic":
         raise Unsupported(
             f"{frame.camera.prim_path} is orthographic: parallel rays have no disparity. Use a perspective camera."
         )
-    confident = stereo.is_confident(sensor, picture(frame))
-    if not _is_enabled(frame):
-        confident[:] = False
+    # No texture reaches what an infinitely low threshold asks for.
+    seeing = sensor if _is_enabled(frame) else dataclasses.replace(sensor, confidence_threshold=-math.inf)
+    confident = stereo.is_confident(seeing, picture(frame))
     rng = generator(get_global_seed(), "depth_sensor_noise", frame.index, frame.render_product)
-    return stereo.measure(sensor, frame.aov("distance_to_image_plane"), confident, rng)
+    return stereo.measure(sensor, frame.image("distance_to_image_plane"), confident, rng)
 
 
 def read_depth_sensor(frame: Frame) -> DepthSensor:

@@ -4,16 +4,17 @@ Follows the documentation of the single-view depth camera of Omniverse's camera 
 open, the docstring of the function says so. Depths are in meters.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np
 
-from usdsdg.annotators.pixels import look_ups
-from usdsdg.annotators.pixels.launch import band_of, run
+from usdsdg.annotators.pixels.launch import Pixels, band_of, channels_of, new, on_host, placed, run
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.colors import LUMINANCE
 
-_LUMINANCE = LUMINANCE.astype(np.float32)
+_NO_IMAGE = np.zeros((0, 0), np.float32)
 
 
 @dataclass(frozen=True)
@@ -39,19 +40,19 @@ class DepthSensor:
 
 @dataclass(frozen=True)
 class Measurement:
-    """The measurement of each pixel of the second imager."""
+    """The measurement of each pixel of the second imager, where the depth image is."""
 
-    source: np.ndarray  # (H, W) int32: flat index of the camera's pixel that it shows; -1 not measured
-    disparity: np.ndarray  # (H, W) float64 [pixels of the image] of each of the camera's pixels, with noise
-    distance: np.ndarray  # (H, W) float32 [meters] along the optical axis; 0 not measured
+    source: Pixels  # (H, W) int32: flat index of the camera's pixel that it shows; -1 not measured
+    disparity: Pixels  # (H, W) float64 [pixels of the image] of each of the camera's pixels, with noise
+    distance: Pixels  # (H, W) float32 [meters] along the optical axis; 0 not measured
 
     @property
     def measured(self) -> np.ndarray:
-        """(H, W) bool."""
-        return self.source >= 0
+        """(H, W) bool, on the host."""
+        return on_host(self.source) >= 0
 
 
-def measure(sensor: DepthSensor, depth: np.ndarray, confident: np.ndarray, rng: np.random.Generator) -> Measurement:
+def measure(sensor: DepthSensor, depth: Pixels, confident: Pixels, rng: np.random.Generator) -> Measurement:
     """Simulate the measurement of the stereo pair.
 
     Args:
@@ -61,26 +62,36 @@ def measure(sensor: DepthSensor, depth: np.ndarray, confident: np.ndarray, rng: 
     """
     from usdsdg.annotators.pixels import stereo_kernels as kernels  # imports Warp
 
+    height, width = depth.shape
     pair = kernels.Pair()
-    pair.disparity_times_depth, pair.baseline = sensor.disparity_times_depth(depth.shape[1]), sensor.baseline_mm
+    pair.disparity_times_depth, pair.baseline = sensor.disparity_times_depth(width), sensor.baseline_mm
     pair.step, pair.sigma, pair.block = abs(sensor.noise_mean), sensor.noise_sigma, sensor.noise_downscale_factor_pixel
     pair.least, pair.most = sensor.min_distance, sensor.max_distance
     pair.sensor_size, pair.most_disparity = sensor.sensor_size_pixel, sensor.max_disparity_pixel
-    disparity, distance = (np.empty(depth.shape) for _ in range(2))
-    nearest, source = np.empty(depth.shape, np.float32), np.empty(depth.shape, np.int32)
-    inputs = [pair, depth.astype(np.float32, copy=False), confident, _deviations(sensor, depth.shape, rng)]
-    outputs = [disparity, distance, nearest, source]
-    height, width = depth.shape
-    run(kernels.match_rows, (height,), inputs, outputs, band=band_of(height, width))
-    if sensor.outlier_removal_enabled:
-        source = without_outliers(source, distance)
-    return Measurement(source, disparity, look_up(distance.astype(np.float32), source))
+    kinds = (np.float64, np.float64, np.float32, np.int32)
+    disparity, distance, nearest, source = (new((height, width), kind, depth) for kind in kinds)
+    inputs = [pair, depth, confident, _deviations(sensor, (height, width), rng)]
+    run(kernels.match_rows, (height,), inputs, [disparity, distance, nearest, source], band=band_of(height, width))
+    mended, measured = _read(source, distance, mends=sensor.outlier_removal_enabled)
+    return Measurement(mended, disparity, measured)
 
 
-def look_up(of_camera: np.ndarray, source: np.ndarray) -> np.ndarray:
-    """Return values (H, W, ...), of 4 bytes, of the camera's pixels in the second imager's image, 0 for none."""
-    flat = of_camera.reshape(source.size, *of_camera.shape[2:])
-    return look_ups.look_up(source, np.concatenate([flat, np.zeros_like(flat[:1])]))
+def _read(source: Pixels, distance: Pixels, *, mends: bool) -> tuple[Pixels, Pixels]:
+    """Return the source of each pixel, isolated ones mended if asked, and the distance that is measured there."""
+    from usdsdg.annotators.pixels import stereo_kernels as kernels
+
+    mended, measured = (new(source.shape, kind, source) for kind in (np.int32, np.float32))
+    run(kernels.read_distances, source.shape, [source, distance, int(mends)], [mended, measured])
+    return mended, measured
+
+
+def look_up(of_camera: Pixels, source: Pixels) -> Pixels:
+    """Return colors (H, W, 4) of 8 bits of the camera's pixels in the second imager's image, 0 for none."""
+    from usdsdg.annotators.pixels import stereo_kernels as kernels
+
+    found = new((*source.shape, 4), np.uint8, source)
+    run(kernels.move_colors, (source.size,), [of_camera, source], [found])
+    return found
 
 
 def _deviations(sensor: DepthSensor, shape: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:
@@ -97,53 +108,58 @@ def without_outliers(source: np.ndarray, read: np.ndarray) -> np.ndarray:
     A gap of one column, which reprojection leaves in surfaces, takes the farther of the pixels to its left and right; a
     measured pixel without a measured one among its eight neighbors is removed. read: distance of the camera's pixels.
     """
-    from usdsdg.annotators.pixels import stereo_kernels as kernels
-
-    mended = np.empty(source.shape, np.int32)
-    inputs = [source.astype(np.int32, copy=False), read.astype(np.float64, copy=False)]
-    run(kernels.mend_isolated, source.shape, inputs, [mended])
-    return mended
+    return on_host(_read(source.astype(np.int32, copy=False), read.astype(np.float64, copy=False), mends=True)[0])
 
 
-def points_of(view: CameraView, measured: Measurement, depth: np.ndarray, position: np.ndarray) -> np.ndarray:
+def points_of(view: CameraView, measured: Measurement, depth: Pixels, position: Pixels) -> Pixels:
     """Return measured points in the camera's frame [m], float32 (H, W, 4) with 1, or 0 0 0 0 where nothing is measured.
 
     depth: along the optical axis [m]. position: (H, W, 3) in the world.
     """
     from usdsdg.annotators.pixels import stereo_kernels as kernels
 
-    points = np.empty((*depth.shape, 4), np.float32)
+    points = new((*depth.shape, 4), np.float32, depth)
     to_camera = kernels.wp.mat44d(*view.world_to_camera.reshape(-1).tolist())
     inputs = [measured.source, measured.distance, depth, position, to_camera, float(view.meters_per_unit)]
     run(kernels.place_points, (depth.size,), inputs, [points])
     return points
 
 
-def luminance(color: np.ndarray) -> np.ndarray:
+def luminance(color: Pixels) -> Pixels:
     """Return the luminance of an 8-bit image (H, W, 3 or 4), float32 (H, W) from 0 to 255."""
-    return color[..., :3].astype(np.float32) @ _LUMINANCE
-
-
-def texture(gray: np.ndarray) -> np.ndarray:
-    """Return (H, W) float32, 0 to 1: the Sobel gradient of the luminance [gray levels], clipped at 1."""
     from usdsdg.annotators.pixels import stereo_kernels as kernels
 
-    found = np.empty(gray.shape, np.float32)
-    height, width = gray.shape
-    inputs = [gray.astype(np.float32, copy=False)]
-    run(kernels.find_texture, (height,), inputs, [found], band=band_of(height, width))
+    gray = new(color.shape[:2], np.float32, color)
+    run(kernels.weigh_colors, (gray.size,), [color, channels_of(color), kernels.wp.vec3(*LUMINANCE.tolist())], [gray])
+    return gray
+
+
+def texture(gray: Pixels) -> Pixels:
+    """Return (H, W) float32, 0 to 1: the Sobel gradient of the luminance [gray levels], clipped at 1."""
+    found = new(gray.shape, np.float32, gray)
+    _find_texture(gray, 0.0, found)
     return found
 
 
-def confidence(sensor: DepthSensor, gray: np.ndarray) -> np.ndarray:
+def _find_texture(gray: Pixels, least: float, texture: Pixels) -> Pixels:
+    """Fill in the texture, if it is not empty, and return (H, W) bool: where it is at least that."""
+    from usdsdg.annotators.pixels import stereo_kernels as kernels
+
+    height, width = gray.shape
+    is_textured = new((height, width), np.bool_, gray)
+    run(kernels.find_texture, (height,), [gray, least], [texture, is_textured], band=band_of(height, width))
+    return is_textured
+
+
+def confidence(sensor: DepthSensor, gray: Pixels) -> np.ndarray:
     """Return (H, W) float32: the texture times `confidence_threshold`, as the confidence map is documented."""
-    return texture(gray) * np.float32(sensor.confidence_threshold)
+    return on_host(texture(gray)) * np.float32(sensor.confidence_threshold)
 
 
-def is_confident(sensor: DepthSensor, gray: np.ndarray) -> np.ndarray:
+def is_confident(sensor: DepthSensor, gray: Pixels) -> Pixels:
     """Return (H, W) bool: where the surface has enough texture to be matched.
 
     The documentation says that lower thresholds reject more smooth surfaces, but gives no formula: here the texture
     must reach 1 - `confidence_threshold`.
     """
-    return texture(gray) >= 1 - sensor.confidence_threshold
+    return _find_texture(gray, 1 - sensor.confidence_threshold, placed(_NO_IMAGE, gray))

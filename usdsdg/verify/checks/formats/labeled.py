@@ -10,14 +10,18 @@ from usdsdg.datasets.seen import Labeled, Seen
 from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.verify.checks.compare import of_pixels, text
 from usdsdg.verify.checks.poses import truncation
+from usdsdg.writers.formats.class_names import class_name
+from usdsdg.writers.formats.cvat import files as cvat
+from usdsdg.writers.formats.voc import files as voc
 
 BOXES = "bounding_box_2d_tight_fast"
+_UNFIT = {voc.NAME: voc.UNFIT, cvat.NAME: cvat.UNFIT}  # what their names of classes cannot have
 _RATIO = 1e-4  # of fractions that decide a flag
 
 
 def check(seen: Seen) -> Faults:
     """Check the labeled objects of an image."""
-    if not seen.labeled and seen.format not in ("VocWriter", "CvatWriter"):
+    if not seen.labeled and seen.format not in _UNFIT:
         return
     for color in seen.colors:
         size = (color.image.shape[1], color.image.shape[0])
@@ -56,21 +60,21 @@ def _things(seen: Seen, truth: Truth) -> Faults:
     things = truth.things(key)
     left = {index: each for index, each in enumerate(things) if each.visible and _is_listed(seen, each, truth)}
     for each in seen.labeled:
-        index = _index(each, left, members)
+        index = _index(seen, each, left, members)
         if index is None:
             yield Fault(seen.labels, seen.name, f"a {each.name} is of nothing that is visible", "", text(each.box))
             continue
         yield from _one(seen, each, left.pop(index), members == index, truth)
     for thing in left.values():
-        yield Fault(seen.labels, seen.name, f"{thing.path} is visible and not annotated", _name(thing))
+        yield Fault(seen.labels, seen.name, f"{thing.path} is visible and not annotated", _name(seen, thing))
 
 
 def _is_listed(seen: Seen, thing: Thing, truth: Truth) -> bool:
     # What is hardly visible is difficult in VOC, and left out elsewhere.
-    return seen.format == "VocWriter" or truth.is_visible_enough(thing)
+    return seen.format == voc.NAME or truth.is_visible_enough(thing)
 
 
-def _index(each: Labeled, left: dict[int, Thing], members: np.ndarray) -> int | None:
+def _index(seen: Seen, each: Labeled, left: dict[int, Thing], members: np.ndarray) -> int | None:
     """Return which thing an object is: that with its mask, else that with its box, preferably of its name."""
     if each.mask is not None and each.mask.shape == members.shape:
         counts = {index: int((each.mask & (members == index)).sum()) for index in left}
@@ -79,14 +83,16 @@ def _index(each: Labeled, left: dict[int, Thing], members: np.ndarray) -> int | 
         return exact[0] if exact else max(own, key=lambda index: own[index]) if own else None
 
     def off(index: int) -> float:
-        return float(np.abs(np.subtract(_edges(left[index]), each.box)).max()) + 0.5 * (_name(left[index]) != each.name)
+        return float(np.abs(np.subtract(_edges(left[index]), each.box)).max()) + 0.5 * (
+            _name(seen, left[index]) != each.name
+        )
 
     return min(left, key=off) if left else None
 
 
 def _one(seen: Seen, each: Labeled, thing: Thing, pixels: np.ndarray, truth: Truth) -> Faults:
-    if each.name != _name(thing):
-        yield Fault(seen.labels, seen.name, f"the name of {thing.path}", _name(thing), each.name)
+    if each.name != _name(seen, thing):
+        yield Fault(seen.labels, seen.name, f"the name of {thing.path}", _name(seen, thing), each.name)
     if _edges(thing) != each.box:
         yield Fault(seen.labels, seen.name, f"the box of {thing.path}", text(_edges(thing)), text(each.box))
     if each.mask is not None:
@@ -111,8 +117,8 @@ def _one(seen: Seen, each: Labeled, thing: Thing, pixels: np.ndarray, truth: Tru
         yield Fault(seen.labels, seen.name, f"difficult of {thing.path}", expected, str(each.flags["difficult"]))
 
 
-def _name(thing: Thing) -> str:
-    return ",".join(label for _, label in sorted(thing.labels.items()))
+def _name(seen: Seen, thing: Thing) -> str:
+    return class_name(thing.labels, _UNFIT[seen.format])
 
 
 def _edges(thing: Thing) -> tuple[float, float, float, float]:

@@ -39,7 +39,6 @@ class Models:
     """Models by id, in the order in which they are needed; `new` lists those that are not written yet."""
 
     def __init__(self) -> None:
-        self.info: dict[int, dict[str, float]] = {}
         self.new: list[tuple[int, Model]] = []
         self._shapes: dict[int, list[tuple[int, Model]]] = {}  # id and model of each shape, by class
         self._known: dict[tuple[str, int, bytes], int] = {}  # by prim, class and scale
@@ -76,7 +75,6 @@ class Models:
             )
         obj_id = number + len(shapes) * VARIANT
         shapes.append((obj_id, model))
-        self.info[obj_id] = measures(model.points)
         self.new.append((obj_id, model))
         return obj_id
 

@@ -7,33 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.writers.formats.bop.bop_files import CAMERAS, INFOS, MILLIMETERS, POSES
+from usdsdg.writers.formats.bop.bop_files import MILLIMETERS
 from usdsdg.writers.formats.bop.bop_models import Placed
 from usdsdg.writers.formats.shapes.camera_projection import camera_matrix
 from usdsdg.writers.formats.shapes.masks import extent
 from usdsdg.writers.formats.shapes.opencv_frame import opencv_position, opencv_rotation
-
-
-class Scene:
-    """The records of one scene so far."""
-
-    def __init__(self, number: int, split: str) -> None:
-        """split: the folder of its folder."""
-        self.number, self.split = number, split
-        self.camera: dict[int, dict[str, Any]] = {}
-        self.poses: dict[int, list[dict[str, Any]]] = {}
-        self.infos: dict[int, list[dict[str, Any]]] = {}
-        self._written = 0
-
-    @property
-    def is_new(self) -> bool:
-        """Whether there are pictures that the files do not name."""
-        return len(self.camera) > self._written
-
-    def tables(self) -> dict[str, dict[str, Any]]:
-        """Return the content of the JSON files by name, and count it as written."""
-        self._written = len(self.camera)
-        return {CAMERAS: by_text(self.camera), POSES: by_text(self.poses), INFOS: by_text(self.infos)}
 
 
 class View:
@@ -87,11 +65,6 @@ def info(modal: np.ndarray, amodal: np.ndarray, whole: Any, depth: np.ndarray) -
         "px_count_visib": visible,
         "visib_fract": visible / everywhere if everywhere else 0.0,
     }
-
-
-def by_text(values: Mapping[int, Any]) -> dict[str, Any]:
-    """Return values by the texts of their numbers, in order."""
-    return {str(key): values[key] for key in sorted(values)}
 
 
 def box_of(ends: Sequence[int] | None) -> list[int]:

@@ -11,14 +11,14 @@ import numpy as np
 
 from usdsdg.annotators import named_annotators
 from usdsdg.errors import Unsupported, WriterError, warn_once
-from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.writers.base import Writer
-from usdsdg.writers.files import write_bytes, write_image, write_json
+from usdsdg.writers.files import write_bytes, write_image
 from usdsdg.writers.formats import class_places
 from usdsdg.writers.formats.bop import bop_files as files
-from usdsdg.writers.formats.bop.bop_models import Models, Placed, ply
-from usdsdg.writers.formats.bop.bop_records import Scene, View, by_text, info
+from usdsdg.writers.formats.bop.bop_models import Models, Placed, measures, ply
+from usdsdg.writers.formats.bop.bop_records import View, info
+from usdsdg.writers.formats.bop.bop_tables import ModelTables, Scene
 from usdsdg.writers.formats.shapes import masks
 from usdsdg.writers.formats.shapes.camera_projection import is_pinhole
 from usdsdg.writers.formats.splits import Splits
@@ -27,8 +27,6 @@ from usdsdg.writers.options import CommonOptions, common_backend, common_labels,
 RGB, DEPTH, CAMERA = "rgb", "distance_to_image_plane", "camera_params"
 BOXES_3D, WHOLE, INSTANCES = "bounding_box_3d_fast", "bounding_box_2d_amodal", "instance_segmentation_fast"
 AMODAL = "amodal_instance_segmentation"
-# The JSON files of a scene are written again after this many pictures, and at the end.
-_PICTURES = 25
 MANY = 1 << 62  # frames of a scene without end
 
 
@@ -46,6 +44,7 @@ class BopWriter(Writer):
     version = "0.0.1"
     data_structure = "renderProduct"
     shares_arrays = True
+    only_stores_pictures = True
 
     @typed
     def __init__(
@@ -89,34 +88,41 @@ class BopWriter(Writer):
         self._models = Models()
         self._splits = Splits("BopWriter", splits or {split: 1.0}, frames_per_scene or 1)
         self._frames_per_scene = frames_per_scene
-        self._scenes: dict[tuple[str, str, int], Scene] = {}  # by split, render product, and which of its scenes
-        self._sensor: dict[str, Any] | None = None
-        self._frame_id = 0
-        # Also if a script ends or is interrupted before its run is complete.
-        current().io_queue.call_at_exit(self._write_tables)
+        self._scenes: dict[tuple[str, str], Scene] = {}  # the last ones, by split and render product
+        self._tables, self._has_camera = ModelTables(self.backend, "BopWriter/models"), False
+        self._frame_id = self._scene_count = 0
 
     def write(self, data: dict[str, Any]) -> None:
         for product, seen in data["renderProducts"].items():
-            split, place = self._splits.of(self._frame_id), self._frame_id // (self._frames_per_scene or MANY)
-            new = Scene(len(self._scenes), split)
-            self._write_picture(self._scenes.setdefault((split, product, place), new), seen)
+            self._write_picture(self._scene_of(product), seen)
         self._frame_id += 1
-        if self._frame_id == 1 or self._frame_id % _PICTURES == 0:
-            self._write_tables()
 
     def on_final_frame(self) -> None:
-        self._write_tables()
+        for tables in (*self._scenes.values(), self._tables):
+            tables.write()
 
     def detach(self) -> None:
         super().detach()
         if self.backend is not None:
-            self._write_tables()
+            self.on_final_frame()
+
+    def _scene_of(self, product: str) -> Scene:
+        """Return the scene of a render product that this frame belongs to; its tables are written when it ends."""
+        split, place = self._splits.of(self._frame_id), self._frame_id // (self._frames_per_scene or MANY)
+        scene = self._scenes.get((split, product))
+        if scene is None or scene.place != place:
+            if scene is not None:
+                scene.write()
+            assert self.backend is not None
+            scene = self._scenes[split, product] = Scene(self.backend, split, self._scene_count, place)
+            self._scene_count += 1
+        return scene
 
     def _write_picture(self, scene: Scene, seen: Mapping[str, Any]) -> None:
         if not is_pinhole(seen[CAMERA]):
             model = seen[CAMERA]["cameraModel"]
             raise Unsupported(f"BopWriter: a camera of the model {model!r}; BOP has pinholes only.")
-        folder, frame = files.scene_folder(scene.split, scene.number), self._frame_id
+        folder, frame = scene.folder, self._frame_id
         view, depth = View(seen[CAMERA], self._depth_scale), self._depth(seen[DEPTH]["data"])
         color = files.picture_of(folder, files.RGB, frame, self._image_format)
         steps = [
@@ -130,10 +136,13 @@ class BopWriter(Writer):
                 steps.append(partial(write_image, path=path, data=masks.picture(mask)))
             poses.append(view.pose(placed))
             infos.append(info(modal, amodal, whole, depth))
-        scene.camera[frame], scene.poses[frame], scene.infos[frame] = view.record(), poses, infos
-        if self._sensor is None:
-            self._sensor = view.sensor()
+        tables = {files.CAMERAS: view.record(), files.POSES: poses, files.INFOS: infos}
+        scene.add(self.num_written, number=frame, **tables)
+        if not self._has_camera:
+            self._tables.note(camera=view.sensor())
+            self._has_camera = True
         for obj_id, model in self._models.new:
+            self._tables.add(self.num_written, id=obj_id, info=measures(model.points))
             steps.append(partial(write_bytes, path=files.model_of(obj_id), data=ply(model)))
         self._models.new.clear()
         assert self.backend is not None
@@ -169,17 +178,3 @@ class BopWriter(Writer):
             far = files.FARTHEST * self._depth_scale / files.MILLIMETERS
             warn_once(f"BopWriter: what is beyond {far:.3g} m has the depth 0; a larger depth_scale reaches further.")
         return np.where(steps <= files.FARTHEST, steps, 0.0).astype(np.uint16)
-
-    def _write_tables(self) -> None:
-        """Write the JSON files of all scenes after the pictures that they name, and those of the models."""
-        if not any(scene.is_new for scene in self._scenes.values()):
-            return
-        assert self.backend is not None
-        for scene in self._scenes.values():
-            if scene.is_new:
-                folder = files.scene_folder(scene.split, scene.number)
-                for name, values in scene.tables().items():
-                    table = files.table_of(folder, name)
-                    self.backend.schedule_after_all(write_json, path=table, data=values, indent=1)
-        self.backend.schedule_after_all(write_json, path=files.MODELS_INFO, data=by_text(self._models.info), indent=1)
-        self.backend.schedule_after_all(write_json, path=files.CAMERA, data=self._sensor, indent=1)

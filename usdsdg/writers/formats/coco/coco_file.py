@@ -1,44 +1,41 @@
-"""A JSON file of a COCO dataset, which grows with every image."""
+"""The JSON files of a part of a COCO dataset: boxes, masks and keypoints, and segments."""
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any
 
-from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.formats.coco.coco_categories import Category
-from usdsdg.writers.formats.growing_files import GrowingFiles
+from usdsdg.writers.aggregate import Aggregate, Texts, separated
+from usdsdg.writers.spool import Records
+
+INSTANCES, PANOPTIC = "instances", "panoptic"
 
 
-class CocoFile(GrowingFiles):
-    """Images, annotations and categories collected so far."""
+class CocoFiles(Aggregate):
+    """Images with their annotations, and with their segments where there is a panoptic form.
 
-    def __init__(
-        self,
-        backend: BaseBackend,
-        head: Callable[[], Mapping[str, Any]],
-        categories: Callable[[], Sequence[Category]],
-        path: str = "",
-    ) -> None:
-        """head: returns the sections before the images: info and licenses. categories: those of the dataset so far."""
-        super().__init__(backend)
-        self.path = path  # "" if it is not yet known
-        self._head, self._categories = head, categories
-        self._images: list[str] = []
-        self._annotations: list[str] = []
+    A record has "image", and lists of what the files have of it: "instances" and "panoptic". Of all frames are known
+    "head", the sections before the images, and by file its "path" and "categories".
+    """
 
-    def add(self, image: Mapping[str, Any], annotations: Sequence[Mapping[str, Any]]) -> None:
-        """Add an image with its annotations; write the file if it has grown enough."""
-        self._images.append(json.dumps(image))
-        self._annotations += map(json.dumps, annotations)
-        self.grew()
+    @staticmethod
+    def files(records: Records) -> dict[str, Texts]:
+        tables = {name: records.about[name] for name in (INSTANCES, PANOPTIC) if name in records.about}
+        return {
+            about["path"]: partial(_texts, records, records.about["head"], about["categories"], name)
+            for name, about in tables.items()
+        }
 
-    def texts(self) -> dict[str, str]:
-        """Return the JSON text, with one line per record."""
-        if not self.path:
-            return {}
-        separator = ",\n"
-        categories = [json.dumps(category) for category in self._categories()]
-        tables = {"images": self._images, "annotations": self._annotations, "categories": categories}
-        parts = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in self._head().items()]
-        parts += [f'"{name}": [\n{separator.join(rows)}\n]' for name, rows in tables.items()]
-        return {self.path: "{\n" + separator.join(parts) + "\n}\n"}
+
+def _texts(records: Records, head: Mapping[str, Any], categories: list[Any], table: str) -> Iterator[str]:
+    """Yield the JSON, with one line per record."""
+    yield "{\n"
+    for key, value in head.items():
+        yield f"{json.dumps(key)}: {json.dumps(value)},\n"
+    yield '"images": [\n'
+    yield from separated(json.dumps(each["image"]) for each in records)
+    yield '\n],\n"annotations": [\n'
+    yield from separated(json.dumps(row) for each in records for row in each[table])
+    yield '\n],\n"categories": [\n'
+    yield from separated(map(json.dumps, categories))
+    yield "\n]\n}\n"

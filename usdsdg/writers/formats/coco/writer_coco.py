@@ -15,11 +15,11 @@ from usdsdg.writers import base
 from usdsdg.writers.backends.group import BackendDispatch
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image
-from usdsdg.writers.formats.coco import coco_annotations, coco_keypoints
+from usdsdg.writers.formats.coco import coco_annotations, coco_file, coco_keypoints
 from usdsdg.writers.formats.coco.class_categories import ClassCategories
 from usdsdg.writers.formats.coco.coco_annotations import BOXES, CLASSES, INSTANCES, KEYPOINTS, RGB
 from usdsdg.writers.formats.coco.coco_categories import Categories
-from usdsdg.writers.formats.coco.coco_file import CocoFile
+from usdsdg.writers.formats.coco.coco_file import CocoFiles
 from usdsdg.writers.formats.coco.files import ImageFiles, Names, PlainNames, ReplicatorNames, id_of_seed, sequence_of
 from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
 from usdsdg.writers.formats.splits import Splits
@@ -42,13 +42,14 @@ class CocoWriter(Writer):
     `annotations/panoptic_train.json` and `annotations/panoptic_train/000000.png`; so for each split.
 
     Every visible object is an annotation: a box [x, y, width, height] in pixels, its mask as compressed run lengths or
-    as polygons, and the number of mask pixels as its area. The JSON is complete at any time and only lists images that
-    exist; it is rewritten from time to time, at the end of a run, and when the program ends.
+    as polygons, and the number of mask pixels as its area. The JSON is written at the end of a run, and when the
+    program ends, after the images that it lists.
     """
 
     version = "0.0.1"
     data_structure = "renderProduct"
     shares_arrays = True
+    only_stores_pictures = True
 
     @typed
     def __init__(
@@ -159,17 +160,14 @@ class CocoWriter(Writer):
         self._images = self._annotated = 0
         self._splits = Splits("CocoWriter", splits, frames_per_scene)
         self._polygons, self._with_keypoints, self._panoptic = segmentation == "polygon", bool(keypoints), panoptic
-        self._files = {split: self._file(things_only=self._plain) for split in self._splits.names}
-        self._panoptic_files = {split: self._file() for split in self._splits.names if panoptic}
+        self._files = {split: CocoFiles(self.backend, f"CocoWriter/{split}") for split in self._splits.names}
 
     def write(self, data: dict[str, Any]) -> None:
         if self._with_keypoints:
             on_stage = partial(coco_keypoints.on_stage, current_stage(), self._label_filter)
             self._keypoints.find(self._categories, on_stage)
-        for split in self._splits.names:
-            self._files[split].path = self._file_names(split).instances
-            if self._panoptic:
-                self._panoptic_files[split].path = self._file_names(split).panoptic
+        if not self._plain:
+            self.dataset_id = self.dataset_id or id_of_seed(base.global_seed())
         sequence = "" if self._plain else sequence_of(data.get("trigger_outputs") or {})
         if sequence != self._sequence:
             self._sequence, self._frame_id = sequence, 0
@@ -179,7 +177,7 @@ class CocoWriter(Writer):
         self._frame_id += 1
 
     def on_final_frame(self) -> None:
-        for file in (*self._files.values(), *self._panoptic_files.values()):
+        for file in self._files.values():
             file.write()
 
     def detach(self) -> None:
@@ -187,24 +185,24 @@ class CocoWriter(Writer):
         if self.backend is not None:
             self.on_final_frame()
 
-    def _file(self, *, things_only: bool = False) -> CocoFile:
-        """Return a file without images."""
-        assert self.backend is not None
-
-        def categories() -> list[dict[str, Any]]:
-            every = map(self._keypoints.described, self._categories.all())
-            return [each for each in every if each.get("isthing", 1) or not things_only]
-
-        return CocoFile(self.backend, self._head, categories)
-
-    def _head(self) -> dict[str, Any]:
-        sigmas = self._keypoints.sigmas(self._categories.all())
-        return {"info": self._info | ({"keypoint_sigmas": sigmas} if sigmas else {}), "licenses": self._licenses}
+    def _describe(self) -> None:
+        """Tell the JSON files their names, categories and what is before the images."""
+        categories = self._categories.all()
+        described = [self._keypoints.described(each) for each in categories]
+        things = [each for each in described if each.get("isthing", 1) or not self._plain]
+        sigmas = self._keypoints.sigmas(categories)
+        head = {"info": self._info | ({"keypoint_sigmas": sigmas} if sigmas else {}), "licenses": self._licenses}
+        for split, file in self._files.items():
+            names = self._file_names(split)
+            tables = {coco_file.INSTANCES: {"path": names.instances, "categories": things}}
+            if self._panoptic:
+                tables[coco_file.PANOPTIC] = {"path": names.panoptic, "categories": described}
+            file.note(head=head, **tables)
 
     def _file_names(self, split: str) -> Names:
         if self._plain:
             return PlainNames(split)
-        self.dataset_id = self.dataset_id or id_of_seed(base.global_seed())
+        assert self.dataset_id is not None
         return ReplicatorNames(self.dataset_id)
 
     def _write_product(self, product: str, seen: Mapping[str, Any], several: bool) -> None:
@@ -226,13 +224,15 @@ class CocoWriter(Writer):
         self.backend.schedule_together(
             [partial(write_image, path=path, data=image) for path, image in pictures.items()]
         )
-        image = self._image(files, seen)
+        image, tables = self._image(files, seen), {}
         if self._panoptic:
             record = {"image_id": image["id"], "file_name": files.panoptic_name, "segments_info": segments}
-            self._panoptic_files[split].add(image, [record])
+            tables[coco_file.PANOPTIC] = [record]
         if self._plain:
             things = [each for each in things if each.category.get("isthing", 1)]
-        self._files[split].add(image, self._annotations(seen, things, image))
+        tables[coco_file.INSTANCES] = self._annotations(seen, things, image)
+        self._describe()  # before the first image, so that a run that ends here can be read
+        self._files[split].add(self.num_written, image=image, **tables)
 
     def _image(self, files: ImageFiles, seen: Mapping[str, Any]) -> dict[str, Any]:
         """Return the record of an image. Ids are unique among all splits."""

@@ -2,52 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator
+from functools import partial
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.aggregate import Aggregate, Texts
 from usdsdg.writers.formats.cvat import files
-from usdsdg.writers.formats.growing_files import GrowingFiles
+from usdsdg.writers.spool import Records
 
 INSTANCE = "instance"  # the attribute of every shape that says which object it is of
 
 
-class CvatFile(GrowingFiles):
-    """The pictures of a task with their shapes."""
+class CvatFile(Aggregate):
+    """The pictures of a task with their shapes.
 
-    def __init__(self, backend: BaseBackend, labels: Callable[[], Sequence[Mapping[str, Any]]]) -> None:
-        """labels: returns those of the dataset so far, with "name" and "color" #rrggbb."""
-        super().__init__(backend)
-        self._labels, self._images = labels, list[str]()
+    A record has the "name" of a picture as the task has it, its "size" (width and height), and the "shapes" as XML. Of
+    all frames are known the "labels", with "name" and "color" #rrggbb.
+    """
 
-    def add(self, name: str, size: tuple[int, int], shapes: Sequence[str]) -> None:
-        """Add a picture with its shapes. name: as the task has it; size: width and height."""
-        number = len(self._images)
-        head = f'  <image id="{number}" name={quoteattr(name)} width="{size[0]}" height="{size[1]}">\n'
-        self._images.append(head + "".join(shapes) + "  </image>\n")
-        self.grew()
+    @staticmethod
+    def files(records: Records) -> dict[str, Texts]:
+        return {files.ANNOTATIONS: partial(_texts, records)}
 
-    def texts(self) -> dict[str, str]:
-        if not self._images:
-            return {}
-        labels = "".join(
-            f"        <label>\n          <name>{_text(each['name'])}</name>\n          <color>{each['color']}</color>\n"
-            f"          <type>any</type>\n          <attributes>\n{_ATTRIBUTE}          </attributes>\n"
-            "        </label>\n"
-            for each in self._labels()
-        )
-        count = len(self._images)
-        head = (
-            '<?xml version="1.0" encoding="utf-8"?>\n<annotations>\n  <version>1.1</version>\n  <meta>\n    <task>\n'
-            f"      <name>usdsdg</name>\n      <size>{count}</size>\n      <mode>annotation</mode>\n"
-            f"      <overlap>0</overlap>\n      <start_frame>0</start_frame>\n"
-            f"      <stop_frame>{count - 1}</stop_frame>\n      <labels>\n{labels}      </labels>\n"
-            "    </task>\n  </meta>\n"
-        )
-        return {files.ANNOTATIONS: head + "".join(self._images) + "</annotations>\n"}
+
+def _texts(records: Records) -> Iterator[str]:
+    labels = "".join(
+        f"        <label>\n          <name>{_text(each['name'])}</name>\n          <color>{each['color']}</color>\n"
+        f"          <type>any</type>\n          <attributes>\n{_ATTRIBUTE}          </attributes>\n"
+        "        </label>\n"
+        for each in records.about["labels"]
+    )
+    yield (
+        '<?xml version="1.0" encoding="utf-8"?>\n<annotations>\n  <version>1.1</version>\n  <meta>\n    <task>\n'
+        f"      <name>usdsdg</name>\n      <size>{records.count}</size>\n      <mode>annotation</mode>\n"
+        f"      <overlap>0</overlap>\n      <start_frame>0</start_frame>\n"
+        f"      <stop_frame>{records.count - 1}</stop_frame>\n      <labels>\n{labels}      </labels>\n"
+        "    </task>\n  </meta>\n"
+    )
+    # As CVAT numbers the pictures of a task: in the order of their names.
+    for number, each in enumerate(records.ordered_by("name")):
+        name, (width, height) = quoteattr(each["name"]), each["size"]
+        yield f'  <image id="{number}" name={name} width="{width}" height="{height}">\n'
+        yield from each["shapes"]
+        yield "  </image>\n"
+    yield "</annotations>\n"
 
 
 _ATTRIBUTE = f"""            <attribute>

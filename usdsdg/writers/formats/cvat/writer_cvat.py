@@ -12,9 +12,10 @@ import numpy as np
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.class_table import ClassTable
 from usdsdg.errors import WriterError
-from usdsdg.session.session import current
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json
+from usdsdg.writers.formats import class_places
+from usdsdg.writers.formats.class_names import class_name, class_names
 from usdsdg.writers.formats.cvat import cvat_xml, files
 from usdsdg.writers.formats.picture_names import stem_of
 from usdsdg.writers.formats.shapes.polygons import outlines
@@ -36,6 +37,7 @@ class CvatWriter(Writer):
     version = "0.0.1"
     data_structure = "renderProduct"
     shares_arrays = True
+    only_stores_pictures = True
 
     @typed
     def __init__(
@@ -72,21 +74,22 @@ class CvatWriter(Writer):
             named_annotators.get(RGB),
             *(named_annotators.get(name, labels) for name in (BOXES, INSTANCES)),
         ]
-        self._file = cvat_xml.CvatFile(self.backend, self._labels)
+        self._file = cvat_xml.CvatFile(self.backend, "CvatWriter/task")
         self._frame_id = 0
-        self._listed: list[dict[str, Any]] = []
+        self._listed: list[dict[str, Any]] | None = None
 
     def write(self, data: dict[str, Any]) -> None:
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
         assert self.backend is not None
         for product, seen in data["renderProducts"].items():
+            shapes = self._shapes(seen)
+            self._write_labels()
             stem = stem_of(product, self._frame_id, self._padding, several=several)
             path = files.picture(stem, self._image_format)
             # With `schedule_together` the picture is whole before the XML names it.
             self.backend.schedule_together([partial(write_image, path=path, data=seen[RGB]["data"][..., :3])])
-            width, height = (int(size) for size in seen["resolution"])
-            self._file.add(path.removeprefix(f"{files.PICTURES}/"), (width, height), self._shapes(seen))
-        self._write_labels()
+            name, size = path.removeprefix(f"{files.PICTURES}/"), [int(each) for each in seen["resolution"]]
+            self._file.add(self.num_written, name=name, size=size, shapes=shapes)
         self._frame_id += 1
 
     def on_final_frame(self) -> None:
@@ -107,7 +110,7 @@ class CvatWriter(Writer):
             pixels = instances[top : bottom + 1, left : right + 1] == instance
             if not self._enough.holds(row, int(pixels.sum())):
                 continue
-            name = ",".join(label for _, label in sorted(boxes["idToLabels"][int(row["semanticId"])].items()))
+            name = class_name(boxes["idToLabels"][int(row["semanticId"])], files.UNFIT)
             about = {"instance": instance, "occluded": float(row["occlusionRatio"]) > self._occluded}
             if self._shape == "box":
                 found.append(cvat_xml.box(name, (left, top, right + 1, bottom + 1), **about))
@@ -122,18 +125,18 @@ class CvatWriter(Writer):
     def _labels(self) -> list[dict[str, Any]]:
         """Return the classes as labels of a task."""
         attribute = {"name": cvat_xml.INSTANCE, "input_type": "text", "mutable": False, "values": [""]}
-        table = self._table()
-        return [
-            {"name": row["name"], "color": "#{:02x}{:02x}{:02x}".format(*row["color"][:3]), "attributes": [attribute]}
-            for row in table.listed()
-        ]
+        listed = self._table().listed()
+        names = class_names("CvatWriter", [row["labels"] for row in listed], files.UNFIT)
+        colors = ["#{:02x}{:02x}{:02x}".format(*row["color"][:3]) for row in listed]
+        return [{"name": name, "color": color, "attributes": [attribute]} for name, color in zip(names, colors)]
 
     def _table(self) -> ClassTable:
-        return current().class_tables.of(self.get_annotator(BOXES).label_filter)
+        return class_places.table_of(self.get_annotator(BOXES).label_filter)
 
     def _write_labels(self) -> None:
-        """Write labels.json, again where classes have been added."""
+        """Write labels.json, again where classes have been added, and tell the XML of them."""
         labels = self._labels()
+        self._file.note(labels=[{name: each[name] for name in ("name", "color")} for each in labels])
         if labels == self._listed:
             return
         assert self.backend is not None

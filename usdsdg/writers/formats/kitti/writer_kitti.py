@@ -8,38 +8,34 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators import named_annotators
-from usdsdg.annotators.colors import FIRST_LABELED, colors_of_ids
+from usdsdg.annotators.colors import colors_of_ids
 from usdsdg.errors import Unsupported, WriterError, warn_once
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.transforms import up_axis
 from usdsdg.writers.backends.group import BackendDispatch
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_image, write_text
-from usdsdg.writers.formats.kitti import kitti_object
+from usdsdg.writers.formats.kitti import files, kitti_images, kitti_object
+from usdsdg.writers.formats.kitti.image_sets import ImageSet
 from usdsdg.writers.formats.kitti.kitti_classes import KittiClasses, read_mapping
 from usdsdg.writers.formats.shapes import cuboid
 from usdsdg.writers.formats.shapes.camera_projection import project
 from usdsdg.writers.formats.shapes.pose import Pose, truncation_ratio
+from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.options import label_params, typed
 
 RGB, BOXES, BOXES_3D, CAMERA = "rgb", "bounding_box_2d_tight_fast", "bounding_box_3d_fast", "camera_params"
 CLASSES, INSTANCES, DEPTH = "semantic_segmentation", "instance_segmentation_fast", "distance_to_image_plane"
 
-_FOLDERS = {
-    "rgb": "image_02",
-    "object_detection": "label_02",
-    "semantic": "semantic",
-    "semantic_segmentation": "semantic_rgb",
-    "instance_segmentation": "instance",
-    "instance_rgb": "instance_rgb",
-    "depth": "depth",
-    "calib": "calib",
-}
-_DEPTH_SCALE = 256  # steps of a depth image per meter
+UNKNOWN = 3  # of levels of occlusion
 
 
 class KittiWriter(Writer):
-    """Writes `<camera>/<kind>/N.png` and `.txt`, below `<product>/` with several render products, for the kinds
+    """Writes `<camera>/<kind>/N.png` and `.txt`, below `<product>/` with several render products.
+
+    With `plain_names` or `splits` it writes KITTI's own layout instead: `training/image_2/NNNNNN.png`,
+    `training/label_2/NNNNNN.txt`, `training/calib/NNNNNN.txt` and their siblings, with the pictures of all render
+    products in one row, and `ImageSets/<split>.txt`. Kinds are
 
     - rgb: color;
     - object_detection: a line for every visible object with KITTI's fifteen fields, in meters in KITTI's camera frame;
@@ -55,6 +51,7 @@ class KittiWriter(Writer):
     version = "0.0.1"
     data_structure = "renderProduct"
     shares_arrays = True
+    only_stores_pictures = True
 
     @typed
     def __init__(
@@ -74,6 +71,10 @@ class KittiWriter(Writer):
         colorize_instance_segmentation: bool = False,
         semantic_filter_predicate: str | None = None,
         use_kitti_dir_names: bool = False,
+        *,
+        plain_names: bool | None = None,
+        splits: dict | None = None,
+        frames_per_scene: int = 1,
     ) -> None:
         """
         s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
@@ -85,6 +86,10 @@ class KittiWriter(Writer):
         mapping_path, mapping_dict: classes by label, as ids or colors (r, g, b, a); other labels are "unlabelled".
             Default: those of Cityscapes.
         use_kitti_dir_names: image_02, label_02, semantic_rgb and instance instead of the names above.
+        plain_names: KITTI's own layout, in which objects are named as with omit_semantic_type; default where `splits`
+            are given.
+        splits: relative sizes of the parts of the dataset, such as {"train": 0.8, "val": 0.2}; default all "train".
+        frames_per_scene: so many frames in a row are in the same part.
 
         Raises:
             WriterError: two options exclude each other, or a value is invalid.
@@ -103,17 +108,29 @@ class KittiWriter(Writer):
             raise WriterError(
                 f"KittiWriter: bbox_height_threshold is {bbox_height_threshold}; expected 0 or more pixels."
             )
+        self._layout = files.layout_of(
+            {"use_kitti_dir_names": use_kitti_dir_names, "plain_names": plain_names, "splits": splits}
+        )
+        is_plain = self._layout is files.PLAIN
+        if splits is not None and not is_plain:
+            raise WriterError("KittiWriter: splits need plain_names; Replicator's names have no place for them.")
+        if use_kitti_dir_names and is_plain:
+            raise WriterError(
+                "KittiWriter: use_kitti_dir_names are of Replicator's layout; leave out plain_names and splits."
+            )
         self._classes = KittiClasses(read_mapping(mapping_path) if mapping_path else mapping_dict or None)
         self.metadata["semantic_ids"] = self._classes.ids()
         self.backend = BackendDispatch(
             output_dir=output_dir, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
         )
-        self._omit_type = omit_semantic_type
+        self._splits = Splits("KittiWriter", splits, frames_per_scene)
+        parts = self._splits.names if is_plain else ()
+        self._sets = {split: ImageSet(self.backend, f"KittiWriter/{split}") for split in parts}
+        self._omit_type = omit_semantic_type or is_plain
         self._lowest = bbox_height_threshold
         self._partly, self._fully = partly_occluded_threshold, fully_visible_threshold
         self._colorize = colorize_instance_segmentation
-        self._kitti_names = use_kitti_dir_names
-        self._frame_id = 0
+        self._frame_id = self._pictures = 0
         self.annotators = [
             *(named_annotators.get(name) for name in (RGB, DEPTH, CAMERA)),
             *(named_annotators.get(name, labels) for name in (BOXES, BOXES_3D, CLASSES, INSTANCES)),
@@ -121,41 +138,56 @@ class KittiWriter(Writer):
 
     def write(self, data: dict[str, Any]) -> None:
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
+        split = self._splits.of(self._frame_id)
+        for name, pictures in self._sets.items():
+            pictures.note(split=name)
         for product, seen in data["renderProducts"].items():
-            root = f"{product}/" if several else ""
-            self._write_product(f"{root}{seen['camera'].rsplit('/', 1)[-1]}", seen)
+            if self._sets:
+                self._write_picture(files.TRAINING, self._pictures, seen)
+                self._sets[split].add(self.num_written, number=self._pictures)
+            else:
+                camera = seen["camera"].rsplit("/", 1)[-1]
+                self._write_picture(f"{product}/{camera}" if several else camera, self._frame_id, seen)
+            self._pictures += 1
         self._frame_id += 1
 
-    def _write_product(self, root: str, seen: Mapping[str, Any]) -> None:
-        ids, colors = self._class_images(seen[CLASSES])
+    def on_final_frame(self) -> None:
+        for pictures in self._sets.values():
+            pictures.write()
+
+    def detach(self) -> None:
+        super().detach()
+        if self.backend is not None:
+            self.on_final_frame()
+
+    def _write_picture(self, root: str, number: int, seen: Mapping[str, Any]) -> None:
+        ids, colors = kitti_images.class_images(seen[CLASSES], self._classes)
         objects = seen[INSTANCES]["data"]
         images = {
-            "rgb": seen[RGB]["data"][..., :3],
-            "semantic": ids,
-            "semantic_segmentation": colors,
-            "instance_segmentation": self._instance_image(seen[INSTANCES]),
-            "depth": depth_image(seen[DEPTH]["data"]),
+            files.RGB: seen[RGB]["data"][..., :3],
+            files.CLASSES: ids,
+            files.CLASS_COLORS: colors,
+            files.INSTANCES: kitti_images.instance_image(seen[INSTANCES], self._classes),
+            files.DEPTH: kitti_images.depth_image(seen[DEPTH]["data"]),
         }
         if self._colorize:
-            images["instance_rgb"] = colors_of_ids(np.arange(int(objects.max(initial=0)) + 1))[objects]
+            images[files.INSTANCE_COLORS] = colors_of_ids(np.arange(int(objects.max(initial=0)) + 1))[objects]
         steps: list[Callable[..., None]] = [
-            partial(write_image, path=self._path(root, kind, "png"), data=image) for kind, image in images.items()
+            partial(write_image, path=self._layout.path(root, kind, number), data=image)
+            for kind, image in images.items()
         ]
         if seen[CAMERA]["cameraModel"] == "pinhole":
-            text = kitti_object.calibration(seen[CAMERA])
-            steps.append(partial(write_text, path=self._path(root, "calib", "txt"), text=text))
+            path = self._layout.path(root, files.CALIBRATION, number)
+            steps.append(partial(write_text, path=path, text=kitti_object.calibration(seen[CAMERA])))
         else:
             warn_once(
                 f"KittiWriter: no calib for a lens of model {seen[CAMERA]['cameraModel']!r}; KITTI has pinholes only."
             )
         # Labels last, so that a frame with labels has its images.
         lines = "".join(self._object_lines(seen))
-        steps.append(partial(write_text, path=self._path(root, "object_detection", "txt"), text=lines))
+        steps.append(partial(write_text, path=self._layout.path(root, files.LABELS, number), text=lines))
         assert self.backend is not None
         self.backend.schedule_together(steps)
-
-    def _path(self, root: str, kind: str, extension: str) -> str:
-        return f"{root}/{_FOLDERS[kind] if self._kitti_names else kind}/{self._frame_id}.{extension}"
 
     def _object_lines(self, seen: Mapping[str, Any]) -> list[str]:
         """Return a line for every visible object of sufficient height."""
@@ -181,6 +213,8 @@ class KittiWriter(Writer):
         return lines
 
     def _occlusion_level(self, visible: float) -> int:
+        if not np.isfinite(visible):
+            return UNKNOWN
         return 0 if visible >= self._fully else 1 if visible >= self._partly else 2
 
     def _name(self, labels: Mapping[str, str]) -> str:
@@ -190,38 +224,3 @@ class KittiWriter(Writer):
         else:
             name = ";".join(f"{kind}:{label}" for kind, label in labels.items())
         return "_".join(name.split())
-
-    def _class_images(self, classes: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
-        """Return ids, uint8 (H, W), and colors, uint8 (H, W, 4), of the pixels' classes."""
-        ids = classes["data"]
-        palette = np.zeros((max(map(int, classes["idToLabels"])) + 1, 5), np.uint8)
-        for number, labels in classes["idToLabels"].items():
-            found = self._classes.of(labels)
-            palette[int(number)] = (found.id, *found.color)
-        return palette[:, 0][ids], palette[:, 1:][ids]
-
-    def _instance_image(self, instances: Mapping[str, Any]) -> np.ndarray:
-        """Return uint16 (H, W): 256 * class + number; the number is 0 where there is no object."""
-        ids = instances["data"]
-        palette = np.zeros(max(instances["idToSemantics"]) + 1, np.uint16)
-        counted: dict[int, int] = {}
-        for number, labels in sorted(instances["idToSemantics"].items()):
-            class_id = self._classes.of(labels).id
-            if number >= FIRST_LABELED:
-                counted[class_id] = counted.get(class_id, 0) + 1
-            palette[number] = class_id * 256 + _eight_bits(counted.get(class_id, 0) if number >= FIRST_LABELED else 0)
-        return palette[ids]
-
-
-def _eight_bits(number: int) -> int:
-    if number > 255:
-        warn_once(
-            "KittiWriter: more than 255 objects of a class in an image: instance_segmentation has 0 for the rest."
-        )
-    return number if number <= 255 else 0
-
-
-def depth_image(depth: np.ndarray) -> np.ndarray:
-    """Encode depth [m] as uint16 (H, W) in steps of 1/256; 0 where nothing is hit or the depth is out of range."""
-    steps = np.rint(np.where(np.isfinite(depth), depth, 0.0).astype(np.float64) * _DEPTH_SCALE)
-    return np.where(steps <= 0xFFFF, steps, 0).astype(np.uint16)

@@ -38,6 +38,7 @@ class PoseWriter(Writer):
     version = "0.2.0"
     data_structure = "renderProduct"
     shares_arrays = True
+    only_stores_pictures = True
 
     @typed
     def __init__(

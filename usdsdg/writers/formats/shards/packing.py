@@ -32,6 +32,7 @@ class Packer(Generic[S]):
         self._lock = threading.Lock()
         self._early: dict[int, S] = {}
         self._open: list[S] = []
+        self._bytes = 0  # of these
         self._next = 0
         self.counts: list[int] = []  # samples of each shard that is written
 
@@ -49,14 +50,15 @@ class Packer(Generic[S]):
             self._finish()
 
     def _add(self, sample: S) -> None:
-        if self._open and sum(each.size for each in self._open) + sample.size > self._size:
+        if self._open and self._bytes + sample.size > self._size:
             self._finish()
         self._open.append(sample)
+        self._bytes += sample.size
         if len(self._open) >= self._most:
             self._finish()
 
     def _finish(self) -> None:
         if self._open:
-            full, self._open = self._open, []
+            full, self._open, self._bytes = self._open, [], 0
             self._write(len(self.counts), full)
             self.counts.append(len(full))

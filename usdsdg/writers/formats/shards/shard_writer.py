@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -21,42 +21,61 @@ from usdsdg.writers.options import CommonOptions, common_backend, common_labels
 _DIGITS = 6
 
 
+class ShardOptions(CommonOptions, total=False):
+    """Options of writers of shards, as `**options: Unpack[ShardOptions]`, beside `CommonOptions`.
+
+    masks: write `instances`, too; default False.
+    splits: relative sizes of the parts of the dataset, such as {"train": 0.8, "val": 0.2}; default all "train".
+    frames_per_scene: so many frames in a row are in the same part; default 1.
+    min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are left out;
+        default 0.
+    min_pixels: so are objects with fewer visible pixels; default 1.
+    shard_samples, shard_megabytes: a shard has at most so many samples, and is at most so large: its files, or its
+        images in a table; default 1000 and 500.
+    image_output_format: "png", the default, or "jpg".
+    """
+
+    masks: bool
+    splits: dict | None
+    frames_per_scene: int
+    min_visibility: float
+    min_pixels: int
+    shard_samples: int
+    shard_megabytes: float
+    image_output_format: str
+
+
 class ShardWriter(Writer):
     """Base of writers with many samples in a file. A subclass encodes a sample, and writes a shard of them."""
 
     data_structure = "renderProduct"
     shares_arrays = True
 
-    def _set_up(
-        self,
-        output_dir: Any,
-        common: CommonOptions,
-        *,
-        options: SampleOptions,
-        splits: Mapping[str, float] | None,
-        frames_per_scene: int,
-        image_format: str,
-        shard_samples: int,
-        shard_megabytes: float,
-    ) -> None:
+    def _set_up(self, output_dir: Any, options: ShardOptions, *, depth: bool = False) -> None:
         """Check the options of `__init__`, and get ready to write.
+
+        depth: samples also have distances along the optical axis [m].
 
         Raises:
             WriterError: one of them cannot be.
         """
         name = type(self).__name__
-        for limit, value in (("shard_samples", shard_samples), ("shard_megabytes", shard_megabytes)):
+        limits = {
+            "shard_samples": options.get("shard_samples", 1000),
+            "shard_megabytes": options.get("shard_megabytes", 500.0),
+        }
+        for limit, value in limits.items():
             if not value > 0:
                 raise WriterError(f"{name}: {limit} is {value}; expected more than 0.")
-        self._options, self._image_format = options.checked(name), checked_image_format(image_format)
-        self._splits = Splits(name, splits, frames_per_scene)
-        self.annotators = list(options.annotators(common_labels(name, common)))
-        self.backend = common_backend(name, output_dir, common)
-        size = int(shard_megabytes * 1e6)
-        self._packers = {
-            split: Packer(partial(self._write_shard, split), samples=shard_samples, size=size)
-            for split in self._splits.names
-        }
+        self._options = SampleOptions(
+            bool(options.get("masks")), depth, options.get("min_visibility", 0.0), options.get("min_pixels", 1)
+        ).checked(name)
+        self._image_format = checked_image_format(options.get("image_output_format", "png"))
+        self._splits = Splits(name, options.get("splits"), options.get("frames_per_scene", 1))
+        self.annotators = list(self._options.annotators(common_labels(name, options)))
+        self.backend = common_backend(name, output_dir, options)
+        most = {"samples": limits["shard_samples"], "size": int(limits["shard_megabytes"] * 1e6)}
+        self._packers = {split: Packer(partial(self._write_shard, split), **most) for split in self._splits.names}
         self._put = dict.fromkeys(self._splits.names, 0)
         self._frame_id = 0
         # Names of the classes at the last frame: the class table ends with its stage, before the last shard is written.

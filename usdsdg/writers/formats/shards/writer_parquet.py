@@ -12,9 +12,9 @@ from usdsdg.writers.files import write_bytes
 from usdsdg.writers.formats.shards import shard_files as files
 from usdsdg.writers.formats.shards.encoding import image_bytes
 from usdsdg.writers.formats.shards.parquet_schema import pyarrow, schema
-from usdsdg.writers.formats.shards.samples import Sample, SampleOptions
-from usdsdg.writers.formats.shards.shard_writer import ShardWriter
-from usdsdg.writers.options import CommonOptions, typed
+from usdsdg.writers.formats.shards.samples import Sample
+from usdsdg.writers.formats.shards.shard_writer import ShardOptions, ShardWriter
+from usdsdg.writers.options import typed
 
 _COMPRESSION = "zstd"  # of all columns; images stay about as large as they are
 
@@ -46,27 +46,12 @@ class ParquetWriter(ShardWriter):
     def __init__(
         self,
         output_dir: str | os.PathLike | None = None,
-        masks: bool = False,
-        splits: dict | None = None,
-        frames_per_scene: int = 1,
-        min_visibility: float = 0.0,
-        min_pixels: int = 1,
-        shard_samples: int = 1000,
-        shard_megabytes: float = 500.0,
         row_group_samples: int = 100,
-        image_output_format: str = "png",
-        **common: Unpack[CommonOptions],
+        **options: Unpack[ShardOptions],
     ) -> None:
         """
-        masks: write `instances`, too.
-        splits: relative sizes of the parts of the dataset, such as {"train": 0.8, "val": 0.2}; default all "train".
-        frames_per_scene: so many frames in a row are in the same part.
-        min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are left out.
-        min_pixels: so are objects with fewer visible pixels.
-        shard_samples, shard_megabytes: a shard has at most so many samples, and images of at most that size.
         row_group_samples: samples that a reader has to hold at once.
-        image_output_format: "png" or "jpg".
-        common: as `CommonOptions`.
+        options: as `ShardOptions`.
 
         Raises:
             WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
@@ -76,13 +61,9 @@ class ParquetWriter(ShardWriter):
         pyarrow()
         if row_group_samples < 1:
             raise WriterError(f"ParquetWriter: row_group_samples is {row_group_samples}; expected 1 or more.")
-        self._masks, self._group = masks, row_group_samples
+        self._group = row_group_samples
         self._named: dict[str, list[str]] = {}  # classes by shard
-        self._set_up(
-            output_dir, common, options=SampleOptions(masks, False, min_visibility, min_pixels), splits=splits,
-            frames_per_scene=frames_per_scene,
-            image_format=image_output_format, shard_samples=shard_samples, shard_megabytes=shard_megabytes,
-        )  # fmt: skip
+        self._set_up(output_dir, options)
 
     def _encoded(self, taken: Sample) -> Row:
         kinds = {files.IMAGE: self._image_format, files.INSTANCES: "png"}
@@ -95,7 +76,7 @@ class ParquetWriter(ShardWriter):
 
     def _write_shard(self, split: str, number: int, taken: Sequence[Row]) -> None:
         path, classes = files.parquet_of(split, number), taken[-1].classes
-        arrow, known = pyarrow(), schema(classes, masks=self._masks)
+        arrow, known = pyarrow(), schema(classes, masks=self._options.masks)
         buffer = io.BytesIO()
         with arrow.parquet.ParquetWriter(buffer, known, compression=_COMPRESSION) as file:
             for first in range(0, len(taken), self._group):
@@ -121,7 +102,7 @@ class ParquetWriter(ShardWriter):
             return
         arrow, buffer = pyarrow(), io.BytesIO()
         old = arrow.parquet.ParquetFile(io.BytesIO(data))
-        known = schema(classes, masks=self._masks)
+        known = schema(classes, masks=self._options.masks)
         with arrow.parquet.ParquetWriter(buffer, known, compression=_COMPRESSION) as file:
             for group in range(old.num_row_groups):
                 file.write_table(old.read_row_group(group).cast(known))

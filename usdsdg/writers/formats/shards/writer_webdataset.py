@@ -10,10 +10,10 @@ from typing import Any, Unpack
 from usdsdg.writers.files import write_bytes, write_json
 from usdsdg.writers.formats.shards import shard_files as files
 from usdsdg.writers.formats.shards.encoding import array_bytes, image_bytes
-from usdsdg.writers.formats.shards.samples import Sample, SampleOptions
-from usdsdg.writers.formats.shards.shard_writer import ShardWriter
+from usdsdg.writers.formats.shards.samples import Sample
+from usdsdg.writers.formats.shards.shard_writer import ShardOptions, ShardWriter
 from usdsdg.writers.formats.shards.tar_shard import TarSample, archive
-from usdsdg.writers.options import CommonOptions, typed
+from usdsdg.writers.options import typed
 
 
 class WebDatasetWriter(ShardWriter):
@@ -31,36 +31,18 @@ class WebDatasetWriter(ShardWriter):
     def __init__(
         self,
         output_dir: str | os.PathLike | None = None,
-        masks: bool = False,
         depth: bool = False,
-        splits: dict | None = None,
-        frames_per_scene: int = 1,
-        min_visibility: float = 0.0,
-        min_pixels: int = 1,
-        shard_samples: int = 1000,
-        shard_megabytes: float = 500.0,
-        image_output_format: str = "png",
-        **common: Unpack[CommonOptions],
+        **options: Unpack[ShardOptions],
     ) -> None:
         """
-        masks, depth: write them, too.
-        splits: relative sizes of the parts of the dataset, such as {"train": 0.8, "val": 0.2}; default all "train".
-        frames_per_scene: so many frames in a row are in the same part.
-        min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are left out.
-        min_pixels: so are objects with fewer visible pixels.
-        shard_samples, shard_megabytes: a shard has at most so many samples, and is at most so large.
-        image_output_format: "png" or "jpg".
-        common: as `CommonOptions`.
+        depth: write it, too.
+        options: as `ShardOptions`.
 
         Raises:
             WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
             OutputNotWritable: output_dir or the bucket cannot be written to.
         """
-        self._set_up(
-            output_dir, common, options=SampleOptions(masks, depth, min_visibility, min_pixels), splits=splits,
-            frames_per_scene=frames_per_scene,
-            image_format=image_output_format, shard_samples=shard_samples, shard_megabytes=shard_megabytes,
-        )  # fmt: skip
+        self._set_up(output_dir, options, depth=bool(depth))
 
     def _encoded(self, taken: Sample) -> TarSample:
         arrays = taken.arrays

@@ -6,12 +6,17 @@ import re
 
 import numpy as np
 
+from usdsdg.writers.formats.class_names import CONTROL
+
 NAME = "VocWriter"
 PICTURES, ANNOTATIONS, CLASSES, OBJECTS = "JPEGImages", "Annotations", "SegmentationClass", "SegmentationObject"
 LABELS = "labelmap.txt"  # index, name and color of each class, as Datumaro and CVAT read it
 MAIN, SEGMENTATION = "ImageSets/Main", "ImageSets/Segmentation"
 BACKGROUND = "background"
 VOID = 255  # what belongs to no class
+# Of names of classes: what separates columns and begins a comment in LABELS, what no file can have in its name, and
+# the end of the name that index 0 has.
+UNFIT = re.compile(rf'^[#\s]|[:/\\*?"<>|]|{CONTROL}|\s$|(?<=^{BACKGROUND})$')
 
 
 def picture(stem: str, extension: str) -> str:
@@ -31,11 +36,7 @@ def segments(folder: str, stem: str) -> str:
 
 def image_set(folder: str, split: str, name: str = "") -> str:
     """Return the list of the pictures of a part. folder: MAIN or SEGMENTATION; name: of a class."""
-    return f"{folder}/{_file_name(name)}_{split}.txt" if name else f"{folder}/{split}.txt"
-
-
-def _file_name(name: str) -> str:
-    return re.sub(r"[^\w.,+-]+", "_", name)
+    return f"{folder}/{name}_{split}.txt" if name else f"{folder}/{split}.txt"
 
 
 def palette() -> np.ndarray:

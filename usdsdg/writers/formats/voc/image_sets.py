@@ -1,42 +1,46 @@
-"""The lists of pictures of a Pascal VOC dataset: those of a part, and which of them show a class."""
+"""The lists of pictures of a part of a Pascal VOC dataset: all of them, and which of them show a class."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 
-from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.formats.growing_files import GrowingFiles
+from usdsdg.writers.aggregate import Aggregate, Texts
 from usdsdg.writers.formats.voc import files
 from usdsdg.writers.formats.voc.voc_xml import VocObject
+from usdsdg.writers.spool import Records
 
 SHOWN, NOT_SHOWN, ONLY_DIFFICULT = 1, -1, 0
 
 
-class ImageSets(GrowingFiles):
-    """Lists with a name in each line; those of a class also have 1, -1 or, if all its objects are difficult, 0."""
+class ImageSets(Aggregate):
+    """Lists with a name in each line; those of a class also have 1, -1 or, if all its objects are difficult, 0.
 
-    def __init__(self, backend: BaseBackend, splits: Sequence[str], classes: Callable[[], Sequence[str]]) -> None:
-        """splits: names of the parts. classes: returns those of the dataset so far."""
-        super().__init__(backend)
-        self._classes = classes
-        self._rows: dict[str, list[tuple[str, dict[str, int]]]] = {split: [] for split in splits}
+    A record has the "stem" of a picture, and by class in "shown" 1 or 0. Of all frames are known the name of the part,
+    "split", and all "classes".
+    """
 
-    def add(self, split: str, stem: str, objects: Sequence[VocObject]) -> None:
-        """Add a picture with its objects."""
-        shown: dict[str, int] = {}
-        for each in objects:
-            shown[each.name] = max(shown.get(each.name, ONLY_DIFFICULT), ONLY_DIFFICULT if each.difficult else SHOWN)
-        self._rows[split].append((stem, shown))
-        self.grew()
+    @staticmethod
+    def files(records: Records) -> Mapping[str, Texts]:
+        split = records.about["split"]
+        folders = (files.MAIN, files.SEGMENTATION)
+        return {files.image_set(folder, split): partial(_stems, records) for folder in folders} | {
+            files.image_set(files.MAIN, split, name): partial(_lines, records, name)
+            for name in records.about["classes"]
+        }
 
-    def texts(self) -> dict[str, str]:
-        if not any(self._rows.values()):
-            return {}
-        found = {}
-        for split, rows in self._rows.items():
-            listed = "".join(f"{stem}\n" for stem, _ in rows)
-            found |= {files.image_set(folder, split): listed for folder in (files.MAIN, files.SEGMENTATION)}
-            for name in self._classes():
-                lines = [f"{stem} {shown.get(name, NOT_SHOWN):2d}\n" for stem, shown in rows]
-                found[files.image_set(files.MAIN, split, name)] = "".join(lines)
-        return found
+
+def shown(objects: Sequence[VocObject]) -> dict[str, int]:
+    """Return whether objects of each class are shown: SHOWN, or ONLY_DIFFICULT."""
+    found: dict[str, int] = {}
+    for each in objects:
+        found[each.name] = max(found.get(each.name, ONLY_DIFFICULT), ONLY_DIFFICULT if each.difficult else SHOWN)
+    return found
+
+
+def _stems(records: Records) -> Iterator[str]:
+    return (f"{each['stem']}\n" for each in records)
+
+
+def _lines(records: Records, name: str) -> Iterator[str]:
+    return (f"{each['stem']} {each['shown'].get(name, NOT_SHOWN):2d}\n" for each in records)

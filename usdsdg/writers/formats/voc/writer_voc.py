@@ -12,10 +12,11 @@ import numpy as np
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.class_table import ClassTable
 from usdsdg.errors import WriterError, warn_once
-from usdsdg.session.session import current
 from usdsdg.stage.image_files.png import encode_png
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_bytes, write_image, write_text
+from usdsdg.writers.formats import class_places
+from usdsdg.writers.formats.class_names import class_name, class_names
 from usdsdg.writers.formats.picture_names import stem_of
 from usdsdg.writers.formats.shapes import cuboid
 from usdsdg.writers.formats.shapes.camera_projection import project
@@ -23,7 +24,7 @@ from usdsdg.writers.formats.shapes.pose import Pose, truncation_ratio
 from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
 from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.formats.voc import files
-from usdsdg.writers.formats.voc.image_sets import ImageSets
+from usdsdg.writers.formats.voc.image_sets import ImageSets, shown
 from usdsdg.writers.formats.voc.voc_xml import VocObject, text
 from usdsdg.writers.options import CommonOptions, common_backend, common_labels, typed
 
@@ -37,7 +38,8 @@ class VocWriter(Writer):
     Lists of pictures are `ImageSets/Main/<split>.txt`, `ImageSets/Main/<class>_<split>.txt` and
     `ImageSets/Segmentation/<split>.txt`.
 
-    Every visible object is in the XML, with the box of its visible pixels, counted from 1 and inclusive. Segments are
+    Every visible object is in the XML, with the box of its visible pixels, counted from 1 and inclusive. Names of
+    classes have "_" for what lists and names of files cannot have. Segments are
     indices with VOC's colors: of the class, from 1 in the order of the class table, which `labelmap.txt` names; and of
     the object, from 1 in the order of the XML. 0 is what has no label.
     """
@@ -45,12 +47,14 @@ class VocWriter(Writer):
     version = "0.0.1"
     data_structure = "renderProduct"
     shares_arrays = True
+    only_stores_pictures = True
 
     @typed
     def __init__(
         self,
         output_dir: str | os.PathLike | None = None,
         splits: dict | None = None,
+        frames_per_scene: int = 1,
         min_visibility: float = 0.0,
         min_pixels: int = 1,
         truncated_threshold: float = 0.15,
@@ -61,6 +65,7 @@ class VocWriter(Writer):
     ) -> None:
         """
         splits: relative sizes of the parts of the dataset, such as {"train": 0.8, "val": 0.2}; default all "train".
+        frames_per_scene: so many frames in a row are in the same part.
         min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are `difficult`,
             which VOC's evaluation leaves out.
         min_pixels: so are objects with fewer visible pixels.
@@ -75,7 +80,7 @@ class VocWriter(Writer):
             OutputNotWritable: output_dir or the bucket cannot be written to.
         """
         labels = common_labels("VocWriter", common)
-        self._splits = Splits("VocWriter", splits)
+        self._splits = Splits("VocWriter", splits, frames_per_scene)
         self._enough = VisibleEnough("VocWriter", min_visibility, min_pixels)
         self._truncated, self._occluded = truncated_threshold, occluded_threshold
         self._image_format, self._padding = checked_image_format(image_output_format), checked_padding(frame_padding)
@@ -85,8 +90,8 @@ class VocWriter(Writer):
             *(named_annotators.get(name, labels) for name in (BOXES, INSTANCES, BOXES_3D)),
         ]
         self._frame_id = 0
-        self._sets = ImageSets(self.backend, self._splits.names, self._classes)
-        self._listed: list[str] = []
+        self._sets = {split: ImageSets(self.backend, f"VocWriter/{split}") for split in self._splits.names}
+        self._listed: list[str] | None = None
 
     def write(self, data: dict[str, Any]) -> None:
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
@@ -95,12 +100,13 @@ class VocWriter(Writer):
             stem = stem_of(product, self._frame_id, self._padding, several=several)
             objects = self._objects(seen)
             self._write_picture(stem, seen, objects)
-            self._sets.add(split, stem, objects)
-        self._write_labels()
+            self._write_labels()
+            self._sets[split].add(self.num_written, stem=stem, shown=shown(objects))
         self._frame_id += 1
 
     def on_final_frame(self) -> None:
-        self._sets.write()
+        for sets in self._sets.values():
+            sets.write()
 
     def detach(self) -> None:
         super().detach()
@@ -119,7 +125,7 @@ class VocWriter(Writer):
             found.append(
                 VocObject(
                     instance,
-                    ",".join(label for _, label in sorted(boxes["idToLabels"][int(row["semanticId"])].items())),
+                    class_name(boxes["idToLabels"][int(row["semanticId"])], files.UNFIT),
                     tuple(int(row[side]) + 1 for side in ("x_min", "y_min", "x_max", "y_max")),  # type: ignore[arg-type]
                     truncation_ratio(pose, corners, camera) > self._truncated,
                     float(row["occlusionRatio"]) > self._occluded,
@@ -157,15 +163,16 @@ class VocWriter(Writer):
 
     def _classes(self) -> list[str]:
         """Return the names of the classes in the order of their ids."""
-        table = self._table()
-        return [row["name"] for row in table.listed()]
+        return class_names("VocWriter", list(self._table().labels().values()), files.UNFIT)
 
     def _table(self) -> ClassTable:
-        return current().class_tables.of(self.get_annotator(BOXES).label_filter)
+        return class_places.table_of(self.get_annotator(BOXES).label_filter)
 
     def _write_labels(self) -> None:
-        """Write labelmap.txt, again where classes have been added."""
+        """Write labelmap.txt, again where classes have been added, and tell the lists of pictures of them."""
         names = self._classes()
+        for split, sets in self._sets.items():
+            sets.note(split=split, classes=names)
         if names == self._listed:
             return
         assert self.backend is not None

@@ -1,7 +1,7 @@
 """YCBVideoWriter: frames in the form of the YCB-Video dataset, in one video."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from usdsdg.session.session import current
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
-from usdsdg.writers.files import checked_image_format, write_bytes, write_image, write_text
+from usdsdg.writers.files import checked_image_format, write_bytes, write_image, write_parts, write_text
 from usdsdg.writers.formats.pose.left_out import LeftOut
 from usdsdg.writers.formats.pose.pose_camera import register_pose_camera
 from usdsdg.writers.formats.shapes.camera_projection import camera_matrix
@@ -104,8 +104,8 @@ class YCBVideoWriter(Writer):
         self._models = Models()
         self._left_out = LeftOut()
         self._frame_id = 0
-        self._listed: list[str] = []
-        self._list([f"{_VIDEO}/{number:06d}" for number in range(num_frames)])
+        self._listed = 0
+        self._list(num_frames)
         # Also if a script ends or is interrupted before its run is complete.
         current().io_queue.call_at_exit(self._list_written)
 
@@ -222,15 +222,20 @@ class YCBVideoWriter(Writer):
         return exact_meta(seen, self._indices, self._models) | factor
 
     def _list_written(self) -> None:
-        self._list([f"{_VIDEO}/{number:06d}" for number in range(self._frame_id)])
+        self._list(self._frame_id)
 
-    def _list(self, names: list[str]) -> None:
-        """Write train.txt, again where it has changed."""
-        if names == self._listed:
+    def _list(self, count: int) -> None:
+        """Write train.txt of the first frames, again where their number has changed."""
+        if count == self._listed:
             return
         assert self.backend is not None
-        self._listed = names
-        self.backend.schedule_after_all(write_text, path=f"{_ROOT}/train.txt", text="".join(f"{n}\n" for n in names))
+        self._listed = count
+        names = partial(_frame_names, count)
+        self.backend.schedule_after_all(write_parts, path=f"{_ROOT}/train.txt", texts=names)
+
+
+def _frame_names(count: int) -> Iterator[str]:
+    return (f"{_VIDEO}/{number:06d}\n" for number in range(count))
 
 
 def _checked_indices(given: Mapping[Any, Any]) -> dict[str, int]:

@@ -41,6 +41,7 @@ class YoloWriter(Writer):
     version = "0.0.1"
     data_structure = "renderProduct"
     shares_arrays = True
+    only_stores_pictures = True
 
     @typed
     def __init__(

@@ -88,11 +88,10 @@ def add_reference_to_stage(usd_path: str, prim_path: str, prim_type: str = "Xfor
         AssetError: the file is missing or cannot be referenced.
     """
     stage = stage_context.current_stage()
+    file = assets.resolve_reference(usd_path, prim_path) if usd_path else None
     prim = stage.GetPrimAtPath(prim_path) or stage.DefinePrim(prim_path, prim_type)
-    if not usd_path:
+    if file is None:
         return prim
-    file = assets.resolve(usd_path)
-    assets.open_layer(file)
     if not prim.GetReferences().AddReference(file):
         raise AssetError(f"{file} cannot be referenced at {prim_path}")
     return prim

@@ -137,11 +137,10 @@ def _compose(
     if at is None or not file:
         raise ArgumentError("CreateReference: give path_to and asset_path")
     path = Sdf.Path(str(at))
+    source = assets.resolve_reference(file, str(path))
     prim = target.GetPrimAtPath(path) or target.DefinePrim(path, "Xform")
     targets = prim.GetReferences() if kind == "references" else prim.GetPayloads()
     add = targets.AddReference if kind == "references" else targets.AddPayload
-    source = assets.resolve(file)
-    assets.open_layer(source)
     add(source, Sdf.Path(str(inner))) if inner and str(inner) != "." else add(source)
     if instanceable:
         prim.SetInstanceable(True)

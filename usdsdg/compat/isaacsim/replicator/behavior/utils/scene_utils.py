@@ -144,11 +144,10 @@ def create_asset(stage: Usd.Stage, asset_url: str, prim_path: str) -> Usd.Prim:
     """Define an Xform that references a file, or a URL under the assets root.
 
     Raises:
-        AssetNotFound: there is no such file.
+        AssetNotFound: there is no such file. AssetUnreadable: it cannot be opened.
     """
+    file = assets.resolve_reference(asset_url, prim_path)
     prim = stage.DefinePrim(prim_path, "Xform")
-    file = assets.resolve(asset_url)
-    assets.open_layer(file)
     prim.GetReferences().AddReference(file)
     return prim
 

@@ -1,14 +1,12 @@
-"""Kinds of label faults of annotated pictures: plain COCO with keypoints, polygons and segments, Pascal VOC, CVAT."""
+"""Kinds of label faults of plain COCO, with keypoints, polygons and segments."""
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
 from tests.verify.label_faults import edit_image, edit_json, kind
 
@@ -184,143 +182,4 @@ def _(folder: Path) -> None:
     edit_image(
         folder / "annotations/panoptic_train" / name,
         lambda image: np.where((image[..., :1] == gone) & (image[..., 1:2] == 0), (kept, 0, 0), image).astype(np.uint8),
-    )
-
-
-# Pascal VOC
-
-
-def edit_text(folder: Path, pattern: str, change: Callable[[str], str]) -> None:
-    """Change texts of files."""
-    for path in folder.glob(pattern):
-        path.write_text(change(path.read_text()))
-
-
-def _shifted(found: re.Match) -> str:
-    return f"{found[1]}{int(found[2]) - 1}{found[3]}"
-
-
-@kind("boxes counted from 0", "voc")
-def _(folder: Path) -> None:
-    edit_text(folder, "Annotations/*.xml", lambda text: re.sub(r"(<[xy](?:min|max)>)(\d+)(<)", _shifted, text))
-
-
-@kind("truncated and occluded swapped", "voc")
-def _(folder: Path) -> None:
-    edit_text(
-        folder,
-        "Annotations/*.xml",
-        lambda text: text.replace("truncated", "?").replace("occluded", "truncated").replace("?", "occluded"),
-    )
-
-
-@kind("no object is difficult", "voc")
-def _(folder: Path) -> None:
-    edit_text(
-        folder, "Annotations/*.xml", lambda text: text.replace("<difficult>1</difficult>", "<difficult>0</difficult>")
-    )
-
-
-@kind("names of two classes swapped in the XML", "voc")
-def _(folder: Path) -> None:
-    edit_text(
-        folder,
-        "Annotations/*.xml",
-        lambda text: text.replace(">mug<", ">?<").replace(">can<", ">mug<").replace(">?<", ">can<"),
-    )
-
-
-@kind("stale segments of objects", "voc")
-def _(folder: Path) -> None:
-    first, second, *_ = sorted(folder.glob("SegmentationObject/Replicator_0*.png")) or sorted(
-        folder.glob("SegmentationObject/*.png")
-    )
-    shutil.copy(first, second)
-
-
-@kind("indices of classes counted from 0", "voc")
-def _(folder: Path) -> None:
-    for path in folder.glob("SegmentationClass/*.png"):
-        with Image.open(path) as image:
-            palette, indices = image.getpalette(), np.array(image)
-        made = Image.fromarray(np.where(indices > 0, indices - 1, 0).astype(np.uint8), "P")
-        made.putpalette(palette)
-        made.save(path)
-
-
-@kind("segments without a palette", "voc")
-def _(folder: Path) -> None:
-    for path in folder.glob("SegmentationClass/*.png"):
-        with Image.open(path) as image:
-            indices = np.array(image)
-        Image.fromarray(indices).save(path)
-
-
-@kind("pictures that are in both parts", "voc")
-def _(folder: Path) -> None:
-    edit_text(folder, "ImageSets/Main/val.txt", lambda text: text + (folder / "ImageSets/Main/train.txt").read_text())
-
-
-@kind("lists of classes of others", "voc")
-def _(folder: Path) -> None:
-    edit_text(folder, "ImageSets/Main/mug_*.txt", lambda text: text.replace(" 1", " -1"))
-
-
-# CVAT
-
-
-def _cvat(folder: Path, pattern: str, change: Callable[[re.Match], str]) -> None:
-    edit_text(folder, "annotations.xml", lambda text: re.sub(pattern, change, text))
-
-
-@kind("masks one pixel lower", "cvat")
-def _(folder: Path) -> None:
-    _cvat(folder, r'top="(\d+)"', lambda found: f'top="{max(int(found[1]) - 1, 0)}"')
-
-
-@kind("run lengths that begin inside", "cvat")
-def _(folder: Path) -> None:
-    def turn(found: re.Match) -> str:
-        lengths = [int(each) for each in found[1].split(",")]
-        return f'rle="{", ".join(map(str, [0, *lengths] if lengths[0] else lengths[1:]))}"'
-
-    _cvat(folder, r'rle="([^"]+)"', turn)
-
-
-@kind("labels of shapes that the task has not", "cvat")
-def _(folder: Path) -> None:
-    _cvat(folder, r'label="mug"', lambda found: 'label="cup"')
-
-
-@kind("occluded flags turned", "cvat")
-def _(folder: Path) -> None:
-    _cvat(folder, r'occluded="(\d)"', lambda found: f'occluded="{1 - int(found[1])}"')
-
-
-@kind("instances of the next object", "cvat")
-def _(folder: Path) -> None:
-    _cvat(folder, r'name="instance">(\d+)<', lambda found: f'name="instance">{int(found[1]) + 1}<')
-
-
-@kind("shapes of the picture before", "cvat")
-def _(folder: Path) -> None:
-    names = iter(
-        sorted(path.name for path in (folder / "images").iterdir())[-1:]
-        + sorted(path.name for path in (folder / "images").iterdir())
-    )
-    _cvat(folder, r'(<image id="\d+" name=)"[^"]+"', lambda found: f'{found[1]}"{next(names)}"')
-
-
-@kind("polygons with y before x", "cvat_polygons")
-def _(folder: Path) -> None:
-    def swap(found: re.Match) -> str:
-        return 'points="' + ";".join(",".join(pair.split(",")[::-1]) for pair in found[1].split(";")) + '"'
-
-    _cvat(folder, r'points="([^"]+)"', swap)
-
-
-@kind("a shape dropped", "cvat_polygons")
-def _(folder: Path) -> None:
-    edit_text(
-        folder, "annotations.xml", lambda text: re.sub(r"    <polygon.*?</polygon>\n", "", text, count=1, flags=re.S)
     )

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import warp as wp
 
-from usdsdg_render.memory.readback import PooledBuffer, ReadbackPool, read_back
+from usdsdg import buffers
+from usdsdg.buffers import BufferPool, PooledBuffer
+from usdsdg.readback import read_back
 
 
 class Bytes:
@@ -16,13 +18,13 @@ class Bytes:
         self.ptr = self.values.ctypes.data
 
 
-def pooled_array(pool: ReadbackPool, count: int) -> np.ndarray | None:
+def pooled_array(pool: BufferPool, count: int) -> np.ndarray | None:
     buffer = pool.acquire(4 * count)
     return None if buffer is None else np.asarray(PooledBuffer(pool, buffer, 4 * count, (count,), "<f4"))
 
 
 def test_memory_is_reused_only_when_no_view_is_left():
-    pool = ReadbackPool(Bytes)
+    pool = BufferPool(Bytes, 1000)
     first = pooled_array(pool, 6)
     address = first.ctypes.data
     first[:] = 7.0
@@ -37,7 +39,7 @@ def test_memory_is_reused_only_when_no_view_is_left():
 
 
 def test_the_pool_stays_within_its_limit():
-    pool = ReadbackPool(Bytes, max_bytes=100)
+    pool = BufferPool(Bytes, max_bytes=100)
     held = pooled_array(pool, 10)
     again = pooled_array(pool, 15)
     assert again is not None
@@ -55,3 +57,25 @@ def test_cpu_arrays_are_not_copied():
     assert copies["a"].tolist() == [[1.0, 2.0, 3.0]]
     assert copies["a"].ctypes.data == array.ptr
     assert copies["none"].shape == (0, 4)
+
+
+def test_images_of_dropped_arrays_are_used_again():
+    first = buffers.empty((300, 200, 4), np.float16)
+    assert first.shape == (300, 200, 4)
+    assert first.dtype == np.float16
+    address = first.ctypes.data
+    first[:] = 1.0
+    del first
+    second = buffers.empty((200, 300, 2), np.float32)
+    assert second.ctypes.data == address
+    kept = second[5:]
+    del second
+    assert buffers.empty((200, 300, 2), np.float32).ctypes.data != address
+    assert kept.shape == (195, 300, 2)
+
+
+def test_arrays_of_new_memory_are_as_those_of_used_memory():
+    small = buffers.empty((2, 3), np.uint8)
+    assert small.shape == (2, 3)
+    assert small.base is None
+    assert buffers.empty((0, 4), np.float32).shape == (0, 4)

@@ -1,0 +1,40 @@
+"""SIGTERM and SIGHUP end a run after its frame, with whole files."""
+
+import json
+import signal
+
+import pytest
+
+from tests.cli.signaled import run_and_signal
+
+SCRIPT = """
+import os, sys
+import omni.replicator.core as rep
+from pxr import Gf
+camera = rep.create.camera(position=(4, 4, 3), look_at=(0, 0, 0))
+cube = rep.create.cube(semantics=[("class", "cube")])
+rep.create.light(light_type="dome")
+product = rep.create.render_product(camera, (64, 48))
+for name, options in (("BasicWriter", {"rgb": True}), ("CocoWriter", {"dataset_id": "d"})):
+    writer = rep.WriterRegistry.get(name)
+    writer.initialize(output_dir=os.path.abspath(name), **options)
+    writer.attach(product)
+for frame in range(100000):
+    rep.orchestrator.step()
+    if frame == 1:
+        print("ready", flush=True)
+"""
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_a_script_leaves_whole_datasets(tmp_path, number, code):
+    returned, stderr = run_and_signal(tmp_path, SCRIPT, number)
+    assert returned == code, stderr
+    assert number.name in stderr
+    assert "Traceback" not in stderr
+    pictures = sorted(path.name for path in (tmp_path / "BasicWriter").glob("rgb_*.png"))
+    assert len(pictures) >= 2
+    (annotations,) = (tmp_path / "CocoWriter").rglob("coco_annotations*.json")
+    images = json.loads(annotations.read_text())["images"]
+    assert len(images) == len(pictures)
+    assert not list(tmp_path.rglob("*.part"))

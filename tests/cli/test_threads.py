@@ -1,0 +1,53 @@
+"""`--threads`: the pools of the process have no more threads, and files are the same."""
+
+import json
+from pathlib import Path
+
+from tests.scripts.conftest import usdsdg
+
+SCRIPT = """
+import json, os, sys, threading
+
+import omni.replicator.core as rep
+from pxr import Work
+
+from usdsdg.parallel import available_threads
+
+with rep.new_layer():
+    rep.create.sphere(semantics=[("class", "ball")])
+    rep.create.light(light_type="dome", intensity=500)
+    product = rep.create.render_product(rep.create.camera(position=(0, -4, 1), look_at=(0, 0, 0)), (96, 64))
+    writer = rep.WriterRegistry.get("BasicWriter")
+    folder = os.path.abspath(sys.argv[1])
+    writer.initialize(output_dir=folder, rgb=True, semantic_segmentation=True, bounding_box_2d_tight=True)
+    writer.attach(product)
+    with rep.trigger.on_frame(max_execs=2):
+        pass
+rep.orchestrator.run()
+names = [thread.name for thread in threading.enumerate()]
+print(json.dumps({
+    "available": available_threads(), "usd": Work.GetConcurrencyLimit(), "omp": os.environ.get("OMP_NUM_THREADS"),
+    "rendering": sum(name.startswith("usdsdg-") and name[7:].isdigit() for name in names),
+    "writing": sum(name.startswith("usdsdg-io") for name in names),
+}))
+"""
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def test_one_thread_bounds_all_pools_and_writes_the_same_files(tmp_path):
+    (tmp_path / "script.py").write_text(SCRIPT)
+    bounded = usdsdg("run", "--quiet", "--device", "cpu", "--threads", "1", "script.py", "one", cwd=tmp_path)
+    told = json.loads(bounded.stdout.splitlines()[-1])
+    assert told == {"available": 1, "usd": 1, "omp": "1", "rendering": 0, "writing": 1}
+    usdsdg("run", "--quiet", "--device", "cpu", "script.py", "all", cwd=tmp_path)
+    one, every = files_of(tmp_path / "one"), files_of(tmp_path / "all")
+    assert "rgb_0001.png" in one
+    assert one == every
+
+
+def test_no_thread_is_refused(tmp_path):
+    done = usdsdg("generate", "--threads", "0", "x.yaml", cwd=tmp_path, expect=2)
+    assert "--threads" in done.stderr

@@ -1,0 +1,149 @@
+"""Frames of scripts and configurations in memory."""
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from usdsdg import stream
+from usdsdg.errors import AnnotatorRegistryError, ArgumentError, ConfigError, GraphError
+
+HERE = Path(__file__).parent
+SCENE = HERE / "scene.py"
+
+# Prints what each stream of a list of arguments yields, in one process.
+STREAMS = """
+import hashlib, json, sys
+from usdsdg import stream
+from usdsdg.errors import UsdsdgError
+
+def digest(array):
+    return hashlib.md5(str(array.dtype).encode() + array.tobytes()).hexdigest()
+
+main, given = sys.modules["__main__"], list(sys.argv)
+rows = []
+for options in json.loads(sys.argv[1]):
+    job, limit = options.pop("job"), options.pop("limit", None)
+    row, failure = [], None
+    samples = stream.frames(job, **options)
+    try:
+        for sample in samples:
+            row.append([sample.frame, sample.render_product, {n: digest(a) for n, a in sample.arrays.items()}])
+            if limit is not None and len(row) == limit:
+                break
+    except UsdsdgError as error:
+        failure = f"{type(error).__name__}: {error}"
+    samples.close()
+    rows.append([row, failure])
+assert sys.modules["__main__"] is main and sys.argv == given
+print(json.dumps(rows))
+"""
+
+
+def streams(folder: Path, *options: dict) -> list:
+    """Return the rows and the failure of each stream, all in one new process."""
+    done = subprocess.run(
+        [sys.executable, "-c", STREAMS, json.dumps(options)], cwd=folder, capture_output=True, text=True, timeout=280
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def test_every_part_has_the_frames_of_the_whole(tmp_path):
+    annotators = ["rgb", "bounding_box_2d_tight", "semantic_segmentation", "motion_vectors"]
+    common = {"job": str(SCENE), "annotators": annotators, "arguments": ["5"], "seed": 3}
+    (whole, failure), *parts, (other, _) = streams(
+        tmp_path,
+        common,
+        *({**common, "part": [i, 3]} for i in range(3)),
+        {**common, "seed": 4, "arguments": ["1"]},
+    )
+    assert failure is None
+    assert [row[0] for row in whole] == [0, 1, 2, 3, 4]
+    assert len({json.dumps(row[2]) for row in whole}) == 5
+    for i, (rows, _) in enumerate(parts):
+        assert rows == whole[i::3]
+    assert other[0][2] != whole[0][2]
+    # The writer of the script made its folder, and was given no frame.
+    assert not list((tmp_path / "written").iterdir())
+
+
+def test_a_stream_shows_what_the_writer_of_the_script_writes(tmp_path):
+    command = [sys.executable, "-m", "usdsdg", "run", "--quiet", "--seed", "3", str(SCENE), "2"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
+    assert done.returncode == 0, done.stderr
+    pictures = [np.asarray(Image.open(tmp_path / f"written/rgb_{frame:04}.png")) for frame in range(2)]
+    (rows, _) = streams(tmp_path, {"job": str(SCENE), "arguments": ["2"], "seed": 3})[0]
+    expected = [hashlib.md5(b"uint8" + picture.tobytes()).hexdigest() for picture in pictures]
+    assert [row[2]["rgb"] for row in rows] == expected
+
+
+def test_a_stream_that_is_closed_early_leaves_the_process_as_it_was(tmp_path):
+    common = {"job": str(SCENE), "annotators": ["rgb"], "arguments": ["4"], "seed": 3}
+    (first, _), (again, _), (failed, failure) = streams(
+        tmp_path, {**common, "limit": 1}, common, {**common, "arguments": ["2", "--fail"]}
+    )
+    assert again[:1] == first
+    assert len(again) == 4
+    assert len(failed) == 2
+    assert failure is not None
+    assert "ended with exit code 1" in failure
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_a_process_that_was_forked_after_rendering_renders(tmp_path):
+    code = """
+import hashlib, os, sys
+from usdsdg import stream
+def digest():
+    samples = stream.frames(sys.argv[1], arguments=["2"], seed=3)
+    return [hashlib.md5(sample.arrays["rgb"].tobytes()).hexdigest() for sample in samples]
+before = digest()
+child = os.fork()
+if child == 0:
+    os._exit(0 if digest() == before else 3)
+_, status = os.waitpid(child, 0)
+sys.exit(os.waitstatus_to_exitcode(status))
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(SCENE)], cwd=tmp_path, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_what_cannot_be_streamed_is_said_before_anything_runs(tmp_path):
+    (tmp_path / "stage.usda").write_text("#usda 1.0\n")
+    (tmp_path / "wrong.yaml").write_text("num_frams: 3\nresolution: [32, 32]\n")
+    with pytest.raises(ConfigError, match="there is no job"):
+        stream.frames(tmp_path / "absent.py")
+    with pytest.raises(ConfigError, match="is no job"):
+        stream.frames(tmp_path / "stage.usda")
+    with pytest.raises(ConfigError, match="num_frams"):
+        stream.frames(tmp_path / "wrong.yaml")
+    with pytest.raises(AnnotatorRegistryError, match="rgbb"):
+        stream.frames(SCENE, ["rgbb"])
+    with pytest.raises(ArgumentError, match="part is"):
+        stream.frames(SCENE, part=(2, 2))
+    with pytest.raises(ArgumentError, match="ahead is 0"):
+        stream.frames(SCENE, ahead=0)
+
+
+def test_an_open_stage_is_not_replaced(stage):
+    with pytest.raises(GraphError, match="a stage is open"):
+        next(stream.frames(SCENE, arguments=["1"]))
+    assert stage.GetPrimAtPath("/World")
+
+
+def test_class_ids_are_those_of_the_dataset_not_of_the_frame():
+    rows = np.zeros(3, [("semanticId", np.uint32)])
+    rows["semanticId"] = 1, 0, 1
+    infos = {"boxes": {"idToLabels": {"0": {"class": "nut"}, "1": {"class": "bolt", "size": "m4"}}}}
+    classes = {2: {"class": "gear"}, 3: {"size": "m4", "class": "bolt"}, 7: {"class": "nut"}}
+    sample = stream.Sample(0, "Replicator", "/Camera", {"boxes": rows}, infos, classes)
+    assert sample.class_ids("boxes").tolist() == [3, 7, 3]

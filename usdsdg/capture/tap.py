@@ -1,0 +1,65 @@
+"""Frames handed out in memory, in place of the writers of a job."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from usdsdg.annotators import named_annotators
+from usdsdg.annotators.annotator import Annotator
+from usdsdg.annotators.base import Annotation
+from usdsdg.annotators.frame import Frame
+from usdsdg.session.session import current
+
+# What one render product shows of one frame, by annotator name.
+Receive = Callable[["TappedView"], None]
+
+
+@dataclass(frozen=True)
+class TappedView:
+    """The annotations of one render product in one frame."""
+
+    frame: int  # index of the capture, from 0
+    render_product: str  # its name
+    camera: str  # prim path; of the first one of a tiled product
+    annotations: Mapping[str, Annotation]  # by annotator name; the arrays are shared, and must not be written into
+    classes: Mapping[int, Mapping[str, str]]  # the class table of the dataset: labels by id
+
+
+class Tap:
+    """Takes the frames of a job from the capture; while there is one, writers get none.
+
+    Frames that are not wanted only run graph and physics, unless an annotator compares a frame with an earlier one:
+    then all are rendered.
+    """
+
+    def __init__(self, annotators: Sequence[str], is_wanted: Callable[[int], bool], receive: Receive) -> None:
+        self._annotators: list[Annotator] = [named_annotators.get(name) for name in annotators]
+        self._is_wanted, self._receive = is_wanted, receive
+
+    def needs(self, frame: int) -> bool:
+        """Return whether a frame has to be rendered."""
+        return self._is_wanted(frame) or any(_has_history(annotator) for annotator in self._annotators)
+
+    @property
+    def annotators(self) -> list[Annotator]:
+        """What is computed for every render product."""
+        return list(self._annotators)
+
+    def take(self, frames: Mapping[str, Frame], paths: Sequence[str]) -> None:
+        """Compute the annotations of the frames at the render products `paths`; hand them out, in this order."""
+        for path in paths:
+            frame = frames[path]
+            annotations = {annotator.get_name(): annotator.compute(frame) for annotator in self._annotators}
+            if self._is_wanted(frame.index):
+                name, camera = path.rsplit("/", 1)[-1], frame.view.prim_path
+                self._receive(TappedView(frame.index, name, camera, annotations, self._classes()))
+
+    def _classes(self) -> dict[int, dict[str, str]]:
+        reading = [annotator for annotator in self._annotators if annotator.reads_labels]
+        return current().class_tables.of(reading[0].label_filter).labels() if reading else {}
+
+
+def _has_history(annotator: Annotator) -> bool:
+    """Return whether what it computes depends on the frames before."""
+    return annotator.earlier_captures > 0 or "motion_vectors" in annotator.aovs

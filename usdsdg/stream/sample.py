@@ -1,0 +1,62 @@
+"""What one camera shows in one frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from usdsdg.capture.tap import TappedView
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The annotations of one render product in one frame.
+
+    Attributes:
+        frame: index of the frame in its job, from 0.
+        render_product: name of the render product.
+        camera: prim path of its camera; of the first one of a tiled product.
+        arrays: by annotator, the array that its `get_data` returns; annotators without one are missing. They belong to
+            the sample.
+        infos: by annotator, what else its `get_data` returns, such as `idToLabels`.
+        classes: the class table of the dataset, labels by id, which is the same for all samples.
+    """
+
+    frame: int
+    render_product: str
+    camera: str
+    arrays: Mapping[str, np.ndarray]
+    infos: Mapping[str, Mapping[str, Any]]
+    classes: Mapping[int, Mapping[str, str]]
+
+    @classmethod
+    def of(cls, view: TappedView) -> Sample:
+        """Copy the annotations of a view."""
+        return cls(
+            view.frame,
+            view.render_product,
+            view.camera,
+            {name: each.data.copy() for name, each in view.annotations.items() if each.data is not None},
+            {name: _copied(each.info) for name, each in view.annotations.items()},
+            view.classes,
+        )
+
+    def class_ids(self, annotator: str) -> np.ndarray:
+        """Return the ids in `classes` of the rows of an annotator with a field "semanticId", int64 (N,).
+
+        As in Isaac Sim, that field counts the labels of one frame; `idToLabels` of that frame says which they are.
+
+        Raises:
+            KeyError: there is no such annotator, or it has no such rows.
+        """
+        rows, labels = self.arrays[annotator]["semanticId"], self.infos[annotator]["idToLabels"]
+        ids = {tuple(sorted(each.items())): number for number, each in self.classes.items()}
+        of_frame = {int(number): ids[tuple(sorted(each.items()))] for number, each in labels.items()}
+        return np.array([of_frame[int(each)] for each in rows], np.int64)
+
+
+def _copied(info: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value.copy() if isinstance(value, (np.ndarray, dict)) else value for key, value in info.items()}

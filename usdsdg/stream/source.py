@@ -1,0 +1,98 @@
+"""What a stream runs: a configuration or a script, in a session of its own."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+
+from usdsdg import replicator_yaml
+from usdsdg.cli.command_context import seed_everything
+from usdsdg.cli.file_kinds import FileKind, kind_of
+from usdsdg.cli.script.execution import execute
+from usdsdg.errors import ConfigError, GraphError
+from usdsdg.scenarios import jobs
+
+CONFIGURATIONS = (".yaml", ".yml", ".json")
+
+
+@dataclass(frozen=True)
+class Source:
+    """A configuration of `usdsdg generate` with overrides, or a script of `usdsdg run` with arguments.
+
+    Attributes:
+        path: the configuration, Python script or Replicator YAML file.
+        arguments: "key=value" overrides of a configuration, or the arguments of a script.
+        seed: of the whole run; None: the configuration's, 0 for a script.
+    """
+
+    path: Path
+    arguments: Sequence[str] = ()
+    seed: int | None = None
+
+    def check(self) -> None:
+        """Read the file as far as is possible without running it.
+
+        Raises:
+            ConfigError: there is no such file, it is of another kind, or the configuration is wrong.
+        """
+        kind = self._kind()
+        if kind is FileKind.CONFIGURATION:
+            jobs.load_job(self.path, self._overrides)
+        elif kind is FileKind.REPLICATOR_YAML and self.arguments:
+            raise ConfigError(f"{self.path} is a YAML file, which takes no arguments: {' '.join(self.arguments)}")
+
+    def run(self) -> None:
+        """Run it to its end.
+
+        Raises:
+            GraphError: a script ended with an error, which has been printed.
+            UsdsdgError: as the job raises.
+        """
+        kind = self._kind()
+        if kind is FileKind.CONFIGURATION:
+            job, options = jobs.load_job(self.path, self._overrides)
+            seed_everything(options.seed)
+            job.run(options)
+            return
+        seed_everything(self.seed or 0)
+        if kind is FileKind.REPLICATOR_YAML:
+            replicator_yaml.run_file(self.path)
+            return
+        with _interpreter_restored():
+            _execute(self.path, self.arguments)
+
+    def _kind(self) -> FileKind:
+        if not self.path.is_file():
+            raise ConfigError(f"there is no job {self.path}: give a configuration (.yaml, .json) or a script (.py)")
+        kind = kind_of(self.path)
+        if kind is None and self.path.suffix.lower() in CONFIGURATIONS:
+            return FileKind.CONFIGURATION  # whose reader says what is wrong
+        if kind is None or kind is FileKind.STAGE:
+            raise ConfigError(f"{self.path} is no job: give a configuration (.yaml, .json) or a script (.py)")
+        return kind
+
+    @property
+    def _overrides(self) -> list[str]:
+        return [*self.arguments, *([f"seed={self.seed}"] if self.seed is not None else [])]
+
+
+def _execute(script: Path, arguments: Sequence[str]) -> None:
+    try:
+        execute(script, list(arguments))
+    except typer.Exit as ended:
+        raise GraphError(f"{script} ended with exit code {ended.exit_code}") from None
+
+
+@contextmanager
+def _interpreter_restored() -> Iterator[None]:
+    """Restore, after a script, what it sees as its own: `__main__`, sys.argv and sys.path."""
+    main, arguments, path = sys.modules["__main__"], sys.argv, list(sys.path)
+    try:
+        yield
+    finally:
+        sys.modules["__main__"], sys.argv, sys.path[:] = main, arguments, path

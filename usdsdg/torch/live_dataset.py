@@ -1,0 +1,103 @@
+"""LiveDataset: the frames of a job as samples for a trainer, without files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import torch  # pyright: ignore[reportMissingImports]
+from torch.utils.data import (  # pyright: ignore[reportMissingImports]
+    IterableDataset,
+    get_worker_info,
+)
+
+from usdsdg import stream
+from usdsdg.session import session
+from usdsdg.stream import Sample
+from usdsdg.torch.tensors import tensors
+
+
+class LiveDataset(IterableDataset):
+    """The frames of a configuration or a script as samples, rendered while the trainer takes them.
+
+    A sample is a dict: "frame" (int), "render_product" and "camera" (str), "info" (what annotators return besides
+    arrays, by annotator), "classes" (the class table: labels by id), and each annotator's array as a tensor under its
+    name. Records, such as boxes, are a dict of tensors by field, with "classId", the row's id in "classes", where they
+    have labels. `transform` turns a sample into what the trainer wants.
+
+    With `DataLoader(dataset, batch_size=..., num_workers=n)` worker i makes the frames i, i + n, i + 2n, ...: frame k
+    is the same for any n, since graph and physics of all frames run in every worker. Each epoch repeats the frames of
+    its seed; `set_epoch` asks for others. With num_workers=0 the job runs in a thread of the trainer's own process, in
+    which no stage may be open, and seeds Python's and NumPy's generators.
+
+    Example:
+        >>> annotators = ["rgb", "bounding_box_2d_tight"]
+        >>> dataset = LiveDataset("configs/detection.yaml", annotators, arguments=["num_frames=64"])
+        >>> for batch in DataLoader(dataset, batch_size=None, num_workers=1):
+        ...     train(batch["rgb"], batch["bounding_box_2d_tight"])
+    """
+
+    def __init__(
+        self,
+        job: str | os.PathLike[str],
+        annotators: Sequence[str] = ("rgb",),
+        *,
+        arguments: Sequence[str] = (),
+        seed: int = 0,
+        device: Any = "cpu",
+        transform: Callable[[dict[str, Any]], Any] | None = None,
+        ahead: int = 2,
+    ) -> None:
+        """
+        job: a configuration of `usdsdg generate`, or a script of `usdsdg run`.
+        annotators: their names, as for `rep.annotators.get`.
+        arguments: "key=value" overrides of the configuration, or the arguments of the script.
+        seed: of the first epoch.
+        device: where the tensors of samples are, as torch names devices; a DataLoader's workers that pass tensors on
+            CUDA need the start method "spawn".
+        transform: what samples are passed through, in the worker.
+        ahead: how many samples a worker makes before they are asked for.
+        """
+        self.job, self.annotators, self.arguments = os.fspath(job), tuple(annotators), tuple(arguments)
+        self.seed, self.device, self.transform, self.ahead = int(seed), device, transform, int(ahead)
+        self._epoch = torch.zeros((), dtype=torch.int64).share_memory_()  # which workers see change
+
+    def set_epoch(self, epoch: int) -> None:
+        """Take the frames of another seed, `seed` + `epoch`, from the next iteration on."""
+        self._epoch.fill_(int(epoch))
+
+    def __iter__(self) -> Iterator[Any]:
+        """Run the job, and yield its samples.
+
+        Raises:
+            as `usdsdg.stream.frames`.
+        """
+        worker = get_worker_info()
+        if worker is not None:
+            session.restart()  # a forked worker has a copy of the trainer's session
+        samples = stream.frames(
+            self.job,
+            self.annotators,
+            arguments=self.arguments,
+            seed=self.seed + int(self._epoch),
+            part=(worker.id, worker.num_workers) if worker is not None else (0, 1),
+            ahead=self.ahead,
+        )
+        for sample in samples:
+            yield self._made(sample)
+
+    def _made(self, sample: Sample) -> Any:
+        arrays = tensors(sample.arrays, self.device)
+        for name, array in arrays.items():
+            if isinstance(array, dict) and "semanticId" in array:
+                array["classId"] = torch.from_numpy(sample.class_ids(name)).to(self.device)
+        made = {
+            "frame": sample.frame,
+            "render_product": sample.render_product,
+            "camera": sample.camera,
+            "info": {name: dict(info) for name, info in sample.infos.items() if info},
+            "classes": {number: dict(labels) for number, labels in sample.classes.items()},
+            **arrays,
+        }
+        return made if self.transform is None else self.transform(made)

@@ -1,0 +1,208 @@
+"""The spool: records of frames for the files that are about all of them, in a file beside the data, not in memory."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import tempfile
+import weakref
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from usdsdg.errors import WriterError
+from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.blob_key import path_below
+from usdsdg.writers.backends.disk import DiskBackend
+from usdsdg.writers.backends.group import BackendGroup
+from usdsdg.writers.files import plain
+from usdsdg.writers.whole_file import not_writable
+
+FOLDER, SUFFIX = f"{BESIDE}/aggregates", ".jsonl"
+FRAME, ABOUT = "frame", "about"
+_BINARY = getattr(os, "O_BINARY", 0)
+_APPEND = os.O_WRONLY | os.O_APPEND | _BINARY
+_AT_A_TIME = 1 << 18  # bytes that are read
+
+
+class OpenFile:
+    """A file that is read at any place by several threads, also after another one has replaced it."""
+
+    def __init__(self, path: Path) -> None:
+        self._descriptor, self._lock = os.open(path, os.O_RDONLY | _BINARY), Lock()
+        weakref.finalize(self, os.close, self._descriptor)
+
+    def read(self, place: int, size: int) -> bytes:
+        """Return up to `size` bytes from the byte `place` on."""
+        with self._lock:
+            os.lseek(self._descriptor, place, os.SEEK_SET)
+            return os.read(self._descriptor, size)
+
+
+@dataclass(frozen=True)
+class Records:
+    """The records of a spool up to a moment, in the order of the frames; they may be gone over several times.
+
+    A record is a dictionary with "frame", the number of its frame, and what the writer has of it.
+    """
+
+    file: OpenFile | None  # None if there are no records
+    size: int  # bytes that belong to it
+    count: int
+    about: dict[str, Any]  # what was said last of all frames
+    keeps: object = None  # what keeps the file
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        for _, text in self._lines():
+            line = json.loads(text)
+            if FRAME in line:
+                yield line
+
+    def ordered_by(self, key: str) -> Iterator[dict[str, Any]]:
+        """Yield the records in the order of their values of `key`; of all of them only these are in memory."""
+        parsed = ((place, len(text), json.loads(text)) for place, text in self._lines())
+        places = sorted((line[key], place, size) for place, size, line in parsed if FRAME in line)
+        for _, place, size in places:
+            assert self.file is not None
+            yield json.loads(self.file.read(place, size))
+
+    def _lines(self) -> Iterator[tuple[int, bytes]]:
+        """Yield each line with the byte at which it begins."""
+        place, rest = 0, b""
+        while self.file is not None and (left := self.size - place - len(rest)) > 0:
+            data = self.file.read(place + len(rest), min(left, _AT_A_TIME))
+            if not data:
+                return
+            *lines, rest = (rest + data).split(b"\n")
+            for line in lines:
+                yield place, line
+                place += len(line) + 1
+
+
+class Spool:
+    """Appends records of frames to `.usdsdg/aggregates/<name>.jsonl`; every append is in the file when it returns.
+
+    A line is {"frame": number, ...} for a picture of a frame, or {"about": {...}} for what is true of all frames, of
+    which the last one counts. The first append replaces the spool of an earlier run. A bucket cannot be appended to:
+    for a backend without a local folder the file is a temporary one, which ends with this object and its records.
+    """
+
+    def __init__(self, backend: BaseBackend, name: str) -> None:
+        """name: of the file, with slashes."""
+        folder, self._temporary = _local_folder(backend), None
+        if folder is None:
+            self._temporary = _TemporaryFolder()
+            folder = self._temporary.path
+        self.path = path_below(folder, f"{FOLDER}/{name}{SUFFIX}")
+        self._size = self._count = 0
+        self._about = "{}"
+
+    def append(self, frame: int, records: Mapping[str, Any]) -> None:
+        """Append what a picture of a frame adds. frame: how many frames the writer has received before.
+
+        Raises:
+            OutputNotWritable: the file cannot be written, or was removed.
+            WriterError: another writer has written to the file.
+        """
+        self._write({FRAME: frame, **records})
+        self._count += 1
+
+    def note(self, about: Mapping[str, Any]) -> None:
+        """Append what is true of all frames, if it has changed; errors are those of `append`."""
+        text = json.dumps(about, default=plain)
+        if text != self._about:
+            self._write({ABOUT: about})
+            self._about = text
+
+    def so_far(self) -> Records:
+        """Return what has been appended until now.
+
+        Raises:
+            OutputNotWritable: the file was removed.
+        """
+        try:
+            file = OpenFile(self.path) if self._size else None
+        except OSError as error:
+            raise not_writable(self.path, error) from error
+        return Records(file, self._size, self._count, json.loads(self._about), keeps=self._temporary)
+
+    def _write(self, line: Mapping[str, Any]) -> None:
+        data = json.dumps(line, default=plain).encode() + b"\n"
+        flags = _APPEND if self._size else _APPEND | os.O_CREAT
+        try:
+            if not self._size:
+                self.path.parent.mkdir(parents=True, exist_ok=True)
+                # A new file: another writer's records may still be read from the one that was here.
+                self.path.unlink(missing_ok=True)
+            descriptor = os.open(self.path, flags, 0o666)
+            try:
+                self._append(descriptor, data)
+            finally:
+                os.close(descriptor)
+        except OSError as error:
+            raise not_writable(self.path, error) from error
+        self._size += len(data)
+
+    def _append(self, descriptor: int, data: bytes) -> None:
+        if os.fstat(descriptor).st_size != self._size:
+            raise WriterError(f"{self.path} is written to by another writer, too. Give each an output_dir of its own.")
+        left = memoryview(data)
+        try:
+            while left:
+                left = left[os.write(descriptor, left) :]
+        except BaseException:
+            # So that the next line does not continue this one.
+            with contextlib.suppress(OSError):
+                os.ftruncate(descriptor, self._size)
+            raise
+
+
+class _TemporaryFolder:
+    """A folder that is removed with this object."""
+
+    def __init__(self) -> None:
+        self.path = Path(tempfile.mkdtemp(prefix="usdsdg-spool-"))
+        weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+
+
+def read(path: Path) -> Records:
+    """Return the records of a spool that a process has left, which may have died while it wrote the last line.
+
+    Raises:
+        FileNotFoundError: there is none.
+        WriterError: a line other than the last one is damaged.
+    """
+    size = count = 0
+    about: dict[str, Any] = {}
+    with open(path, "rb") as file:
+        for data in file:
+            line = _parsed(data)
+            if line is None:
+                if file.read(1):
+                    raise WriterError(f"{path}: the line at byte {size} is damaged; labels from there on are lost.")
+                break
+            size, count = size + len(data), count + (FRAME in line)
+            about = line.get(ABOUT, about)
+    return Records(OpenFile(path), size, count, about)
+
+
+def _parsed(data: bytes) -> dict[str, Any] | None:
+    """Return a line, or None if it is none: without its end, or no JSON."""
+    with contextlib.suppress(ValueError):
+        line = json.loads(data) if data.endswith(b"\n") else None
+        return line if isinstance(line, dict) else None
+    return None
+
+
+def _local_folder(backend: BaseBackend) -> Path | None:
+    """Return the folder that a backend writes to; None if it has no local one."""
+    if isinstance(backend, DiskBackend):
+        return Path(backend.output_dir)
+    if isinstance(backend, BackendGroup):
+        return next((folder for each in backend.backends if (folder := _local_folder(each)) is not None), None)
+    return None

@@ -1,0 +1,101 @@
+"""Materials as rows of `scene.MATERIAL`."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+
+import numpy as np
+
+from usdsdg import errors
+from usdsdg_render.images.textures import TextureUse
+from usdsdg_render.materials.display_color import DisplayColor
+from usdsdg_render.materials.shading import MAX_COLOR, MAX_EMISSION, Input, Material
+from usdsdg_render.scene.scene import MATERIAL, NO_TEXTURE
+
+_COLUMNS = {name: MATERIAL[name] for name in MATERIAL.names or ()}
+# Fields of `Material` that fill columns: beside that of the field's name those of its texture, and of the channel.
+# `normal` and `detail` fill that of a texture alone.
+_FIELDS = {
+    each.name: (f"{each.name}_texture", f"{each.name}_channel")
+    for each in fields(Material)
+    if {each.name, f"{each.name}_texture"} & _COLUMNS.keys()
+}
+
+# Largest constants; those in neither table end at 1.
+_HIGHEST = {"base_color": MAX_COLOR, "emission": MAX_EMISSION}
+_UNLIMITED = ("ior", "thin", "normal_scale", "detail_scale")
+
+
+def material_row(material: Material, indices: Mapping[TextureUse, int]) -> tuple:
+    """The values of a row of `MATERIAL`: of an `Input` x those of x, x_texture and x_channel, else of the same name."""
+    values: dict[str, object] = {}
+    for name in _FIELDS:
+        values |= field_columns(material, name, indices)
+    return tuple(map(values.__getitem__, _COLUMNS))
+
+
+def field_columns(material: Material, name: str, indices: Mapping[TextureUse, int]) -> dict[str, object]:
+    """The columns of `MATERIAL` that one field of a material fills; none for fields that have no column."""
+    value = getattr(material, name)
+    if isinstance(value, Input):
+        texture = NO_TEXTURE if value.texture is None else indices.get(value.texture, NO_TEXTURE)
+        constant = _constant(material.name, name, value, textured=texture != NO_TEXTURE)
+        texture_column, channel_column = _FIELDS[name]
+        columns = {name: constant, texture_column: texture, channel_column: value.channel}
+        return {column: each for column, each in columns.items() if column in _COLUMNS}
+    if name in _COLUMNS:
+        return {name: value if name in _UNLIMITED else _unit(value)}
+    if name in _FIELDS:
+        return {_FIELDS[name][0]: NO_TEXTURE if value is None else indices.get(value, NO_TEXTURE)}
+    return {}
+
+
+def write_field(
+    table: np.ndarray, rows: Sequence[int], materials: Sequence[Material], name: str, indices: Mapping[TextureUse, int]
+) -> None:
+    """Write the columns of one field of materials to their rows; constants, which are most, all at once."""
+    values = [getattr(material, name) for material in materials]
+    if all(type(value) is Input and value.texture is None and not value.channel for value in values):
+        constants = np.array([value.value for value in values])
+        highest = _HIGHEST.get(name, 1.0)
+        if constants.max() <= highest:
+            numbers = np.clip(constants, 0.0, highest)
+            table[name][rows] = numbers if _COLUMNS[name].shape else numbers[:, 0]
+            for column, none in zip(_FIELDS[name], (NO_TEXTURE, 0)):
+                if column in _COLUMNS:
+                    table[column][rows] = none
+            return
+    for row, material in zip(rows, materials):
+        for column, value in field_columns(material, name, indices).items():
+            table[column][row] = value
+
+
+def _constant(material: str, name: str, value: Input, *, textured: bool) -> float | tuple[float, ...]:
+    """The constant of an input within its limits; beside a texture, a scalar may be any factor > 0."""
+    constant = value.value if value.texture is None or textured or value.fallback is None else value.fallback
+    if name in _HIGHEST:
+        highest = _HIGHEST[name]
+        if max(constant) > highest:
+            errors.warn_once(
+                f"{material}: a color of {max(constant):g} is more than 32-bit numbers can follow from surface to "
+                f"surface; {highest:g} is used. Correct it."
+            )
+        return tuple(min(max(number, 0.0), highest) for number in constant)
+    if _COLUMNS[name].shape:
+        return tuple(map(_unit, constant))
+    return max(constant[0], 0.0) if textured else _unit(constant[0])
+
+
+def _unit(value: float) -> float:
+    return min(max(value, 0.0), 1.0)
+
+
+# What all rows of display colors share, and what rows that no material uses hold.
+PLAIN = np.array(material_row(DisplayColor().material, {}), MATERIAL)
+
+
+def display_color_rows(colors: Sequence[DisplayColor]) -> np.ndarray:
+    """Return `material_row` of many display colors, whose colors are within their limits."""
+    rows = np.full(len(colors), PLAIN)
+    rows["base_color"] = [each.color for each in colors]
+    rows["opacity"] = np.clip([each.opacity for each in colors], 0.0, 1.0)
+    return rows
