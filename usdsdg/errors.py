@@ -11,6 +11,7 @@ UsdsdgError                     base of all errors; the command line prints it w
 ├── AnnotatorError              an annotator that cannot give its data (AnnotatorRegistryError, AugmentationError)
 ├── DatasetError                a folder that contains no dataset
 ├── WriterError                 output that cannot be written (OutputNotWritable, WriterRegistryError)
+├── StoreError                  a folder, bucket or server that does not answer, does not exist or denies access
 └── Unsupported                 a feature of Replicator or USD that usdsdg does not support
 """
 
@@ -131,8 +132,12 @@ class WriterRegistryError(WriterError, LookupError):
     """No writer or backend has that name, or the name is taken."""
 
 
-class OutputNotWritable(WriterError, OSError):
-    """The output folder or file cannot be written."""
+class StoreError(LosingError, OSError):
+    """A folder, bucket or server of files does not answer, does not exist, or denies access."""
+
+
+class OutputNotWritable(WriterError, StoreError):
+    """The output folder, bucket or file cannot be written."""
 
 
 class Unsupported(UsdsdgError, NotImplementedError):

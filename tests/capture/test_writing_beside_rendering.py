@@ -76,7 +76,7 @@ def test_little_room_in_the_queue_changes_no_byte(one_by_one, tmp_path, monkeypa
 FAILING = """
     import omni.replicator.core as rep
     from usdsdg.errors import OutputNotWritable
-    from usdsdg.writers import whole_file
+    from usdsdg.stores import whole_file
 
     real = whole_file._write
 

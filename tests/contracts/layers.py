@@ -15,6 +15,7 @@ USDSDG = {
     "buffers": "",
     "readback": "buffers",
     "compilation": "",
+    "stores": "errors",
     "stage": "errors",
     "session": "errors stage",
     "articulations": "errors stage session",
@@ -30,7 +31,7 @@ USDSDG = {
     "create": "errors stage session arguments graph distribution modify calibration",
     "randomizer": "errors stage session arguments graph distribution scatter modify",
     "annotators": "errors parallel buffers readback stage session arguments graph",
-    "writers": "errors stage session arguments annotators",
+    "writers": "errors stores stage session arguments annotators",
     "functional": "errors stage session arguments graph rng scatter randomizer writers",
     "physics": "errors stage arguments graph distribution modify functional",
     "get": "errors stage session arguments graph functional",
@@ -43,13 +44,13 @@ USDSDG = {
     "writers_default": "writers tools",
     # what runs it
     "record": "stage",
-    "capture": "errors parallel stage session graph distribution create annotators writers record "
+    "capture": "errors parallel stores stage session graph distribution create annotators writers record "
     "usdsdg_render.settings",
     "app": "errors stage session graph rng distribution create annotators writers trigger capture",
     "orchestrator": "errors session arguments app",
     "demo": "errors stage",
-    "mirror": "errors stage session",
-    "meshes": "errors stage session mirror",
+    "mirror": "errors stores stage session",
+    "meshes": "errors stores stage session mirror",
     "example": "demo",
     "datasets": "errors stage writers record",
     "inspect": "errors stage writers datasets",
@@ -57,8 +58,8 @@ USDSDG = {
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors stage session arguments graph calibration create writers app orchestrator settings demo "
     "meshes __init__",
-    "compat": "errors stage session articulations arguments graph distribution create annotators writers functional "
-    "app orchestrator settings",
+    "compat": "errors stores stage session articulations arguments graph distribution create annotators writers "
+    "functional app orchestrator settings",
     "cli": "errors stage session",
     "stream": "errors session annotators capture scenarios replicator_yaml cli __init__",
     "torch": "session stream",

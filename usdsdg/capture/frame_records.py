@@ -25,10 +25,10 @@ from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg.stage.poses.transforms import up_axis
+from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import BackendGroup
 from usdsdg.writers.base import Writer, attached_writers
-from usdsdg.writers.whole_file import write_whole
 
 SETTING = "/usdsdg/labels/record"
 # Parameters of writers that say where files go, on which their content must not depend.

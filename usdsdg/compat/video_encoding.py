@@ -9,7 +9,7 @@ import numpy as np
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
 from usdsdg.stage.image_files.motion_jpeg import Video, encode_frame
-from usdsdg.writers.whole_file import write_whole
+from usdsdg.stores.whole_file import write_whole
 
 
 class VideoEncodingInterface:

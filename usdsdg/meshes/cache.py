@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from usdsdg.errors import warn_once
 from usdsdg.meshes.conversion import Options, convert
-from usdsdg.mirror.locks import locked
 from usdsdg.stage.assets import cache_folder
+from usdsdg.stores.locks import locked
 
 # Part of each key: another number converts everything again.
 VERSION = 3

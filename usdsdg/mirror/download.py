@@ -11,9 +11,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from usdsdg.errors import AssetUnreadable
-from usdsdg.mirror.locks import locked
 from usdsdg.mirror.records import Record
 from usdsdg.mirror.store import RemoteError, RemoteStore
+from usdsdg.stores.locks import locked
 
 ATTEMPTS = 5
 _WAIT_SECONDS = 0.1  # before the second attempt; doubled before each further one

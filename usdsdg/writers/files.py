@@ -16,7 +16,7 @@ from usdsdg.errors import Unsupported, WriterError
 from usdsdg.stage.image_files import exr, runs
 from usdsdg.stage.image_files.npy import npy_chunks
 from usdsdg.stage.image_files.png import png_chunks
-from usdsdg.writers.whole_file import write_whole
+from usdsdg.stores.whole_file import write_whole
 
 
 class BlobSink(Protocol):

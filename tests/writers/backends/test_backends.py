@@ -13,10 +13,11 @@ from PIL import Image
 
 from usdsdg import backends
 from usdsdg.errors import OutputNotWritable, UsdsdgWarning, WriterError, WriterRegistryError
-from usdsdg.writers import BackendDispatch, BackendGroup, BaseBackend, DiskBackend, files, set_disk_root, whole_file
+from usdsdg.stores import whole_file
+from usdsdg.stores.whole_file import write_whole
+from usdsdg.writers import BackendDispatch, BackendGroup, BaseBackend, DiskBackend, files, set_disk_root
 from usdsdg.writers.backends import registry
 from usdsdg.writers.backends.io_queue import IoQueue
-from usdsdg.writers.whole_file import write_whole
 
 
 def names(folder: Path) -> list[str]:

@@ -245,7 +245,8 @@ def run_python(code: str, *arguments: str) -> subprocess.CompletedProcess:
 SLOW = """
     import sys, time, threading, _thread
     import numpy as np
-    from usdsdg.writers import DiskBackend, files, whole_file
+    from usdsdg.stores import whole_file
+    from usdsdg.writers import DiskBackend, files
 
     def slowly(part, chunks):
         with open(part, "wb") as file:

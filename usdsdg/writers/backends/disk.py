@@ -8,9 +8,9 @@ from pathlib import Path
 
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.session import current
+from usdsdg.stores.whole_file import check_writable, write_whole
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.blob_key import path_below
-from usdsdg.writers.whole_file import check_writable, write_whole
 
 
 def set_disk_root(path: str | os.PathLike | None) -> None:

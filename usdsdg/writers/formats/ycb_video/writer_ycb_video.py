@@ -12,6 +12,7 @@ from pxr import Usd, UsdGeom
 from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.session import current
+from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
@@ -25,7 +26,6 @@ from usdsdg.writers.formats.ycb_video.ycb_models import Models, points_file, ver
 from usdsdg.writers.formats.ycb_video.ycb_pictures import box_lines, depth_steps, inverse_depth, label_picture
 from usdsdg.writers.options import typed
 from usdsdg.writers.registry import get
-from usdsdg.writers.whole_file import write_whole
 
 RGB, TIGHT, CLASSES, POSES = "rgb", "bounding_box_2d_tight", "semantic_segmentation", "pose"
 _ROOT = "data/YCB_Video"

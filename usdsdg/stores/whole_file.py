@@ -4,31 +4,58 @@ import contextlib
 import errno
 import itertools
 import os
+import re
 import shutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from usdsdg.errors import OutputNotWritable
 
+# Names of files that are being written, and of locks beside files.
+PART = re.compile(r"\..*\.(part|lock)")
+
 _part_numbers = itertools.count()
 
 
-def write_whole(path: Path, data: bytes | Iterable[bytes | memoryview]) -> None:
+def write_whole(path: Path, data: bytes | Iterable[bytes | memoryview], *, durable: bool = False) -> None:
     """Write a file, of bytes or of chunks, atomically: it appears with all its bytes or not at all.
+
+    durable: also where the power fails right after the call.
 
     Raises:
         OutputNotWritable: it could not be written; no partial file is left behind.
     """
+    with _part_of(path, data, durable) as part:
+        part.replace(path)
+
+
+def write_new(path: Path, data: bytes | Iterable[bytes | memoryview]) -> bool:
+    """As `write_whole` and durable, unless the file is there already; return whether it was written.
+
+    Of several processes that write it at once exactly one does.
+    """
+    if path.exists():
+        return False
+    with _part_of(path, data, durable=True) as part:
+        return _named_if_free(part, path)
+
+
+@contextlib.contextmanager
+def _part_of(path: Path, data: bytes | Iterable[bytes | memoryview], durable: bool) -> Iterator[Path]:
+    """Write a file under a temporary name, which the body gives its own name."""
     part = path.with_name(f".{path.name[:100]}.{os.getpid()}-{next(_part_numbers)}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             _write(part, [data] if isinstance(data, bytes) else data)
-            part.replace(path)
-        except BaseException:
+            if durable:
+                _sync(part)
+            yield part
+            if durable and os.name != "nt":  # where folders cannot be opened
+                _sync(path.parent)
+        finally:
             with contextlib.suppress(OSError):
                 part.unlink()
-            raise
     except OSError as error:
         raise not_writable(path, error) from error
 
@@ -37,6 +64,43 @@ def _write(part: Path, chunks: Iterable[bytes | memoryview]) -> None:
     with open(part, "wb") as file:
         for chunk in chunks:
             file.write(chunk)
+
+
+def _sync(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _named_if_free(part: Path, path: Path) -> bool:
+    """Give a part the name of a file unless that is taken; return whether it was free."""
+    try:
+        if os.name == "nt":
+            part.rename(path)  # which replaces nothing there
+        else:
+            os.link(part, path)
+    except FileExistsError:
+        return False
+    except OSError as error:
+        if error.errno not in (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK):
+            raise
+        return _copied_if_free(part, path)
+    return True
+
+
+def _copied_if_free(part: Path, path: Path) -> bool:
+    """As `_named_if_free`, where the file system has no links: readers may see the file before its last byte."""
+    try:
+        with open(path, "xb") as file:
+            file.write(part.read_bytes())
+            file.flush()
+            os.fsync(file.fileno())
+    except FileExistsError:
+        return False
+    return True
 
 
 def check_writable(folder: Path) -> None:
