@@ -140,6 +140,10 @@ class OutputNotWritable(WriterError, StoreError):
     """The output folder, bucket or file cannot be written."""
 
 
+class DatasetInTheWay(OutputNotWritable):
+    """The output folder has another run, or another process writes to it."""
+
+
 class Unsupported(UsdsdgError, NotImplementedError):
     """A feature of Replicator or USD that usdsdg does not support."""
 

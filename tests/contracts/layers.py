@@ -141,7 +141,9 @@ LATE = {
     "usdsdg.cli.run": ("usdsdg.replicator_yaml", COMMAND),
     "usdsdg.cli.script.missing_names": ("usdsdg.compat", COMMAND),
     "usdsdg.cli.script.execution": ("usdsdg.app usdsdg.compat usdsdg.orchestrator usdsdg.writers", COMMAND),
-    "usdsdg.cli.command_context": ("usdsdg.graph usdsdg.orchestrator usdsdg.settings", COMMAND),
+    "usdsdg.cli.command_context": ("usdsdg.graph usdsdg.orchestrator usdsdg.settings usdsdg.writers", COMMAND),
+    "usdsdg.cli.dataset_options": ("usdsdg.writers", COMMAND),
+    "usdsdg.cli.merge": ("usdsdg.writers", COMMAND),
     "usdsdg.cli.thread_limit": ("usdsdg.parallel usdsdg.writers", COMMAND),
     "usdsdg.cli.verify": ("usdsdg.verify", COMMAND),
     "usdsdg.cli.warmup": (

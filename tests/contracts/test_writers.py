@@ -105,7 +105,7 @@ def test_every_file_can_be_read(name, frame, tmp_path):
         elif path.suffix == ".npy":
             np.load(path)
         elif path.suffix == ".jsonl":
-            assert all(set(json.loads(line)) & {"frame", "about"} for line in path.read_text().splitlines())
+            assert all(set(json.loads(line)) & {"frame", "about", "kind"} for line in path.read_text().splitlines())
         elif path.suffix == ".mp4":
             assert path.read_bytes()[4:8] == b"ftyp"
         elif path.parent.name == "calib":

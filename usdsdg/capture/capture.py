@@ -14,7 +14,7 @@ from usdsdg.capture.frame_scene import EarlierPoints, FrameScene
 from usdsdg.capture.labels import render_labels
 from usdsdg.capture.later_pictures import LaterPictures, may_be_later
 from usdsdg.capture.observing import observe
-from usdsdg.capture.output import WriterOutput
+from usdsdg.capture.output import WriterOutput, append_to_journals
 from usdsdg.capture.render_settings import RenderMode
 from usdsdg.capture.requests import Requests
 from usdsdg.capture.stage_records import StageMoment, StageRecords
@@ -70,17 +70,28 @@ class Capture:
     def finish(self, frame: int, seconds: float) -> None:
         """Render labels, compute annotators and call writers; `seconds` is the time on the timeline."""
         if not self._requests.annotators:
+            if self._requests.is_recorded:
+                self._stages_of_record().follow()
+            self._skip({})
             return
         self._moment = self._stage_moment()
         frames = self._frames(frame, seconds)
         observe(self._requests, frames)
         _compute(frames)
+        self._skip(frames)
         for writer in self._requests.writers:
             self._output.write(writer, frames, self._requests, self._moment)
         if (tap := current().tap) is not None:
             tap.take(frames, self._requests.tapped)
+        if self._requests.files is not None:
+            self._requests.files.release()
+        append_to_journals()
         self._remember(frames)
         report("frames captured", frame + 1, self.expected_frames)
+
+    def _skip(self, frames: Mapping[str, Frame]) -> None:
+        for skipped in self._requests.skipped:
+            self._output.skip(skipped, frames)
 
     def show(self, path: str, mode: RenderMode, *, number: int, seconds: float) -> None:
         """Compute the attached annotators of the product at `path`, without capturing a frame.
@@ -104,9 +115,12 @@ class Capture:
         """Return the stage as it is now, where a writer's record needs it."""
         if not self._requests.is_recorded:
             return None
+        return self._stages_of_record().take(engines.renderer().time)
+
+    def _stages_of_record(self) -> StageRecords:
         if self._stages is None:
             self._stages = StageRecords(current_stage())
-        return self._stages.take(engines.renderer().time)
+        return self._stages
 
     def _frames(self, index: int, seconds: float) -> dict[str, Frame]:
         """Return the frame of each product, the input of annotators, by product path."""

@@ -25,10 +25,12 @@ from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg.stage.poses.transforms import up_axis
-from usdsdg.stores.whole_file import write_whole
+from usdsdg.stores.whole_file import write_whole_with_hash
 from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.backends.group import BackendGroup
 from usdsdg.writers.base import Writer, attached_writers
+from usdsdg.writers.journal.run import get_run
 
 SETTING = "/usdsdg/labels/record"
 # Parameters of writers that say where files go, on which their content must not depend.
@@ -51,6 +53,14 @@ def sink_of(writer: Writer) -> BaseBackend | None:
         if isinstance(folder, (str, os.PathLike)) and os.path.isdir(folder):
             return _Folder(Path(folder))
     return None
+
+
+def folder_of(writer: Writer) -> str | None:
+    """Return the local folder that a writer writes to; None if there is none, or it is not known."""
+    backend = sink_of(writer)
+    if isinstance(backend, BackendGroup):
+        backend = next((each for each in backend.backends if isinstance(each, DiskBackend)), None)
+    return backend.output_dir if isinstance(backend, (DiskBackend, _Folder)) else None
 
 
 class FrameRecords:
@@ -107,7 +117,8 @@ class FrameRecords:
         key = (id(backend), moment.base)
         if key not in self._stages:
             self._stages[key] = backend
-            backend.schedule(_put_bytes, path=moment.base, data=moment.content)
+            with current().io_queue.of_all_frames():
+                backend.schedule(_put_bytes, path=moment.base, data=moment.content)
 
     def _path(self, writer: Writer, backend: BaseBackend, number: int) -> str:
         key = _folder_of(backend) or str(id(backend))
@@ -124,7 +135,8 @@ class _Folder(BaseBackend):
         self.output_dir = str(folder)
 
     def write_blob(self, path: str, data: bytes) -> None:
-        write_whole(Path(self.output_dir) / path, data)
+        facts = write_whole_with_hash(Path(self.output_dir) / path, [data])
+        get_run().note(self.output_dir, path, facts, current().io_queue.files_in_hand())
 
 
 class _Content:

@@ -7,12 +7,14 @@ from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
 from usdsdg.capture.frame_records import FrameRecords
 from usdsdg.capture.graph_outputs import distribution_outputs, trigger_outputs
-from usdsdg.capture.requests import Requests
+from usdsdg.capture.requests import Requests, Skipped
 from usdsdg.capture.stage_records import StageMoment
 from usdsdg.errors import watch_foreign
 from usdsdg.session.progress import report, say
+from usdsdg.session.render_products import products
 from usdsdg.session.session import current
 from usdsdg.writers.base import Writer, attached_writers
+from usdsdg.writers.journal.run import get_run
 
 # Interval at which `drain` polls the queue of files.
 DRAIN_SECONDS = 0.02
@@ -39,7 +41,7 @@ class WriterOutput:
             payload = build_payload(writer, attached, **outputs)
             number, frame = writer.num_written, next(iter(attached.values())).index
             amodal = {path: requests.requirements(path).amodal_masks for path in attached}
-            with current().io_queue.frame(frame, pixels=current().tracing) as files:
+            with current().io_queue.frame(frame, pixels=current().tracing, files=requests.files) as files:
                 try:
                     writer.receive(payload)
                 except Exception as error:
@@ -47,12 +49,40 @@ class WriterOutput:
                     watch_foreign(error)
                     raise
                 self._records.write(writer, attached, moment, number=number, files=tuple(files), amodal=amodal)
+            key, folder = requests.keys[id(writer)]
+            if writer.kept and requests.files is not None and folder is not None:
+                requests.files.keep(folder, key, {name: getattr(writer, name) for name in writer.kept})
+
+    def skip(self, skipped: Skipped, frames: Mapping[str, Frame]) -> None:
+        """Tell a writer of a frame whose files it need not make, so that it counts it.
+
+        frames: by product path, of those that were rendered nevertheless.
+        """
+        writer = skipped.writer
+        enabled = {product.path for product in products() if product.updates_enabled}
+        shown = {path: path.rsplit("/", 1)[-1] for path in writer.render_products if path in enabled}
+        if not shown:
+            return
+        read = writer.annotators_to_skip() if not skipped.is_made else []
+        seen = {
+            name: {each.get_name(): each.compute(frames[path]).flat() for each in read} for path, name in shown.items()
+        }
+        outputs = {"trigger_outputs": trigger_outputs(), "distribution_outputs": distribution_outputs()}
+        receive = writer.receive_made if skipped.is_made else writer.receive_skipped
+        receive({**outputs, "renderProducts": seen})
 
     def _report_folder(self, writer: Writer) -> None:
         name, folder = type(writer).__name__, getattr(writer.backend, "output_dir", None)
         if folder is not None and (name, folder) not in self._reported:
             self._reported.add((name, folder))
             say(f"{name} writes to {folder}")
+
+
+def append_to_journals() -> None:
+    """Let the queue append frames that are whole to the journals of their folders, if it is time."""
+    run = get_run()
+    if run.is_due():
+        current().io_queue.submit(run.append, what="the journal", size=0, owner=run, turn="journal")
 
 
 def drain() -> None:

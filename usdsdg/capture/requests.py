@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, requirements
 from usdsdg.capture import frame_records, recorded_pictures
-from usdsdg.capture.tap import Tap
+from usdsdg.capture.tap import Tap, history_of
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.session.session import current
 from usdsdg.writers.base import Writer, attached_writers
+from usdsdg.writers.journal.frames import FrameFiles
+from usdsdg.writers.journal.run import get_run
 from usdsdg_render.settings import LIGHT_AOVS
+
+
+@dataclass(frozen=True)
+class Skipped:
+    """A writer that is due at a frame whose files are made by another process, or were made before."""
+
+    writer: Writer
+    is_made: bool  # before the run went on
+
+
+def writer_key(writer: Writer, due: Sequence[Writer]) -> str:
+    """Return the name of a writer among those that are due at a frame."""
+    same = [each for each in due if type(each).__name__ == type(writer).__name__]
+    return f"{type(writer).__name__}-{same.index(writer)}"
 
 
 @dataclass
@@ -20,6 +37,9 @@ class Requests:
 
     annotators: dict[str, list[Annotator]] = field(default_factory=dict)  # by product path; also those of `writers`
     writers: list[Writer] = field(default_factory=list)  # those that are due at this frame
+    skipped: list[Skipped] = field(default_factory=list)  # those that are due, whose files are not to be made here
+    files: FrameFiles | None = None  # those of the frame, where writers are due
+    keys: dict[int, tuple[str, str | None]] = field(default_factory=dict)  # key and folder of writers by their id
     tapped: list[str] = field(default_factory=list)  # paths of products whose views are handed out in their place
     _recorded: set[str] = field(default_factory=set)  # paths of products of which writers get a record
 
@@ -38,13 +58,42 @@ class Requests:
         if (tap := current().tap) is not None:
             requests._divert(tap, due, frame)
             return requests
-        requests.writers = due
+        requests._share_out(due)
         for writer in requests.writers:
-            if frame_records.is_on() and frame_records.sink_of(writer) is not None:
-                requests._recorded.update(writer.render_products)
             for path in writer.render_products:
                 requests._add(path, writer.annotators_of(path), type(writer).__name__)
         return requests
+
+    def _share_out(self, due: list[Writer]) -> None:
+        """Keep the writers that are due, apart from those whose files of this frame are not this process's to make."""
+        if not due:
+            return
+        run, folders = get_run(), [frame_records.folder_of(writer) for writer in due]
+        number, wanted = run.begin_frame(folders)
+        self.writers = [writer for writer, is_wanted in zip(due, wanted) if is_wanted]
+        self.keys = {id(writer): (writer_key(writer, due), folder) for writer, folder in zip(due, folders)}
+        if self.writers:
+            self.files = run.hand(number)
+            for folder in (folder for folder, is_wanted in zip(folders, wanted) if is_wanted and folder):
+                self.files.touch(folder)
+        for writer, folder, is_wanted in zip(due, folders, wanted):
+            if not run.is_made(folder, number):
+                for name, value in run.take_kept(folder, self.keys[id(writer)][0]).items():
+                    setattr(writer, name, value)
+            if frame_records.is_on() and frame_records.sink_of(writer) is not None:
+                self._recorded.update(writer.render_products)
+            if is_wanted:
+                continue
+            skipped = Skipped(writer, run.is_made(folder, number))
+            self.skipped.append(skipped)
+            for path in writer.render_products:
+                read = writer.annotators_of(path)
+                ahead = max(map(history_of, read), default=0)
+                if not (ahead and run.is_wanted_soon(folder, number + 1, ahead - 1)):
+                    # Else a later frame is compared with what this one shows.
+                    read = writer.annotators_to_skip() if not skipped.is_made else []
+                if read:
+                    self._add(path, read, type(writer).__name__)
 
     def _divert(self, tap: Tap, due: list[Writer], frame: int) -> None:
         """Request for the tap what writers that are due would be given; where none is attached, all products."""

@@ -62,15 +62,7 @@ class StageRecords:
 
     def take(self, time: Usd.TimeCode) -> StageMoment | None:
         """Return the stage as it is now; None where it is not recorded."""
-        if not get_settings().get_as_bool(SETTING):
-            return None
-        changes, self._captures = self._tracker.take(), self._captures + 1
-        if self._base is None or any(_matters(path) for path in changes.resynced):
-            may_copy = self._copies < FREELY + self._captures // EVERY
-            self._base, self._changed = (_base(self._stage) if may_copy else None), {}
-            self._copies += self._base is not None
-        else:
-            self._note(changes)
+        self.follow()
         if self._base is None:
             return None
         # Sorted, since changes come in an order that differs from process to process.
@@ -81,6 +73,19 @@ class StageRecords:
             "subsets": get_settings().get_as_bool(SUBSETS),
         }
         return StageMoment(*self._base, tuple(each for each in edits if each[2] is not None), facts)
+
+    def follow(self) -> None:
+        """Take note of what has changed until this capture."""
+        if not get_settings().get_as_bool(SETTING):
+            self._base = None
+            return
+        changes, self._captures = self._tracker.take(), self._captures + 1
+        if self._base is None or any(_matters(path) for path in changes.resynced):
+            may_copy = self._copies < FREELY + self._captures // EVERY
+            self._base, self._changed = (_base(self._stage) if may_copy else None), {}
+            self._copies += self._base is not None
+        else:
+            self._note(changes)
 
     def _note(self, changes: Changes) -> None:
         for prim, names in changes.changed.items():

@@ -39,7 +39,7 @@ class Tap:
 
     def needs(self, frame: int) -> bool:
         """Return whether a frame has to be rendered."""
-        return self._is_wanted(frame) or any(_has_history(annotator) for annotator in self._annotators)
+        return self._is_wanted(frame) or any(history_of(annotator) for annotator in self._annotators)
 
     @property
     def annotators(self) -> list[Annotator]:
@@ -60,6 +60,6 @@ class Tap:
         return current().class_tables.of(reading[0].label_filter).labels() if reading else {}
 
 
-def _has_history(annotator: Annotator) -> bool:
-    """Return whether what it computes depends on the frames before."""
-    return annotator.earlier_captures > 0 or "motion_vectors" in annotator.aovs
+def history_of(annotator: Annotator) -> int:
+    """Return how many captures before a frame decide on what it computes of it."""
+    return max(annotator.earlier_captures, int("motion_vectors" in annotator.aovs))

@@ -77,6 +77,7 @@ def command_context(
             snapshot = _set_up(assets_root, device, save_stage)
             yield
             finish_files()
+            _close_run(complete=True)
             if snapshot is not None:
                 snapshot.write()
         except UsdsdgError as error:
@@ -117,7 +118,10 @@ def _finish_after_failure(code: int) -> bool:
     """
     progress.use(progress.SilentReporter())
     try:
-        finish_files()
+        try:
+            finish_files()
+        finally:
+            _close_run(complete=False)
         return True
     except UsdsdgError as error:
         print(f"error: at the end of the run: {described(error)}", file=sys.stderr)
@@ -192,6 +196,15 @@ def finish_files() -> None:
     from usdsdg import orchestrator
 
     orchestrator.wait_until_complete()
+
+
+def _close_run(*, complete: bool) -> None:
+    """Close the journals of the dataset, where the command has made one."""
+    from usdsdg.session.session import current
+    from usdsdg.writers.aggregates import finish_run
+
+    if current().run.folders:
+        finish_run(complete=complete)
 
 
 def _plain_warning(message: object, category: type, filename: str, lineno: int, *_: object) -> None:

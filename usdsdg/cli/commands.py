@@ -1,5 +1,5 @@
-"""The commands `usdsdg run | generate | render | simulate | inspect | verify | convert | compat | assets | warmup |
-doctor`.
+"""The commands `usdsdg run | generate | render | simulate | inspect | verify | merge | convert | compat | assets |
+warmup | doctor`.
 
 They are light to import.
 """
@@ -16,6 +16,7 @@ from usdsdg.cli.convert import convert
 from usdsdg.cli.doctor import doctor
 from usdsdg.cli.generate import generate
 from usdsdg.cli.inspect import inspect
+from usdsdg.cli.merge import merge
 from usdsdg.cli.render import render
 from usdsdg.cli.run import run
 from usdsdg.cli.simulate import simulate
@@ -28,7 +29,7 @@ app = typer.Typer(
 )  # fmt: skip
 # Options after the script's name belong to the script.
 app.command(context_settings={"allow_interspersed_args": False})(run)
-for command in (generate, render, simulate, inspect, verify, convert, compat, warmup, doctor):
+for command in (generate, render, simulate, inspect, verify, merge, convert, compat, warmup, doctor):
     app.command()(command)
 app.add_typer(assets.app, name="assets")
 

@@ -16,6 +16,7 @@ from usdsdg.cli.command_context import (
     fix_classes,
     seed_everything,
 )
+from usdsdg.cli.dataset_options import Overwrite, Resume, Shard, begin_run
 from usdsdg.cli.file_kinds import FileKind, check_kind
 from usdsdg.cli.inspect import Inspect, show_written
 from usdsdg.cli.thread_limit import Threads
@@ -33,6 +34,12 @@ def generate(
     threads: Threads = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the run.", show_default="the config's")] = None,
     semantic_classes: SemanticClasses = None,
+    frames: Annotated[
+        str | None, typer.Option(help="Make only these frames, as 0:500; `usdsdg merge` joins them.")
+    ] = None,
+    shard: Shard = None,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
     save_stage: SaveStage = None,
     inspect: Inspect = False,
     quiet: Quiet = False,
@@ -46,6 +53,10 @@ def generate(
 
         check_kind(config, FileKind.CONFIGURATION, FileKind.STAGE)
         overrides = [*(set_ or []), *([f"seed={seed}"] if seed is not None else [])]
+        begin_run(
+            "generate", config, arguments=overrides, seed=seed, classes=semantic_classes, resume=resume,
+            overwrite=overwrite, frames=frames, shard=shard,
+        )  # fmt: skip
         fix_classes(semantic_classes)
         if config.suffix.lower() in saved_pipeline.SUFFIXES:
             saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides))

@@ -18,10 +18,12 @@ from usdsdg.cli.command_context import (
     fix_classes,
     seed_everything,
 )
+from usdsdg.cli.dataset_options import Overwrite, Resume, Shard, begin_run
 from usdsdg.cli.file_kinds import FileKind, check_kind
 from usdsdg.cli.inspect import Inspect, show_written
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
 from usdsdg.cli.thread_limit import Threads
+from usdsdg.errors import BadValue
 
 YAML = (".yaml", ".yml")
 
@@ -49,14 +51,17 @@ def run(
         ),
     ] = None,
     frames: Annotated[
-        int | None,
+        str | None,
         typer.Option(
-            min=0,
+            metavar="N|A:B",
             show_default=False,
-            help="If the script starts no run, or one that nothing ends, capture frames 0 to this one, as after a "
-            "press on Start in the GUI.",
+            help="A number: if the script starts no run, or one that nothing ends, capture frames 0 to this one, as "
+            "after a press on Start in the GUI. A:B: make only the frames from A up to B; `usdsdg merge` joins them.",
         ),
     ] = None,
+    shard: Shard = None,
+    resume: Resume = False,
+    overwrite: Overwrite = False,
     map_: Annotated[
         list[str] | None,
         typer.Option(
@@ -109,7 +114,12 @@ def run(
         check_kind(script, FileKind.SCRIPT, FileKind.REPLICATOR_YAML)
         if stage is not None:
             check_kind(stage, FileKind.STAGE)
-        conditions = Conditions(stage, new_stage, frames, replicator, map_ or (), missing_assets, lenient)
+        last, portion = _frames(frames)
+        begin_run(
+            "run", script, arguments=arguments, seed=seed, classes=semantic_classes, resume=resume,
+            overwrite=overwrite, frames=portion, shard=shard,
+        )  # fmt: skip
+        conditions = Conditions(stage, new_stage, last, replicator, map_ or (), missing_assets, lenient)
         seed_everything(seed)
         fix_classes(semantic_classes)
         conditions.apply(script)
@@ -117,10 +127,19 @@ def run(
             if script.suffix.lower() in YAML:
                 _execute_yaml(script, arguments)
             else:
-                execute(script, arguments, frames=frames)
+                execute(script, arguments, frames=last)
             finish_files()
         if inspect:
             show_written(inspect=True)
+
+
+def _frames(text: str | None) -> tuple[int | None, str | None]:
+    """Return the last frame of a run that nothing ends, and the frames to make; None for what is not given."""
+    if text is None or ":" in text:
+        return None, text
+    if not text.isdigit():
+        raise BadValue(f"--frames {text!r}: expected a number, 0 or more, or A:B, such as 0:500")
+    return int(text), None
 
 
 def _split_own_options(arguments: list[str]) -> tuple[list[str], dict[str, str]]:

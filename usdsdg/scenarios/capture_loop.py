@@ -20,6 +20,7 @@ from usdsdg.scenarios.objects import Bodies
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.schemas import physx
+from usdsdg.writers.journal.run import get_run
 
 # Frames between two runs of each randomizer, and app updates while spheres clear the space around cameras.
 CAMERAS_EVERY, PULL_EVERY, LIGHTS_EVERY, COLORS_EVERY = 3, 10, 5, 15
@@ -78,6 +79,8 @@ def capture_frames(config: ObjectBasedConfig, scene: Scene, draws: Draws) -> int
             _capture(frame, config, scene)
             if stop_requested():
                 return frame + 1
+            if get_run().is_over:
+                return config.num_frames
             _simulate_between(config.simulation_duration_between_captures)
     return config.num_frames
 

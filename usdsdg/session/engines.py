@@ -252,6 +252,14 @@ def use_device(device: str | None) -> None:
     current().engines.reset()
 
 
+def renderer_device_kind() -> str:
+    """Return "cpu" or "cuda": on which kind of device the renderer runs, or will run."""
+    quiet_warp()
+    from usdsdg_render.renderer import chosen_device
+
+    return chosen_device(current().engines.device).partition(":")[0]
+
+
 def physics() -> PhysicsEngine:
     """Return the physics engine of the current stage; create it if there is none."""
     engines = current().engines

@@ -49,6 +49,7 @@ class Session:
     random_generators = _part("weakref:WeakSet")  # every live ReplicatorRNG
     default_generator = _part("usdsdg.rng:ReplicatorRNG")
     io_queue = _part("usdsdg.writers.backends.io_queue:IoQueue")
+    run = _part("usdsdg.writers.journal.run:Run")
     class_tables = _part("usdsdg.annotators.class_table:ClassTables")
     app = _part("usdsdg.app.app:App")
     orchestrator = _part("usdsdg.app.frame_loop:Orchestrator")
@@ -115,6 +116,16 @@ class Session:
         """Wait until the latest frame's color images have their pixels; raises what went wrong."""
         if self.tracing is not None:
             self.tracing.wait()
+
+    def close_run(self) -> None:
+        """Close the journals of the run at the end of a program that has no command to do so."""
+        for run in self._made("run"):
+            try:
+                # Python keeps the error that ends a program there.
+                run.close(complete=getattr(sys, "last_value", None) is None and not self.failed_at_exit)
+            except errors.UsdsdgError as error:
+                print(f"error: {errors.described(error)}", file=sys.stderr)
+                self.failed_at_exit = True
 
     def _made(self, *names: str) -> list[Any]:
         """Return the named members that have been used; the others have no state yet."""

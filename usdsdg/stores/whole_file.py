@@ -2,12 +2,14 @@
 
 import contextlib
 import errno
+import hashlib
 import itertools
 import os
 import re
 import shutil
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import IO
 
 from usdsdg.errors import OutputNotWritable
 
@@ -60,10 +62,46 @@ def _part_of(path: Path, data: bytes | Iterable[bytes | memoryview], durable: bo
         raise not_writable(path, error) from error
 
 
+def write_whole_with_hash(path: Path, data: Iterable[bytes | memoryview]) -> tuple[int, str]:
+    """As `write_whole`; return the file's size [bytes] and its SHA-256 as hexadecimal digits."""
+    size, digest = 0, hashlib.sha256()
+
+    def seen() -> Iterator[bytes | memoryview]:
+        nonlocal size
+        for chunk in data:
+            size += memoryview(chunk).nbytes
+            digest.update(chunk)
+            yield chunk
+
+    write_whole(path, seen())
+    return size, digest.hexdigest()
+
+
 def _write(part: Path, chunks: Iterable[bytes | memoryview]) -> None:
     with open(part, "wb") as file:
         for chunk in chunks:
             file.write(chunk)
+
+
+def synced(file: IO[bytes]) -> None:
+    """Wait until what was written to an open file is on the disk."""
+    file.flush()
+    os.fsync(file.fileno())
+
+
+def sync_all(paths: Iterable[Path]) -> None:
+    """Wait until files that were written before, and their names in their folders, are on the disk.
+
+    Raises:
+        OutputNotWritable: one of them was removed, or the disk failed.
+    """
+    paths = list(paths)
+    folders = dict.fromkeys(path.parent for path in paths)
+    for path in (*paths, *(folders if os.name != "nt" else ())):
+        try:
+            _sync(path)
+        except OSError as error:
+            raise not_writable(path, error) from error
 
 
 def _sync(path: Path) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 from usdsdg.session.session import current
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.files import BlobSink, write_parts
+from usdsdg.writers.journal.run import get_run
 from usdsdg.writers.spool import Records, Spool
 
 Texts = Callable[[], Iterable[str]]
@@ -23,7 +24,7 @@ class Aggregate(ABC):
 
     def __init__(self, backend: BaseBackend, name: str) -> None:
         """name: of the spool."""
-        self._backend, self._spool = backend, Spool(backend, name)
+        self._backend, self._spool = backend, Spool(backend, name, type(self).__name__)
         self._written = 0  # bytes of the spool of which the files are
         # Also if a script ends or is interrupted before its run is complete.
         current().io_queue.call_at_exit(self.write)
@@ -43,12 +44,20 @@ class Aggregate(ABC):
 
     def write(self) -> None:
         """Schedule the files after the pictures that they name, if there are new records; they appear whole."""
+        if get_run().is_part:
+            return  # merging makes them of all parts
         records = self._spool.so_far()
         if records.size == self._written:
             return
-        for path, texts in self.files(records).items():
-            self._backend.schedule_after_all(_write, path=path, texts=texts)
+        self.schedule(records, self._backend)
         self._written = records.size
+
+    @classmethod
+    def schedule(cls, records: Records, backend: BaseBackend) -> None:
+        """Schedule the files that are made of records, after all that is scheduled now."""
+        with current().io_queue.of_all_frames():
+            for path, texts in cls.files(records).items():
+                backend.schedule_after_all(_write, path=path, texts=texts)
 
 
 def separated(texts: Iterable[str], separator: str = ",\n") -> Iterator[str]:

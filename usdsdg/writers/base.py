@@ -12,6 +12,7 @@ from usdsdg.annotators.render_products import existing_products, render_product_
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import Unsupported, WriterError
 from usdsdg.session.session import current
+from usdsdg.writers import counters
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.class_file import ClassFile
 from usdsdg.writers.files import write_json
@@ -58,6 +59,9 @@ class Writer(ABC):
     # True, with a `write` of the same class: it hands color images to jobs of its backend without looking at pixels, so
     # that these may be traced meanwhile.
     only_stores_pictures: bool = False
+    # Attributes that depend on what frames have shown: the journal has their values, which are JSON, so that a run that
+    # goes on need not render what was made.
+    kept: tuple[str, ...] = ()
 
     _payload: dict[str, Any] | None
     _render_products: tuple[str, ...]
@@ -78,6 +82,18 @@ class Writer(ABC):
     @abstractmethod
     def write(self, data: dict[str, Any]) -> None:
         """Write one payload to files."""
+
+    def skip(self, data: dict[str, Any]) -> None:
+        """Change the writer's own attributes as `write` would for a frame that another process makes.
+
+        data: "trigger_outputs" and "distribution_outputs" of the frame, and its "renderProducts" by name, each with
+            what the annotators of `annotators_to_skip` show there. By default the counters that the source of `write`
+            tells of are advanced.
+
+        Raises:
+            Unsupported: `write` keeps more than counters from frame to frame.
+        """
+        counters.advance(self)
 
     def on_final_frame(self) -> None:  # noqa: B027 - optional
         """Called when the run ends, after the last `write`."""
@@ -165,6 +181,10 @@ class Writer(ABC):
         """Return the annotators that it reads of one of its render products."""
         return list(self.annotators)
 
+    def annotators_to_skip(self) -> list[Annotator]:
+        """Return the annotators that `skip` reads, which are computed of frames that another process makes."""
+        return []
+
     def is_due(self) -> bool:
         """Return whether its trigger selects the frame that is about to be captured."""
         if self._scheduled or self._trigger == ON_FRAME:
@@ -189,6 +209,19 @@ class Writer(ABC):
         self.write(payload)
         if self.backend is not None:
             self._class_file.update(self.backend, self.annotators)
+        self.num_written += 1
+
+    def receive_skipped(self, data: dict[str, Any]) -> None:
+        """Count a frame that another process makes; see `skip` for `data`."""
+        self.pass_over()
+        self.skip(data)
+        self.num_written += 1
+
+    def receive_made(self, data: dict[str, Any]) -> None:
+        """Count a frame that was made before the run goes on; what is in `kept` comes from the journal."""
+        self.pass_over()
+        if not self.kept:
+            self.skip(data)
         self.num_written += 1
 
     # Data
@@ -268,7 +301,8 @@ class Writer(ABC):
     def write_metadata(self) -> None:
         """Schedule metadata.txt."""
         if self.backend is not None:
-            self.backend.schedule(write_json, path="metadata.txt", data=self.get_metadata())
+            with current().io_queue.of_all_frames():
+                self.backend.schedule(write_json, path="metadata.txt", data=self.get_metadata())
 
     def get_node(self) -> Writer:
         """Return the writer itself as an opaque handle: there is no OmniGraph node behind it."""

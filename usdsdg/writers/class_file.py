@@ -32,4 +32,5 @@ class ClassFile:
             self._written = tables
             content = {"version": 1, "tables": tables}
             # In turn, since it replaces the earlier file.
-            backend.schedule_in_turn(FILE, write_json, path=f"{BESIDE}/{FILE}", data=content, indent=1)
+            with current().io_queue.of_all_frames():
+                backend.schedule_in_turn(FILE, write_json, path=f"{BESIDE}/{FILE}", data=content, indent=1)

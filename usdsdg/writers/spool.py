@@ -10,11 +10,13 @@ import tempfile
 import weakref
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from threading import Lock
 from typing import Any
 
 from usdsdg.errors import WriterError
+from usdsdg.session.session import current
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.whole_file import not_writable
 from usdsdg.writers.backends.backend import BaseBackend
@@ -22,9 +24,10 @@ from usdsdg.writers.backends.blob_key import path_below
 from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.backends.group import BackendGroup
 from usdsdg.writers.files import plain
+from usdsdg.writers.journal.run import get_run
 
 FOLDER, SUFFIX = f"{BESIDE}/aggregates", ".jsonl"
-FRAME, ABOUT = "frame", "about"
+FRAME, ABOUT, KIND = "frame", "about", "kind"
 _BINARY = getattr(os, "O_BINARY", 0)
 _APPEND = os.O_WRONLY | os.O_APPEND | _BINARY
 _AT_A_TIME = 1 << 18  # bytes that are read
@@ -92,29 +95,43 @@ class Spool:
     for a backend without a local folder the file is a temporary one, which ends with this object and its records.
     """
 
-    def __init__(self, backend: BaseBackend, name: str) -> None:
-        """name: of the file, with slashes."""
-        folder, self._temporary = _local_folder(backend), None
-        if folder is None:
-            self._temporary = _TemporaryFolder()
-            folder = self._temporary.path
-        self.path = path_below(folder, f"{FOLDER}/{name}{SUFFIX}")
+    def __init__(self, backend: BaseBackend, name: str, kind: str = "") -> None:
+        """name: of the file, with slashes. kind: of what is made of it, for its first line."""
+        self._backend, self._name, self._kind = backend, name, kind
+        self._temporary: _TemporaryFolder | None = None
         self._size = self._count = 0
         self._about = "{}"
 
+    @cached_property
+    def path(self) -> Path:
+        """The file. Its folder is claimed at the first use, since not every writer that is made writes something."""
+        folder = _local_folder(self._backend)
+        if folder is None:
+            self._temporary = _TemporaryFolder()
+            folder = self._temporary.path
+        claimed = get_run().claim(str(folder))
+        path = path_below(folder / FOLDER if claimed is None else claimed.aggregates, f"{self._name}{SUFFIX}")
+        if claimed is not None and claimed.goes_on and path.exists():
+            # What an earlier process has left.
+            records = read(path)
+            self._size, self._count, self._about = records.size, records.count, json.dumps(records.about, default=plain)
+        return path
+
     def append(self, frame: int, records: Mapping[str, Any]) -> None:
-        """Append what a picture of a frame adds. frame: how many frames the writer has received before.
+        """Append what a picture of a frame adds. frame: how many frames the writer has received before; where a
+        journal is kept, the record has the number of the capture instead.
 
         Raises:
             OutputNotWritable: the file cannot be written, or was removed.
             WriterError: another writer has written to the file.
         """
-        self._write({FRAME: frame, **records})
+        in_hand = current().io_queue.files_in_hand()
+        self._write({FRAME: frame if in_hand is None else in_hand.number, **records})
         self._count += 1
 
     def note(self, about: Mapping[str, Any]) -> None:
         """Append what is true of all frames, if it has changed; errors are those of `append`."""
-        text = json.dumps(about, default=plain)
+        text, _ = json.dumps(about, default=plain), self.path  # which may tell it already
         if text != self._about:
             self._write({ABOUT: about})
             self._about = text
@@ -132,20 +149,22 @@ class Spool:
         return Records(file, self._size, self._count, json.loads(self._about), keeps=self._temporary)
 
     def _write(self, line: Mapping[str, Any]) -> None:
-        data = json.dumps(line, default=plain).encode() + b"\n"
+        path = self.path
+        lines = [line] if self._size or not self._kind else [{KIND: self._kind}, line]
+        data = b"".join(json.dumps(each, default=plain).encode() + b"\n" for each in lines)
         flags = _APPEND if self._size else _APPEND | os.O_CREAT
         try:
             if not self._size:
-                self.path.parent.mkdir(parents=True, exist_ok=True)
+                path.parent.mkdir(parents=True, exist_ok=True)
                 # A new file: another writer's records may still be read from the one that was here.
-                self.path.unlink(missing_ok=True)
-            descriptor = os.open(self.path, flags, 0o666)
+                path.unlink(missing_ok=True)
+            descriptor = os.open(path, flags, 0o666)
             try:
                 self._append(descriptor, data)
             finally:
                 os.close(descriptor)
         except OSError as error:
-            raise not_writable(self.path, error) from error
+            raise not_writable(path, error) from error
         self._size += len(data)
 
     def _append(self, descriptor: int, data: bytes) -> None:
@@ -168,6 +187,13 @@ class _TemporaryFolder:
     def __init__(self) -> None:
         self.path = Path(tempfile.mkdtemp(prefix="usdsdg-spool-"))
         weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+
+
+def kind_of(path: Path) -> str:
+    """Return of which kind the files are that are made of a spool; "" if it does not tell."""
+    with open(path, "rb") as file:
+        line = _parsed(file.readline())
+    return str((line or {}).get(KIND, ""))
 
 
 def read(path: Path) -> Records:

@@ -231,7 +231,7 @@ def test_several_products_share_the_file(frame, tmp_path):
 def test_the_file_is_written_at_the_end_and_its_labels_are_in_the_spool_before(frame, tmp_path):
     writer = writers.get("CocoWriter", init_params={"output_dir": str(tmp_path / "coco"), "coco_categories": FRUIT})
     writer.attach(known(PRODUCT))
-    records = tmp_path / "coco/.usdsdg/aggregates/CocoWriter/train.jsonl"
+    records = tmp_path / "coco/.usdsdg/aggregates/CocoWriter/coco.jsonl"
     for number in range(30):
         writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))
         assert spool.read(records).count == number + 1
@@ -242,8 +242,9 @@ def test_the_file_is_written_at_the_end_and_its_labels_are_in_the_spool_before(f
     data, found = read(tmp_path / "coco"), spool.read(records)
     assert all((tmp_path / "coco" / image["file_name"]).is_file() for image in data["images"])
     assert data["images"] == [each["image"] for each in found]
-    assert data["annotations"] == [row for each in found for row in each["instances"]]
-    assert data["categories"] == found.about["instances"]["categories"]
+    rows = [row for each in found for row in each["instances"]]
+    assert data["annotations"] == [{"id": number} | row for number, row in enumerate(rows, 1)]
+    assert data["categories"] == found.about["splits"]["train"]["instances"]["categories"]
 
 
 def test_the_id_follows_the_seed(frame, tmp_path):

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.session import current
-from usdsdg.stores.whole_file import check_writable, write_whole
+from usdsdg.stores.whole_file import check_writable, write_whole, write_whole_with_hash
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.blob_key import path_below
+from usdsdg.writers.journal.recipe import FILE as RECIPE
 
 
 def set_disk_root(path: str | os.PathLike | None) -> None:
@@ -36,7 +37,8 @@ class DiskBackend(BaseBackend):
             OutputNotWritable: the folder cannot be created or written to.
         """
         folder = disk_root() / Path(output_dir).expanduser()
-        self._folder = folder if overwrite else _free_folder(folder)
+        self._folder = folder if overwrite else current().run.folder_to_go_on(folder) or _free_folder(folder)
+        current().run.check(self._folder)
         check_writable(self._folder)
         _warn_of_leftovers(self._folder)
 
@@ -80,7 +82,12 @@ class DiskBackend(BaseBackend):
         file = path_below(Path(self.output_dir), path)
         _warn_of_sharing(self)
         current().written_folders.setdefault(self.output_dir)
-        write_whole(file, chunks)
+        if current().run.claim(self.output_dir) is None:
+            write_whole(file, chunks)
+            return
+        facts = write_whole_with_hash(file, chunks)
+        name = file.relative_to(self.output_dir).as_posix()
+        current().run.note(self.output_dir, name, facts, current().io_queue.files_in_hand())
 
     def read_blob(self, path: str) -> bytes:
         """Return the bytes of the file `path` below the output folder; errors are those of `resolve_path`."""
@@ -97,7 +104,7 @@ def _free_folder(folder: Path) -> Path:
 
 def _warn_of_leftovers(folder: Path) -> None:
     """Warn that files of an earlier, longer run would remain among the new ones."""
-    if any(folder.iterdir()):
+    if any(folder.iterdir()) and not (folder / RECIPE).exists():
         warn_once(
             f"{folder} is not empty: files of the same names are replaced, the others stay. "
             "Empty it or give another output_dir to keep runs apart."

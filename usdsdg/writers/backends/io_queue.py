@@ -18,6 +18,7 @@ from usdsdg.writers.backends.job import Job
 
 if TYPE_CHECKING:
     from usdsdg.parallel import Later
+    from usdsdg.writers.journal.frames import FrameFiles
 
 # As Replicator's setting /omni/replicator/backend/writeThreads; more than cores, since storage is waited for as well.
 THREADS = 4
@@ -38,7 +39,10 @@ class IoQueue:
         self._at_exit: list[weakref.WeakMethod] = []
         self._noted: list[str] | None = None  # paths of scheduled files inside `frame`, else None
         self._frame: int | None = None
+        self._files: FrameFiles | None = None
+        self._held: FrameFiles | None = None  # by files of all frames that are scheduled with it
         self._pixels: Later | None = None
+        self._on_thread = threading.local()  # `job` is the one that runs there
         self._finishes_at_exit = False
         self._forget_all()
         if hasattr(os, "register_at_fork"):
@@ -81,26 +85,50 @@ class IoQueue:
             while self._is_full(size):
                 self._changed.wait()
                 self._raise_failure(owner)
+            job.of(self._files, self._held)
             if self._threads:
                 self._add(job)
                 self._start_workers()
                 return
-        if (failure := job.failure()) is not None:
+        failure = self._failure_of(job)
+        job.end(failed=failure is not None)
+        if failure is not None:
             raise failure
 
     @contextmanager
-    def frame(self, number: int, *, pixels: Later | None = None) -> Iterator[list[str]]:
+    def frame(
+        self, number: int, *, pixels: Later | None = None, files: FrameFiles | None = None
+    ) -> Iterator[list[str]]:
         """Submit, in the context, jobs of this captured frame; yields the paths of the files that they write.
 
         pixels: its images have their pixels when this has ended; its jobs wait for that.
+        files: what is told of the files of the frame.
         """
-        before = self._noted, self._frame, self._pixels
+        before = self._noted, self._frame, self._pixels, self._files
         noted: list[str] = []
-        self._noted, self._frame, self._pixels = noted, number, pixels
+        self._noted, self._frame, self._pixels, self._files = noted, number, pixels, files
         try:
             yield noted
         finally:
-            self._noted, self._frame, self._pixels = before
+            self._noted, self._frame, self._pixels, self._files = before
+
+    @contextmanager
+    def of_all_frames(self) -> Iterator[None]:
+        """Submit, in the context, jobs of files that belong to no single frame, such as the class table.
+
+        The frame that is captured meanwhile is not whole before they have ended.
+        """
+        before = self._files, self._held, self._noted
+        self._files, self._held, self._noted = None, self._files or self._held, None
+        try:
+            yield
+        finally:
+            self._files, self._held, self._noted = before
+
+    def files_in_hand(self) -> FrameFiles | None:
+        """Return the frame to which a file belongs that is written now; None if to no single one."""
+        job: Job | None = getattr(self._on_thread, "job", None)
+        return job.files if job is not None else self._files
 
     def note_files(self, paths: Iterable[str]) -> None:
         """Tell that a job was scheduled that writes these files."""
@@ -185,6 +213,7 @@ class IoQueue:
     def _end(self, job: Job, failure: UsdsdgError | None) -> None:
         del self._open[job.number]
         self._bytes -= job.size
+        job.end(failed=failure is not None or job.is_left_out)
         if failure is not None:
             self._failures.append((job, failure))
         for follower in job.followers:
@@ -237,11 +266,22 @@ class IoQueue:
                 job = self._ready.popleft()
                 self._running += 1
                 self._changed.notify_all()
-            failure = None if job.is_left_out else _failure_of(job)
+            failure = None if job.is_left_out else self._failure_of(job)
             with self._changed:
                 self._running -= 1
                 self._end(job, failure)
             del job, failure  # with the arrays that they keep alive
+
+    def _failure_of(self, job: Job) -> UsdsdgError | None:
+        self._on_thread.job = job
+        try:
+            return job.failure()
+        except BaseException as error:
+            if threading.current_thread() not in self._workers:
+                raise  # such as Ctrl-C
+            return job.failed(error)  # as sys.exit, which would end the thread and let the others wait
+        finally:
+            self._on_thread.job = None
 
     # The end of the program
 
@@ -264,13 +304,7 @@ class IoQueue:
                 print(f"error: interrupted; {self.stop()} files were not written", file=sys.stderr)
                 current().failed_at_exit = True
                 return
-
-
-def _failure_of(job: Job) -> UsdsdgError | None:
-    try:
-        return job.failure()
-    except BaseException as error:  # noqa: BLE001 - as sys.exit, which would end the thread and let the others wait
-        return job.failed(error)
+        current().close_run()
 
 
 def _forget_in_child(queue: weakref.ref[IoQueue]) -> None:

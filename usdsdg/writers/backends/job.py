@@ -10,6 +10,7 @@ from usdsdg.errors import UsdsdgError, WriterError
 
 if TYPE_CHECKING:
     from usdsdg.parallel import Later
+    from usdsdg.writers.journal.frames import FrameFiles
 
 
 @dataclass(eq=False)
@@ -23,6 +24,8 @@ class Job:
     pixels: Later | None = None  # the images that it writes have their pixels when this has ended
     number: int = 0  # in the order of submission
     frame: int | None = None  # captured frame that it belongs to
+    files: FrameFiles | None = None  # those of the frame that it belongs to
+    held: FrameFiles | None = None  # those of the frame that is not whole before it ends
     turn: Hashable = None  # jobs of one owner with the same turn run one after the other; None: in any order
     after_all: bool = False  # whether it waits for all earlier jobs of its owner, and is left out if one of them fails
     blockers: int = 0  # open jobs that it waits for
@@ -32,6 +35,17 @@ class Job:
     @property
     def _place(self) -> str:
         return "" if self.frame is None else f"frame {self.frame}: "
+
+    def of(self, files: FrameFiles | None, held: FrameFiles | None) -> None:
+        """Write files of a frame, or only hold one, which is not whole before `end`."""
+        self.files, self.held = files, files or held
+        if self.held is not None:
+            self.held.hold()
+
+    def end(self, *, failed: bool) -> None:
+        """Note that it has run, or never will."""
+        if self.held is not None:
+            self.held.release(failed=failed)
 
     def wait_for(self, earlier: Job) -> None:
         """Run only after `earlier`, which has not ended."""

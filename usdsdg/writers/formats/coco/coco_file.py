@@ -1,7 +1,7 @@
 """The JSON files of a part of a COCO dataset: boxes, masks and keypoints, and segments."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
@@ -14,28 +14,40 @@ INSTANCES, PANOPTIC = "instances", "panoptic"
 class CocoFiles(Aggregate):
     """Images with their annotations, and with their segments where there is a panoptic form.
 
-    A record has "image", and lists of what the files have of it: "instances" and "panoptic". Of all frames are known
-    "head", the sections before the images, and by file its "path" and "categories".
+    A record has "image", its "split", and lists of what the files have of it: "instances" and "panoptic". Of all frames
+    are known "head", the sections before the images, and by split and file its "path" and "categories".
     """
 
     @staticmethod
     def files(records: Records) -> dict[str, Texts]:
-        tables = {name: records.about[name] for name in (INSTANCES, PANOPTIC) if name in records.about}
         return {
-            about["path"]: partial(_texts, records, records.about["head"], about["categories"], name)
+            about["path"]: partial(_texts, records, split, about["categories"], name)
+            for split, tables in records.about["splits"].items()
             for name, about in tables.items()
         }
 
 
-def _texts(records: Records, head: Mapping[str, Any], categories: list[Any], table: str) -> Iterator[str]:
+def _texts(records: Records, split: str, categories: list[Any], table: str) -> Iterator[str]:
     """Yield the JSON, with one line per record."""
     yield "{\n"
-    for key, value in head.items():
+    for key, value in records.about["head"].items():
         yield f"{json.dumps(key)}: {json.dumps(value)},\n"
     yield '"images": [\n'
-    yield from separated(json.dumps(each["image"]) for each in records)
+    yield from separated(json.dumps(each["image"]) for each in records if each["split"] == split)
     yield '\n],\n"annotations": [\n'
-    yield from separated(json.dumps(row) for each in records for row in each[table])
+    rows = (
+        _numbered(records) if table == INSTANCES else ((each["split"], row) for each in records for row in each[table])
+    )
+    yield from separated(json.dumps(row) for own, row in rows if own == split)
     yield '\n],\n"categories": [\n'
     yield from separated(map(json.dumps, categories))
     yield "\n]\n}\n"
+
+
+def _numbered(records: Records) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the split of each annotation, and the annotation with an id that no split has twice."""
+    number = 0
+    for each in records:
+        for row in each[INSTANCES]:
+            number += 1  # from 1, since COCO's evaluation treats id 0 as no match
+            yield each["split"], {"id": number} | row

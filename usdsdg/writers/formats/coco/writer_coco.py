@@ -157,12 +157,25 @@ class CocoWriter(Writer):
         )
         self.dataset_id = dataset_id
         self._sequence, self._frame_id = "", 0
-        self._images = self._annotated = 0
+        self._images = 0
         self._splits = Splits("CocoWriter", splits, frames_per_scene)
         self._polygons, self._with_keypoints, self._panoptic = segmentation == "polygon", bool(keypoints), panoptic
-        self._files = {split: CocoFiles(self.backend, f"CocoWriter/{split}") for split in self._splits.names}
+        self._files = CocoFiles(self.backend, "CocoWriter/coco")
+
+    def skip(self, data: dict[str, Any]) -> None:
+        self._begin(data)
+        self._images += len(data["renderProducts"])
+        self._frame_id += 1
 
     def write(self, data: dict[str, Any]) -> None:
+        self._begin(data)
+        several = max(len(self.render_products), len(data["renderProducts"])) > 1
+        for product, seen in data["renderProducts"].items():
+            self._write_product(product, seen, several)
+        self._frame_id += 1
+
+    def _begin(self, data: Mapping[str, Any]) -> None:
+        """Get ready for a frame: its keypoints, and its place in the sequence."""
         if self._with_keypoints:
             on_stage = partial(coco_keypoints.on_stage, current_stage(), self._label_filter)
             self._keypoints.find(self._categories, on_stage)
@@ -171,14 +184,9 @@ class CocoWriter(Writer):
         sequence = "" if self._plain else sequence_of(data.get("trigger_outputs") or {})
         if sequence != self._sequence:
             self._sequence, self._frame_id = sequence, 0
-        several = max(len(self.render_products), len(data["renderProducts"])) > 1
-        for product, seen in data["renderProducts"].items():
-            self._write_product(product, seen, several)
-        self._frame_id += 1
 
     def on_final_frame(self) -> None:
-        for file in self._files.values():
-            file.write()
+        self._files.write()
 
     def detach(self) -> None:
         super().detach()
@@ -192,12 +200,13 @@ class CocoWriter(Writer):
         things = [each for each in described if each.get("isthing", 1) or not self._plain]
         sigmas = self._keypoints.sigmas(categories)
         head = {"info": self._info | ({"keypoint_sigmas": sigmas} if sigmas else {}), "licenses": self._licenses}
-        for split, file in self._files.items():
+        splits = {}
+        for split in self._splits.names:
             names = self._file_names(split)
-            tables = {coco_file.INSTANCES: {"path": names.instances, "categories": things}}
+            splits[split] = {coco_file.INSTANCES: {"path": names.instances, "categories": things}}
             if self._panoptic:
-                tables[coco_file.PANOPTIC] = {"path": names.panoptic, "categories": described}
-            file.note(head=head, **tables)
+                splits[split][coco_file.PANOPTIC] = {"path": names.panoptic, "categories": described}
+        self._files.note(head=head, splits=splits)
 
     def _file_names(self, split: str) -> Names:
         if self._plain:
@@ -232,7 +241,7 @@ class CocoWriter(Writer):
             things = [each for each in things if each.category.get("isthing", 1)]
         tables[coco_file.INSTANCES] = self._annotations(seen, things, image)
         self._describe()  # before the first image, so that a run that ends here can be read
-        self._files[split].add(self.num_written, image=image, **tables)
+        self._files.add(self.num_written, image=image, split=split, **tables)
 
     def _image(self, files: ImageFiles, seen: Mapping[str, Any]) -> dict[str, Any]:
         """Return the record of an image. Ids are unique among all splits."""
@@ -251,7 +260,7 @@ class CocoWriter(Writer):
     def _annotations(
         self, seen: Mapping[str, Any], things: list[coco_annotations.Thing], image: Mapping[str, Any]
     ) -> list[dict[str, Any]]:
-        """Return the annotation records of one image."""
+        """Return the annotation records of one image, without their ids, which the file counts."""
         instances = seen[INSTANCES]["data"]
         if self._with_keypoints:
             points = coco_annotations.keypoints(seen, things, self._keypoints)
@@ -259,15 +268,12 @@ class CocoWriter(Writer):
             points = [{}] * len(things)
         records = []
         for each, own_points in zip(things, points):
-            # Ids start at 1, since COCO's evaluation treats id 0 as no match.
-            self._annotated += 1
             if self._polygons:
                 mask: Any = coco_annotations.polygons(each, instances)
             else:
                 mask = coco_annotations.run_lengths(each, instances.shape)
             records.append(
                 {
-                    "id": self._annotated,
                     "image_id": image["id"],
                     "bbox": list(each.box),
                     "area": float(each.area),

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators import named_annotators
+from usdsdg.annotators.annotator import Annotator
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
@@ -39,6 +40,7 @@ class PoseWriter(Writer):
     data_structure = "renderProduct"
     shares_arrays = True
     only_stores_pictures = True
+    kept = ("_frame_id", "_images", "_skipped")
 
     @typed
     def __init__(
@@ -99,6 +101,17 @@ class PoseWriter(Writer):
     def get_current_frame_id(self) -> int:
         """Return the number of the next image."""
         return self._frame_id
+
+    def annotators_to_skip(self) -> list[Annotator]:
+        return [each for each in self.annotators if self._skip_empty and each.get_name() in (BOXES, CAMERA)]
+
+    def skip(self, data: dict[str, Any]) -> None:
+        for seen in data["renderProducts"].values():
+            is_left_out = self._skip_empty and not self._read_objects(seen)[0]
+            self._images += 1
+            self._skipped += is_left_out
+            self._frame_id += not (is_left_out or self._use_subfolders)
+        self._frame_id += self._use_subfolders
 
     def write(self, data: dict[str, Any]) -> None:
         for product, seen in data["renderProducts"].items():

@@ -1,0 +1,47 @@
+"""A small job with physics and two cameras, run by the command line, and the files that it leaves."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+FRAMES = 6
+JOB = f"""
+num_frames: {FRAMES}
+num_cameras: 2
+seed: 3
+resolution: [64, 48]
+path_tracing: {{every: 4, spp: 2, sub_frames: 2}}
+labeled_assets_and_properties:
+  - {{url: /Isaac/Props/YCB/Axis_Aligned/008_pudding_box.usd, label: pudding_box, count: 3, floating: true}}
+  - {{url: /Isaac/Props/YCB/Axis_Aligned_Physics/006_mustard_bottle.usd, label: mustard, count: 3}}
+shape_distractors_num: 4
+"""
+
+
+def write_job(folder: Path, writer: str, **options: object) -> Path:
+    """Write the configuration of the job for a writer."""
+    file = folder / "job.yaml"
+    file.write_text(JOB + f"writer_type: {writer}\nwriter_kwargs: {options | {'output_dir': 'out'}}\n")
+    return file
+
+
+def generate(job: Path, output: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    """Run the job into a folder."""
+    command = [sys.executable, "-m", "usdsdg", "generate", "-q", str(job), "--device", "cpu"]
+    command += ["--set", f"writer_kwargs.output_dir={output}", *options]
+    return run(command)
+
+
+def run(command: list[str]) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=280)
+
+
+def merge(output: Path) -> subprocess.CompletedProcess[str]:
+    """Join the parts in a folder."""
+    return run([sys.executable, "-m", "usdsdg", "merge", str(output)])
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    """Return the bytes of every file below a folder, by its path."""
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}

@@ -1,0 +1,145 @@
+"""Output folders: one run at a time, and none is lost by another."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from usdsdg.errors import DatasetInTheWay
+from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.frames import FrameFiles
+from usdsdg.writers.journal.lock import FileLock, Locked
+from usdsdg.writers.journal.portion import Portion
+from usdsdg.writers.journal.recipe import Recipe
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def recipe(**facts):
+    return Recipe(**{"command": "generate", "source": {"name": "a.yaml", "sha256": "1"}, "device": "cpu"} | facts)
+
+
+def write_frame(folder, number, text=b"x"):
+    name = f"{number}.png"
+    (folder.path / name).write_bytes(text)
+    frame = FrameFiles(number)
+    frame.note(str(folder.path), name, (len(text), "0"))
+    folder.append([{"frame": number, "files": frame.folders[str(folder.path)]}])
+
+
+def run(path, mode=Mode.NEW, portion=None, frames=(), complete=True, **facts):
+    folder = DatasetFolder(path, recipe(**facts), mode, portion)
+    for number in frames:
+        write_frame(folder, number)
+    folder.close(complete=complete)
+
+
+@pytest.mark.parametrize(
+    ("facts", "named"),
+    [
+        ({"source": {"name": "a.yaml", "sha256": "2"}}, 'source.sha256: "1" there, "2" now'),
+        ({"arguments": ["num_frames=3"]}, r'arguments: \[\] there, \["num_frames=3"\] now'),
+        ({"seed": 5}, "seed: null there, 5 now"),
+        ({"device": "cuda"}, 'device: "cpu" there, "cuda" now'),
+        ({"versions": {"usdsdg": "9"}}, "versions.usdsdg"),
+        ({"classes": "cat,dog"}, "classes"),
+    ],
+)
+@pytest.mark.parametrize("mode", [Mode.NEW, Mode.RESUME])
+def test_another_recipe_is_in_the_way_and_nothing_is_lost(tmp_path, facts, named, mode):
+    run(tmp_path, frames=(0, 1))
+    with pytest.raises(DatasetInTheWay, match=named):
+        run(tmp_path, mode, **facts)
+    assert (tmp_path / "1.png").exists()
+    run(tmp_path, Mode.OVERWRITE, frames=(0,), **facts)
+    assert {path.name for path in tmp_path.iterdir()} == {"0.png", ".usdsdg"}
+
+
+def test_an_unfinished_run_is_gone_on_with_or_removed_only_when_asked_for(tmp_path):
+    run(tmp_path, frames=(0, 1), complete=False)
+    with pytest.raises(DatasetInTheWay, match="--resume"):
+        run(tmp_path)
+    going_on = DatasetFolder(tmp_path, recipe(), Mode.RESUME, None)
+    assert [going_on.has(number) for number in range(3)] == [True, True, False]
+    going_on.release()
+    run(tmp_path, Mode.OVERWRITE)
+    assert not (tmp_path / "0.png").exists()
+
+
+def test_a_complete_run_of_the_same_recipe_and_one_of_the_same_script_are_replaced(tmp_path):
+    run(tmp_path, frames=(0, 1, 2))
+    (tmp_path / "notes.txt").write_text("mine")
+    run(tmp_path, frames=(0,))
+    assert {path.name for path in tmp_path.iterdir()} == {"0.png", ".usdsdg", "notes.txt"}
+    run(tmp_path, Mode.REPLACE, frames=(1,), complete=False, source={"name": "a.yaml", "sha256": "another"})
+    run(tmp_path, Mode.REPLACE, frames=(2,))
+    assert {path.name for path in tmp_path.iterdir()} == {"2.png", ".usdsdg", "notes.txt"}
+    with pytest.raises(DatasetInTheWay, match=r"of another recipe, of a\.yaml"):
+        run(tmp_path, Mode.REPLACE, source={"name": "b.py", "sha256": "1"})
+
+
+def test_files_of_others_cannot_be_gone_on_with(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(DatasetInTheWay, match="no recipe"):
+        run(tmp_path, Mode.RESUME)
+
+
+def test_a_listed_path_outside_of_the_folder_is_never_removed(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (tmp_path / "precious.txt").write_text("mine")
+    run(out, frames=(0,))
+    journal = out / ".usdsdg/journal.jsonl"
+    line = {"frame": 0, "files": {"../precious.txt": [1, "0"], str(tmp_path / "precious.txt"): [1, "0"]}}
+    journal.write_text(json.dumps(line) + "\n" + journal.read_text().splitlines()[-1] + "\n")
+    run(out, Mode.OVERWRITE)
+    assert (tmp_path / "precious.txt").read_text() == "mine"
+
+
+def test_parts_are_written_beside_each_other_and_one_part_by_one_process(tmp_path):
+    first = DatasetFolder(tmp_path, recipe(), Mode.NEW, Portion(0, 2))
+    second = DatasetFolder(tmp_path, recipe(), Mode.NEW, Portion(2, 4))
+    with pytest.raises(DatasetInTheWay, match="another process"):
+        DatasetFolder(tmp_path, recipe(), Mode.NEW, Portion(0, 2))
+    with pytest.raises(DatasetInTheWay, match="another process"):
+        DatasetFolder(tmp_path, recipe(), Mode.NEW, None)
+    for folder in (first, second):
+        folder.release()
+
+
+HOLDER = """
+import sys, time
+from pathlib import Path
+from usdsdg.writers.journal.lock import FileLock
+lock = FileLock(Path(sys.argv[1]))
+print("locked", flush=True)
+time.sleep(60)
+"""
+
+
+def test_a_lock_ends_with_its_process(tmp_path):
+    path = tmp_path / "lock"
+    holder = subprocess.Popen([sys.executable, "-c", HOLDER, str(path)], cwd=ROOT, stdout=subprocess.PIPE, text=True)
+    assert holder.stdout is not None
+    assert holder.stdout.readline() == "locked\n"
+    with pytest.raises(Locked):
+        FileLock(path)
+    with pytest.raises(Locked):
+        FileLock(path, shared=True)
+    holder.kill()
+    holder.wait()
+    FileLock(path).release()
+
+
+def test_a_file_that_is_replaced_is_locked_anew(tmp_path):
+    path = tmp_path / "lock"
+    lock = FileLock(path)
+    path.rename(tmp_path / "old")
+    path.write_text("new")
+    other = FileLock(path)
+    lock.release()
+    with pytest.raises(Locked):
+        FileLock(path)
+    other.release()

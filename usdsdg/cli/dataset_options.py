@@ -1,0 +1,73 @@
+"""Options about the dataset that a command makes: which frames of it, and what happens to an earlier run."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from usdsdg.errors import BadValue
+
+Resume = Annotated[bool, typer.Option("--resume", help="Go on with an unfinished run in the output folder.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Remove an earlier run in the output folder.")]
+Shard = Annotated[
+    str | None,
+    typer.Option(help="Make only the i-th of n parts of the frames, as 0/4; `usdsdg merge` joins them."),
+]
+
+
+def begin_run(
+    command: str,
+    source: Path,
+    *,
+    arguments: Sequence[str],
+    seed: int | None,
+    classes: str | None,
+    resume: bool,
+    overwrite: bool,
+    frames: str | None,
+    shard: str | None,
+) -> None:
+    """Say what this process makes: its recipe, its frames, and what happens to an earlier run.
+
+    Raises:
+        BadValue: two options exclude each other, or one has no meaning.
+    """
+    from usdsdg.session.session import current
+    from usdsdg.writers.journal import recipe
+    from usdsdg.writers.journal.folders import Mode
+    from usdsdg.writers.journal.portion import Portion
+
+    if resume and overwrite:
+        raise BadValue("--resume goes on with an earlier run and --overwrite removes it: give only one of them")
+    if frames is not None and shard is not None:
+        raise BadValue("--frames and --shard both choose frames: give only one of them")
+    portion = Portion.of_frames(frames) if frames is not None else None
+    portion = Portion.of_shard(shard) if shard is not None else portion
+    mode = Mode.REPLACE if command == recipe.RUN else Mode.NEW
+    mode = Mode.RESUME if resume else Mode.OVERWRITE if overwrite else mode
+    made = recipe.Recipe(
+        command,
+        recipe.source_of(source),
+        arguments=[each for each in arguments if not _is_place(each)],
+        seed=seed,
+        classes=_content_of(classes),
+    )
+    current().run.begin(made, mode, portion)
+
+
+def _is_place(argument: str) -> bool:
+    """Return whether an override of a configuration only says where files go."""
+    return argument.partition("=")[0].strip().rsplit(".", 1)[-1] == "output_dir"
+
+
+def _content_of(classes: str | None) -> str | None:
+    """Return what decides the classes: the names that are given, or the content of the file that has them."""
+    if classes is None or not Path(classes).exists():
+        return classes
+    file = Path(classes)
+    file = file / ".usdsdg" / "classes.json" if file.is_dir() else file
+    return hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else classes

@@ -1,0 +1,54 @@
+"""The aggregate files of a dataset, made again of the spools beside it: after parts were joined, or a run went on."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+
+from usdsdg.errors import WriterError
+from usdsdg.session.session import current
+from usdsdg.writers import spool
+from usdsdg.writers.aggregate import Aggregate
+from usdsdg.writers.backends.disk import DiskBackend
+from usdsdg.writers.journal.run import get_run
+
+# The module of each kind of aggregate; spools name kinds, and a file does not decide what is imported.
+_FORMATS = "usdsdg.writers.formats"
+MODULES = {
+    "CocoFiles": f"{_FORMATS}.coco.coco_file",
+    "Scene": f"{_FORMATS}.bop.bop_tables",
+    "ModelTables": f"{_FORMATS}.bop.bop_tables",
+    "CvatFile": f"{_FORMATS}.cvat.cvat_xml",
+    "ImageSets": f"{_FORMATS}.voc.image_sets",
+    "ImageSet": f"{_FORMATS}.kitti.image_sets",
+}
+
+
+def write_all(folder: Path, spools: Path) -> None:
+    """Write the aggregate files of all spools below `spools`.
+
+    Raises:
+        WriterError: a spool is damaged, or of a kind that this version does not know.
+    """
+    backend = DiskBackend(folder)
+    for path in sorted(spools.rglob(f"*{spool.SUFFIX}")):
+        kind = spool.kind_of(path)
+        if kind not in MODULES:
+            raise WriterError(f"{path}: files of the kind {kind!r} are not known to this version of usdsdg.")
+        of_kind: type[Aggregate] = getattr(importlib.import_module(MODULES[kind]), kind)
+        of_kind.schedule(spool.read(path), backend)
+    backend.wait_until_done()
+
+
+def finish_run(*, complete: bool) -> None:
+    """Write what a run that went on has not written itself, and close its journals, once its files are written.
+
+    complete: the run has come to its end.
+    """
+    run = get_run()
+    if not run.is_part:
+        for folder in run.folders:
+            if folder.goes_on:
+                write_all(folder.path, folder.aggregates)
+        current().io_queue.wait_until_done()
+    run.close(complete=complete)

@@ -1,0 +1,234 @@
+"""The output folders of a run: each with its recipe, its journal and a lock while the run writes there."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from usdsdg.errors import DatasetInTheWay, WriterError, warn_once
+from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.stores.whole_file import not_writable, sync_all
+from usdsdg.writers.journal import journal, recipe
+from usdsdg.writers.journal.frames import FileFacts
+from usdsdg.writers.journal.journal import NAME, PARTS, Contents, Journal
+from usdsdg.writers.journal.lock import FileLock, Locked
+from usdsdg.writers.journal.portion import Portion
+from usdsdg.writers.journal.recipe import Recipe
+
+AGGREGATES, SPOOL = "aggregates", ".jsonl"
+_PART = re.compile(r"^\..*\.part$")  # files that a process was writing when it died
+
+
+class Mode(Enum):
+    """What happens to an earlier run in the output folder."""
+
+    NEW = "new"  # it is an error, unless it is a complete one of the same recipe
+    RESUME = "resume"  # a run of the same recipe is gone on with
+    OVERWRITE = "overwrite"  # it is removed
+    REPLACE = "replace"  # so is one of the same script
+
+
+class DatasetFolder:
+    """One output folder while a run writes into it."""
+
+    def __init__(
+        self,
+        path: Path,
+        wanted: Recipe,
+        mode: Mode,
+        portion: Portion | None,
+        *,
+        before: Callable[[], object] = lambda: None,
+    ) -> None:
+        """Claim a folder for a run.
+
+        before: called with the lock, before the journal is read.
+
+        Raises:
+            DatasetInTheWay: another run is there, or writes there now; the message says how to go on.
+            OutputNotWritable: the folder cannot be written to.
+        """
+        self.path, self._recipe, self.portion = path, wanted, portion
+        self.goes_on = mode is Mode.RESUME  # spools and journal have what an earlier process has left
+        home = path / PARTS / portion.name if portion is not None else path / BESIDE
+        self._home = home
+        try:
+            home.mkdir(parents=True, exist_ok=True)
+            self._locks = [FileLock(path / BESIDE / NAME, shared=portion is not None)]
+            if portion is not None:
+                self._locks.append(FileLock(home / NAME))
+        except Locked as held:
+            raise DatasetInTheWay(f"{path}: another process is writing to this dataset ({held}).") from None
+        except OSError as error:
+            raise not_writable(path, error) from error
+        try:
+            check(path, wanted, mode, portion)
+            before()
+            self._make_room(mode)
+            self.journal = Journal(home / NAME)
+            if mode is Mode.RESUME:
+                _remove_unfinished(path)
+                self._shorten_spools()
+            if recipe.read(path) is None:
+                wanted.write(path)
+        except BaseException:
+            self.release()
+            raise
+        self._shared: dict[str, FileFacts] = {}
+
+    @property
+    def aggregates(self) -> Path:
+        """The folder of the spools of aggregate files."""
+        return self._home / AGGREGATES
+
+    def has(self, frame: int) -> bool:
+        """Return whether a frame was whole when the folder was claimed."""
+        return frame in self.journal.contents.frames
+
+    def note_shared(self, path: str, facts: FileFacts) -> None:
+        """Tell that a file has been written that belongs to no frame."""
+        self._shared[path] = facts
+
+    def append(self, frames: list[dict[str, Any]]) -> None:
+        """Append frames to the journal, after their files and spools are on the disk; errors are those of `Journal`."""
+        shared, self._shared = self._shared, {}
+        names = [*shared, *(name for line in frames for name in line[journal.FILES])]
+        sync_all([*(self.path / name for name in names), *self._spools()])
+        self.journal.append(frames, shared)
+
+    def close(self, *, complete: bool) -> None:
+        """Write the closing line and the recipe, and release the folder."""
+        try:
+            self.append([])
+            self.journal.close(complete=complete)
+            self._recipe.write(self.path)
+        finally:
+            self.release()
+
+    def release(self) -> None:
+        """Let other processes write there."""
+        for lock in self._locks:
+            lock.release()
+
+    def _make_room(self, mode: Mode) -> None:
+        """Remove what an earlier run has left, unless it is gone on with."""
+        if mode is Mode.RESUME:
+            return
+        if self.portion is None:
+            remove_run(self.path)
+        else:
+            _remove_files(self.path, self._home / NAME)
+            shutil.rmtree(self.aggregates, ignore_errors=True)
+
+    def _spools(self) -> Iterator[Path]:
+        return self.aggregates.rglob(f"*{SPOOL}") if self.aggregates.is_dir() else iter(())
+
+    def _shorten_spools(self) -> None:
+        """Drop the records of frames that are not whole."""
+        for path in self._spools():
+            end = place = 0
+            with open(path, "rb") as file:
+                for data in file:
+                    line = journal.parsed_record(data)
+                    place += len(data)
+                    if line is None or ("frame" in line and line["frame"] not in self.journal.contents.frames):
+                        break
+                    end = place if "frame" in line else end
+            os.truncate(path, end) if end else path.unlink()
+
+
+def check(path: Path, wanted: Recipe, mode: Mode, portion: Portion | None) -> None:
+    """Check that a run may write to a folder.
+
+    Raises:
+        DatasetInTheWay: another run is there; the message says how to go on.
+    """
+    try:
+        earlier = recipe.read(path)
+    except WriterError:
+        if mode is Mode.OVERWRITE:
+            return
+        raise
+    if earlier is None:
+        if mode is Mode.RESUME and path.is_dir() and any(each.name != BESIDE for each in path.iterdir()):
+            raise DatasetInTheWay(
+                f"{path} has files but no recipe, so it cannot be gone on with. Choose another output_dir, or "
+                "--overwrite."
+            )
+        return
+    if mode is Mode.OVERWRITE:
+        return
+    differences = wanted.differences(earlier)
+    name = earlier.get("source", {}).get("name", "?") if isinstance(earlier.get("source"), dict) else "?"
+    if mode is Mode.REPLACE and name == wanted.source["name"]:
+        return
+    if differences:
+        listed = "\n  ".join(differences)
+        raise DatasetInTheWay(
+            f"{path} has a run of another recipe, of {name}:\n  {listed}\n"
+            "Choose another output_dir, or remove that run with --overwrite."
+        )
+    if mode is Mode.NEW and not _is_complete(path, portion):
+        raise DatasetInTheWay(
+            f"{path} has an unfinished run of this recipe. Go on with --resume, begin again with --overwrite, or "
+            "choose another output_dir."
+        )
+
+
+def _is_complete(path: Path, portion: Portion | None) -> bool:
+    """Return whether nothing would be lost that takes long to make again: there is a whole run, or nothing at all."""
+    own = path / PARTS / portion.name / NAME if portion is not None else path / BESIDE / NAME
+    found = journal.read(own) if own.is_file() else Contents()
+    if portion is None and any((path / PARTS).glob(f"*/{NAME}")):
+        return False
+    return found.is_complete or not (found.frames or found.shared)
+
+
+def remove_run(path: Path) -> None:
+    """Remove the files that the journals in a folder list, and what is beside them."""
+    if not (path / recipe.FILE).exists():
+        return
+    journals = [path / BESIDE / NAME, *(path / PARTS).glob(f"*/{NAME}")]
+    if any(each.is_file() and each.stat().st_size for each in journals):
+        warn_once(f"{path}: the files of the earlier run there are replaced.")
+    for each in journals:
+        _remove_files(path, each)
+    for each in (path / BESIDE).iterdir():
+        if each.is_dir():
+            shutil.rmtree(each, ignore_errors=True)
+        elif each.name == NAME:
+            os.truncate(each, 0)  # which is locked
+        else:
+            each.unlink()
+
+
+def _remove_files(path: Path, listed: Path) -> None:
+    """Remove the files that a journal lists, and the folders that this leaves empty."""
+    if not listed.is_file():
+        return
+    folders: set[Path] = set()
+    with suppress(WriterError):  # damaged: what it lists up to there is removed
+        for line in journal.lines(listed):
+            for name in (*line.get(journal.FILES, ()), *line.get(journal.SHARED, ())):
+                file = (path / name).resolve()
+                if file.is_relative_to(path.resolve()) and file != listed:
+                    file.unlink(missing_ok=True)
+                    folders.update(each for each in file.parents if each.is_relative_to(path.resolve()))
+    os.truncate(listed, 0)
+    for folder in sorted(folders - {path.resolve()}, key=lambda each: len(each.parts), reverse=True):
+        with suppress(OSError):
+            folder.rmdir()
+
+
+def _remove_unfinished(path: Path) -> None:
+    """Remove the files that a process was writing when it died."""
+    for folder, _, names in os.walk(path):
+        for name in filter(_PART.match, names):
+            with suppress(FileNotFoundError):
+                os.unlink(os.path.join(folder, name))

@@ -1,0 +1,99 @@
+"""Joining the parts of a dataset that several processes have made in one folder."""
+
+from __future__ import annotations
+
+import heapq
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from usdsdg.errors import DatasetError
+from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.stores.whole_file import write_whole
+from usdsdg.writers.journal import journal
+from usdsdg.writers.journal.folders import AGGREGATES, SPOOL
+from usdsdg.writers.journal.journal import FRAME, NAME, PARTS, SHARED
+
+
+def parts_of(folder: Path) -> list[Path]:
+    """Return the folders of the parts of a dataset, in an order that does not depend on the file system."""
+    return sorted(each.parent for each in (folder / PARTS).glob(f"*/{NAME}"))
+
+
+def join(folder: Path) -> int:
+    """Join the journals and spools of the parts to those of one run; return the number of frames.
+
+    Raises:
+        DatasetError: there are no parts, one is unfinished, or frames are missing or there twice.
+    """
+    parts = parts_of(folder)
+    if not parts:
+        raise DatasetError(f"{folder} has no parts to be joined: there is no {PARTS}")
+    contents = {part.name: journal.read(part / NAME) for part in parts}
+    unfinished = [name for name, each in contents.items() if not each.is_complete]
+    if unfinished:
+        raise DatasetError(f"{folder}: parts {', '.join(unfinished)} are unfinished; run them again with --resume")
+    _check_frames(folder, {name: each.frames for name, each in contents.items()})
+    for spool in sorted({each.relative_to(part / AGGREGATES) for part in parts for each in _spools(part)}):
+        pieces = [part / AGGREGATES / spool for part in parts if (part / AGGREGATES / spool).is_file()]
+        write_whole(folder / BESIDE / AGGREGATES / spool, _joined_spool(pieces))
+    write_whole(folder / BESIDE / NAME, _joined_journal(parts))
+    shutil.rmtree(folder / PARTS)
+    return sum(len(each.frames) for each in contents.values())
+
+
+def _check_frames(folder: Path, frames: dict[str, set[int]]) -> None:
+    owner: dict[int, str] = {}
+    for name, own in frames.items():
+        for number in sorted(own):
+            if number in owner:
+                raise DatasetError(f"{folder}: frame {number} is in the parts {owner[number]} and {name}")
+            owner[number] = name
+    missing = [number for number in range(max(owner, default=-1) + 1) if number not in owner]
+    if missing:
+        listed = ", ".join(map(str, missing[:8])) + (", ..." if len(missing) > 8 else "")
+        raise DatasetError(f"{folder}: frames {listed} are in no part; make them with --frames")
+
+
+def _spools(part: Path) -> Iterator[Path]:
+    return (part / AGGREGATES).rglob(f"*{SPOOL}")
+
+
+def _joined_journal(parts: list[Path]) -> Iterator[bytes]:
+    shared: dict[str, Any] = {}
+    for part in parts:
+        shared.update(journal.read(part / NAME).shared)
+    frames = [(line for line in journal.lines(part / NAME) if FRAME in line) for part in parts]
+    yield journal.encoded({SHARED: shared})
+    yield from map(journal.encoded, heapq.merge(*frames, key=lambda line: line[FRAME]))
+
+
+def _joined_spool(pieces: list[Path]) -> Iterator[bytes]:
+    """Yield the lines that one process would have written: what is true of all frames only where it has changed."""
+    kind = about = None
+    for _, lines in heapq.merge(*map(_by_frame, pieces), key=lambda each: each[0]):
+        for line in lines:
+            content = json.loads(line)
+            if "kind" in content:
+                if kind is not None:
+                    continue
+                kind = line
+            elif "about" in content:
+                if about == line:
+                    continue
+                about = line
+            yield line
+
+
+def _by_frame(path: Path) -> Iterator[tuple[int, list[bytes]]]:
+    """Yield the line of each frame's record with the lines before it that are of no frame."""
+    lines: list[bytes] = []
+    with open(path, "rb") as file:
+        for line in file:
+            lines.append(line)
+            content = json.loads(line)
+            if FRAME in content:
+                yield content[FRAME], lines
+                lines = []

@@ -1,0 +1,201 @@
+"""What this process makes: the recipe of its run, the frames that are its own, and the folders that it writes to."""
+
+from __future__ import annotations
+
+import glob
+import os
+import sys
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from usdsdg.session import engines
+from usdsdg.session.session import current
+from usdsdg.writers.journal import folders, journal
+from usdsdg.writers.journal import recipe as recipe_file
+from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.frames import FileFacts, FrameFiles, FramesInHand
+from usdsdg.writers.journal.portion import Portion
+from usdsdg.writers.journal.recipe import SCRIPT, Recipe, source_of
+
+# Frames are appended to journals when so many are whole, or after so many seconds.
+MANY, SECONDS = 500, 2.0
+
+
+class Run:
+    """The run of this process; without a recipe, as in tests and notebooks, no journal is kept."""
+
+    def __init__(self) -> None:
+        self.recipe: Recipe | None = None
+        self.mode = Mode.REPLACE
+        self.portion: Portion | None = None
+        self.captures = 0  # at which a writer was due
+        self._folders: dict[str, DatasetFolder] = {}
+        self._in_hand = FramesInHand()
+        self._appended_at = time.monotonic()
+        self._is_main_script_known = False
+        self._is_closed = False
+
+    def begin(self, recipe: Recipe, mode: Mode, portion: Portion | None) -> None:
+        """Say what this process makes, before any writer is created."""
+        self.recipe, self.mode, self.portion = recipe, mode, portion
+
+    # Folders
+
+    def check(self, folder: str | os.PathLike[str]) -> None:
+        """Check that the run may write to a folder; raises DatasetInTheWay otherwise."""
+        if self._has_recipe() and str(folder) not in self._folders:
+            assert self.recipe is not None
+            folders.check(Path(folder), self.recipe, self.mode, self.portion)
+
+    def folder_to_go_on(self, wanted: Path) -> Path | None:
+        """Return the folder with this run or a part of it, where new runs are put beside earlier ones; None: a new one.
+
+        wanted: the folder of the first run; the others have _0001 and so on appended.
+        """
+        if not self._has_recipe() or (self.mode is not Mode.RESUME and self.portion is None):
+            return None
+        assert self.recipe is not None
+        there = [wanted] if wanted.exists() else []
+        there += sorted(wanted.parent.glob(f"{glob.escape(wanted.name)}_[0-9][0-9][0-9][0-9]"), reverse=True)
+        for folder in there:
+            earlier = recipe_file.read(folder)
+            if str(folder) not in self._folders and earlier is not None and not self.recipe.differences(earlier):
+                return folder
+        return None
+
+    def claim(self, folder: str) -> DatasetFolder | None:
+        """Return a folder that the run writes to, with its lock; None where no journal is kept. Raises as `check`."""
+        if folder not in self._folders and self._has_recipe() and not self._is_closed:
+            assert self.recipe is not None
+            self._folders[folder] = DatasetFolder(Path(folder), self.recipe, self.mode, self.portion)
+        return self._folders.get(folder)
+
+    @property
+    def folders(self) -> tuple[DatasetFolder, ...]:
+        """The folders that the run writes to."""
+        return tuple(self._folders.values())
+
+    @property
+    def is_over(self) -> bool:
+        """Whether all later frames are made by other processes."""
+        return self.portion is not None and self.portion.is_over(self.captures)
+
+    def adopt(self, folder: DatasetFolder) -> None:
+        """Write to a folder that has been claimed."""
+        self._folders[str(folder.path)] = folder
+
+    @property
+    def is_part(self) -> bool:
+        """Whether other processes make other frames, so that files about all frames are made when all are there."""
+        return self.portion is not None
+
+    # Frames
+
+    def begin_frame(self, output_folders: Iterable[str | None]) -> tuple[int, list[bool]]:
+        """Count a capture at which writers are due; return its number, and for each whether its files are to be made.
+
+        output_folders: of the writers that are due; None: not known.
+        """
+        number, self.captures = self.captures, self.captures + 1
+        return number, [self._is_wanted(folder, number) for folder in output_folders]
+
+    def is_made(self, folder: str | None, number: int) -> bool:
+        """Return whether a frame was whole when a writer's folder was claimed."""
+        claimed = self.claim(folder) if folder is not None else None
+        return claimed is not None and claimed.has(number)
+
+    def take_kept(self, folder: str | None, writer: str) -> dict[str, Any]:
+        """Return, once, what a writer kept after the last frame that was made before; writer: its key."""
+        claimed = self.claim(folder) if folder is not None else None
+        return claimed.journal.contents.states.pop(writer, {}) if claimed is not None else {}
+
+    def is_wanted_soon(self, folder: str | None, number: int, ahead: int) -> bool:
+        """Return whether a writer's files of a capture, or of one of so many that follow it, are to be made."""
+        return any(self._is_wanted(folder, each) for each in range(number, number + ahead + 1))
+
+    def hand(self, number: int) -> FrameFiles:
+        """Begin a frame of which files are made; the capture ends it with `release`."""
+        return self._in_hand.begin(number)
+
+    def note(self, folder: str, path: str, facts: FileFacts, frame: FrameFiles | None) -> None:
+        """Tell that a file has been written; frame: to which it belongs, if to one."""
+        claimed = self._folders.get(folder)
+        if claimed is None:
+            return
+        if frame is not None:
+            frame.note(folder, path, facts)
+        else:
+            claimed.note_shared(path, facts)
+
+    def is_due(self) -> bool:
+        """Return whether `append` should be called."""
+        if not self._folders:
+            return False
+        late = time.monotonic() - self._appended_at > SECONDS
+        return self._in_hand.count_whole() >= (1 if late else MANY)
+
+    def append(self) -> None:
+        """Append the frames that are whole to the journals of their folders; raises OutputNotWritable."""
+        self._appended_at = time.monotonic()
+        frames = self._in_hand.take_whole()
+        for name, folder in self._folders.items():
+            lines = [_line(each, name) for each in frames if name in each.folders]
+            if lines:
+                folder.append(lines)
+
+    def close(self, *, complete: bool) -> None:
+        """Close all journals, once nothing waits to be written; frames after this are in no journal.
+
+        complete: the run has come to its end.
+        """
+        if self._is_closed or not self._folders:
+            return
+        self._is_closed = True
+        self.append()
+        is_whole = complete and not self._in_hand.count()
+        for folder in self._folders.values():
+            folder.close(complete=is_whole)
+
+    def release(self) -> None:
+        """Give all folders back as they are."""
+        for folder in self._folders.values():
+            folder.release()
+
+    def _is_wanted(self, folder: str | None, number: int) -> bool:
+        if self.portion is not None and not self.portion.has(number):
+            return False
+        claimed = self.claim(folder) if folder is not None else None
+        return claimed is None or not claimed.has(number)
+
+    def _has_recipe(self) -> bool:
+        if self.recipe is None and not self._is_main_script_known:
+            self._is_main_script_known = True
+            self.recipe = _recipe_of_main_script()
+        if self.recipe is not None and not self.recipe.device:
+            self.recipe.device = engines.renderer_device_kind()
+        return self.recipe is not None
+
+
+def _line(frame: FrameFiles, folder: str) -> dict[str, object]:
+    line: dict[str, object] = {journal.FRAME: frame.number, journal.FILES: dict(sorted(frame.folders[folder].items()))}
+    return line | ({journal.STATE: states} if (states := frame.states.get(folder)) else {})
+
+
+def _recipe_of_main_script() -> Recipe | None:
+    """Return the recipe of a script that Python runs; None in notebooks, in tests, and for installed programs."""
+    main = getattr(sys.modules.get("__main__"), "__file__", None)
+    if not main or not main.endswith(".py") or not os.path.isfile(main):
+        return None
+    script = Path(main).resolve()
+    if any(script.is_relative_to(Path(each).resolve()) for each in (sys.prefix, sys.base_prefix)):
+        return None
+    if script.name == "__main__.py":
+        return None  # `python -m` of a package
+    return Recipe(SCRIPT, source_of(script), arguments=sys.argv[1:])
+
+
+def get_run() -> Run:
+    """Return the run of the session."""
+    return current().run

@@ -1,0 +1,32 @@
+"""Joining the parts of a dataset: its journal, its spools, and the files that are made of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from usdsdg.errors import DatasetError
+from usdsdg.session.session import current
+from usdsdg.writers.aggregates import finish_run
+from usdsdg.writers.journal import merge, recipe
+from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.recipe import Recipe
+
+
+def join_parts(folder: Path) -> int:
+    """Make one dataset of the parts in a folder, and return its number of frames.
+
+    Raises:
+        DatasetError: there are none, or they are not complete.
+        DatasetInTheWay: a process is writing there.
+    """
+    values = recipe.read(folder)
+    if values is None:
+        raise DatasetError(f"{folder} has no parts to be joined: there is no {recipe.FILE}")
+    wanted = Recipe(**{name: value for name, value in values.items() if name != "format"})
+    folder = folder.absolute()
+    # With the lock of the whole dataset, which no part may hold meanwhile.
+    claimed = DatasetFolder(folder, wanted, Mode.RESUME, None, before=lambda: merge.join(folder))
+    current().run.begin(wanted, Mode.RESUME, None)
+    current().run.adopt(claimed)
+    finish_run(complete=True)
+    return claimed.journal.count
