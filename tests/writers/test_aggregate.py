@@ -24,7 +24,8 @@ def coco(backend, frames, rows=3):
     about = {"path": "annotations/instances_train.json", "categories": CATEGORIES}
     files.note(head=HEAD, splits={"train": {"instances": about}})
     for number in range(frames):
-        files.add(number, split="train", image=coco_image(number), instances=[coco_row(number, each) for each in range(rows)])
+        own = [coco_row(number, each) for each in range(rows)]
+        files.add(number, split="train", image=coco_image(number), instances=own)
     return files
 
 
