@@ -5,12 +5,12 @@ from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.backends.group import BackendDispatch, BackendGroup
 from usdsdg.writers.backends.registry import BackendRegistry, get, register, unregister
-from usdsdg.writers.backends.s3 import S3Backend
 from usdsdg.writers.backends.sequential import Sequential
+from usdsdg.writers.backends.store import S3Backend, StoreBackend
 
 io_queue = current().io_queue
 
 __all__ = [
     "BackendDispatch", "BackendGroup", "BackendRegistry", "BaseBackend", "DiskBackend", "S3Backend", "Sequential",
-    "get", "io_queue", "register", "unregister",
+    "StoreBackend", "get", "io_queue", "register", "unregister",
 ]  # fmt: skip

@@ -5,7 +5,6 @@ import json
 import re
 import tarfile
 from importlib.util import find_spec
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -18,6 +17,7 @@ from tests.annotators.ray_caster import known, make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators, writers
 from usdsdg.errors import WriterError
+from usdsdg.stores import open_store
 
 # Options with which a writer writes as many files as possible.
 OPTIONS = {
@@ -65,7 +65,7 @@ def run(name, folder, frame, count=3):
     writer = writers.get(name)
     writer.initialize(output_dir=str(folder), **OPTIONS[name])
     writer.attach(known(PRODUCT))
-    folder = Path(writer.backend.output_dir)
+    place = writer.backend.output_dir
     try:
         for _ in range(count):
             writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))
@@ -73,7 +73,8 @@ def run(name, folder, frame, count=3):
         writer.backend.wait_until_done()
     finally:
         writer.detach()
-    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+    store = open_store(place)
+    return {path: store.get(path) for path, _ in store.list()}
 
 
 def test_every_writer_is_tested():
@@ -83,6 +84,16 @@ def test_every_writer_is_tested():
 @pytest.mark.parametrize("name", OPTIONS)
 def test_the_same_frames_give_the_same_bytes(name, frame, tmp_path):
     assert run(name, tmp_path / "a", frame) == run(name, tmp_path / "b", frame)
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_urls_get_the_same_files_as_folders(name, frame, tmp_path):
+    in_folder = run(name, (tmp_path / "a b").as_uri(), frame)
+    at_url = run(name, f"memory://writers/{name}/a b", frame)
+    beside = {
+        path for path in in_folder if path.startswith(".usdsdg/aggregates/")
+    }
+    assert at_url == {path: data for path, data in in_folder.items() if path not in beside}
 
 
 @pytest.mark.parametrize("name", OPTIONS)

@@ -25,8 +25,7 @@ REQUIRED = [
 ]
 OPTIONAL = {
     "OpenEXR": "reads .exr skies and textures",
-    "boto3": "writes to S3 buckets",
-    "obstore": "mirrors assets roots that are URLs",
+    "obstore": "writes to buckets and brings assets from URLs",
     "mitsuba-oidn": "denoises path-traced images with Open Image Denoise",
 }
 

@@ -48,11 +48,11 @@ def failure_of(error: Exception, address: Address) -> Failure:
     text = " ".join(str(error).split("Debug source")[0].split())
     status = int(found[1]) if (found := _STATUS.search(text)) else 0
     code = found[1] if (found := _CODE.search(text)) else ""
+    if code in ("NoSuchBucket", "ContainerNotFound") or "bucket does not exist" in text.lower():
+        return Failure("there is no such bucket; make it, or name another one", may_pass=False)
     if kind in ("AlreadyExistsError", "PreconditionError"):
         # Amazon says with a 409 that somebody else writes at this moment, not who was first.
         return Failure(f"others write it at the same time ({code or kind})", code in _UNDECIDED, has_lost=True)
-    if code in ("NoSuchBucket", "ContainerNotFound") or "bucket does not exist" in text.lower():
-        return Failure("there is no such bucket; make it, or name another one", may_pass=False)
     if _NO_ROLE.search(text) or "MissingCredential" in text or code == "MissingAuthenticationToken":
         return Failure(f"there are no credentials for it; {_SIGN_IN.get(address.kind, 'sign in')}", may_pass=False)
     if isinstance(error, FileNotFoundError) or kind == "NotFoundError" or status == 404:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from usdsdg.errors import StoreError
 from usdsdg.stores.locks import locked_file
-from usdsdg.stores.paths import checked_path
+from usdsdg.stores.paths import path_below
 from usdsdg.stores.store import Entry
 from usdsdg.stores.whole_file import PART, not_writable, write_new, write_whole
 
@@ -83,7 +83,7 @@ class FolderStore:
                     yield file.relative_to(self._folder).as_posix(), file.stat().st_size
 
     def _file(self, path: str) -> Path:
-        return self._folder / checked_path(path, self.url)
+        return path_below(self._folder, path)
 
 
 def _etag(data: bytes) -> str:

@@ -2,8 +2,9 @@
 
 import os
 import re
+from pathlib import Path
 
-from usdsdg.errors import StoreError
+from usdsdg.errors import OutputNotWritable
 
 _DRIVE = re.compile(r"[A-Za-z]:")
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
@@ -15,24 +16,46 @@ def checked_path(path: str | os.PathLike, where: str) -> str:
     where: what it is relative to, for the message. On Windows backslashes are slashes; elsewhere they are letters.
 
     Raises:
-        StoreError: the path is empty, absolute, has a part `..` or a null character.
+        OutputNotWritable: the path is empty, absolute, has a part `..` or a null character.
     """
     text = os.fspath(path)
     parts = [part for part in re.split(r"[/\\]" if os.sep == "\\" else "/", text) if part not in ("", ".")]
     if not parts or "\0" in text:
-        raise StoreError(f"{text!r} is no name of a file below {where}.")
+        raise OutputNotWritable(f"{text!r} is no name of a file below {where}.")
     if text.startswith(("/", "\\")) or (os.name == "nt" and _DRIVE.match(text)) or ".." in parts:
-        raise StoreError(f"{text!r} would leave {where}; give a path below it, without '..'.")
+        raise OutputNotWritable(f"{text!r} would leave {where}; give a path below it, without '..'.")
     return "/".join(parts)
+
+
+def path_below(folder: Path, path: str | os.PathLike) -> Path:
+    """Return the path of a file below an absolute folder; an absolute path is accepted where it is below as well.
+
+    The folder itself may be a symbolic link. Links below it must not lead out of it: a file is written where its name
+    says, or not at all.
+
+    Raises:
+        OutputNotWritable: the path leaves the folder.
+    """
+    text = os.fspath(path)
+    if os.path.isabs(text) and ".." not in Path(text).parts and Path(text).is_relative_to(folder):
+        text = os.path.relpath(text, folder)
+    file = folder / checked_path(text, str(folder))
+    real, root = os.path.realpath(file.parent), os.path.realpath(folder)
+    if os.path.commonpath([real, root]) != root:
+        raise OutputNotWritable(
+            f"{file.parent} is outside of {folder} by a symbolic link, and no file is written there. Remove the link, "
+            f"or write to {real} as a folder of its own."
+        )
+    return file
 
 
 def checked_key(path: str | os.PathLike, where: str) -> str:
     """As `checked_path`, for stores whose keys have no control characters.
 
     Raises:
-        StoreError: as there, or the path has a control character.
+        OutputNotWritable: as there, or the path has a control character.
     """
     key = checked_path(path, where)
     if _CONTROL.search(key):
-        raise StoreError(f"{key!r} has a control character, which keys below {where} cannot have; rename the file.")
+        raise OutputNotWritable(f"{key!r} has a control character, which no key below {where} has; rename the file.")
     return key

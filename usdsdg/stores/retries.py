@@ -14,6 +14,7 @@ from usdsdg.stores.failures import Failure
 RETRY_SECONDS = 120.0
 VARIABLE = "USDSDG_STORE_RETRY_SECONDS"
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 5.0  # seconds
+_QUIET = 1.0  # seconds without an answer that nobody is told of
 
 T = TypeVar("T")
 
@@ -45,7 +46,7 @@ def retry_seconds() -> float:
 def patiently(attempt: Callable[[], T], *, seconds: float, url: str) -> T:
     """Return what `attempt` returns, which is called again while it raises `Unanswered`; raise its last one.
 
-    The first failure is warned of, so that nobody waits without knowing for what.
+    What takes longer than a second is warned of, so that nobody waits without knowing for what.
     """
     start, pause = time.monotonic(), _FIRST_PAUSE
     while True:
@@ -55,7 +56,7 @@ def patiently(attempt: Callable[[], T], *, seconds: float, url: str) -> T:
             left = start + seconds - time.monotonic()
             if left <= 0:
                 raise
-            if pause > 1:
+            if time.monotonic() - start > _QUIET:
                 warn_once(
                     f"{url} is asked again for up to {seconds:.0f} s, since {unanswered.failure.reason}. "
                     f"{VARIABLE} changes how long."

@@ -18,9 +18,9 @@ from typing import Any
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
 from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.stores.paths import path_below
 from usdsdg.stores.whole_file import not_writable
 from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.backends.blob_key import path_below
 from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.backends.group import BackendGroup
 from usdsdg.writers.files import plain

@@ -35,7 +35,7 @@ _OTHER_WRITERS = ("ROS1", "ROS2", "RtxLidar", "RtxRadar")  # of extensions that 
 _REFUSED = re.compile(r"^ +(?:\w+, )*Unsupported(?:, \w+)*: (.*(?:\n {8,}.*)*)", re.MULTILINE)
 # What the caller or the installation lacks, not we.
 _NO_GAP = re.compile(
-    r"as `|boto3 is not|torch is not|a bucket without boto3\.|there is no such|Replicator has it|`\w+` is neither"
+    r"as `|obstore is not|torch is not|a bucket without obstore\.|there is no such|Replicator has it|`\w+` is neither"
 )
 _REGISTERED = re.compile(r"(annotators|writers)\.get\('(.*)'\)")
 

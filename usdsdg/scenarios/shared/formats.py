@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import inspect
-import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import usdsdg as rep
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import UsdsdgError
-from usdsdg.scenarios.output_folder import with_absolute_output_dir
+from usdsdg.scenarios.output_folder import below, with_absolute_output_dir
 from usdsdg.writers import Writer
 from usdsdg.writers.options import check_names
 
@@ -55,15 +53,15 @@ def make_writers(
         known = inspect.signature(kind.__init__).parameters
         arguments = {key: value for key, value in common.items() if key in known} | dict(options or {})
         if "output_dir" in known:
-            arguments.setdefault("output_dir", os.path.join(output_dir, name.removesuffix("Writer").lower()))
+            arguments.setdefault("output_dir", below(output_dir, name.removesuffix("Writer").lower()))
         writers.append((name, rep.writers.get(kind.__name__, init_params=with_absolute_output_dir(arguments))))
     return writers
 
 
-def folders(writers: list[tuple[str, Writer]]) -> list[Path]:
-    """Return the folders that writers write to."""
+def folders(writers: list[tuple[str, Writer]]) -> list[str]:
+    """Return the folders, or URLs, that writers write to."""
     found = [getattr(writer.backend, "output_dir", None) for _, writer in writers]
-    return [Path(str(each)) for each in found if each]
+    return [str(each) for each in found if each]
 
 
 def _writer_class(name: str) -> type[Writer] | None:

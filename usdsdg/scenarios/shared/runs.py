@@ -6,7 +6,6 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import usdsdg as rep
 from usdsdg.graph.sampling import set_global_seed
@@ -31,7 +30,7 @@ class Summary:
     frames: int
     images: int
     seconds: float
-    folders: tuple[Path, ...]
+    folders: tuple[str, ...]
 
 
 def begin(config: JobConfig, **options: object) -> tuple[dict[str, list[str]], list[tuple[str, Writer]]]:

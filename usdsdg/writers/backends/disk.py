@@ -6,11 +6,12 @@ import weakref
 from collections.abc import Iterable
 from pathlib import Path
 
-from usdsdg.errors import WriterError, warn_once
+from usdsdg.errors import OutputNotWritable, StoreError, WriterError, warn_once
 from usdsdg.session.session import current
+from usdsdg.stores.addresses import address_of, is_url
+from usdsdg.stores.paths import path_below
 from usdsdg.stores.whole_file import check_writable, write_whole, write_whole_with_hash
 from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.backends.blob_key import path_below
 from usdsdg.writers.journal.recipe import FILE as RECIPE
 
 
@@ -30,13 +31,13 @@ class DiskBackend(BaseBackend):
     def __init__(self, output_dir: str | os.PathLike, overwrite: bool = True) -> None:
         """Create the folder; warn if it is not empty.
 
-        output_dir: a relative path is below `disk_root()`.
+        output_dir: a relative path is below `disk_root()`; "file:///folder" is a path, too.
         overwrite: False writes into a new folder next to an existing one, with _0001 (and so on) appended.
 
         Raises:
             OutputNotWritable: the folder cannot be created or written to.
         """
-        folder = disk_root() / Path(output_dir).expanduser()
+        folder = disk_root() / Path(_path_of(output_dir)).expanduser()
         self._folder = folder if overwrite else current().run.folder_to_go_on(folder) or _free_folder(folder)
         current().run.check(self._folder)
         check_writable(self._folder)
@@ -92,6 +93,21 @@ class DiskBackend(BaseBackend):
     def read_blob(self, path: str) -> bytes:
         """Return the bytes of the file `path` below the output folder; errors are those of `resolve_path`."""
         return path_below(Path(self.output_dir), path).read_bytes()
+
+
+def _path_of(output_dir: str | os.PathLike) -> str | os.PathLike:
+    """Return the path of a folder that may be named by a URL."""
+    if not is_url(output_dir):
+        return output_dir
+    try:
+        address = address_of(output_dir)
+    except StoreError as error:
+        raise OutputNotWritable(str(error)) from error
+    if address.kind != "folder":
+        raise OutputNotWritable(
+            f"{output_dir} is no folder. Give it to the writer as output_dir, or write to a StoreBackend."
+        )
+    return address.path
 
 
 _OWN_WRITE_BLOB = DiskBackend.write_blob

@@ -6,9 +6,10 @@ from typing import Any
 
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
+from usdsdg.stores.addresses import is_url
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend
-from usdsdg.writers.backends.s3 import S3Backend
+from usdsdg.writers.backends.store import S3Backend, StoreBackend
 
 
 class BackendGroup(BaseBackend):
@@ -72,6 +73,7 @@ class BackendDispatch(BackendGroup):
         """Write to a folder, to a bucket, or to both.
 
         config: {"paths": {"out_dir": folder, "s3_bucket": name}}, an alternative to `output_dir` and `bucket`.
+        output_dir: a folder, or a URL of a bucket with a prefix, as "s3://bucket/runs/7", "gs://..." or "az://...".
         key_prefix: prefix of the keys in the bucket; default, `output_dir`, and then no local files are written.
         region, endpoint_url: of the bucket; see `S3Backend`.
 
@@ -83,8 +85,10 @@ class BackendDispatch(BackendGroup):
         folder, bucket = output_dir or paths.get("out_dir"), bucket or paths.get("s3_bucket")
         backends: list[BaseBackend] = []
         if folder and (key_prefix or not bucket):
-            backends.append(DiskBackend(folder, overwrite))
+            backends.append(_backend_at(folder, region, endpoint_url, overwrite))
         if bucket:
+            if not key_prefix and folder and is_url(folder):
+                raise WriterError(f"{folder} has a bucket of its own, but {bucket!r} is given, too; leave one out.")
             prefix = key_prefix or (os.fspath(folder) if folder else None)
             backends.append(S3Backend(bucket, prefix, region, endpoint_url, overwrite))
         if not backends:
@@ -108,6 +112,13 @@ class BackendDispatch(BackendGroup):
         current().io_queue.set_max_queue_size(jobs)
 
 
+def _backend_at(place: str | os.PathLike, region: str | None, endpoint_url: str | None, overwrite: bool) -> BaseBackend:
+    """Return the backend of a folder or a URL."""
+    if isinstance(place, str) and is_url(place) and not place.lower().startswith("file:"):
+        return StoreBackend(place, region, endpoint_url, overwrite)
+    return DiskBackend(place, overwrite)
+
+
 def make_backend(
     writer: str,
     output_dir: str | os.PathLike | None,
@@ -119,6 +130,7 @@ def make_backend(
 ) -> BaseBackend:
     """Return the backend of a writer: the one given, one for the folder, or a group of both.
 
+    output_dir: a folder, or a URL of a bucket with a prefix.
     bucket: write there instead of into the folder, with `output_dir` as the key prefix.
 
     Raises:

@@ -8,7 +8,7 @@ from usdsdg.errors import WriterRegistryError
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.backends.group import BackendGroup
-from usdsdg.writers.backends.s3 import S3Backend
+from usdsdg.writers.backends.store import S3Backend, StoreBackend
 from usdsdg.writers.options import check_names
 
 registered: Registry[type[BaseBackend]] = Registry("backend", WriterRegistryError)
@@ -58,5 +58,5 @@ class BackendRegistry:
     get_registered_backends = staticmethod(registered.names)
 
 
-for _backend_class in (DiskBackend, S3Backend, BackendGroup):
+for _backend_class in (DiskBackend, S3Backend, StoreBackend, BackendGroup):
     register(_backend_class)

@@ -91,7 +91,7 @@ class BasicWriter(Writer):
         Raises:
             WriterError: two options exclude each other, a value does not exist, or there is nowhere to write.
             OutputNotWritable: output_dir or the bucket cannot be written to.
-            Unsupported: a bucket without boto3.
+            Unsupported: a bucket without obstore.
         """
         labels = label_params("BasicWriter", semantic_types, semantic_filter_predicate)
         wanted: dict[str, tuple[bool, Mapping[str, Any]]] = {

@@ -117,7 +117,7 @@ class CocoWriter(Writer):
         Raises:
             WriterError: an option has an invalid value, or two categories have the same id.
             OutputNotWritable: output_dir or the bucket cannot be written to.
-            Unsupported: a bucket without boto3.
+            Unsupported: a bucket without obstore.
         """
         if dataset_id is not None and not re.fullmatch(r"[^/\\\0]{1,100}", dataset_id):
             raise WriterError(f"dataset_id is {dataset_id!r}; expected 1 to 100 characters of a file name, no slashes.")

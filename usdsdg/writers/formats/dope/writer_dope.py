@@ -62,7 +62,7 @@ class DOPEWriter(Writer):
         Raises:
             WriterError: an option has an invalid value, or there is nowhere to write.
             OutputNotWritable: output_dir or the bucket cannot be written to.
-            Unsupported: a bucket without boto3.
+            Unsupported: a bucket without obstore.
         """
         self._image_format = checked_image_format(image_output_format)
         if use_s3 and len(bucket_name or "") not in _BUCKET_LETTERS:

@@ -95,7 +95,7 @@ class KittiWriter(Writer):
             WriterError: two options exclude each other, or a value is invalid.
             AssetUnreadable: mapping_path cannot be read.
             OutputNotWritable: output_dir or the bucket cannot be written to.
-            Unsupported: a bucket without boto3, or renderproduct_idxs.
+            Unsupported: a bucket without obstore, or renderproduct_idxs.
         """
         if renderproduct_idxs is not None:
             raise Unsupported(

@@ -73,7 +73,7 @@ class PoseWriter(Writer):
         Raises:
             WriterError: an option has an invalid value, or there is nowhere to write.
             OutputNotWritable: output_dir or the bucket cannot be written to.
-            Unsupported: a bucket without boto3.
+            Unsupported: a bucket without obstore.
         """
         self._format = _checked_format(format)
         self._image_format = checked_image_format(image_output_format)

@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from usdsdg.errors import UsdsdgWarning, WriterError
+from usdsdg.stores.paths import checked_path
 from usdsdg.writers import CocoWriter, DiskBackend, files
-from usdsdg.writers.backends.blob_key import checked_key
 from usdsdg.writers.files import checked_padding
 
 LEAVING = ["../x", "a/../../x", "/etc/x", "a/../x", "..", "", ".", "/", "//x", "x\0y", "a/.."]
@@ -86,7 +86,7 @@ def test_whatever_the_path_a_file_lies_below_the_folder_or_there_is_none(tmp_pat
 @given(st.text(max_size=20))
 def test_keys_are_relative_and_have_no_way_up(text):
     try:
-        key = checked_key(text, "here")
+        key = checked_path(text, "here")
     except WriterError:
         return
     assert not key.startswith("/")
