@@ -90,9 +90,7 @@ def test_the_same_frames_give_the_same_bytes(name, frame, tmp_path):
 def test_urls_get_the_same_files_as_folders(name, frame, tmp_path):
     in_folder = run(name, (tmp_path / "a b").as_uri(), frame)
     at_url = run(name, f"memory://writers/{name}/a b", frame)
-    beside = {
-        path for path in in_folder if path.startswith(".usdsdg/aggregates/")
-    }
+    beside = {path for path in in_folder if path.startswith(".usdsdg/aggregates/")}
     assert at_url == {path: data for path, data in in_folder.items() if path not in beside}
 
 
