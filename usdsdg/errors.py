@@ -140,6 +140,10 @@ class OutputNotWritable(WriterError, StoreError):
     """The output folder, bucket or file cannot be written."""
 
 
+class WorkerFailed(UsdsdgError):
+    """A process that makes a part of a dataset has failed."""
+
+
 class DatasetInTheWay(OutputNotWritable):
     """The output folder has another run, or another process writes to it."""
 

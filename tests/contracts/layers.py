@@ -61,6 +61,7 @@ USDSDG = {
     "compat": "errors stores stage session articulations arguments graph distribution create annotators writers "
     "functional app orchestrator settings",
     "cli": "errors stage session",
+    "workers": "errors stage stores session writers",
     "stream": "errors session annotators capture scenarios replicator_yaml cli __init__",
     "torch": "session stream",
     "__main__": "cli",
@@ -135,7 +136,7 @@ LATE = {
     "usdsdg.cli.convert": ("usdsdg.meshes", COMMAND),
     "usdsdg.cli.doctor": ("usdsdg.__init__ usdsdg_render.path", COMMAND),
     "usdsdg.cli.file_kinds": ("usdsdg.arguments usdsdg.scenarios", COMMAND),
-    "usdsdg.cli.generate": ("usdsdg.scenarios", COMMAND),
+    "usdsdg.cli.generate": ("usdsdg.parallel usdsdg.scenarios usdsdg.workers", COMMAND),
     "usdsdg.cli.inspect": ("usdsdg.inspect", COMMAND),
     "usdsdg.cli.render": ("usdsdg.__init__", COMMAND),
     "usdsdg.cli.run": ("usdsdg.replicator_yaml", COMMAND),

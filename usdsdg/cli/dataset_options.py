@@ -18,6 +18,11 @@ Shard = Annotated[
     typer.Option(help="Make only the i-th of n parts of the frames, as 0/4; `usdsdg merge` joins them."),
 ]
 
+Workers = Annotated[
+    int | None,
+    typer.Option(min=1, help="Let so many processes make the frames, in parts.", show_default="this process alone"),
+]
+
 
 def begin_run(
     command: str,

@@ -1,5 +1,6 @@
 """`usdsdg generate CONFIG`: run the object-based scenario from a YAML or JSON file, or the graph of a saved stage."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -16,10 +17,11 @@ from usdsdg.cli.command_context import (
     fix_classes,
     seed_everything,
 )
-from usdsdg.cli.dataset_options import Overwrite, Resume, Shard, begin_run
+from usdsdg.cli.dataset_options import Overwrite, Resume, Shard, Workers, begin_run
 from usdsdg.cli.file_kinds import FileKind, check_kind
 from usdsdg.cli.inspect import Inspect, show_written
 from usdsdg.cli.thread_limit import Threads
+from usdsdg.errors import BadValue
 
 
 def generate(
@@ -38,6 +40,7 @@ def generate(
         str | None, typer.Option(help="Make only these frames, as 0:500; `usdsdg merge` joins them.")
     ] = None,
     shard: Shard = None,
+    workers: Workers = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
     save_stage: SaveStage = None,
@@ -58,7 +61,12 @@ def generate(
             overwrite=overwrite, frames=frames, shard=shard,
         )  # fmt: skip
         fix_classes(semantic_classes)
-        if config.suffix.lower() in saved_pipeline.SUFFIXES:
+        if workers is not None:
+            _let_workers_make(
+                config, overrides, workers, frames or shard, assets_root=assets_root, device=device, threads=threads,
+                semantic_classes=semantic_classes, save_stage=save_stage,
+            )  # fmt: skip
+        elif config.suffix.lower() in saved_pipeline.SUFFIXES:
             saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides))
         else:
             job, options = jobs.load_job(config, overrides)
@@ -66,3 +74,36 @@ def generate(
             job.run(options)
         finish_files()
         show_written(inspect=inspect)
+
+
+def _let_workers_make(
+    config: Path,
+    overrides: Sequence[str],
+    count: int,
+    chosen: str | None,
+    *,
+    threads: int | None,
+    save_stage: Path | None,
+    **options: str | None,
+) -> None:
+    """Let several processes make the dataset.
+
+    chosen: frames, if the user has chosen any. options: of the command, which the processes get as well.
+
+    Raises:
+        BadValue: an option has no meaning for several processes.
+    """
+    from usdsdg.parallel import available_threads
+    from usdsdg.scenarios import jobs
+    from usdsdg.workers.dataset import make_dataset, on_this_machine
+
+    if chosen is not None or save_stage is not None:
+        raise BadValue("--workers makes all frames: it cannot be given with --frames, --shard or --save-stage")
+    job, values = jobs.load_job(config, overrides)
+    each = threads or max(1, available_threads() // count)
+    arguments = ["generate", str(config.absolute()), "--threads", str(each)]
+    for override in overrides:
+        arguments += ["--set", override]
+    for name, value in options.items():
+        arguments += [f"--{name.replace('_', '-')}", value] if value is not None else []
+    make_dataset(job.folders(values), values.num_frames, count, on_this_machine(arguments, count))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from usdsdg.errors import ConfigError
@@ -16,6 +17,9 @@ from usdsdg.scenarios.config_errors import suggestion
 from usdsdg.scenarios.config_file import read_config, read_key
 from usdsdg.scenarios.detection import job as detection
 from usdsdg.scenarios.detection.config import DetectionConfig
+from usdsdg.scenarios.shared.runs import begin
+from usdsdg.writers import Writer
+from usdsdg.writers.spool import local_folder
 
 KEY = "job"
 
@@ -26,12 +30,36 @@ class Job:
 
     model: type[Any]
     run: Callable[[Any], Any]
+    writers: Callable[[Any], Sequence[Writer]]  # those of a run, not attached
+
+    def folders(self, config: Any) -> list[Path]:
+        """Return the local folders that a run writes to.
+
+        Raises:
+            WriterError: an option of a writer has a wrong value, or a folder cannot be written to.
+            DatasetInTheWay: another run is there.
+        """
+        found = [local_folder(each.backend) for each in self.writers(config) if each.backend is not None]
+        return [folder for folder in dict.fromkeys(found) if folder is not None]
+
+
+def _of_object_based(config: ObjectBasedConfig) -> list[Writer]:
+    writer = object_based.make_writer(config)
+    return [] if writer is None else [writer]
+
+
+def _of_bin_picking(config: BinPickingConfig) -> list[Writer]:
+    return [writer for _, writer in begin(config, frames_per_scene=config.frames_per_drop)[1]]
+
+
+def _of_detection(config: DetectionConfig) -> list[Writer]:
+    return [writer for _, writer in begin(config)[1]]
 
 
 JOBS = {
-    "object_based": Job(ObjectBasedConfig, object_based.run),
-    "bin_picking": Job(BinPickingConfig, bin_picking.run),
-    "detection": Job(DetectionConfig, detection.run),
+    "object_based": Job(ObjectBasedConfig, object_based.run, _of_object_based),
+    "bin_picking": Job(BinPickingConfig, bin_picking.run, _of_bin_picking),
+    "detection": Job(DetectionConfig, detection.run, _of_detection),
 }
 
 

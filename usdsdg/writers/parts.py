@@ -10,6 +10,7 @@ from usdsdg.writers.aggregates import finish_run
 from usdsdg.writers.journal import merge, recipe
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.recipe import Recipe
+from usdsdg.writers.journal.run import Run
 
 
 def join_parts(folder: Path) -> int:
@@ -26,7 +27,8 @@ def join_parts(folder: Path) -> int:
     folder = folder.absolute()
     # With the lock of the whole dataset, which no part may hold meanwhile.
     claimed = DatasetFolder(folder, wanted, Mode.RESUME, None, before=lambda: merge.join(folder))
-    current().run.begin(wanted, Mode.RESUME, None)
-    current().run.adopt(claimed)
+    current().run = run = Run()
+    run.begin(wanted, Mode.RESUME, None)
+    run.adopt(claimed)
     finish_run(complete=True)
     return claimed.journal.count

@@ -105,7 +105,7 @@ class Spool:
     @cached_property
     def path(self) -> Path:
         """The file. Its folder is claimed at the first use, since not every writer that is made writes something."""
-        folder = _local_folder(self._backend)
+        folder = local_folder(self._backend)
         if folder is None:
             self._temporary = _TemporaryFolder()
             folder = self._temporary.path
@@ -225,10 +225,10 @@ def _parsed(data: bytes) -> dict[str, Any] | None:
     return None
 
 
-def _local_folder(backend: BaseBackend) -> Path | None:
+def local_folder(backend: BaseBackend) -> Path | None:
     """Return the folder that a backend writes to; None if it has no local one."""
     if isinstance(backend, DiskBackend):
         return Path(backend.output_dir)
     if isinstance(backend, BackendGroup):
-        return next((folder for each in backend.backends if (folder := _local_folder(each)) is not None), None)
+        return next((folder for each in backend.backends if (folder := local_folder(each)) is not None), None)
     return None

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from usdsdg.errors import DatasetInTheWay
+from usdsdg.stores.file_lock import FileLock, Locked
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.frames import FrameFiles
-from usdsdg.writers.journal.lock import FileLock, Locked
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 
@@ -112,7 +112,7 @@ def test_parts_are_written_beside_each_other_and_one_part_by_one_process(tmp_pat
 HOLDER = """
 import sys, time
 from pathlib import Path
-from usdsdg.writers.journal.lock import FileLock
+from usdsdg.stores.file_lock import FileLock
 lock = FileLock(Path(sys.argv[1]))
 print("locked", flush=True)
 time.sleep(60)

@@ -16,6 +16,7 @@ from usdsdg.scenarios.shared.sections import JobConfig, Rendering
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.writers import Writer
+from usdsdg.writers.journal.run import get_run
 
 # The fast mode takes this many samples, and one more for each sub-frame.
 MIN_SAMPLES = 4
@@ -81,7 +82,9 @@ def capture(
                     delta_time=0.0, rt_subframes=rendering.samples - MIN_SAMPLES, pause_timeline=False
                 )
                 done = frame + 1
-                if stop_requested():
+                if get_run().is_over:
+                    done = frames
+                if done == frames or stop_requested():
                     break
     finally:
         rep.orchestrator.wait_until_complete()

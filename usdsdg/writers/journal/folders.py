@@ -13,11 +13,11 @@ from typing import Any
 
 from usdsdg.errors import DatasetInTheWay, WriterError, warn_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.stores.file_lock import FileLock, Locked
 from usdsdg.stores.whole_file import not_writable, sync_all
 from usdsdg.writers.journal import journal, recipe
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME, PARTS, Contents, Journal
-from usdsdg.writers.journal.lock import FileLock, Locked
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 
@@ -72,6 +72,7 @@ class DatasetFolder:
             before()
             self._make_room(mode)
             self.journal = Journal(home / NAME)
+            self.was_complete = self.journal.was_complete
             if mode is Mode.RESUME:
                 _remove_unfinished(path)
                 self._shorten_spools()

@@ -50,7 +50,7 @@ class Journal:
         self.contents = read(path) if path.exists() else Contents()
         if path.exists() and path.stat().st_size > self.contents.size:
             os.truncate(path, self.contents.size)
-        self.contents.is_complete = False
+        self.was_complete, self.contents.is_complete = self.contents.is_complete, False
         self._appended = 0  # frames, beside those of the contents
 
     def append(self, frames: Iterable[Mapping[str, Any]], shared: Mapping[str, FileFacts]) -> None:

@@ -79,7 +79,9 @@ class Run:
 
     @property
     def is_over(self) -> bool:
-        """Whether all later frames are made by other processes."""
+        """Whether all later frames are made by other processes, or have been made."""
+        if self._folders and all(folder.was_complete for folder in self._folders.values()):
+            return True
         return self.portion is not None and self.portion.is_over(self.captures)
 
     def adopt(self, folder: DatasetFolder) -> None:
@@ -159,9 +161,10 @@ class Run:
             folder.close(complete=is_whole)
 
     def release(self) -> None:
-        """Give all folders back as they are."""
+        """Give all folders back as they are; what is claimed later is claimed anew."""
         for folder in self._folders.values():
             folder.release()
+        self._folders.clear()
 
     def _is_wanted(self, folder: str | None, number: int) -> bool:
         if self.portion is not None and not self.portion.has(number):

@@ -1,0 +1,65 @@
+"""A dataset that several processes make: the parts that are missing are made, and all are joined."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from usdsdg.errors import BadValue
+from usdsdg.session.session import current
+from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.stores.file_lock import FileLock
+from usdsdg.workers import local
+from usdsdg.workers.plan import Part, plan
+from usdsdg.workers.progress import PartsProgress
+from usdsdg.writers.journal.journal import NAME
+from usdsdg.writers.parts import join_parts
+
+MakeParts = Callable[[Sequence[Part], Callable[[], None]], None]
+
+
+def make_dataset(folders: Sequence[Path], frames: int, count: int, make: MakeParts) -> None:
+    """Make the parts of a dataset that are missing in some folder, and join them.
+
+    folders: to which the run writes. frames: of the dataset. count: of processes. make: makes parts, and calls its
+    second argument again and again meanwhile.
+
+    Raises:
+        BadValue: the run writes to no local folder.
+        DatasetInTheWay, OutputNotWritable: as for one process.
+        WorkerFailed: a process has failed.
+    """
+    if not folders:
+        raise BadValue("several processes need an output folder that all of them see; this job writes to none")
+    for folder in folders:
+        current().run.claim(str(folder))  # removes an earlier run, or goes on with it, as the options say
+    done = [each.was_complete for each in current().run.folders]
+    current().run.release()
+    if all(done):
+        return
+    locks = [FileLock(folder / BESIDE / NAME, shared=True) for folder in folders]
+    try:
+        parts = plan(folders, frames, count)
+        make(parts, PartsProgress(folders[0], frames).tick)
+    finally:
+        for lock in locks:
+            lock.release()
+    for folder in folders:
+        join_parts(folder)
+
+
+def on_this_machine(arguments: Sequence[str], count: int) -> MakeParts:
+    """Return what makes parts with processes of this machine.
+
+    arguments: of `usdsdg`, without those that say which frames.
+    """
+
+    def make(parts: Sequence[Part], tick: Callable[[], None]) -> None:
+        local.make_parts(lambda part: _command(arguments, part), parts, count, tick)
+
+    return make
+
+
+def _command(arguments: Sequence[str], part: Part) -> list[str]:
+    return [sys.executable, "-m", "usdsdg", *arguments, "--frames", part.frames, "--resume", "--quiet"]

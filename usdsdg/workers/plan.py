@@ -1,0 +1,92 @@
+"""The parts of a dataset that are still to be made, so that several processes can make them."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import re
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from usdsdg.errors import DatasetError
+from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.writers.journal import journal
+from usdsdg.writers.journal.folders import AGGREGATES
+from usdsdg.writers.journal.journal import NAME, PARTS, Journal
+from usdsdg.writers.journal.merge import parts_of
+
+_FRAMES = re.compile(r"(\d+)-(\d+)")
+
+
+@dataclass(frozen=True)
+class Part:
+    """The frames from `first` up to `last`, without `last`."""
+
+    first: int
+    last: int
+
+    @property
+    def frames(self) -> str:
+        """The value of --frames."""
+        return f"{self.first}:{self.last}"
+
+
+def plan(folders: Sequence[Path], frames: int, count: int) -> list[Part]:
+    """Return the parts that are not complete in every folder, in the order of frames.
+
+    frames: of the dataset. count: into how many parts what no process has begun is cut.
+
+    Raises:
+        DatasetError: a folder has shards that are no frames in a row, or parts with frames that the dataset lacks.
+    """
+    begun: dict[Part, bool] = {}  # whether it is complete
+    for folder in folders:
+        _keep_as_part(folder)
+    names = {part.name for folder in folders for part in parts_of(folder)}
+    for name in names:
+        match = _FRAMES.fullmatch(name)
+        if match is None or int(match[2]) > frames:
+            raise DatasetError(f"{folders[0]} has the part {name}, which is none of --workers; merge it or --overwrite")
+        files = [folder / PARTS / name / NAME for folder in folders]
+        is_complete = all(file.is_file() and journal.read(file).is_complete for file in files)
+        begun[Part(int(match[1]), int(match[2]))] = is_complete
+    gaps, place = [], 0
+    for part in sorted(begun, key=lambda each: each.first):
+        if part.first < place:
+            raise DatasetError(
+                f"{folders[0]} has parts that overlap at frame {part.first}; begin again with --overwrite"
+            )
+        gaps.append(Part(place, part.first))
+        place = part.last
+    gaps.append(Part(place, frames))
+    new = [piece for gap in gaps for piece in _cut(gap, count, frames)]
+    return sorted(
+        [*new, *(part for part, is_complete in begun.items() if not is_complete)], key=lambda each: each.first
+    )
+
+
+def _cut(gap: Part, count: int, frames: int) -> list[Part]:
+    """Cut frames into parts as large as if the whole dataset were cut into `count`."""
+    length = gap.last - gap.first
+    pieces = min(length, max(1, round(count * length / max(frames, 1)))) if length > 0 else 0
+    edges = [gap.first + length * place // pieces for place in range(pieces + 1)] if pieces else []
+    return [Part(first, last) for first, last in itertools.pairwise(edges)]
+
+
+def _keep_as_part(folder: Path) -> None:
+    """Make the frames of one process that died a part, so that others can make the rest."""
+    own = folder / BESIDE / NAME
+    if not own.is_file():
+        return
+    contents = journal.read(own)
+    if not contents.frames:
+        return
+    home = folder / PARTS / f"0-{contents.first_missing}"
+    home.mkdir(parents=True, exist_ok=True)
+    if (folder / BESIDE / AGGREGATES).is_dir():
+        shutil.move(folder / BESIDE / AGGREGATES, home / AGGREGATES)
+    shutil.copyfile(own, home / NAME)
+    Journal(home / NAME).close(complete=True)
+    os.truncate(own, 0)

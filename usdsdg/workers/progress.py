@@ -1,0 +1,43 @@
+"""How many frames the processes of a dataset have finished, as their journals tell."""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from pathlib import Path
+
+from usdsdg.session.progress import report
+from usdsdg.writers.journal.journal import FRAME, NAME, PARTS
+
+SECONDS = 1.0
+_LINE = f'{{"{FRAME}":'.encode()
+
+
+class PartsProgress:
+    """Reports the frames in the journals of the parts in a folder."""
+
+    def __init__(self, folder: Path, frames: int) -> None:
+        """frames: of the dataset."""
+        self._folder, self._frames = folder, frames
+        self._read: dict[Path, tuple[int, int]] = {}  # bytes and frames, by journal
+        self._reported = time.monotonic()
+
+    def tick(self) -> None:
+        """Report, if it is time."""
+        if time.monotonic() - self._reported < SECONDS:
+            return
+        self._reported = time.monotonic()
+        for path in (self._folder / PARTS).glob(f"*/{NAME}"):
+            self._count(path)
+        report("frames captured", sum(count for _, count in self._read.values()), self._frames)
+
+    def _count(self, path: Path) -> None:
+        place, count = self._read.get(path, (0, 0))
+        with suppress(OSError), open(path, "rb") as file:
+            if file.seek(0, 2) < place:
+                place = count = 0  # it is written anew when it is closed
+            file.seek(place)
+            data = file.read()
+            whole = data[: data.rfind(b"\n") + 1]
+            count += sum(line.startswith(_LINE) for line in whole.splitlines())
+            self._read[path] = place + len(whole), count
