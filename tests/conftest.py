@@ -1,10 +1,15 @@
 """The fixture of all tests that need a stage."""
 
+import os
+
 import pytest
 
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.session import session
 from usdsdg.session.stage_context import new_stage
+
+# No test asks a server for an asset, but those that have one of their own.
+os.environ.setdefault("USDSDG_FETCH_ASSETS", "0")
 
 
 @pytest.fixture(autouse=True)

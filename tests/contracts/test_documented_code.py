@@ -1,4 +1,4 @@
-"""The Python and YAML code in README.md and docs/ runs as written, except for the size and number of images."""
+"""The Python and YAML code in README.md and docs/ runs as written, but for sizes and numbers of images, and buckets."""
 
 import re
 import subprocess
@@ -17,6 +17,8 @@ SMALLER = {
     "num_frames=10": "num_frames=2",
     '"num_frames=8"': '"num_frames=2", "resolution=[32,24]"',
     '"num_frames=64"': '"num_frames=2", "resolution=[32,24]"',
+    '"s3://bucket': '"memory://bucket',
+    '"gs://bucket': '"memory://other',
 }
 TRAINING = ROOT / "docs/training.md"
 PAGES = sorted(

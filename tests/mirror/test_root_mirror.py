@@ -24,7 +24,8 @@ def server(tmp_path, monkeypatch):
     pytest.importorskip("obstore", reason="needs the remote extra")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr(download, "_WAIT_SECONDS", 0.001)
-    monkeypatch.setattr("usdsdg.mirror.store._retries", lambda: {"max_retries": 0})
+    monkeypatch.setattr("usdsdg.mirror.store.RETRIES", 0)
+    monkeypatch.setenv("USDSDG_STORE_RETRY_SECONDS", "0")
     server = Server()
     server.files = {
         ROOM: b"""#usda 1.0

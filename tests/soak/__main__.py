@@ -13,6 +13,7 @@ SOAKS = {
     "meshes": "mesh files in ten forms, whole, broken and mutated: each converted, rendered, or refused with a reason",
     "writing_threads": "every format over 200 frames, by threads beside rendering and one by one: the same files",
     "kills": "runs that are killed, or whose disk is full, at random moments, and gone on with: the same bytes",
+    "stores": "object stores on servers that run here, Ceph where it is installed: promises, failures, absence",
     "warmup": "`usdsdg warmup` in an empty cache; then scripts and jobs compile nothing more",
     "physics_calm": "drops, rebounds, stacks, overlaps, piles and the object-based scene, each with its limit",
 }

@@ -12,12 +12,18 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from usdsdg.mirror import download
+from usdsdg.stores import clients, retries
+
 KEYS = {"AWS_ACCESS_KEY_ID": "testkey", "AWS_SECRET_ACCESS_KEY": "testsecret"}
 _buckets = itertools.count()
 
 
 def only_ours(monkeypatch: pytest.MonkeyPatch, nowhere: str) -> None:
-    """Set credentials of the tests, and nothing of the user; nobody asks a cloud for roles."""
+    """Set credentials of the tests, and nothing of the user; nobody asks a cloud for roles, or pauses for long."""
+    monkeypatch.setattr(clients, "PAUSE_SECONDS", (0.01, 0.05))
+    monkeypatch.setattr(retries, "QUIET_SECONDS", 0.2)
+    monkeypatch.setattr(download, "QUIET_SECONDS", 0.2)
     for name in [name for name in os.environ if name.startswith(("AWS_", "AZURE_", "GOOGLE_", "USDSDG_STORE"))]:
         monkeypatch.delenv(name)
     for name in ("AWS_CONFIG_FILE", "AWS_SHARED_CREDENTIALS_FILE"):

@@ -89,6 +89,21 @@ def test_parts_of_large_files_outlive_what_passes(bucket, proxy, fate):
     assert bucket.objects == {"p/large": data}
 
 
+def test_a_lost_answer_to_the_end_of_an_upload_is_outlived(bucket, proxy):
+    ends = []
+
+    def fate(number, method, target):
+        if method == "POST" and "uploadId" in target:
+            ends.append(target)
+            return {1: "lose", 2: "404 NoSuchUpload"}.get(len(ends), "pass")
+        return "pass"
+
+    proxy.fate = fate
+    opened(bucket, proxy).put("large", b"1" * (9 << 20))
+    assert bucket.objects == {"p/large": b"1" * (9 << 20)}
+    assert len(ends) == 3  # lost, refused since it was done, and of the second upload
+
+
 def test_a_large_file_is_there_whole_or_not_at_all(bucket, proxy):
     proxy.fate = lambda number, method, target: "drop" if "partNumber=2" in target else "pass"
     with pytest.raises(OutputNotWritable, match="does not answer"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import os
 import time
@@ -10,13 +11,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from usdsdg.errors import AssetUnreadable
+from usdsdg.errors import AssetUnreadable, warn_once
 from usdsdg.mirror.records import Record
 from usdsdg.mirror.store import RemoteError, RemoteStore
 from usdsdg.stores.locks import locked
+from usdsdg.stores.retries import retry_seconds
 
-ATTEMPTS = 5
+ATTEMPTS = 5  # at least
+FIRST_ANSWER_SECONDS = 10.0
 _WAIT_SECONDS = 0.1  # before the second attempt; doubled before each further one
+_LONGEST_WAIT_SECONDS = 5.0
+QUIET_SECONDS = 1.0  # without an answer that nobody is told of
 
 _STAGES = {".usda": (b"#usda",), ".usdc": (b"PXR-USDC",), ".usdz": (b"PK",), ".usd": (b"#usda", b"PXR-USDC")}
 
@@ -65,14 +70,21 @@ class Blobs:
             AssetUnreadable: the server sent something else than a USD file for one.
         """
         partial = _Partial(self._folder / "partial" / _key(store, path))
-        for attempt in range(ATTEMPTS):
+        start, pause = time.monotonic(), _WAIT_SECONDS
+        for attempt in itertools.count(1):
             try:
                 return self._keep(store, path, partial) if _complete(store, path, partial) else None
-            except RemoteError:
-                if attempt == ATTEMPTS - 1:
+            except RemoteError as error:
+                # Nobody waits long for a server that has never answered: its address may be wrong.
+                patience = retry_seconds() if store.has_answered else min(retry_seconds(), FIRST_ANSWER_SECONDS)
+                waited = time.monotonic() - start
+                if not error.may_pass or (attempt >= ATTEMPTS and waited >= patience):
                     raise
-                time.sleep(_WAIT_SECONDS * 2**attempt)
-        raise AssertionError("the last attempt returns or raises")
+                if waited > QUIET_SECONDS:
+                    warn_once(f"{store.url} is asked again for up to {patience:.0f} s: {error}", key=store.url)
+            time.sleep(pause)
+            pause = min(2 * pause, _LONGEST_WAIT_SECONDS)
+        raise AssertionError("the loop returns or raises")
 
     def _keep(self, store: RemoteStore, path: str, partial: _Partial) -> Record:
         _check_kind(store, path, partial)

@@ -1,4 +1,4 @@
-"""What a file of an assets root refers to: layers, payloads, textures and MDL modules, by their text alone."""
+"""What an asset refers to: layers, payloads, textures, MDL modules, files of meshes, by their text alone."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pxr import Tf, UsdUtils
 
+from usdsdg.mirror.mesh_references import SUFFIXES, of_mesh
 from usdsdg.stage.assets import paths_under_root, scheme_of
 
 UDIM = "<UDIM>"
@@ -30,6 +31,8 @@ def references_of(file: Path, path: str) -> list[str]:
         authored: Iterable[str] = _of_stage(file)
     elif suffix == ".mdl":
         authored = _of_mdl(file.read_text(encoding="utf-8", errors="replace"))
+    elif suffix in SUFFIXES:
+        authored = of_mesh(file, suffix)
     else:
         return []
     folder = posixpath.dirname(path)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 CONNECT_SECONDS = 10
 # For one request with its body: 8 MB parts on slow lines, and servers that accept a connection and never answer.
 ANSWER_SECONDS = 60
+PAUSE_SECONDS = (0.1, 2.0)  # before the first and the last attempt of one request
 
 _memory: dict[str, Client] = {}
 
@@ -88,5 +89,6 @@ def _client_options() -> Any:
 
 
 def _retry_config(retries: int) -> Any:
-    backoff = {"init_backoff": timedelta(milliseconds=100), "max_backoff": timedelta(seconds=2), "base": 3}
+    first, longest = (timedelta(seconds=each) for each in PAUSE_SECONDS)
+    backoff = {"init_backoff": first, "max_backoff": longest, "base": 3}
     return {"max_retries": retries, "retry_timeout": timedelta(seconds=10), "backoff": backoff}

@@ -21,7 +21,7 @@ _SIGN_IN = {
     "or run `aws configure`",
     "gs": "set GOOGLE_APPLICATION_CREDENTIALS to the key file of a service account, "
     "or run `gcloud auth application-default login`",
-    "az": "set AZURE_STORAGE_ACCOUNT_NAME, and AZURE_STORAGE_ACCOUNT_KEY or AZURE_STORAGE_SAS_TOKEN, or run `az login`",
+    "az": "set AZURE_STORAGE_ACCOUNT_NAME, and AZURE_STORAGE_ACCOUNT_KEY or AZURE_STORAGE_SAS_TOKEN",
 }
 _NEEDS = {
     "s3": "they need s3:ListBucket on the bucket, s3:GetObject and s3:PutObject on its objects",
@@ -38,6 +38,7 @@ class Failure(NamedTuple):
     reason: str  # with what to do about it
     may_pass: bool  # asking again may help
     is_missing: bool = False  # there is no such file
+    is_denied: bool = False  # with credentials that are right
     is_unsure: bool = False  # the request may have been carried out all the same
     has_lost: bool = False  # a condition of a put was not met
 
@@ -55,6 +56,9 @@ def failure_of(error: Exception, address: Address) -> Failure:
         return Failure(f"others write it at the same time ({code or kind})", code in _UNDECIDED, has_lost=True)
     if _NO_ROLE.search(text) or "MissingCredential" in text or code == "MissingAuthenticationToken":
         return Failure(f"there are no credentials for it; {_SIGN_IN.get(address.kind, 'sign in')}", may_pass=False)
+    if code == "NoSuchUpload":
+        # Of an upload in parts the last answer was lost, and obstore asked for it again: the whole is sent once more.
+        return Failure("an upload in parts has ended", may_pass=True, is_unsure=True)
     if isinstance(error, FileNotFoundError) or kind == "NotFoundError" or status == 404:
         return Failure("there is no such file, or no such bucket", may_pass=False, is_missing=True)
     if code in _WRONG_KEYS or kind == "UnauthenticatedError" or status == 401:
@@ -64,7 +68,7 @@ def failure_of(error: Exception, address: Address) -> Failure:
         return Failure(signed, may_pass=False)
     if kind == "PermissionDeniedError" or status == 403:
         denied = f"the credentials do not allow it ({code or status}); {_NEEDS.get(address.kind, 'ask its owner')}"
-        return Failure(denied, may_pass=False)
+        return Failure(denied, may_pass=False, is_denied=True)
     if "redirect" in text or status in (301, 307):
         return Failure(
             "it is in another region or behind another address; set AWS_REGION, or the region", may_pass=False

@@ -14,7 +14,7 @@ from usdsdg.stores.failures import Failure
 RETRY_SECONDS = 120.0
 VARIABLE = "USDSDG_STORE_RETRY_SECONDS"
 _FIRST_PAUSE, _LONGEST_PAUSE = 0.1, 5.0  # seconds
-_QUIET = 1.0  # seconds without an answer that nobody is told of
+QUIET_SECONDS = 1.0  # seconds without an answer that nobody is told of
 
 T = TypeVar("T")
 
@@ -56,7 +56,7 @@ def patiently(attempt: Callable[[], T], *, seconds: float, url: str) -> T:
             left = start + seconds - time.monotonic()
             if left <= 0:
                 raise
-            if time.monotonic() - start > _QUIET:
+            if time.monotonic() - start > QUIET_SECONDS:
                 warn_once(
                     f"{url} is asked again for up to {seconds:.0f} s, since {unanswered.failure.reason}. "
                     f"{VARIABLE} changes how long."

@@ -60,7 +60,8 @@ class Store(Protocol):
     def put_if_match(self, path: str, data: bytes, etag: str) -> bool:
         """Replace a file if it still has the etag of `get_entry`; return whether it had. A file that went is not made.
 
-        Answers that were lost: as for `put_if_absent`.
+        Answers that were lost: as for `put_if_absent`. Where another one has replaced the file since, the answer is
+        False though the put was done: right for a lease, which is gone, but a count would be one too many.
         """
         ...
 

@@ -8,7 +8,7 @@ from urllib.parse import unquote, urlsplit
 from pxr import Ar
 
 from usdsdg import errors
-from usdsdg.stage.assets import maps, root, url
+from usdsdg.stage.assets import fetching, maps, root, url
 
 _ABSOLUTE_PATHS = (
     f"Of absolute paths, those under /{' and /'.join(url.TOP_FOLDERS)} are looked up under the assets root as well."
@@ -23,12 +23,13 @@ def locate(asset: str | os.PathLike[str]) -> str:
     What a map stands for comes first. An existing file is returned as it is, also one below a folder `C:` of the
     working folder, where Python's own functions find a path with a drive. `/Isaac/...`, `/NVIDIA/...` and relative
     paths are looked up under the assets root, and so is the part of a URL or of a path with a drive from `/Isaac` or
-    `/NVIDIA` on.
+    `/NVIDIA` on. Other URLs of servers and buckets are fetched; see `fetching`.
 
     Raises:
         AssetNotFound: no such file; names the root and similar names.
         AssetError: an `omniverse://` URL without a copy on this machine.
-        Unsupported: an `http(s)://` or other URL without a copy on this machine.
+        AssetError: a URL of a server or bucket that does not answer.
+        Unsupported: an `http(s)://` or other URL without a copy on this machine, which is not fetched.
     """
     text = os.fspath(asset).strip()
     if not text:
@@ -69,12 +70,15 @@ def _not_found(text: str, problems: list[str], remedy: str) -> errors.AssetNotFo
     return error
 
 
-def _locate_remote(text: str, problems: list[str]) -> str:
+def _locate_remote(text: str, mapped: list[str]) -> str:
+    problems = mapped
     for path in paths_under_root(text):
         local = os.path.join(root.assets_root(), path)
         if exists(local) or _mirrored(local):
             return local
         problems = [*problems, _missing_in_root(local)]
+    if not mapped and (local := fetching.fetched(text)):
+        return local
     error = _not_here(text, f" ({'; '.join(problems)})" if problems else "")
     error.looked_for = problems or ["no map names it, and it has no /Isaac or /NVIDIA to look up under the assets root"]
     raise error

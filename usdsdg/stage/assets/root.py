@@ -35,6 +35,7 @@ _root: str | None = None
 _fallback: Callable[[], str | os.PathLike[str]] | None = None
 _make_mirror: Callable[[str], Mirror] | None = None
 _mirror: Mirror | None = None
+_sites: dict[str, Mirror] = {}
 
 
 def assets_root() -> str:
@@ -78,6 +79,14 @@ def set_mirror_factory(make: Callable[[str], Mirror] | None) -> None:
     """Register the function that makes the mirror of a root that is a URL."""
     global _make_mirror, _mirror
     _make_mirror, _mirror = make, None
+    _sites.clear()
+
+
+def site_mirror(site: str) -> Mirror | None:
+    """Return the mirror of a server or bucket, as of "https://host" or "s3://bucket"; None if none can be made."""
+    if site not in _sites and _make_mirror is not None:
+        _sites[site] = _make_mirror(site)
+    return _sites.get(site)
 
 
 def configured_root() -> str | None:
