@@ -56,6 +56,8 @@ def begin(folder, name, frames, complete):
 def test_a_plan_has_every_frame_that_is_missing_once(tmp_path):
     assert plan([tmp_path], 10, 3) == [Part(0, 3), Part(3, 6), Part(6, 10)]
     assert plan([tmp_path], 2, 7) == [Part(0, 1), Part(1, 2)]
+    assert plan([tmp_path], 10, 3, unit=4) == [Part(0, 4), Part(4, 8), Part(8, 10)]
+    assert plan([tmp_path], 10, 2, unit=4) == [Part(0, 4), Part(4, 10)]
     begin(tmp_path, "0-3", range(3), complete=True)
     begin(tmp_path, "6-10", range(6, 8), complete=False)
     assert plan([tmp_path], 10, 3) == [Part(3, 6), Part(6, 10)]

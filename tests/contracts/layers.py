@@ -56,8 +56,8 @@ USDSDG = {
     "inspect": "errors stage writers datasets",
     "verify": "errors stage session annotators writers record datasets",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
-    "scenarios": "errors stores stage session arguments graph calibration create writers app orchestrator settings "
-    "demo meshes __init__",
+    "scenarios": "errors stores stage session arguments graph calibration create writers capture app orchestrator "
+    "settings demo meshes __init__",
     "compat": "errors stores stage session articulations arguments graph distribution create annotators writers "
     "functional app orchestrator settings",
     "cli": "errors stage session",

@@ -14,6 +14,7 @@ SOAKS = {
     "writing_threads": "every format over 200 frames, by threads beside rendering and one by one: the same files",
     "kills": "runs that are killed, or whose disk is full, at random moments, and gone on with: the same bytes",
     "stores": "object stores on servers that run here, Ceph where it is installed: promises, failures, absence",
+    "long": "100,000 small label frames in episodes: time a frame, memory, and what the journal takes",
     "warmup": "`usdsdg warmup` in an empty cache; then scripts and jobs compile nothing more",
     "physics_calm": "drops, rebounds, stacks, overlaps, piles and the object-based scene, each with its limit",
 }

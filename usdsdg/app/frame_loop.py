@@ -174,9 +174,15 @@ class Orchestrator:
             report("frames captured", self.captures, self.captures)
         self.finish()
 
-    def expect_frames(self, count: int | None) -> None:
-        """Set the total number of frames for progress reports; None if it is not known."""
-        self._capture.expected_frames = count
+    def expect_frames(self, count: int | None, *, before: int = 0) -> None:
+        """Set the total number of frames for progress reports, None if it is not known, and those captured before."""
+        self._capture.expected_frames, self._capture.frames_before = count, before
+
+    def pass_over(self, frames: int) -> None:
+        """Count frames that other processes make, without evaluating, simulating or rendering anything."""
+        for _ in range(frames):
+            self._capture.pass_over(self.captures)
+            self.captures += 1
 
     def preview(self) -> None:
         """Run every frame and time trigger once without capturing."""

@@ -37,6 +37,7 @@ class Capture:
 
     def __init__(self) -> None:
         self.expected_frames: int | None = None  # for progress reports; None: not known
+        self.frames_before = 0  # those of earlier stages, for progress reports
         self._output = WriterOutput()
         self._labeled_prims: LabeledPrimReader | None = None
         self._earlier = EarlierPoints()
@@ -87,7 +88,12 @@ class Capture:
             self._requests.files.release()
         append_to_journals()
         self._remember(frames)
-        report("frames captured", frame + 1, self.expected_frames)
+        report("frames captured", self.frames_before + frame + 1, self.expected_frames)
+
+    def pass_over(self, frame: int) -> None:
+        """Count a frame of which no writer makes files here, without looking at the stage."""
+        self.begin(frame)
+        self._skip({})
 
     def _skip(self, frames: Mapping[str, Frame]) -> None:
         for skipped in self._requests.skipped:

@@ -106,4 +106,5 @@ def _let_workers_make(
         arguments += ["--set", override]
     for name, value in options.items():
         arguments += [f"--{name.replace('_', '-')}", value] if value is not None else []
-    make_dataset(job.folders(values), values.num_frames, count, on_this_machine(arguments, count))
+    make = on_this_machine(arguments, count)
+    make_dataset(job.folders(values), values.num_frames, count, make, unit=job.episode(values))

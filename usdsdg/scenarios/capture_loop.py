@@ -64,11 +64,12 @@ def start_timeline() -> None:
     get_app().update()
 
 
-def capture_frames(config: ObjectBasedConfig, scene: Scene, draws: Draws) -> int:
-    """Capture `num_frames` frames; return how many were captured, which are fewer after Ctrl-C."""
+def capture_frames(config: ObjectBasedConfig, scene: Scene, draws: Draws, frames: int | None = None) -> int:
+    """Capture `frames` frames, None: all of the job; return how many were captured, which are fewer after Ctrl-C."""
+    frames = config.num_frames if frames is None else frames
     aiming = Aiming(scene.cameras, scene.labeled.all, config, draws)
     with stop_request() as stop_requested:
-        for frame in range(config.num_frames):
+        for frame in range(frames):
             _randomize(frame, config, scene, draws)
             if config.camera_aim_again:
                 if frame % CAMERAS_EVERY == 0:
@@ -80,9 +81,9 @@ def capture_frames(config: ObjectBasedConfig, scene: Scene, draws: Draws) -> int
             if stop_requested():
                 return frame + 1
             if get_run().is_over:
-                return config.num_frames
+                return frames
             _simulate_between(config.simulation_duration_between_captures)
-    return config.num_frames
+    return frames
 
 
 def _randomize(frame: int, config: ObjectBasedConfig, scene: Scene, draws: Draws) -> None:

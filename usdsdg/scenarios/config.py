@@ -86,6 +86,9 @@ class ObjectBasedConfig(Section):
         -1, description="sub-frames of the fast mode; -1 takes the default"
     )
     num_frames: Count = Field(10, description="number of frames to capture, 0 or more")
+    frames_per_episode: Count = Field(
+        0, description="frames until a new scene is built from draws of its own; 0: one scene for all frames"
+    )
     num_cameras: Count = Field(1, description="number of cameras that capture each frame, 0 or more")
     camera_collider_radius: NotNegative = Field(0.0, description="radius [m] kept free around cameras; 0 for none")
     disable_render_products_between_captures: Flag = Field(True, description="true or false")

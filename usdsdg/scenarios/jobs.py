@@ -42,6 +42,10 @@ class Job:
         found = [local_folder(each.backend) for each in self.writers(config) if each.backend is not None]
         return [folder for folder in dict.fromkeys(found) if folder is not None]
 
+    def episode(self, config: Any) -> int:
+        """Return the number of frames of an episode; 1 where all frames are one, which any cut divides alike."""
+        return getattr(config, "frames_per_episode", 0) or 1
+
 
 def _of_object_based(config: ObjectBasedConfig) -> list[Writer]:
     writer = object_based.make_writer(config)

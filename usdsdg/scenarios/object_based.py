@@ -17,11 +17,14 @@ from usdsdg.scenarios import cameras, capture_loop, environment, objects, random
 from usdsdg.scenarios.capture_loop import Scene
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
+from usdsdg.scenarios.episodes import Episode, can_be_passed_over, episodes
 from usdsdg.scenarios.output_folder import with_absolute_output_dir
+from usdsdg.session.render_products import products
 from usdsdg.session.session import current
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage import assets
 from usdsdg.writers import Writer
+from usdsdg.writers.journal.run import get_run
 
 
 @dataclass(frozen=True)
@@ -46,38 +49,67 @@ def run(config: ObjectBasedConfig) -> Summary:
     """
     # Fail on missing assets and wrong writer options before any work is done.
     check_assets(config)
-    set_global_seed(config.seed)
     if config.semantic_classes is not None:
         rep.settings.set_semantic_classes(config.semantic_classes)
     capture_loop.apply_render_settings(config)
-    draws = Draws(config.seed)
     writer = make_writer(config)
-
-    scene = build_scene(config, draws)
-    if writer is not None and scene.render_products:
-        writer.attach(scene.render_products)
-    stop_bouncing = add_randomizers(config, scene, draws)
-
-    if config.settle:
-        rep.physics.simulate_until_rest()
-    capture_loop.start_timeline()
-    get_orchestrator().expect_frames(config.num_frames)
-    started = time.perf_counter()
-    try:
-        frames = capture_loop.capture_frames(config, scene, draws)
-    finally:
-        stop_bouncing()
-        rep.orchestrator.wait_until_complete()
-
-    seconds, simulated = time.perf_counter() - started, get_timeline().get_current_time()
-    get_app().update()
-    get_timeline().stop()
+    started, frames, simulated = time.perf_counter(), 0, 0.0
+    for episode in (planned := episodes(config.seed, config.num_frames, config.frames_per_episode)):
+        if len(planned) > 1 and can_be_passed_over(writer, episode):
+            _pass_over(config, episode, writer)
+            continue
+        captured, seconds = _run_episode(config, episode, writer)
+        frames, simulated = episode.first + captured, simulated + seconds
+        if captured < episode.frames or get_run().is_over:
+            break
+    frames = config.num_frames if get_run().is_over else frames
+    seconds = time.perf_counter() - started
     summary = Summary(frames, frames * config.num_cameras, seconds, simulated, _output_dir(writer))
     if current().tap is None:  # else nothing was written
         _print_summary(summary)
     if frames < config.num_frames:
         raise KeyboardInterrupt
     return summary
+
+
+def _run_episode(config: ObjectBasedConfig, episode: Episode, writer: Writer | None) -> tuple[int, float]:
+    """Build, simulate and capture an episode; return how many frames were captured, and the simulated seconds."""
+    set_global_seed(episode.seed)
+    draws = Draws(episode.seed)
+    scene = build_scene(config, draws)
+    _attach(writer, scene)
+    stop_bouncing = add_randomizers(config, scene, draws)
+
+    if config.settle:
+        rep.physics.simulate_until_rest()
+    capture_loop.start_timeline()
+    get_orchestrator().expect_frames(config.num_frames, before=episode.first)
+    try:
+        frames = capture_loop.capture_frames(config, scene, draws, episode.frames)
+    finally:
+        stop_bouncing()
+        rep.orchestrator.wait_until_complete()
+
+    simulated = get_timeline().get_current_time()
+    get_app().update()
+    get_timeline().stop()
+    return frames, simulated
+
+
+def _pass_over(config: ObjectBasedConfig, episode: Episode, writer: Writer | None) -> None:
+    """Count the frames of an episode that this process does not make."""
+    set_global_seed(episode.seed)
+    if writer is not None and not writer.render_products:
+        _attach(writer, build_scene(config, Draws(episode.seed)))
+    toggled = products() if config.disable_render_products_between_captures else []
+    capture_loop.set_updates(toggled, True)
+    get_orchestrator().pass_over(episode.frames)
+    capture_loop.set_updates(toggled, False)
+
+
+def _attach(writer: Writer | None, scene: Scene) -> None:
+    if writer is not None and scene.render_products:
+        writer.attach(scene.render_products)
 
 
 def check_assets(config: ObjectBasedConfig) -> None:

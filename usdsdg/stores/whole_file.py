@@ -12,11 +12,14 @@ from pathlib import Path
 from typing import IO
 
 from usdsdg.errors import OutputNotWritable
+from usdsdg.stores.file_system import sync_file_system
 
 # Names of files that are being written, and of locks beside files.
 PART = re.compile(r"\..*\.(part|lock)")
 
 _part_numbers = itertools.count()
+# Up to so many files are synced one by one.
+_FEW = 8
 
 
 def write_whole(path: Path, data: bytes | Iterable[bytes | memoryview], *, durable: bool = False) -> None:
@@ -96,12 +99,17 @@ def sync_all(paths: Iterable[Path]) -> None:
         OutputNotWritable: one of them was removed, or the disk failed.
     """
     paths = list(paths)
-    folders = dict.fromkeys(path.parent for path in paths)
-    for path in (*paths, *(folders if os.name != "nt" else ())):
-        try:
+    for path in paths:
+        if not path.exists():
+            raise not_writable(path, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)))
+    try:
+        # One call for many files: each sync of its own waits for the disk, some milliseconds.
+        if len(paths) > _FEW and sync_file_system(paths[0].parent):
+            return
+        for path in (*paths, *(dict.fromkeys(each.parent for each in paths) if os.name != "nt" else ())):
             _sync(path)
-        except OSError as error:
-            raise not_writable(path, error) from error
+    except OSError as error:
+        raise not_writable(path, error) from error
 
 
 def _sync(path: Path) -> None:

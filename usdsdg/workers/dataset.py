@@ -19,10 +19,11 @@ from usdsdg.writers.parts import join_parts
 MakeParts = Callable[[Sequence[Part], Callable[[], None]], None]
 
 
-def make_dataset(folders: Sequence[Path], frames: int, count: int, make: MakeParts) -> None:
+def make_dataset(folders: Sequence[Path], frames: int, count: int, make: MakeParts, *, unit: int = 1) -> None:
     """Make the parts of a dataset that are missing in some folder, and join them.
 
-    folders: to which the run writes. frames: of the dataset. count: of processes. make: makes parts, and calls its
+    folders: to which the run writes. frames: of the dataset. count: of processes. unit: frames
+    of an episode. make: makes parts, and calls its
     second argument again and again meanwhile.
 
     Raises:
@@ -40,7 +41,7 @@ def make_dataset(folders: Sequence[Path], frames: int, count: int, make: MakePar
         return
     locks = [FileLock(folder / BESIDE / NAME, shared=True) for folder in folders]
     try:
-        parts = plan(folders, frames, count)
+        parts = plan(folders, frames, count, unit=unit)
         make(parts, PartsProgress(folders[0], frames).tick)
     finally:
         for lock in locks:

@@ -33,10 +33,11 @@ class Part:
         return f"{self.first}:{self.last}"
 
 
-def plan(folders: Sequence[Path], frames: int, count: int) -> list[Part]:
+def plan(folders: Sequence[Path], frames: int, count: int, *, unit: int = 1) -> list[Part]:
     """Return the parts that are not complete in every folder, in the order of frames.
 
-    frames: of the dataset. count: into how many parts what no process has begun is cut.
+    frames: of the dataset. count: into how many parts what no process has begun is cut. unit: frames
+    that are best made by one process.
 
     Raises:
         DatasetError: a folder has shards that are no frames in a row, or parts with frames that the dataset lacks.
@@ -61,17 +62,20 @@ def plan(folders: Sequence[Path], frames: int, count: int) -> list[Part]:
         gaps.append(Part(place, part.first))
         place = part.last
     gaps.append(Part(place, frames))
-    new = [piece for gap in gaps for piece in _cut(gap, count, frames)]
+    new = [piece for gap in gaps for piece in _cut(gap, count, frames, unit)]
     return sorted(
         [*new, *(part for part, is_complete in begun.items() if not is_complete)], key=lambda each: each.first
     )
 
 
-def _cut(gap: Part, count: int, frames: int) -> list[Part]:
+def _cut(gap: Part, count: int, frames: int, unit: int) -> list[Part]:
     """Cut frames into parts as large as if the whole dataset were cut into `count`."""
-    length = gap.last - gap.first
-    pieces = min(length, max(1, round(count * length / max(frames, 1)))) if length > 0 else 0
-    edges = [gap.first + length * place // pieces for place in range(pieces + 1)] if pieces else []
+    first, last = -(-gap.first // unit), -(-gap.last // unit)  # in units
+    pieces = min(last - first, max(1, round(count * (gap.last - gap.first) / max(frames, 1))))
+    if gap.first >= gap.last:
+        return []
+    inner = [(first + (last - first) * place // pieces) * unit for place in range(1, pieces)] if pieces > 0 else []
+    edges = [gap.first, *(each for each in inner if gap.first < each < gap.last), gap.last]
     return [Part(first, last) for first, last in itertools.pairwise(edges)]
 
 

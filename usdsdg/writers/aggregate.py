@@ -44,8 +44,8 @@ class Aggregate(ABC):
 
     def write(self) -> None:
         """Schedule the files after the pictures that they name, if there are new records; they appear whole."""
-        if get_run().is_part:
-            return  # merging makes them of all parts
+        if get_run().is_part or get_run().aggregates_wait:
+            return  # they are made of the spools at the end, or when all parts are there
         records = self._spool.so_far()
         if records.size == self._written:
             return

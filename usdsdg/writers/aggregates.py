@@ -48,7 +48,7 @@ def finish_run(*, complete: bool) -> None:
     run = get_run()
     if not run.is_part:
         for folder in run.folders:
-            if folder.goes_on:
+            if folder.goes_on or run.aggregates_wait:
                 write_all(folder.path, folder.aggregates)
         current().io_queue.wait_until_done()
     run.close(complete=complete)

@@ -30,6 +30,7 @@ class Run:
         self.recipe: Recipe | None = None
         self.mode = Mode.REPLACE
         self.portion: Portion | None = None
+        self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
         self.captures = 0  # at which a writer was due
         self._folders: dict[str, DatasetFolder] = {}
         self._in_hand = FramesInHand()

@@ -1,0 +1,35 @@
+"""Episodes: each has frames from a seed of its own, and processes pass over those of others."""
+
+import pytest
+
+from tests.cli.datasets import content, generate, merge, write_job
+from usdsdg.scenarios.episodes import Episode, episodes
+
+
+def test_without_episodes_all_frames_have_the_seed_of_the_job():
+    assert episodes(7, 10, 0) == [Episode(0, 10, 7)]
+    assert episodes(7, 10, 10) == [Episode(0, 10, 7)]
+
+
+def test_episodes_have_every_frame_once_and_seeds_of_their_own():
+    found = episodes(7, 10, 4)
+    assert [(each.first, each.frames) for each in found] == [(0, 4), (4, 4), (8, 2)]
+    assert len({each.seed for each in found} | {7}) == 4
+    assert episodes(7, 100, 4)[:2] == found[:2]
+    assert episodes(8, 10, 4)[0].seed != found[0].seed
+
+
+@pytest.mark.parametrize("writer", ["BasicWriter", "CocoWriter"])
+def test_a_part_passes_over_the_episodes_of_others(tmp_path, writer):
+    labels = {"rgb": False, "semantic_segmentation": True}
+    job = write_job(tmp_path, writer, **({"splits": {"train": 2, "val": 1}} if writer == "CocoWriter" else labels))
+    keys = ("--set", "frames_per_episode=2", "--set", "path_tracing.every=0")
+    whole = generate(job, tmp_path / "whole", *keys)
+    assert whole.returncode == 0, whole.stderr
+    for frames in ("4:6", "0:4"):
+        done = generate(job, tmp_path / "out", *keys, "--frames", frames)
+        assert done.returncode == 0, done.stderr
+    assert merge(tmp_path / "out").returncode == 0
+    assert content(tmp_path / "out") == content(tmp_path / "whole")
+    pictures = [data for name, data in content(tmp_path / "whole").items() if name.endswith(".png")]
+    assert len(set(pictures)) > 1

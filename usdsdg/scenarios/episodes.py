@@ -1,0 +1,52 @@
+"""Episodes: frames of one scene, which is built, simulated and captured from a seed of its own.
+
+Physics is a history, so an episode is the smallest part of a job that can be made without the rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from usdsdg.capture.frame_records import folder_of
+from usdsdg.capture.tap import history_of
+from usdsdg.graph import sampling
+from usdsdg.session.session import current
+from usdsdg.writers import Writer
+from usdsdg.writers.journal.run import get_run
+
+_SEEDS = 1 << 31
+
+
+@dataclass(frozen=True)
+class Episode:
+    """The frames from `first` on, `frames` of them, of a scene with a seed of its own."""
+
+    first: int
+    frames: int
+    seed: int
+
+
+def episodes(seed: int, frames: int, frames_per_episode: int) -> list[Episode]:
+    """Return the episodes of a job; frames_per_episode: 0 makes all frames one, with the job's own seed."""
+    if not frames_per_episode or frames_per_episode >= frames:
+        return [Episode(0, frames, seed)]
+    get_run().aggregates_wait = get_run().recipe is not None and current().tap is None
+    firsts = range(0, frames, frames_per_episode)
+    return [
+        Episode(first, min(frames_per_episode, frames - first), _seed(seed, number))
+        for number, first in enumerate(firsts)
+    ]
+
+
+def can_be_passed_over(writer: Writer | None, episode: Episode) -> bool:
+    """Return whether no frame of an episode is this process's to make, and the writer can count it unseen."""
+    if writer is None or current().tap is not None or writer.annotators_to_skip():
+        return False
+    # A writer that compares frames may need the last ones of the episode before.
+    ahead = max((history_of(each) for each in writer.annotators if not isinstance(each, str)), default=0)
+    run, folder = get_run(), folder_of(writer)
+    return not run.is_wanted_soon(folder, run.captures, episode.frames - 1 + ahead)
+
+
+def _seed(seed: int, number: int) -> int:
+    return int(sampling.generator(seed, "object_based/episode", number).integers(_SEEDS))
