@@ -62,3 +62,11 @@ print(one.GetTypeName(), two.GetTypeName())
 """)
     done = usdsdg("run", "--quiet", "--assets-root", server.url, "script.py", cwd=tmp_path)
     assert done.stdout.split() == ["Xform", "Cube"]
+
+
+def test_single_urls_are_copied_without_a_root(server, tmp_path, monkeypatch):
+    monkeypatch.setenv("USDSDG_FETCH_ASSETS", "1")
+    server.files["/lab/saucer x.usda"] = server.files["Isaac/Props/saucer.usda"]
+    host = server.url.removesuffix("/Assets/Isaac/4.2")
+    got = usdsdg("assets", "get", f"{host}/lab/saucer%20x.usda", "--quiet", cwd=tmp_path)
+    assert Path(got.stdout.strip()).read_bytes() == server.files["/lab/saucer x.usda"]

@@ -24,7 +24,9 @@ def only_ours(monkeypatch: pytest.MonkeyPatch, nowhere: str) -> None:
     monkeypatch.setattr(clients, "PAUSE_SECONDS", (0.01, 0.05))
     monkeypatch.setattr(retries, "QUIET_SECONDS", 0.2)
     monkeypatch.setattr(download, "QUIET_SECONDS", 0.2)
-    for name in [name for name in os.environ if name.startswith(("AWS_", "AZURE_", "GOOGLE_", "USDSDG_STORE"))]:
+    for name in [
+        name for name in os.environ if name.startswith(("AWS_", "AZURE_", "GOOGLE_", "STORAGE_", "USDSDG_STORE"))
+    ]:
         monkeypatch.delenv(name)
     for name in ("AWS_CONFIG_FILE", "AWS_SHARED_CREDENTIALS_FILE"):
         monkeypatch.setenv(name, nowhere)

@@ -1,4 +1,4 @@
-"""`usdsdg assets get | list | check`: the copy of an assets root that is a URL."""
+"""`usdsdg assets get | list | check`: the copy of an assets root that is a URL, and of single assets."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ app = typer.Typer(help="Copy assets of a root that is a URL to this machine, and
 
 @app.command()
 def get(
-    urls: Annotated[list[str], typer.Argument(metavar="URL...", help="Files below the root, as /Isaac/Props/cup.usd.")],
+    urls: Annotated[
+        list[str], typer.Argument(metavar="URL...", help="Files of the root, as /Isaac/Props/cup.usd, or URLs.")
+    ],
     assets_root: AssetsRoot = None,
     quiet: Quiet = False,
 ) -> None:
@@ -26,7 +28,8 @@ def get(
     with command_context(assets_root=assets_root, quiet=quiet):
         from usdsdg.stage import assets
 
-        _mirror()
+        if not all(map(assets.is_remote, urls)):
+            _mirror()
         for url in urls:
             print(assets.locate(url))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from datetime import timedelta
 from typing import TYPE_CHECKING, Any
@@ -67,7 +68,9 @@ def _google(endpoint_url: str | None) -> dict[str, Any]:
     if not endpoint:
         return {}
     endpoint = endpoint if "://" in endpoint else f"http://{endpoint}"
-    return {"config": {"base_url": endpoint, "skip_signature": True}}
+    # With `skip_signature` alone, puts would still ask the machine's cloud for a token.
+    nobody = {"client_email": "", "private_key": "", "private_key_id": ""}
+    return {"config": {"service_account_key": json.dumps({"gcs_base_url": endpoint, "disable_oauth": True, **nobody})}}
 
 
 def _azure(address: Address, endpoint_url: str | None) -> dict[str, Any]:
