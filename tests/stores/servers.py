@@ -8,7 +8,8 @@ import itertools
 import os
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 import pytest
 
@@ -16,6 +17,7 @@ from usdsdg.mirror import download
 from usdsdg.stores import clients, retries
 
 KEYS = {"AWS_ACCESS_KEY_ID": "testkey", "AWS_SECRET_ACCESS_KEY": "testsecret"}
+OF_THE_USER = ("AWS_", "AZURE_", "GOOGLE_", "STORAGE_", "USDSDG_STORE")
 _buckets = itertools.count()
 
 
@@ -24,9 +26,7 @@ def only_ours(monkeypatch: pytest.MonkeyPatch, nowhere: str) -> None:
     monkeypatch.setattr(clients, "PAUSE_SECONDS", (0.01, 0.05))
     monkeypatch.setattr(retries, "QUIET_SECONDS", 0.2)
     monkeypatch.setattr(download, "QUIET_SECONDS", 0.2)
-    for name in [
-        name for name in os.environ if name.startswith(("AWS_", "AZURE_", "GOOGLE_", "STORAGE_", "USDSDG_STORE"))
-    ]:
+    for name in [each for each in os.environ if each.startswith(OF_THE_USER)]:
         monkeypatch.delenv(name)
     for name in ("AWS_CONFIG_FILE", "AWS_SHARED_CREDENTIALS_FILE"):
         monkeypatch.setenv(name, nowhere)
@@ -44,17 +44,23 @@ def moto_port() -> int:
     return server.get_host_and_port()[1]
 
 
+@functools.cache
+def _client(url: str) -> Any:
+    """Return a client of another library than the product's."""
+    import boto3
+
+    keys = {"aws_access_key_id": KEYS["AWS_ACCESS_KEY_ID"], "aws_secret_access_key": KEYS["AWS_SECRET_ACCESS_KEY"]}
+    return boto3.client("s3", endpoint_url=url, region_name="us-east-1", **keys)
+
+
 class Bucket:
     """A new bucket on a server, which is moto unless `port` says another one."""
 
     def __init__(self, port: int | None = None) -> None:
-        import boto3
-
         self.port = moto_port() if port is None else port
         self.url = f"http://127.0.0.1:{self.port}"
         self.name = f"bucket-{os.getpid()}-{next(_buckets)}"
-        keys = {"aws_access_key_id": KEYS["AWS_ACCESS_KEY_ID"], "aws_secret_access_key": KEYS["AWS_SECRET_ACCESS_KEY"]}
-        self.client = boto3.client("s3", endpoint_url=self.url, region_name="us-east-1", **keys)
+        self.client = _client(self.url)
         self.client.create_bucket(Bucket=self.name)
 
     @property
@@ -63,6 +69,13 @@ class Bucket:
         pages = self.client.get_paginator("list_objects_v2").paginate(Bucket=self.name)
         keys = [each["Key"] for page in pages for each in page.get("Contents", ())]
         return {key: self.client.get_object(Bucket=self.name, Key=key)["Body"].read() for key in keys}
+
+    def fill(self, keys: Iterable[str]) -> None:
+        """Put empty objects, without a request for each."""
+        from moto.s3.models import s3_backends
+
+        for key in keys:
+            s3_backends["123456789012"]["aws"].put_object(self.name, key, b"")
 
     def kind(self, key: str) -> str:
         """The media type of an object."""

@@ -1,4 +1,4 @@
-"""Google's and Azure's clients: a server on this machine says what they ask, and answers as those do when they refuse."""
+"""Google's and Azure's clients: what they ask, and what they make of the words in which those refuse."""
 
 import pytest
 

@@ -97,10 +97,9 @@ class Nothing:
 def test_lists_in_several_pages_are_complete(tmp_path, monkeypatch):
     only_ours(monkeypatch, str(tmp_path / "none"))
     bucket = Bucket()
+    bucket.fill(f"many/n/{i:04}" for i in range(2003))
     store = open_store(f"s3://{bucket.name}/many", endpoint_url=bucket.url)
-    with ThreadPoolExecutor(8) as pool:
-        list(pool.map(lambda i: store.put(f"n/{i:04}", b""), range(1003)))
-    assert sorted(store.list()) == [(f"n/{i:04}", 0) for i in range(1003)]
+    assert sorted(store.list()) == [(f"n/{i:04}", 0) for i in range(2003)]
 
 
 def test_double_slashes_and_dots_are_one_name(store):

@@ -18,9 +18,7 @@ app = typer.Typer(help="Copy assets of a root that is a URL to this machine, and
 
 @app.command()
 def get(
-    urls: Annotated[
-        list[str], typer.Argument(metavar="URL...", help="Files of the root, as /Isaac/Props/cup.usd, or URLs.")
-    ],
+    urls: Annotated[list[str], typer.Argument(metavar="URL...", help="Files, as /Isaac/Props/cup.usd, or URLs.")],
     assets_root: AssetsRoot = None,
     quiet: Quiet = False,
 ) -> None:
