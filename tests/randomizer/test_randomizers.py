@@ -204,7 +204,7 @@ def test_missing_textures_raise_errors(stage, images):
     wrong = images[0].replace("wood", "woood")
     with pytest.raises(AssetNotFound, match=r"did you mean wood\.png"):
         rep.randomizer.texture([*images, wrong], input_prims=cube)
-    with pytest.raises(GraphError, match=r"choices is '.*'; expected a list"):
+    with pytest.raises(GraphError, match=r"choices is '.*; expected a list"):
         rep.randomizer.texture(wrong, input_prims=cube)
     rep.randomizer.texture(rep.distribution.sequence([wrong]), input_prims=cube)
     with pytest.raises(GraphError, match=r"test_randomizers\.py:\d+\).*did you mean wood\.png"):

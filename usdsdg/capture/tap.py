@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.base import Annotation
+from usdsdg.annotators.device_arrays import delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.session.session import current
 
@@ -22,7 +23,7 @@ class TappedView:
     frame: int  # index of the capture, from 0
     render_product: str  # its name
     camera: str  # prim path; of the first one of a tiled product
-    annotations: Mapping[str, Annotation]  # by annotator name; the arrays are shared, and must not be written into
+    annotations: Mapping[str, Annotation]  # by annotator name; NumPy arrays, shared, which must not be written into
     classes: Mapping[int, Mapping[str, str]]  # the class table of the dataset: labels by id
 
 
@@ -50,7 +51,12 @@ class Tap:
         """Compute the annotations of the frames at the render products `paths`; hand them out, in this order."""
         for path in paths:
             frame = frames[path]
-            annotations = {annotator.get_name(): annotator.compute(frame) for annotator in self._annotators}
+            computed = {annotator.get_name(): annotator.compute(frame) for annotator in self._annotators}
+            # What is on a GPU comes from there in one go.
+            frame.fetch(array for each in computed.values() for array in each.images)
+            annotations = {
+                name: delivered(each, None, copy=False, fetch=frame.on_host) for name, each in computed.items()
+            }
             if self._is_wanted(frame.index):
                 name, camera = path.rsplit("/", 1)[-1], frame.view.prim_path
                 self._receive(TappedView(frame.index, name, camera, annotations, self._classes()))

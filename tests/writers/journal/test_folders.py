@@ -143,3 +143,17 @@ def test_a_file_that_is_replaced_is_locked_anew(tmp_path):
     with pytest.raises(Locked):
         FileLock(path)
     other.release()
+
+
+@pytest.mark.parametrize("written", ["{out}", "{top}", "--out={out}", "out"])
+def test_arguments_that_say_where_the_data_are_are_no_part_of_the_recipe(tmp_path, monkeypatch, written):
+    found = []
+    for name in ("a", "b"):
+        top = tmp_path / name
+        top.mkdir()
+        monkeypatch.chdir(top)
+        argument = written.format(out=top / "out", top=top)
+        found.append(recipe(arguments=["--size", "3", argument, "/elsewhere/x"]).of(top / "out").arguments)
+    assert found[0] == found[1]
+    assert found[0][:2] == ["--size", "3"]
+    assert found[0][3] == "/elsewhere/x"

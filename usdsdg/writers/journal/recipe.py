@@ -6,7 +6,7 @@ import hashlib
 import importlib.metadata
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ FILE = f"{BESIDE}/recipe.json"
 GENERATE, RUN, SCRIPT = "generate", "run", "python"
 # Facts that tell one recipe from another; the others follow from them.
 IDENTITY = ("command", "source", "arguments", "seed", "classes", "versions", "device")
+OUTPUT = "<output>"  # in arguments, in place of a path to the data
 _PACKAGES = ("usdsdg", "usd-core", "warp-lang", "newton", "numpy")
 
 
@@ -47,6 +48,10 @@ class Recipe:
     device: str = ""
     writers: list[dict[str, Any]] = field(default_factory=list)
     assets: list[dict[str, Any]] = field(default_factory=list)
+
+    def of(self, folder: Path) -> Recipe:
+        """Return the recipe of the data in a folder, which is the same wherever the folder is."""
+        return replace(self, arguments=[_placeless(each, folder) for each in self.arguments])
 
     def differences(self, other: Mapping[str, Any]) -> list[str]:
         """Return what differs from the recipe in a file, one line for each fact."""
@@ -104,6 +109,14 @@ def installed() -> dict[str, str]:
         except importlib.metadata.PackageNotFoundError:
             found[name] = "?"
     return found
+
+
+def _placeless(argument: str, folder: Path) -> str:
+    """Return an argument without the path of the output folder, or of one that it is in."""
+    name, equals, value = argument.rpartition("=")
+    place = Path(value).expanduser().absolute()
+    leads_there = bool(value) and (folder == place or folder.is_relative_to(place)) and place != Path(place.anchor)
+    return f"{name}{equals}{OUTPUT}" if leads_there else argument
 
 
 def _short(value: Any) -> str:

@@ -48,7 +48,7 @@ class Run:
         """Check that the run may write to a folder; raises DatasetInTheWay otherwise."""
         if self._has_recipe() and str(folder) not in self._folders:
             assert self.recipe is not None
-            folders.check(Path(folder), self.recipe, self.mode, self.portion)
+            folders.check(Path(folder), self.recipe.of(Path(folder)), self.mode, self.portion)
 
     def folder_to_go_on(self, wanted: Path) -> Path | None:
         """Return the folder with this run or a part of it, where new runs are put beside earlier ones; None: a new one.
@@ -62,7 +62,9 @@ class Run:
         there += sorted(wanted.parent.glob(f"{glob.escape(wanted.name)}_[0-9][0-9][0-9][0-9]"), reverse=True)
         for folder in there:
             earlier = recipe_file.read(folder)
-            if str(folder) not in self._folders and earlier is not None and not self.recipe.differences(earlier):
+            if str(folder) in self._folders or earlier is None:
+                continue
+            if not self.recipe.of(folder).differences(earlier):
                 return folder
         return None
 
@@ -70,7 +72,8 @@ class Run:
         """Return a folder that the run writes to, with its lock; None where no journal is kept. Raises as `check`."""
         if folder not in self._folders and self._has_recipe() and not self._is_closed:
             assert self.recipe is not None
-            self._folders[folder] = DatasetFolder(Path(folder), self.recipe, self.mode, self.portion)
+            path = Path(folder)
+            self._folders[folder] = DatasetFolder(path, self.recipe.of(path), self.mode, self.portion)
         return self._folders.get(folder)
 
     @property
