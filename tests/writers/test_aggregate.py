@@ -58,15 +58,16 @@ def test_coco_lists_every_record_once_in_order(tmp_path):
 def test_bop_tables_are_the_text_that_json_makes(tmp_path):
     backend = DiskBackend(tmp_path)
     scene, models = Scene(backend, "train_pbr", 3, 0), ModelTables(backend, "BopWriter/models")
-    models.note(camera={"fx": 1.5})
+    scene.note(folder=scene.folder)
     cameras = {number: {"cam_K": [1.0, 2.5e-9], "depth_scale": 0.1} for number in (0, 2, 11)}
     poses = {0: [], 2: [{"obj_id": 1, "cam_t_m2c": [0.1, -0.0]}], 11: [{"obj_id": 2}, {"obj_id": 1}]}
     infos = {0: [], 2: [{"bbox_obj": [-1] * 4}], 11: [{}, {"visib_fract": 0.5}]}
     for number in cameras:
         tables = {"scene_camera": cameras[number], "scene_gt": poses[number], "scene_gt_info": infos[number]}
         scene.add(number, number=number, **tables)
-    for number in (1002, 2, 1):
-        models.add(0, id=number, info={"diameter": 0.1 * number})
+    models.note(infos={number: {"diameter": 0.1 * number} for number in (1, 1001, 2, 1002)})
+    for frame, seen in enumerate(([1002], [1, 2], [2])):
+        models.add(frame, models=seen, camera={"fx": 1.5 + frame})
     scene.write()
     models.write()
     backend.wait_until_done()
@@ -81,7 +82,8 @@ def test_bop_tables_are_the_text_that_json_makes(tmp_path):
 def test_without_models_the_table_is_empty(tmp_path):
     backend = DiskBackend(tmp_path)
     models = ModelTables(backend, "BopWriter/models")
-    models.note(camera={})
+    models.note(infos={})
+    models.add(0, models=[], camera={})
     models.write()
     backend.wait_until_done()
     assert json.loads((tmp_path / "models/models_info.json").read_text()) == {}

@@ -133,6 +133,7 @@ class LabeledPrimReader:
         self._bounds: dict[Sdf.Path, dict[tuple[Owner, tuple[int, ...]], np.ndarray]] = {}  # by path of the owner
         self._ownership: _Ownership | None = None
         self._filters: dict[str | None, None] = {None: None}  # all requested so far; the unfiltered one is first
+        self._is_surveyed: set[str | None] = set()  # filters whose prims have numbers as the stage is now
         self._prims: dict[str | None, PrimTable] = {}  # by filter
         self._tables_version = -1  # of the class tables that the ownership has ids of; 0 where ids are not stable
         self._keypoints = KeypointReader(stage)
@@ -180,6 +181,17 @@ class LabeledPrimReader:
             lambda: self._keypoints.read(owned.gprims, owned.steps, frames, time),
         )
 
+    def survey(self, filters: Iterable[str | None]) -> None:
+        """Number what a frame could show that is not rendered here, as `read` does, so that later ones agree.
+
+        filters: label filters that would be selected from the result.
+        """
+        self._invalidate(self._changes.take())
+        self._filters |= dict.fromkeys(filters)
+        self._follow_tables(current().class_tables)
+        for predicate in self._filters:
+            self._tables(predicate)
+
     def close(self) -> None:
         """Stop listening to the stage."""
         self._changes.close()
@@ -213,14 +225,20 @@ class LabeledPrimReader:
         if version != self._tables_version:
             self._tables_version, self._ownership = version, None
             self._prims.clear()
+            self._is_surveyed.clear()
 
     def _tables(self, predicate: str | None) -> tuple[ClassTable | FrameClasses, PrimTable]:
-        """Return the tables of a filter; at its first use here they get all that stage and graph could show."""
+        """Return the tables of a filter, with all that the stage has now; at first also with what the graph can show.
+
+        What is in view does not decide, so that processes that render different frames have the same tables.
+        """
         if not ids_are_stable():
             return FrameClasses(), PrimTable()
         classes = current().class_tables.of(predicate)
-        if predicate not in self._prims:
-            prims = self._prims[predicate] = PrimTable()
+        if predicate not in self._is_surveyed:
+            self._is_surveyed.add(predicate)
+            is_new = predicate not in self._prims
+            prims = self._prims.setdefault(predicate, PrimTable())
             label_filter, gprims = parse_filter(predicate), self._labels.every_gprim()
             chains, outputs = [chain for _, chain in self._labels.chains(gprims)], []
             for owner, group in group_by_owner(chains, label_filter).items():
@@ -228,7 +246,7 @@ class LabeledPrimReader:
                 outputs.append(output_labels(labels, label_filter))
                 if not owner.steps:  # point instances are numbered when they are drawn
                     prims.numbers([owner.name])
-            if sources := label_sources():
+            if is_new and (sources := label_sources()):
                 outputs += possible_outputs(self._labels, sources, label_filter)
             classes.add(outputs)
         return classes, self._prims[predicate]
@@ -300,6 +318,7 @@ class LabeledPrimReader:
             self._keypoints.invalidate()
         for root in changes.resynced:
             self._ownership = None
+            self._is_surveyed.clear()
             self._labels.invalidate(root)
             changed = root.GetParentPath() if root.GetParentPath() in self._divided else root
             self._hulls = {path: hull for path, hull in self._hulls.items() if not path.HasPrefix(changed)}
@@ -308,6 +327,7 @@ class LabeledPrimReader:
         for names, paths in changes.by_names.items():
             if any(name.startswith(("semantics:", "semantic:")) for name in names):
                 self._ownership = None
+                self._is_surveyed.clear()
                 self._labels.invalidate()
             if not _GEOMETRY.isdisjoint(names):
                 # Also those of the subsets of a mesh, and of the mesh and others of its subsets.

@@ -74,15 +74,15 @@ class LabeledStage:
             found.append((steps, chain))
         return found
 
-    def every_gprim(self) -> list[str]:
+    def every_gprim(self, *, numbered: bool = True) -> list[str]:
         """Return the gprims of the stage in its order, visible or not, and GeomSubsets that have labels of their own.
 
-        Those of prototypes are instances of point 0.
+        Those of prototypes are instances of point 0, or with `numbered` False of none.
         """
         everything = Usd.PrimRange.Stage(self._stage, Usd.TraverseInstanceProxies())
         kinds = (UsdGeom.Gprim, UsdGeom.Subset) if subsets_are_told_apart() else (UsdGeom.Gprim,)
         paths = [str(prim.GetPath()) for prim in everything if any(map(prim.IsA, kinds))]
-        return first_points(self._stage, paths)
+        return first_points(self._stage, paths) if numbered else paths
 
     def all_labels(self, owner: Owner, gprims: Sequence[str]) -> Labels:
         """Return own and inherited labels by type, outermost first, then those of the materials of the owner's gprims.

@@ -55,6 +55,37 @@ def first_points(stage: Usd.Stage, gprims: Sequence[str]) -> list[str]:
     return [gprim + "[0]" * _depth(Sdf.Path(gprim), instancers, set()) for gprim in gprims]
 
 
+def every_point(stage: Usd.Stage, gprims: Sequence[str]) -> list[str]:
+    """Return the gprims with those in prototypes once for each point that draws them, at the default time.
+
+    Through nested instancers they are instances of the first point of the outer ones.
+    """
+    instancers = _instancers(stage)
+    if not instancers:
+        return list(gprims)
+    found = []
+    for gprim in gprims:
+        path = Sdf.Path(gprim)
+        drawn_by = [(i, p) for i, p in instancers if path.HasPrefix(p)]
+        if not drawn_by:
+            found.append(gprim)
+            continue
+        nearest = max(p.pathElementCount for _, p in drawn_by)
+        for instancer, prototype in ((i, p) for i, p in drawn_by if p.pathElementCount == nearest):
+            outer = "[0]" * _depth(instancer, instancers, {instancer})
+            found += [f"{gprim}[{point}]{outer}" for point in _points_of(stage, instancer, prototype)]
+    return found
+
+
+def _points_of(stage: Usd.Stage, path: Sdf.Path, prototype: Sdf.Path) -> list[int]:
+    """Return the ids of the points of an instancer that draw a prototype."""
+    instancer = UsdGeom.PointInstancer(stage.GetPrimAtPath(path))
+    place = list(instancer.GetPrototypesRel().GetForwardedTargets()).index(prototype)
+    drawn, ids = instancer.GetProtoIndicesAttr().Get() or (), instancer.GetIdsAttr().Get()
+    ids = ids if ids is not None and len(ids) == len(drawn) else range(len(drawn))
+    return [int(point) for point, index in zip(ids, drawn) if index == place]
+
+
 def _depth(path: Sdf.Path, instancers: list[tuple[Sdf.Path, Sdf.Path]], seen: set[Sdf.Path]) -> int:
     """Return how many instancers a gprim is drawn through; those that draw each other count once."""
     drawn_by = [(i, p) for i, p in instancers if path.HasPrefix(p) and i not in seen]

@@ -93,9 +93,12 @@ class Capture:
     def pass_over(self, frame: int) -> None:
         """Count a frame of which no writer makes files here, without looking at the stage."""
         self.begin(frame)
+        self._requests.skipped_filters.clear()
         self._skip({})
 
     def _skip(self, frames: Mapping[str, Frame]) -> None:
+        if self._requests.skipped_filters:
+            self._labeled_prim_reader().survey(self._requests.skipped_filters)
         for skipped in self._requests.skipped:
             self._output.skip(skipped, frames)
 
@@ -130,11 +133,9 @@ class Capture:
 
     def _frames(self, index: int, seconds: float) -> dict[str, Frame]:
         """Return the frame of each product, the input of annotators, by product path."""
-        if self._labeled_prims is None:
-            self._labeled_prims = LabeledPrimReader(current_stage())
         renderer = engines.renderer()
         views = {product.path: view_of(product, renderer.time) for product in self._requests.products()}
-        labels = render_labels(self._requests, views, self._labeled_prims)
+        labels = render_labels(self._requests, views, self._labeled_prim_reader())
         images = self._images(views)
         return {
             path: Frame(
@@ -146,6 +147,11 @@ class Capture:
             )
             for path, view in views.items()
         }  # fmt: skip
+
+    def _labeled_prim_reader(self) -> LabeledPrimReader:
+        if self._labeled_prims is None:
+            self._labeled_prims = LabeledPrimReader(current_stage())
+        return self._labeled_prims
 
     def _images(self, views: Mapping[str, CameraView | TiledView]) -> Mapping[str, dict[str, Any]]:
         """Return the color images of each product, by path; where they may be later, start to trace them."""

@@ -39,6 +39,7 @@ class Requests:
     writers: list[Writer] = field(default_factory=list)  # those that are due at this frame
     skipped: list[Skipped] = field(default_factory=list)  # those that are due, whose files are not to be made here
     files: FrameFiles | None = None  # those of the frame, where writers are due
+    skipped_filters: dict[str | None, None] = field(default_factory=dict)  # of labels that `skipped` read
     keys: dict[int, tuple[str, str | None]] = field(default_factory=dict)  # key and folder of writers by their id
     tapped: list[str] = field(default_factory=list)  # paths of products whose views are handed out in their place
     _recorded: set[str] = field(default_factory=set)  # paths of products of which writers get a record
@@ -86,8 +87,11 @@ class Requests:
                 continue
             skipped = Skipped(writer, run.is_made(folder, number))
             self.skipped.append(skipped)
+            enabled = {product.path for product in products() if product.updates_enabled}
             for path in writer.render_products:
                 read = writer.annotators_of(path)
+                if path in enabled:
+                    self.skipped_filters |= dict.fromkeys(requirements(read).filters)
                 ahead = max(map(history_of, read), default=0)
                 if not (ahead and run.is_wanted_soon(folder, number + 1, ahead - 1)):
                     # Else a later frame is compared with what this one shows.

@@ -21,6 +21,8 @@ MODULES = {
     "CvatFile": f"{_FORMATS}.cvat.cvat_xml",
     "ImageSets": f"{_FORMATS}.voc.image_sets",
     "ImageSet": f"{_FORMATS}.kitti.image_sets",
+    "Clip": f"{_FORMATS}.cosmos.clips",
+    "TrainList": f"{_FORMATS}.ycb_video.ycb_list",
 }
 
 

@@ -2,6 +2,7 @@
 
 from usdsdg.writers.formats.bop.writer_bop import BopWriter
 from usdsdg.writers.formats.coco.writer_coco import CocoWriter
+from usdsdg.writers.formats.cosmos.writer_cosmos import CosmosWriter
 from usdsdg.writers.formats.cvat.writer_cvat import CvatWriter
 from usdsdg.writers.formats.dope.writer_dope import DOPEWriter
 from usdsdg.writers.formats.kitti.writer_kitti import KittiWriter
@@ -11,7 +12,6 @@ from usdsdg.writers.formats.shards.writer_parquet import ParquetWriter
 from usdsdg.writers.formats.shards.writer_webdataset import WebDatasetWriter
 from usdsdg.writers.formats.voc.writer_voc import VocWriter
 from usdsdg.writers.formats.writer_basic import BasicWriter
-from usdsdg.writers.formats.writer_cosmos import CosmosWriter
 from usdsdg.writers.formats.writer_data_visualization import DataVisualizationWriter
 from usdsdg.writers.formats.writer_fps import FPSWriter
 from usdsdg.writers.formats.ycb_video.writer_ycb_video import YCBVideoWriter

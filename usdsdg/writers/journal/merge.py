@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 import json
 import shutil
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -88,7 +89,7 @@ def _joined_spool(pieces: list[Path]) -> Iterator[bytes]:
 
 
 def _by_frame(path: Path) -> Iterator[tuple[int, list[bytes]]]:
-    """Yield the line of each frame's record with the lines before it that are of no frame."""
+    """Yield the line of each frame's record with the lines before it that are of no frame, and those after the last."""
     lines: list[bytes] = []
     with open(path, "rb") as file:
         for line in file:
@@ -97,3 +98,5 @@ def _by_frame(path: Path) -> Iterator[tuple[int, list[bytes]]]:
             if FRAME in content:
                 yield content[FRAME], lines
                 lines = []
+    if lines:
+        yield sys.maxsize, lines

@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import os
 import sys
+import threading
 import time
 from collections.abc import Iterable
 from pathlib import Path
@@ -33,6 +34,7 @@ class Run:
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
         self.captures = 0  # at which a writer was due
         self._folders: dict[str, DatasetFolder] = {}
+        self._claiming = threading.RLock()  # threads that write files claim folders, too
         self._in_hand = FramesInHand()
         self._appended_at = time.monotonic()
         self._is_main_script_known = False
@@ -70,11 +72,12 @@ class Run:
 
     def claim(self, folder: str) -> DatasetFolder | None:
         """Return a folder that the run writes to, with its lock; None where no journal is kept. Raises as `check`."""
-        if folder not in self._folders and self._has_recipe() and not self._is_closed:
-            assert self.recipe is not None
-            path = Path(folder)
-            self._folders[folder] = DatasetFolder(path, self.recipe.of(path), self.mode, self.portion)
-        return self._folders.get(folder)
+        with self._claiming:
+            if folder not in self._folders and self._has_recipe() and not self._is_closed:
+                assert self.recipe is not None
+                path = Path(folder)
+                self._folders[folder] = DatasetFolder(path, self.recipe.of(path), self.mode, self.portion)
+            return self._folders.get(folder)
 
     @property
     def folders(self) -> tuple[DatasetFolder, ...]:

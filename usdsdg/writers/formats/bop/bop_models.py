@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import re
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.errors import warn_once
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses.transforms import as_array
@@ -35,13 +37,63 @@ class Model(NamedTuple):
     triangles: np.ndarray  # (T, 3) int32
 
 
-class Models:
-    """Models by id, in the order in which they are needed; `new` lists those that are not written yet."""
+# By how much a rotation of a 32-bit transform may be off.
+_ROTATION = 1e-4
+
+
+class Stretches:
+    """What rigid poses cannot say of transforms, and so is in models: scale, shear, and mirroring.
+
+    A mirrored transform can be split in several ways: a prim keeps its stretch for as long as that and a rotation give
+    its transform.
+    """
 
     def __init__(self) -> None:
-        self.new: list[tuple[int, Model]] = []
+        self._known: dict[str, np.ndarray] = {}  # by prim
+
+    def note(self, path: str, matrix: np.ndarray) -> np.ndarray:
+        """Return the stretch (3, 3) of a prim's transform (4, 4), and keep it from now on."""
+        self._known[path] = stretch = self.split(path, matrix)[0]
+        return stretch
+
+    def split(self, path: str, matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return stretch and rotation (3, 3), of which the product is the linear part of a transform, row vectors."""
+        linear, stretch = np.asarray(matrix, np.float64)[:3, :3], self._known.get(path)
+        if stretch is not None and np.linalg.matrix_rank(stretch) == 3:
+            rotation = np.linalg.solve(stretch, linear)
+            nearest = nearest_rotation(rotation)
+            if np.abs(rotation - nearest).max() <= _ROTATION:
+                return stretch, nearest
+        rotation = nearest_rotation(linear)
+        return linear @ rotation.T, rotation
+
+
+class Models:
+    """Models by id. A survey of the stage at every frame decides on ids, so that they do not depend on what is seen."""
+
+    def __init__(self) -> None:
+        self.infos: dict[int, dict[str, float]] = {}  # the records of models_info of all models, by id
         self._shapes: dict[int, list[tuple[int, Model]]] = {}  # id and model of each shape, by class
-        self._known: dict[tuple[str, int, bytes], int] = {}  # by prim, class and scale
+        self._known: dict[tuple[str, int, bytes], int | None] = {}  # by prim, class and scale; None: no triangles
+        self._stretches = Stretches()
+        self._now: dict[str, tuple[np.ndarray, int | None]] = {}  # stretch and id of each prim in this frame
+
+    def survey(
+        self, prims: LabeledSurvey, numbers_of: Callable[[Sequence[dict[str, str]]], np.ndarray], millimeters: float
+    ) -> None:
+        """Give ids to the models of all labeled prims of the stage, in its order.
+
+        numbers_of: returns the numbers of classes, from 1, by their labels. millimeters: per stage unit.
+        """
+        self._now, found = {}, list(prims.read())
+        for each, number in zip(found, numbers_of([each.labels for each in found]).tolist()):
+            name = ",".join(each.labels.values())
+            stretch = self._stretches.note(each.name, each.local_to_world)
+            self._now[each.name] = stretch, self._find(prims.stage, each.name, number, name, stretch * millimeters)
+
+    def model(self, obj_id: int) -> Model:
+        """Return a model by its id."""
+        return next(model for shapes in self._shapes.values() for each, model in shapes if each == obj_id)
 
     def place(
         self, stage: Usd.Stage, path: str, number: int, name: str, matrix: np.ndarray, millimeters: float
@@ -50,18 +102,23 @@ class Models:
 
         number: of its class, from 1. matrix: local to world, row vectors. millimeters: per stage unit.
         """
-        linear = np.asarray(matrix, np.float64)[:3, :3]
-        rotation = nearest_rotation(linear)
-        # What a rigid pose cannot say is in the model: scale, shear, and mirroring.
-        stretch = linear @ rotation.T
-        key = (path, number, np.round(stretch * millimeters, 3).tobytes())
+        stretch, rotation = self._stretches.split(path, matrix)
+        surveyed, obj_id = self._now.get(path, (None, None))
+        # Its scale may be another where it is animated: the survey is at the default time.
+        if stretch is not surveyed:
+            obj_id = self._find(stage, path, number, name, stretch * millimeters)
+        if obj_id is None:
+            warn_once(f"BopWriter: {path} has no triangles, so it has no model and is left out.")
+            return None
+        return Placed(obj_id, rotation.T, np.asarray(matrix, np.float64)[3, :3])
+
+    def _find(self, stage: Usd.Stage, path: str, number: int, name: str, stretch: np.ndarray) -> int | None:
+        """Return the id of a prim's model; None if it has no triangles."""
+        key = (path, number, np.round(stretch, 3).tobytes())
         if key not in self._known:
-            model = model_of(stage, path, stretch * millimeters)
-            if model is None:
-                warn_once(f"BopWriter: {path} has no triangles, so it has no model and is left out.")
-                return None
-            self._known[key] = self._id_of(number, name, model)
-        return Placed(self._known[key], rotation.T, np.asarray(matrix, np.float64)[3, :3])
+            model = model_of(stage, path, stretch)
+            self._known[key] = None if model is None else self._id_of(number, name, model)
+        return self._known[key]
 
     def _id_of(self, number: int, name: str, model: Model) -> int:
         shapes = self._shapes.setdefault(number, [])
@@ -75,7 +132,7 @@ class Models:
             )
         obj_id = number + len(shapes) * VARIANT
         shapes.append((obj_id, model))
-        self.new.append((obj_id, model))
+        self.infos[obj_id] = measures(model.points)
         return obj_id
 
 

@@ -22,7 +22,6 @@ class Scene(Aggregate):
         """split: the folder of its folder. number: of the scene. place: which it is of its render product."""
         self.folder, self.place = files.scene_folder(split, number), place
         super().__init__(backend, f"BopWriter/{self.folder}")
-        self.note(folder=self.folder)
 
     @staticmethod
     def files(records: Records) -> dict[str, Texts]:
@@ -31,12 +30,15 @@ class Scene(Aggregate):
 
 
 class ModelTables(Aggregate):
-    """`models_info.json` and `camera.json`. A record has the "id" and "info" of a model; "camera" is known of all."""
+    """`models_info.json`, of the models that are seen, and `camera.json`.
+
+    A record has the ids of the "models" that a frame shows, and the "camera" of its first picture. Of all frames are
+    known the "infos" of all models by id.
+    """
 
     @staticmethod
     def files(records: Records) -> dict[str, Texts]:
-        camera = json.dumps(records.about["camera"], indent=1)
-        return {files.MODELS_INFO: partial(_models_info, records), files.CAMERA: lambda: [camera]}
+        return {files.MODELS_INFO: partial(_models_info, records), files.CAMERA: partial(_camera, records)}
 
 
 def _table(records: Records, name: str) -> Iterator[str]:
@@ -44,7 +46,12 @@ def _table(records: Records, name: str) -> Iterator[str]:
 
 
 def _models_info(records: Records) -> Iterator[str]:
-    return _object(sorted((each["id"], each["info"]) for each in records))
+    seen = sorted({obj_id for each in records for obj_id in each["models"]})
+    return _object((obj_id, records.about["infos"][str(obj_id)]) for obj_id in seen)
+
+
+def _camera(records: Records) -> Iterator[str]:
+    yield json.dumps(next(iter(records))["camera"], indent=1)
 
 
 def _object(members: Iterable[tuple[int, Any]]) -> Iterator[str]:

@@ -10,13 +10,16 @@ from typing import Any, Unpack
 import numpy as np
 
 from usdsdg.annotators import named_annotators
+from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.errors import Unsupported, WriterError, warn_once
+from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.poses.transforms import meters_per_unit
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_bytes, write_image
 from usdsdg.writers.formats import class_places
 from usdsdg.writers.formats.bop import bop_files as files
-from usdsdg.writers.formats.bop.bop_models import Models, Placed, measures, ply
+from usdsdg.writers.formats.bop.bop_models import Models, Placed, ply
 from usdsdg.writers.formats.bop.bop_records import View, info
 from usdsdg.writers.formats.bop.bop_tables import ModelTables, Scene
 from usdsdg.writers.formats.shapes import masks
@@ -86,15 +89,29 @@ class BopWriter(Writer):
             named_annotators.get(AMODAL, {**labels, "encoding": "rle"}),
         ]
         self._models = Models()
+        self._survey: LabeledSurvey | None = None
+        self._written: set[int] = set()  # ids of the models that are
         self._splits = Splits("BopWriter", splits or {split: 1.0}, frames_per_scene or 1)
         self._frames_per_scene = frames_per_scene
         self._scenes: dict[tuple[str, str], Scene] = {}  # the last ones, by split and render product
-        self._tables, self._has_camera = ModelTables(self.backend, "BopWriter/models"), False
+        self._tables = ModelTables(self.backend, "BopWriter/models")
         self._frame_id = self._scene_count = 0
 
+    def skip(self, data: dict[str, Any]) -> None:
+        self._survey_models()
+        for product in data["renderProducts"]:
+            self._scene_of(product)
+        self._frame_id += 1
+
     def write(self, data: dict[str, Any]) -> None:
+        self._survey_models()
+        models: set[int] = set()
         for product, seen in data["renderProducts"].items():
-            self._write_picture(self._scene_of(product), seen)
+            models |= self._write_picture(self._scene_of(product), seen)
+        self._write_models(models)
+        self._tables.note(infos=self._models.infos)
+        camera = View(next(iter(data["renderProducts"].values()))[CAMERA], self._depth_scale).sensor()
+        self._tables.add(self.num_written, models=sorted(models), camera=camera)
         self._frame_id += 1
 
     def on_final_frame(self) -> None:
@@ -118,7 +135,26 @@ class BopWriter(Writer):
             self._scene_count += 1
         return scene
 
-    def _write_picture(self, scene: Scene, seen: Mapping[str, Any]) -> None:
+    def _survey_models(self) -> None:
+        """Give ids to the models of all labeled prims, also of a frame that other processes write."""
+        stage, label_filter = current_stage(), self.get_annotator(BOXES_3D).label_filter
+        if self._survey is None or self._survey.stage is not stage:
+            self._survey = LabeledSurvey(stage, label_filter)
+        table = class_places.table_of(label_filter)
+        millimeters = meters_per_unit(stage) * files.MILLIMETERS
+        self._models.survey(self._survey, lambda labels: class_places.places(table, labels) + 1, millimeters)
+
+    def _write_models(self, models: set[int]) -> None:
+        """Write the models that are seen for the first time."""
+        assert self.backend is not None
+        with current().io_queue.of_all_frames():
+            for obj_id in sorted(models - self._written):
+                data = ply(self._models.model(obj_id))
+                self.backend.schedule(write_bytes, path=files.model_of(obj_id), data=data)
+        self._written |= models
+
+    def _write_picture(self, scene: Scene, seen: Mapping[str, Any]) -> set[int]:
+        """Write a picture with its masks, and return the ids of the models in it."""
         if not is_pinhole(seen[CAMERA]):
             model = seen[CAMERA]["cameraModel"]
             raise Unsupported(f"BopWriter: a camera of the model {model!r}; BOP has pinholes only.")
@@ -137,16 +173,11 @@ class BopWriter(Writer):
             poses.append(view.pose(placed))
             infos.append(info(modal, amodal, whole, depth))
         tables = {files.CAMERAS: view.record(), files.POSES: poses, files.INFOS: infos}
+        scene.note(folder=folder)
         scene.add(self.num_written, number=frame, **tables)
-        if not self._has_camera:
-            self._tables.note(camera=view.sensor())
-            self._has_camera = True
-        for obj_id, model in self._models.new:
-            self._tables.add(self.num_written, id=obj_id, info=measures(model.points))
-            steps.append(partial(write_bytes, path=files.model_of(obj_id), data=ply(model)))
-        self._models.new.clear()
         assert self.backend is not None
         self.backend.schedule_together(steps)
+        return {each["obj_id"] for each in poses}
 
     def _objects(
         self, seen: Mapping[str, Any], millimeters: float

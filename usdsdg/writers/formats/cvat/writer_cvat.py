@@ -12,6 +12,7 @@ import numpy as np
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.class_table import ClassTable
 from usdsdg.errors import WriterError
+from usdsdg.session.session import current
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json
 from usdsdg.writers.formats import class_places
@@ -78,6 +79,9 @@ class CvatWriter(Writer):
         self._frame_id = 0
         self._listed: list[dict[str, Any]] | None = None
 
+    def skip(self, data: dict[str, Any]) -> None:
+        self._frame_id += 1
+
     def write(self, data: dict[str, Any]) -> None:
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
         assert self.backend is not None
@@ -141,4 +145,5 @@ class CvatWriter(Writer):
             return
         assert self.backend is not None
         self._listed = labels
-        self.backend.schedule_after_all(write_json, path=files.LABELS, data=labels, indent=1)
+        with current().io_queue.of_all_frames():
+            self.backend.schedule_after_all(write_json, path=files.LABELS, data=labels, indent=1)

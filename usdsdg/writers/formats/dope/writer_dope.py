@@ -1,13 +1,14 @@
 """DOPEWriter: one image and one JSON of poses per frame, as DOPE's training reads them."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from usdsdg.annotators import named_annotators
+from usdsdg.annotators.annotator import Annotator
 from usdsdg.errors import WriterError
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
@@ -35,6 +36,7 @@ class DOPEWriter(Writer):
     version = "0.0.1"
     data_structure = "renderProduct"
     shares_arrays = True
+    kept = ("_frame_id", "_counts")
 
     @typed
     def __init__(
@@ -105,10 +107,24 @@ class DOPEWriter(Writer):
         """Return whether an object was visible in the last frame, so that it was written."""
         return self._left_out.last_is_valid
 
+    @property
+    def _counts(self) -> list[int]:
+        return self._left_out.counts
+
+    @_counts.setter
+    def _counts(self, values: list[int]) -> None:
+        self._left_out.counts = values
+
+    def annotators_to_skip(self) -> list[Annotator]:
+        return [each for each in self.annotators if each.get_name() != RGB]
+
+    def skip(self, data: dict[str, Any]) -> None:
+        described = [self._described(seen) for seen in data["renderProducts"].values()]
+        self._frame_id += self._left_out.note(_shows_any(described))
+
     def write(self, data: dict[str, Any]) -> None:
         described = {product: self._described(seen) for product, seen in data["renderProducts"].items()}
-        visible = [each["visibility"] > 0.0 for values in described.values() for each in values["objects"]]
-        if not self._left_out.note(any(visible)):
+        if not self._left_out.note(_shows_any(described.values())):
             return
         several = max(len(self.render_products), len(described)) > 1
         assert self.backend is not None
@@ -135,3 +151,8 @@ class DOPEWriter(Writer):
         if not self._exact:
             return {"camera_data": {}, "objects": node_objects(seen[POSES])}
         return {"camera_data": camera_data(seen[CAMERA]), "objects": exact_objects(seen[BOXES], seen[CAMERA])}
+
+
+def _shows_any(described: Iterable[Mapping[str, Any]]) -> bool:
+    """Return whether any object of some pictures is visible."""
+    return any(each["visibility"] > 0.0 for values in described for each in values["objects"])

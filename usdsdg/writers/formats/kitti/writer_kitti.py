@@ -136,6 +136,10 @@ class KittiWriter(Writer):
             *(named_annotators.get(name, labels) for name in (BOXES, BOXES_3D, CLASSES, INSTANCES)),
         ]
 
+    def skip(self, data: dict[str, Any]) -> None:
+        self._pictures += len(data["renderProducts"])
+        self._frame_id += 1
+
     def write(self, data: dict[str, Any]) -> None:
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
         split = self._splits.of(self._frame_id)

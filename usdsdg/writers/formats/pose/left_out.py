@@ -1,5 +1,7 @@
 """Frames that a writer leaves out, since no object that it could train with is visible in them."""
 
+from collections.abc import Sequence
+
 from usdsdg.errors import warn_once
 
 
@@ -9,6 +11,16 @@ class LeftOut:
     def __init__(self) -> None:
         self.last_is_valid = True
         self._frames = self._left_out = 0
+
+    @property
+    def counts(self) -> list[int]:
+        """How many frames there were, how many of them were left out, and 1 if the last one was not."""
+        return [self._frames, self._left_out, int(self.last_is_valid)]
+
+    @counts.setter
+    def counts(self, values: Sequence[int]) -> None:
+        self._frames, self._left_out = values[:2]
+        self.last_is_valid = bool(values[2])
 
     def note(self, is_valid: bool) -> bool:
         """Count a frame, valid if an object is visible in it; return whether to write it."""

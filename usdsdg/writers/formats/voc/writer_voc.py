@@ -12,6 +12,7 @@ import numpy as np
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.class_table import ClassTable
 from usdsdg.errors import WriterError, warn_once
+from usdsdg.session.session import current
 from usdsdg.stage.image_files.png import encode_png
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_bytes, write_image, write_text
@@ -92,6 +93,9 @@ class VocWriter(Writer):
         self._frame_id = 0
         self._sets = {split: ImageSets(self.backend, f"VocWriter/{split}") for split in self._splits.names}
         self._listed: list[str] | None = None
+
+    def skip(self, data: dict[str, Any]) -> None:
+        self._frame_id += 1
 
     def write(self, data: dict[str, Any]) -> None:
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
@@ -182,7 +186,8 @@ class VocWriter(Writer):
             f"{name}:{','.join(map(str, colors[index]))}::\n" for index, name in enumerate([files.BACKGROUND, *names])
         ]
         text = "# label:color_rgb:parts:actions\n" + "".join(rows)
-        self.backend.schedule_after_all(write_text, path=files.LABELS, text=text)
+        with current().io_queue.of_all_frames():
+            self.backend.schedule_after_all(write_text, path=files.LABELS, text=text)
 
 
 def _write_indices(path: str, image: np.ndarray, backend_instance: Any = None) -> None:

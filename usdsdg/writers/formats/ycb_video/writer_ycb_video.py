@@ -1,7 +1,7 @@
 """YCBVideoWriter: frames in the form of the YCB-Video dataset, in one video."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,8 +10,11 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg.annotators import named_annotators
+from usdsdg.annotators.annotator import Annotator
+from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.session import current
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
@@ -21,6 +24,7 @@ from usdsdg.writers.formats.pose.left_out import LeftOut
 from usdsdg.writers.formats.pose.pose_camera import register_pose_camera
 from usdsdg.writers.formats.shapes.camera_projection import camera_matrix
 from usdsdg.writers.formats.ycb_video.mat_file import mat_file
+from usdsdg.writers.formats.ycb_video.ycb_list import LIST, ROOT, VIDEO, TrainList, frame_name
 from usdsdg.writers.formats.ycb_video.ycb_meta import BOXES, CAMERA, DEPTH, INSTANCES, exact_meta, node_meta
 from usdsdg.writers.formats.ycb_video.ycb_models import Models, points_file, vertices_in
 from usdsdg.writers.formats.ycb_video.ycb_pictures import box_lines, depth_steps, inverse_depth, label_picture
@@ -28,8 +32,6 @@ from usdsdg.writers.options import typed
 from usdsdg.writers.registry import get
 
 RGB, TIGHT, CLASSES, POSES = "rgb", "bounding_box_2d_tight", "semantic_segmentation", "pose"
-_ROOT = "data/YCB_Video"
-_VIDEO = "0000"
 _HALF_PIXEL = np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])
 _CENTER = 0.51  # pixels by which a given center may differ: those who count from the corner are half a pixel off
 
@@ -46,6 +48,7 @@ class YCBVideoWriter(Writer):
     version = "0.0.1"
     data_structure = "renderProduct"
     shares_arrays = True
+    kept = ("_frame_id", "_counts")
 
     @typed
     def __init__(
@@ -98,16 +101,18 @@ class YCBVideoWriter(Writer):
             BOXES: (pose and exact, labels),
             INSTANCES: (pose and exact, labels),
         }
+        self._for_poses = (POSES, CAMERA, BOXES, INSTANCES)
         self._pictures = {RGB: rgb, DEPTH: distance_to_image_plane, CLASSES: semantic_segmentation}
         self._has_boxes = bounding_box_2d_tight
         self.annotators = [named_annotators.get(name, params) for name, (on, params) in wanted.items() if on]
         self._models = Models()
+        self._survey: LabeledSurvey | None = None
         self._left_out = LeftOut()
         self._frame_id = 0
-        self._listed = 0
-        self._list(num_frames)
-        # Also if a script ends or is interrupted before its run is complete.
-        current().io_queue.call_at_exit(self._list_written)
+        self._list = TrainList(self.backend, "YCBVideoWriter/train")
+        self._list.note(list=LIST)
+        if not current().run.is_part:
+            self.backend.schedule_after_all(write_parts, path=LIST, texts=partial(_names_up_to, num_frames))
 
     @staticmethod
     def register_pose_annotator(config_data: Mapping[str, Any]) -> None:
@@ -151,39 +156,75 @@ class YCBVideoWriter(Writer):
         """Return whether an object was visible in the last frame, so that it was written."""
         return self._left_out.last_is_valid
 
+    @property
+    def _counts(self) -> list[int]:
+        return self._left_out.counts
+
+    @_counts.setter
+    def _counts(self, values: list[int]) -> None:
+        self._left_out.counts = values
+
+    def annotators_to_skip(self) -> list[Annotator]:
+        return [each for each in self.annotators if self._has_poses and each.get_name() in self._for_poses]
+
+    def skip(self, data: dict[str, Any]) -> None:
+        self._survey_models()
+        metas = [self._meta(seen, with_map=False) for seen in data["renderProducts"].values() if self._has_poses]
+        self._frame_id += self._left_out.note(self._shows_any(metas))
+
+    def receive_made(self, data: dict[str, Any]) -> None:
+        super().receive_made(data)
+        self._survey_models()
+
     def write(self, data: dict[str, Any]) -> None:
+        self._survey_models()
         seen_by = data["renderProducts"]
         metas = {product: self._meta(seen) for product, seen in seen_by.items()} if self._has_poses else {}
-        if not self._left_out.note(not self._has_poses or any(meta["cls_indexes"].size for meta in metas.values())):
+        if not self._left_out.note(self._shows_any(list(metas.values()))):
             return
         several = max(len(self.render_products), len(seen_by)) > 1
         steps: list[Callable[..., None]] = []
         for product, seen in seen_by.items():
             steps += self._files(seen, product if several else "", metas.get(product))
-        for name, points in self._models.new.items():
-            path = f"data/models/{name}/points.xyz"
-            steps.append(partial(write_bytes, path=path, data=points_file(points)))
-        self._models.new.clear()
         assert self.backend is not None
+        with current().io_queue.of_all_frames():
+            for name, points in self._models.new.items():
+                path = f"data/models/{name}/points.xyz"
+                self.backend.schedule(write_bytes, path=path, data=points_file(points))
+        self._models.new.clear()
         self.backend.schedule_together(steps)
+        self._list.add(self.num_written, number=self._frame_id)
         self._frame_id += 1
 
     def on_final_frame(self) -> None:
         """List the frames that there are, and warn if no frame had an object."""
-        self._list_written()
+        self._list.write()
         self._left_out.warn("YCBVideoWriter")
 
     def detach(self) -> None:
         super().detach()
         if self.backend is not None:
-            self._list_written()
+            self._list.write()
+
+    def _survey_models(self) -> None:
+        """Note the shapes of the classes, also of a frame that other processes write."""
+        if not (self._has_poses and self._exact):
+            return
+        stage = current_stage()
+        if self._survey is None or self._survey.stage is not stage:
+            self._survey = LabeledSurvey(stage, self.get_annotator(BOXES).label_filter)
+        self._models.survey(self._survey, self._indices)
+
+    def _shows_any(self, metas: Sequence[Mapping[str, np.ndarray]]) -> bool:
+        """Return whether a frame is written: an object is visible, where there are poses."""
+        return not self._has_poses or any(meta["cls_indexes"].size for meta in metas)
 
     def _files(self, seen: Mapping[str, Any], product: str, meta: Mapping[str, Any] | None) -> list[Callable]:
         """Return the steps that write the files of one image; `product` is "" for the only one."""
 
         def path(kind: str, ending: str) -> str:
             folder = f"{product}/{kind}/" if product and kind else f"{product}/" if product else ""
-            return f"{_ROOT}/data/{_VIDEO}/{folder}{self._frame_id:06d}-{ending}"
+            return f"{ROOT}/data/{VIDEO}/{folder}{self._frame_id:06d}-{ending}"
 
         names = {RGB: "color", DEPTH: "depth", CLASSES: "label"}
         steps: list[Callable] = []
@@ -207,7 +248,7 @@ class YCBVideoWriter(Writer):
             return depth_steps(meters, self._factor) if self._exact else inverse_depth(meters)
         return np.asarray(seen[RGB]["data"])
 
-    def _meta(self, seen: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    def _meta(self, seen: Mapping[str, Any], *, with_map: bool = True) -> dict[str, np.ndarray]:
         factor = {"factor_depth": np.array([self._factor], np.uint16)}
         own = camera_matrix(seen[CAMERA])
         if not self._exact:
@@ -219,23 +260,11 @@ class YCBVideoWriter(Writer):
                 f"YCBVideoWriter: intrinsic_matrix {self._matrix.tolist()} is not that of the camera, "
                 f"{own.round(3).tolist()}, which is written with exact=True."
             )
-        return exact_meta(seen, self._indices, self._models) | factor
-
-    def _list_written(self) -> None:
-        self._list(self._frame_id)
-
-    def _list(self, count: int) -> None:
-        """Write train.txt of the first frames, again where their number has changed."""
-        if count == self._listed:
-            return
-        assert self.backend is not None
-        self._listed = count
-        names = partial(_frame_names, count)
-        self.backend.schedule_after_all(write_parts, path=f"{_ROOT}/train.txt", texts=names)
+        return exact_meta(seen, self._indices, self._models, with_map=with_map) | factor
 
 
-def _frame_names(count: int) -> Iterator[str]:
-    return (f"{_VIDEO}/{number:06d}\n" for number in range(count))
+def _names_up_to(count: int) -> list[str]:
+    return [frame_name(number) for number in range(count)]
 
 
 def _checked_indices(given: Mapping[Any, Any]) -> dict[str, int]:

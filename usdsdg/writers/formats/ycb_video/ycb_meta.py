@@ -45,6 +45,7 @@ def exact_meta(
     """Return what YCB-Video's own files have: besides, the camera's matrices and where pixels are on the models.
 
     Poses map models to x right, y down, z ahead, in meters; pixels are 0 at the center of the first.
+    with_map: also where pixels are on the models, for which `seen` has the depth.
 
     Raises:
         Unsupported: the lens is no pinhole.
@@ -68,7 +69,7 @@ def exact_meta(
         "rotation_translation_matrix": np.column_stack(
             [TO_OPENCV @ view[:3, :3].T, opencv_position(np.zeros(3), view) * meters]
         ),
-        "vertmap": _model_points(seen, objects, matrix),
+        **({"vertmap": _model_points(seen, objects, matrix)} if with_map else {}),
     }
 
 

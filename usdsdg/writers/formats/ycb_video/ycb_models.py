@@ -1,47 +1,63 @@
 """The models of the classes, as points in meters: `points.xyz`."""
 
 import io
+from collections.abc import Mapping
 
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.errors import warn_once
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.transforms import as_array, local_to_world, meters_per_unit
-from usdsdg.writers.formats.bop.bop_models import model_of, nearest_rotation
+from usdsdg.writers.formats.bop.bop_models import Stretches, model_of
+from usdsdg.writers.formats.ycb_video.ycb_pictures import first_class
 
 _SAME = 1e-4  # meters by which points of equal shapes may differ; transforms are 32-bit in payloads
 
 
 class Models:
-    """The first shape of each class; `new` has those that are not written yet, by class."""
+    """The first shape of each class on the stage, seen or not; `new` has those that were seen and are to be written."""
 
     def __init__(self) -> None:
         self.new: dict[str, np.ndarray] = {}
+        self._seen: set[str] = set()
+        self._stretches = Stretches()
         self._points: dict[str, np.ndarray | None] = {}
         self._compared: set[tuple[str, str, bytes]] = set()
+
+    def survey(self, prims: LabeledSurvey, indices: Mapping[str, int]) -> None:
+        """Note the shapes of all labeled prims, in the order of the stage. indices: of the classes that have models."""
+        meters = meters_per_unit(prims.stage)
+        for each in prims.read():
+            name = first_class(each.labels)
+            if name in indices:
+                self._note(each.name, name, self._stretches.note(each.name, each.local_to_world) * meters)
 
     def place(self, path: str, name: str, matrix: np.ndarray, meters: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the rotation (3, 3), for column vectors, and position (3,) [stage units] of an object in the world.
 
         matrix: local to world, row vectors. meters: per stage unit. Scale, shear and mirroring are in the model.
         """
-        linear = np.asarray(matrix, np.float64)[:3, :3]
-        rotation = nearest_rotation(linear)
-        stretch = linear @ rotation.T * meters
+        stretch, rotation = self._stretches.split(path, matrix)
+        self._note(path, name, stretch * meters)
+        if name not in self._seen:
+            self._seen.add(name)
+            if (points := self._points[name]) is not None:
+                self.new[name] = points
+        return rotation.T, np.asarray(matrix, np.float64)[3, :3]
+
+    def _note(self, path: str, name: str, stretch: np.ndarray) -> None:
         key = (path, name, np.round(stretch, 6).tobytes())
         if key not in self._compared:
             self._compared.add(key)
             self._compare(path, name, stretch)
-        return rotation.T, np.asarray(matrix, np.float64)[3, :3]
 
     def _compare(self, path: str, name: str, stretch: np.ndarray) -> None:
         model = model_of(current_stage(), path, stretch)
         points = None if model is None else model.points
         if name not in self._points:
             self._points[name] = points
-            if points is not None:
-                self.new[name] = points
         elif not _equal(self._points[name], points):
             warn_once(
                 f"YCBVideoWriter: {path} differs in shape or scale from the first object of the class {name!r}, and "

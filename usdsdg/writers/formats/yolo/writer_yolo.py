@@ -11,7 +11,9 @@ import numpy as np
 import yaml
 
 from usdsdg.annotators import named_annotators
+from usdsdg.annotators.annotator import Annotator
 from usdsdg.errors import WriterError
+from usdsdg.session.session import current
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_text
 from usdsdg.writers.formats import class_places
@@ -42,6 +44,7 @@ class YoloWriter(Writer):
     data_structure = "renderProduct"
     shares_arrays = True
     only_stores_pictures = True
+    kept = ("_frame_id", "_keypoints")
 
     @typed
     def __init__(
@@ -87,6 +90,16 @@ class YoloWriter(Writer):
         self._listed: list[str] = []
         self._frame_id = 0
 
+    def annotators_to_skip(self) -> list[Annotator]:
+        # Of the first frame, whose keypoints are those of all frames.
+        return [self.get_annotator(KEYPOINTS)] if self._task == "pose" and self._keypoints is None else []
+
+    def skip(self, data: dict[str, Any]) -> None:
+        for seen in data["renderProducts"].values():
+            if KEYPOINTS in seen:
+                self._find_keypoints(seen)
+        self._frame_id += 1
+
     def write(self, data: dict[str, Any]) -> None:
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
         split = self._splits.of(self._frame_id)
@@ -119,7 +132,8 @@ class YoloWriter(Writer):
         described["names"] = dict(enumerate(names))
         text = yaml.safe_dump(described, sort_keys=False)
         # In turn, since it replaces the earlier file.
-        self.backend.schedule_in_turn(files.DESCRIPTION, write_text, path=files.DESCRIPTION, text=text)
+        with current().io_queue.of_all_frames():
+            self.backend.schedule_in_turn(files.DESCRIPTION, write_text, path=files.DESCRIPTION, text=text)
 
     def _table(self) -> Any:
         return class_places.table_of(self.get_annotator(BOXES).label_filter)
@@ -153,9 +167,7 @@ class YoloWriter(Writer):
             WriterError: there is a keypoint that the first frame had not.
         """
         found, names = seen[KEYPOINTS]["data"], seen[KEYPOINTS]["keypointNames"]
-        if self._keypoints is None:
-            self._keypoints = list(names)
-        place = {name: index for index, name in enumerate(self._keypoints)}
+        place = {name: index for index, name in enumerate(self._find_keypoints(seen))}
         if missing := [name for name in names if name not in place]:
             raise WriterError(
                 f"YoloWriter: the keypoints {', '.join(missing)} are new, and YOLO has as many in all frames. Name all "
@@ -168,6 +180,12 @@ class YoloWriter(Writer):
                 which = place[names[int(row["keypointId"])]]
                 points[int(row["instanceId"])][which] = (float(row["x"]), float(row["y"]), int(row["visibility"]))
         return points
+
+    def _find_keypoints(self, seen: Mapping[str, Any]) -> list[str]:
+        """Return the names of all keypoints: those that are given, or of the first picture."""
+        if self._keypoints is None:
+            self._keypoints = list(seen[KEYPOINTS]["keypointNames"])
+        return self._keypoints
 
     def _oriented(self, seen: Mapping[str, Any], row: Any, instance: int) -> np.ndarray:
         """Return the corners of the oriented box [pixels]."""

@@ -1,26 +1,20 @@
 """CosmosWriter: clips of color, edges, depth and segmentation for Cosmos Transfer."""
 
-import io
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.packed_colors import unpacked
-from usdsdg.errors import WriterError, warn_once
+from usdsdg.errors import WriterError
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.image_files.motion_jpeg import Video, encode_frame
 from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.backends.group import BackendGroup, make_backend
+from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_image
+from usdsdg.writers.formats.cosmos.clips import MODALITIES, Clip, picture_of
 from usdsdg.writers.options import typed
-from usdsdg.writers.spool import Records, Spool
-
-MODALITIES = ("rgb", "shaded_seg", "segmentation", "depth", "edges")
 
 
 class CosmosWriter(Writer):
@@ -78,40 +72,28 @@ class CosmosWriter(Writer):
             named_annotators.get("distance_to_camera").augment("ColorizeDepth", name="depth"),
             named_annotators.get(shaded).augment("Canny", name="edges", **thresholds),
         ]
-        self._clip, self._frame_id = 0, 0
-        self._in_videos = 0  # number of frames in the written videos of the clip
-        self._pictures = self._new_clip()
-        self._sizes: dict[str, tuple[int, int]] = {}  # of the pictures of the clip, by folder of a render product
+        self._clip = self._frame_id = 0
+        self._pictures = Clip(self.backend, 0)
+
+    def skip(self, data: dict[str, Any]) -> None:
+        self._follow_trigger(data)
+        self._frame_id += 1
 
     def write(self, data: dict[str, Any]) -> None:
-        fired = _times_fired(data.get("trigger_outputs") or {})
-        if fired is not None and fired != self._clip:
-            self.next_clip()
-            self._clip = fired
+        self._follow_trigger(data)
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
-        roots = [f"{product}/" if several else "" for product in data["renderProducts"]]
-        for root, seen in zip(roots, data["renderProducts"].values()):
+        sizes = {}
+        for product, seen in data["renderProducts"].items():
+            root = f"{product}/" if several else ""
             self._write_product(root, seen)
-        rate = float(current_stage().GetTimeCodesPerSecond())
-        self._pictures.note({"clip": self._clip, "rate": rate, "sizes": self._sizes})
-        self._pictures.append(self.num_written, {"number": self._frame_id, "roots": roots})
+            sizes[root] = [int(size) for size in seen["rgb"]["data"].shape[1::-1]]
+        self._pictures.note(clip=self._clip, rate=float(current_stage().GetTimeCodesPerSecond()))
+        self._pictures.add(self.num_written, number=self._frame_id, sizes=sizes)
         self._frame_id += 1
 
     def on_final_frame(self) -> None:
         """Write the videos of the clip so far, if there are new frames."""
-        backend = self.backend
-        assert backend is not None
-        if self._frame_id == self._in_videos:
-            return
-        self._in_videos = self._frame_id
-        if not _can_read(backend):
-            warn_once(f"CosmosWriter: {backend.get_name()} has no read_blob, so only images are written, no videos.")
-            return
-        for root in self._sizes:
-            for modality in MODALITIES:
-                path = f"{root}clip_{self._clip:04d}/{modality}.mp4"
-                records = self._pictures.so_far()
-                backend.schedule_after_all(_write_video, path=path, records=records, root=root, modality=modality)
+        self._pictures.write()
 
     def detach(self) -> None:
         super().detach()
@@ -120,26 +102,26 @@ class CosmosWriter(Writer):
 
     def next_clip(self) -> None:
         """End the clip and write its videos; later frames belong to a new clip, which starts at frame 0."""
+        self._begin_clip(self._clip + 1)
+
+    def _follow_trigger(self, data: Mapping[str, Any]) -> None:
+        """Begin a clip where a `trigger.on_time` has fired again."""
+        fired = _times_fired(data.get("trigger_outputs") or {})
+        if fired is not None and fired != self._clip:
+            self._begin_clip(fired)
+
+    def _begin_clip(self, number: int) -> None:
         self.on_final_frame()
-        self._clip, self._frame_id, self._in_videos = self._clip + 1, 0, 0
-        self._pictures, self._sizes = self._new_clip(), {}
-
-    def _new_clip(self) -> Spool:
-        """Return the spool of the clip's pictures.
-
-        A record has the "number" of a frame in the clip, and the folders of its render products in "roots"; "clip",
-        "rate" and the "sizes" of pictures by folder are known of all frames.
-        """
         assert self.backend is not None
-        return Spool(self.backend, f"CosmosWriter/clip_{self._clip:04d}")
+        self._clip, self._frame_id = number, 0
+        self._pictures = Clip(self.backend, number)
 
     def _write_product(self, root: str, seen: Mapping[str, Any]) -> None:
         steps = []
         for modality in MODALITIES:
             image = unpacked(seen[modality]) if modality == "segmentation" else seen[modality]["data"]
-            path = _picture_path(root, self._clip, modality, self._frame_id)
+            path = picture_of(root, self._clip, modality, self._frame_id)
             steps.append(partial(write_image, path=path, data=image))
-            self._sizes.setdefault(root, (image.shape[1], image.shape[0]))
         assert self.backend is not None
         self.backend.schedule_together(steps)
 
@@ -158,32 +140,3 @@ def _by_semantics(mapping: Mapping[str, Any]) -> dict[str, Any]:
 def _times_fired(trigger_outputs: Mapping[str, Any]) -> int | None:
     """Return how often the first on_time trigger has fired; None without one."""
     return next((count for name, count in trigger_outputs.items() if "on_time" in name), None)
-
-
-def _can_read(backend: BaseBackend) -> bool:
-    if isinstance(backend, BackendGroup):
-        return all(map(_can_read, backend.backends))
-    return type(backend).read_blob is not BaseBackend.read_blob
-
-
-def _picture_path(root: str, clip: int, modality: str, number: int) -> str:
-    """Return the file of a picture. root: folder of the render product, with a slash, or ""."""
-    return f"{root}clip_{clip:04d}/{modality}/{modality}_{number:04d}.png"
-
-
-def _write_video(path: str, records: Records, root: str, modality: str, backend_instance: BaseBackend) -> None:
-    """Write the video of a clip's pictures, which the backend has stored; one is in memory at a time."""
-    width, height = records.about["sizes"][root]
-    video = Video((width, height), records.about["rate"])
-    for picture in _pictures(records, root, modality, backend_instance):
-        video.append(encode_frame(picture))
-    backend_instance.write_chunks(path, video)
-
-
-def _pictures(records: Records, root: str, modality: str, backend: BaseBackend) -> Iterator[np.ndarray]:
-    from PIL import Image
-
-    for each in records:
-        if root in each["roots"]:
-            path = _picture_path(root, records.about["clip"], modality, each["number"])
-            yield np.asarray(Image.open(io.BytesIO(backend.read_blob(path))))

@@ -1,0 +1,59 @@
+"""All labeled prims of a stage, in view or not: for writers whose files must not depend on what was seen first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdsdg.annotators.ownership import LabeledStage, Owner, group_by_owner, output_labels, parse_filter
+from usdsdg.annotators.point_instances import PointFrames, every_point
+from usdsdg.stage.changes import Changes, ChangeTracker
+
+_POINTS = {"positions", "protoIndices", "ids", "prototypes", "invisibleIds"}
+
+
+class SurveyedPrim(NamedTuple):
+    """A labeled prim."""
+
+    name: str  # prim path, as annotators report it
+    labels: dict[str, str]  # {type: "label[,label]"}, as annotators output them
+    local_to_world: np.ndarray  # (4, 4), row vectors, at the default time
+
+
+class LabeledSurvey:
+    """Reads the labeled prims that own gprims under a label filter, in the order of the stage, hidden or not."""
+
+    def __init__(self, stage: Usd.Stage, predicate: str | None) -> None:
+        self.stage = stage
+        self._filter = parse_filter(predicate)
+        self._changes, self._labels = ChangeTracker(stage), LabeledStage(stage)
+        self._owners: list[tuple[Owner, dict[str, str]]] | None = None
+
+    def read(self) -> Iterator[SurveyedPrim]:
+        """Yield the labeled prims as they are now."""
+        if _matters(self._changes.take()):
+            self._labels.invalidate()
+            self._owners = None
+        if self._owners is None:
+            self._owners = list(self._find())
+        frames = PointFrames(self.stage, UsdGeom.XformCache())
+        for owner, labels in self._owners:
+            yield SurveyedPrim(owner.name, labels, frames.to_world(owner.path, owner.steps))
+
+    def _find(self) -> Iterator[tuple[Owner, dict[str, str]]]:
+        gprims = every_point(self.stage, self._labels.every_gprim(numbered=False))
+        chains = [chain for _, chain in self._labels.chains(gprims)]
+        for owner, group in group_by_owner(chains, self._filter).items():
+            labels = self._labels.all_labels(owner, [gprims[index] for index in group])
+            yield owner, output_labels(labels, self._filter)
+
+
+def _matters(changes: Changes) -> bool:
+    """Return whether other prims may have labels, or others."""
+    names = (name for names in changes.by_names for name in names)
+    return bool(changes.resynced) or any(
+        name in _POINTS or name.startswith(("semantics:", "semantic:", "material:binding")) for name in names
+    )

@@ -1,0 +1,1 @@
+"""Clips of pictures for Cosmos Transfer, with a video of each."""
