@@ -69,9 +69,13 @@ def make_parts(
 
 def _start(command: Sequence[str], part: Part, attempt: int) -> _Process:
     output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the object
-    # Not Ctrl-C of the terminal: the first process passes it on, once.
-    options = {"start_new_session": True} if sys.platform != "win32" else {}
-    child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, **options)
+    child = subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=output,
+        stderr=subprocess.STDOUT,
+        start_new_session=sys.platform != "win32",  # not Ctrl-C of the terminal: the first process passes it on, once
+    )
     return _Process(part, attempt, child, output)
 
 
