@@ -110,7 +110,6 @@ class YCBVideoWriter(Writer):
         self._left_out = LeftOut()
         self._frame_id = 0
         self._list = TrainList(self.backend, "YCBVideoWriter/train")
-        self._list.note(list=LIST)
         if not current().run.is_part:
             self.backend.schedule_after_all(write_parts, path=LIST, texts=partial(_names_up_to, num_frames))
 
@@ -193,6 +192,7 @@ class YCBVideoWriter(Writer):
                 self.backend.schedule(write_bytes, path=path, data=points_file(points))
         self._models.new.clear()
         self.backend.schedule_together(steps)
+        self._list.note(list=LIST)
         self._list.add(self.num_written, number=self._frame_id)
         self._frame_id += 1
 
