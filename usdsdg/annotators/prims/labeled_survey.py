@@ -24,7 +24,10 @@ class SurveyedPrim(NamedTuple):
 
 
 class LabeledSurvey:
-    """Reads the labeled prims that own gprims under a label filter, in the order of the stage, hidden or not."""
+    """Reads the labeled prims that own gprims under a label filter, in the order of the stage, in view or not.
+
+    Hidden ones are left out: a pool of things that wait to be shown may have any scale until then.
+    """
 
     def __init__(self, stage: Usd.Stage, predicate: str | None) -> None:
         self.stage = stage
@@ -41,6 +44,9 @@ class LabeledSurvey:
             self._owners = list(self._find())
         frames = PointFrames(self.stage, UsdGeom.XformCache())
         for owner, labels in self._owners:
+            prim = UsdGeom.Imageable(self.stage.GetPrimAtPath(owner.path))
+            if prim and prim.ComputeVisibility() == UsdGeom.Tokens.invisible:
+                continue
             yield SurveyedPrim(owner.name, labels, frames.to_world(owner.path, owner.steps))
 
     def _find(self) -> Iterator[tuple[Owner, dict[str, str]]]:
