@@ -120,6 +120,7 @@ class Session:
     def close_run(self) -> None:
         """Close the journals of the run at the end of a program that has no command to do so."""
         for run in self._made("run"):
+            run.forget_removed()
             try:
                 # Python keeps the error that ends a program there.
                 run.close(complete=getattr(sys, "last_value", None) is None and not self.failed_at_exit)

@@ -46,9 +46,9 @@ class Aggregate(ABC):
         """Schedule the files after the pictures that they name, if there are new records; they appear whole."""
         if get_run().is_part or get_run().aggregates_wait:
             return  # they are made of the spools at the end, or when all parts are there
-        records = self._spool.so_far()
-        if records.size == self._written:
+        if self._spool.size == self._written:
             return
+        records = self._spool.so_far()
         self.schedule(records, self._backend)
         self._written = records.size
 

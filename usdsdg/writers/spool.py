@@ -136,6 +136,11 @@ class Spool:
             self._write({ABOUT: about})
             self._about = text
 
+    @property
+    def size(self) -> int:
+        """The bytes that have been appended."""
+        return self._size
+
     def so_far(self) -> Records:
         """Return what has been appended until now.
 

@@ -167,6 +167,11 @@ class Run:
         for folder in self._folders.values():
             folder.close(complete=is_whole)
 
+    def forget_removed(self) -> None:
+        """Forget folders that a script has removed itself after its last file, as with a temporary one."""
+        for name in [name for name, folder in self._folders.items() if not folder.path.exists()]:
+            self._folders.pop(name).release()
+
     def release(self) -> None:
         """Give all folders back as they are; what is claimed later is claimed anew."""
         for folder in self._folders.values():
