@@ -54,7 +54,7 @@ USDSDG = {
     "example": "demo",
     "datasets": "errors stage writers record",
     "inspect": "errors stage writers datasets",
-    "verify": "errors stage session annotators writers record datasets",
+    "verify": "errors parallel stores stage session annotators writers record datasets",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors stores stage session arguments graph calibration create writers capture app orchestrator "
     "settings demo meshes __init__",

@@ -13,6 +13,7 @@ SOAKS = {
     "meshes": "mesh files in ten forms, whole, broken and mutated: each converted, rendered, or refused with a reason",
     "writing_threads": "every format over 200 frames, by threads beside rendering and one by one: the same files",
     "kills": "runs that are killed, or whose disk is full, at random moments, and gone on with: the same bytes",
+    "damage": "57 kinds of damage to a dataset of 10,000 files: `usdsdg verify` names each file, and no other",
     "stores": "object stores on servers that run here, Ceph where it is installed: promises, failures, absence",
     "long": "100,000 small label frames in episodes: time a frame, memory, and what the journal takes",
     "warmup": "`usdsdg warmup` in an empty cache; then scripts and jobs compile nothing more",

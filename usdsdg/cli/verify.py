@@ -19,6 +19,9 @@ RENDERED = 10  # frames, where none are named
 
 def verify(
     folder: Annotated[Path, typer.Argument(help="A folder that a writer wrote to, or one with several datasets.")],
+    files: Annotated[
+        bool, typer.Option("--files", help="Only compare the files with the journal, by size and hash.")
+    ] = False,
     render: Annotated[bool, typer.Option("--render", help="Render frames again from the recorded stage.")] = False,
     frames: Annotated[
         str | None, typer.Option(help="Numbers of the frames to render again, as 0,12.", show_default="10 of them")
@@ -29,7 +32,9 @@ def verify(
     device: Device = None,
     quiet: Quiet = False,
 ) -> None:
-    """Read a dataset back through its format, and compare it with its record and with geometry.
+    """Compare the files of a dataset with its journal; read it back through its format, and check its labels.
+
+    The labels are compared with the record of each frame and with geometry.
 
     Prints a line for every fault, and one for each dataset in the folder; the exit code is 1 if there are any faults.
     """
@@ -37,7 +42,9 @@ def verify(
         from usdsdg.session.progress import report as progress
         from usdsdg.verify import verify_all
 
-        reports = verify_all(folder, render=_chosen(render, frames), progress=progress)
+        if files and (render or frames is not None):
+            raise BadValue("--files reads no images, and --render compares them: give only one of them")
+        reports = verify_all(folder, labels=not files, render=_chosen(render, frames), progress=progress)
         is_clean = all(each.is_clean for each in reports)
     if as_json:
         values = [each.values() for each in reports]

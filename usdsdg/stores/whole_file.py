@@ -80,6 +80,13 @@ def write_whole_with_hash(path: Path, data: Iterable[bytes | memoryview]) -> tup
     return size, digest.hexdigest()
 
 
+def facts_of(path: Path) -> tuple[int, str]:
+    """Return the size [bytes] of a file and its SHA-256 as hexadecimal digits; errors are those of `open`."""
+    with open(path, "rb") as file:
+        digest = hashlib.file_digest(file, "sha256")
+        return file.tell(), digest.hexdigest()
+
+
 def _write(part: Path, chunks: Iterable[bytes | memoryview]) -> None:
     with open(part, "wb") as file:
         for chunk in chunks:

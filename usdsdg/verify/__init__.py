@@ -2,6 +2,6 @@
 
 from usdsdg.datasets.faults import Fault
 from usdsdg.verify.report import Report
-from usdsdg.verify.verify import verify, verify_all
+from usdsdg.verify.verify import NothingRecognized, verify, verify_all
 
-__all__ = ["Fault", "Report", "verify", "verify_all"]
+__all__ = ["Fault", "NothingRecognized", "Report", "verify", "verify_all"]

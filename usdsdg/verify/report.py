@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from usdsdg.datasets.faults import Fault
+from usdsdg.verify.integrity import Integrity
 
 
 @dataclass
@@ -19,17 +20,28 @@ class Report:
     formats: Counter[str] = field(default_factory=Counter)  # images by format
     recorded: int = 0  # frames with a record
     rendered: int = 0  # frames that were rendered again
+    compared: int = 0  # files that were compared with the journal
 
     @property
     def is_clean(self) -> bool:
         """Whether no fault was found."""
         return not self.faults
 
+    def add_integrity(self, found: Integrity | None) -> None:
+        """Add the result of the comparison with the journal; None: there is no journal."""
+        if found is not None:
+            self.faults += found.faults
+            self.notes += found.notes
+            self.compared = found.compared
+
     def summary(self) -> str:
         """Return one line."""
         seen = ", ".join(f"{count} of {name}" for name, count in sorted(self.formats.items())) or "none"
         again = f", {self.rendered} rendered again" if self.rendered else ""
-        return f"{self.folder}: {len(self.faults)} faults; images: {seen}; recorded frames: {self.recorded}{again}"
+        files = f"; files: {self.compared}" if self.compared else ""
+        return (
+            f"{self.folder}: {len(self.faults)} faults{files}; images: {seen}; recorded frames: {self.recorded}{again}"
+        )
 
     def values(self) -> dict[str, Any]:
         """Return everything as values for JSON."""
@@ -41,4 +53,5 @@ class Report:
             "formats": dict(self.formats),
             "recorded": self.recorded,
             "rendered": self.rendered,
+            "compared": self.compared,
         }

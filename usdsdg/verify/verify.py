@@ -43,6 +43,8 @@ from usdsdg.verify.checks.formats import (
 from usdsdg.verify.checks.formats.coco import Coco
 from usdsdg.verify.checks.tables import Tables
 from usdsdg.verify.checks.yolo import Yolo
+from usdsdg.verify.integrity import Integrity
+from usdsdg.verify.integrity import check as check_integrity
 from usdsdg.verify.redraw import redraw
 from usdsdg.verify.report import Report
 
@@ -52,12 +54,14 @@ CHECKS = (
     coco_segments, shards, labeled, voc, cvat,
 )  # fmt: skip
 Progress = Callable[[str, int, int | None], None]
+UNREAD = "no file is of a format that usdsdg reads, so only the files themselves were compared with the journal"
 MISSING = "there is no record beside the files, so only what they say of each other was checked"
 
 
 def verify_all(
     folder: str | os.PathLike[str],
     *,
+    labels: bool = True,
     render: Sequence[int] | int | None = None,
     progress: Progress | None = None,
 ) -> list[Report]:
@@ -68,11 +72,11 @@ def verify_all(
     """
     found = parts(Path(folder)) if Path(folder).is_dir() else []
     if len(found) < 2:
-        return [verify(folder, render=render, progress=progress)]
+        return [verify(folder, labels=labels, render=render, progress=progress)]
     reports = []
     for root, own in found:
         with suppress(NothingRecognized):  # such as a folder with notes
-            reports.append(verify(Path(folder, root), files=own, render=render, progress=progress))
+            reports.append(verify(Path(folder, root), files=own, labels=labels, render=render, progress=progress))
     if not reports:
         raise _nothing_in(folder)
     return reports
@@ -82,21 +86,41 @@ def verify(
     folder: str | os.PathLike[str],
     *,
     files: list[str] | None = None,
+    labels: bool = True,
     render: Sequence[int] | int | None = None,
     progress: Progress | None = None,
 ) -> Report:
-    """Check the dataset in `folder`, against its record where there is one.
+    """Check the dataset in `folder`, against its journal and its record where there are any.
 
     files: those of the dataset; default all in the folder.
+    labels: False compares the files with the journal only, by size and hash, and reads no images.
     render: numbers of frames to render again from the recorded stage, or how many, evenly spaced; this replaces the
         current stage.
 
     Raises:
         DatasetError: there is no such folder.
-        NothingRecognized: nothing in it is recognized.
+        NothingRecognized: nothing in it is recognized, or it has no journal and `labels` is False.
     """
-    data = Folder(Path(folder), files=files)
+    data = Folder(Path(folder), files=files, recorded=labels)
     report = Report(str(folder), recorded=len(data.records))
+    whole = check_integrity(data.path, progress)
+    report.add_integrity(whole)
+    if not labels:
+        if whole is None:
+            raise NothingRecognized(f"{folder} has no journal (.usdsdg), with which its files could be compared")
+        return report
+    _check_labels(data, report, whole, render, progress)
+    return report
+
+
+def _check_labels(
+    data: Folder,
+    report: Report,
+    whole: Integrity | None,
+    render: Sequence[int] | int | None,
+    progress: Progress | None,
+) -> None:
+    """Read the images of a dataset, and check what their files say."""
     tables = [Tables(data.classes), Coco(data.classes), kitti.Kitti(), Yolo(data.classes)]
     named = _images_by_checksum(data)
     read: set[str] = set()
@@ -110,8 +134,10 @@ def verify(
         if progress is not None:
             progress("images verified", report.formats.total(), None)
     if not report.formats and not data.records:
-        raise _nothing_in(folder)
-    if not data.records:
+        if whole is None:
+            raise _nothing_in(data.path)
+        report.notes.append(UNREAD)
+    elif not data.records:
         report.notes.append(MISSING)
     if render is not None:
         numbers, most = (None, render) if isinstance(render, int) else (render, len(render))
@@ -119,9 +145,8 @@ def verify(
         report.faults += faults
         report.notes += notes
     report.faults += data.faults
-    report.faults += file_checks.check(data, read)
+    report.faults += file_checks.check(data, read, listed=whole.listed if whole is not None else frozenset())
     report.faults = list(dict.fromkeys(report.faults))
-    return report
 
 
 class NothingRecognized(DatasetError):

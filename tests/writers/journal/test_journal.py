@@ -1,5 +1,6 @@
 """The journal: what it tells is on the disk, and a process that dies leaves nothing half told."""
 
+import hashlib
 import json
 import os
 
@@ -29,7 +30,9 @@ def test_frames_and_shared_files_come_back(tmp_path):
     assert journal.read(made.path).is_complete
     lines = list(journal.lines(made.path))
     assert [each.get("frame") for each in lines] == [0, 1, 2, None]
-    assert lines[-1] == {"shared": {"classes.json": [4, "cd"]}, "frames": 3, "complete": True}
+    before = b"".join(made.path.read_bytes().splitlines(keepends=True)[:-1])
+    digest = hashlib.sha256(before).hexdigest()
+    assert lines[-1] == {"shared": {"classes.json": [4, "cd"]}, "frames": 3, "complete": True, "lines": digest}
 
 
 def test_a_journal_that_goes_on_has_the_bytes_of_one_that_did_not_stop(tmp_path):

@@ -14,7 +14,7 @@ from typing import Any
 from usdsdg.errors import DatasetInTheWay, WriterError, warn_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.file_lock import FileLock, Locked
-from usdsdg.stores.whole_file import not_writable, sync_all
+from usdsdg.stores.whole_file import facts_of, not_writable, sync_all
 from usdsdg.writers.journal import journal, recipe
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME, PARTS, Contents, Journal
@@ -104,11 +104,15 @@ class DatasetFolder:
         self.journal.append(frames, shared)
 
     def close(self, *, complete: bool) -> None:
-        """Write the closing line and the recipe, and release the folder."""
+        """Write the recipe and the closing line, and release the folder."""
         try:
             self.append([])
-            self.journal.close(complete=complete)
-            self._recipe.write(self.path)
+            written = self._recipe.write(self.path)
+            if self.portion is None:
+                spools = {each.relative_to(self.path).as_posix(): facts_of(each) for each in self._spools()}
+                self.journal.close(complete=complete, recipe=written, spools=spools)
+            else:
+                self.journal.close(complete=complete)
         finally:
             self.release()
 

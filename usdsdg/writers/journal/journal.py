@@ -2,12 +2,13 @@
 
 `.usdsdg/journal.jsonl` has, in the order of frames, {"frame": number, "files": {path: [size, sha256]}}, also with
 "state" where a writer has one. While a run goes on, {"shared": {path: [size, sha256]}} tells of files that belong to
-no frame. `close` leaves one such line, the last one, with "frames", how many there are, and "complete".
+no frame. `close` leaves one such line, the last one, with "frames", how many there are, and "complete"; "lines", the
+SHA-256 of the lines before it, and "recipe", that of the recipe, tell whether these are as the run wrote them.
 """
 
 from __future__ import annotations
 
-import itertools
+import hashlib
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
@@ -23,6 +24,7 @@ from usdsdg.writers.journal.frames import FileFacts
 NAME = "journal.jsonl"
 PARTS = f"{BESIDE}/parts"
 FRAME, FILES, STATE, SHARED, FRAMES, COMPLETE = "frame", "files", "state", "shared", "frames", "complete"
+LINES, RECIPE = "lines", "recipe"
 
 
 @dataclass
@@ -79,14 +81,29 @@ class Journal:
         """The number of frames."""
         return len(self.contents.frames) + self._appended
 
-    def close(self, *, complete: bool) -> None:
+    def close(
+        self, *, complete: bool, recipe: str | None = None, spools: Mapping[str, FileFacts] | None = None
+    ) -> None:
         """Write the journal as it stays, with its closing line; errors are those of `append`.
 
         complete: all frames of the run, or of this part of it, are there.
+        recipe: the SHA-256 of the recipe; None: of a part, which has none of its own.
+        spools: what is kept for going on with aggregate files, by its path.
         """
-        closing = {SHARED: dict(sorted(self.contents.shared.items())), FRAMES: self.count, COMPLETE: complete}
+        self.contents.shared.update(spools or {})
         frames = (line for line in lines(self.path) if FRAME in line) if self.path.exists() else ()
-        write_whole(self.path, map(encoded, itertools.chain(in_order(frames), [closing])))
+        closing = {SHARED: dict(sorted(self.contents.shared.items())), FRAMES: self.count, COMPLETE: complete}
+        closing |= {RECIPE: recipe} if recipe is not None else {}
+        write_whole(self.path, _sealed(map(encoded, in_order(frames)), closing))
+
+
+def _sealed(data: Iterable[bytes], closing: Mapping[str, Any]) -> Iterator[bytes]:
+    """Yield lines, and a closing line with their SHA-256."""
+    digest = hashlib.sha256()
+    for line in data:
+        digest.update(line)
+        yield line
+    yield encoded({**closing, LINES: digest.hexdigest()})
 
 
 def read(path: Path) -> Contents:

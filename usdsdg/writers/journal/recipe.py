@@ -69,13 +69,15 @@ class Recipe:
         """Return the recipe as it is written to a file."""
         return {"format": 1, **vars(self)}
 
-    def write(self, folder: Path) -> None:
-        """Write it beside the data in a folder.
+    def write(self, folder: Path) -> str:
+        """Write it beside the data in a folder, and return the SHA-256 of the file.
 
         Raises:
             OutputNotWritable: it cannot be written.
         """
-        write_whole(folder / FILE, json.dumps(self.values(), indent=1, default=str).encode() + b"\n")
+        data = json.dumps(self.values(), indent=1, default=str).encode() + b"\n"
+        write_whole(folder / FILE, data)
+        return hashlib.sha256(data).hexdigest()
 
 
 def read(folder: Path) -> dict[str, Any] | None:

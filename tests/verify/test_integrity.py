@@ -1,0 +1,56 @@
+"""`usdsdg verify` finds every kind of damage to the files of a dataset, and invents none."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from tests.verify import damage, damaged
+from usdsdg.verify import NothingRecognized, verify
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    return damaged.make(tmp_path_factory.mktemp("dataset"), 6)
+
+
+@pytest.mark.parametrize("name", damage.KINDS)
+def test_damage_is_found_and_nothing_else(whole, tmp_path, name):
+    assert damaged.wrong(whole, name, tmp_path / "copy") is None
+
+
+@pytest.mark.parametrize("name", damage.HARMLESS)
+def test_what_is_no_damage_is_no_fault(whole, tmp_path, name):
+    assert damaged.wrong(whole, name, tmp_path / "copy") is None
+
+
+@pytest.mark.parametrize("name", [*damage.KINDS][::9])
+def test_damage_is_found_beside_the_checks_of_labels(whole, tmp_path, name):
+    assert damaged.wrong(whole, name, tmp_path / "copy", labels=True) is None
+
+
+def test_the_command_line_names_the_file_and_fails(whole, tmp_path):
+    copy = tmp_path / "copy"
+    assert damaged.wrong(whole, "a missing image", copy) is None
+    command = [sys.executable, "-m", "usdsdg", "verify", "--files", "--json", str(copy / "out")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=damaged.ROOT)
+    assert done.returncode == 1
+    assert [fault["what"] for fault in json.loads(done.stdout)["faults"]] == ["is missing"]
+
+
+def test_a_dataset_of_files_that_no_reader_knows_is_compared(whole, tmp_path):
+    """As of a custom writer, whose files are of its own kind."""
+    out = tmp_path / "out"
+    (out / ".usdsdg").mkdir(parents=True)
+    for name in ("recipe.json", "journal.jsonl"):
+        (out / ".usdsdg" / name).write_bytes((whole / ".usdsdg" / name).read_bytes())
+    report = verify(out)
+    assert {fault.what for fault in report.faults} == {"is missing"}
+    assert report.compared > 6
+
+
+def test_a_folder_without_a_journal_cannot_be_compared(tmp_path):
+    (tmp_path / "a.png").write_bytes(b"")
+    with pytest.raises(NothingRecognized, match="no journal"):
+        verify(tmp_path, labels=False)

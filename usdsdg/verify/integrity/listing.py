@@ -1,0 +1,158 @@
+"""What the recipe and the journals of a dataset list, read as far as they can be read."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from usdsdg.datasets.faults import Fault
+from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.writers.journal import journal, recipe
+from usdsdg.writers.journal.frames import FileFacts
+from usdsdg.writers.journal.journal import NAME
+from usdsdg.writers.journal.merge import parts_of
+
+JOURNAL = f"{BESIDE}/{NAME}"
+_SHOWN = 8
+
+
+@dataclass(frozen=True)
+class ListedFile:
+    """A file as a journal lists it."""
+
+    size: int  # bytes
+    sha256: str
+    frame: str  # its number, or "all" for a file about all frames
+
+
+@dataclass
+class Listing:
+    """The files of a dataset, by their paths below its folder, and what is wrong with the journals themselves."""
+
+    files: dict[str, ListedFile] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
+    is_complete: bool = False
+    is_damaged: bool = False  # so that files may be unlisted through no fault of theirs
+
+
+def read_listing(folder: Path) -> Listing | None:
+    """Return what is listed in a folder; None where no run has kept a journal."""
+    parts, own = parts_of(folder), folder / JOURNAL
+    if not (own.exists() or parts or (folder / recipe.FILE).exists()):
+        return None
+    listing = Listing()
+    recipe_hash = _check_recipe(folder, listing)
+    if own.is_file() and own.stat().st_size:
+        _read_journal(own, JOURNAL, listing, recipe_hash)
+    elif not parts:
+        listing.is_damaged = True
+        listing.faults.append(Fault(JOURNAL, "all", "is missing" if not own.exists() else "is empty"))
+    if parts:
+        _read_parts(folder, parts, listing)
+    return listing
+
+
+def _check_recipe(folder: Path, listing: Listing) -> str | None:
+    """Return the SHA-256 of the recipe; None if there is none."""
+    try:
+        data = (folder / recipe.FILE).read_bytes()
+    except OSError as error:
+        said = "is missing" if isinstance(error, FileNotFoundError) else f"cannot be read: {error.strerror}"
+        listing.faults.append(Fault(recipe.FILE, "all", said))
+        return None
+    try:
+        values = json.loads(data)
+    except ValueError as error:
+        values, said = None, str(error)
+    else:
+        said = "it is no table"
+    if not isinstance(values, dict):
+        listing.faults.append(Fault(recipe.FILE, "all", f"is no recipe: {said}"))
+    return hashlib.sha256(data).hexdigest()
+
+
+def _read_journal(path: Path, name: str, listing: Listing, recipe_hash: str | None) -> None:
+    """Add the files of a journal; recipe_hash: of the dataset's recipe, where it has one."""
+    digest, numbers, closing = hashlib.sha256(), [], None
+    for place, data in _lines(path):
+        line = journal.parsed_record(data)
+        if closing is not None:
+            listing.faults.append(Fault(name, "all", f"line {place} comes after the closing one"))
+        if line is None or not _is_sound(line):
+            listing.is_damaged = True
+            listing.faults.append(Fault(name, "?", f"line {place} is damaged"))
+        elif journal.FRAMES in line:
+            closing = line
+        else:
+            digest.update(data)
+            if journal.FRAME in line:
+                numbers.append(line[journal.FRAME])
+                _add(listing, line[journal.FILES], str(line[journal.FRAME]))
+            _add(listing, line.get(journal.SHARED, {}), "all")
+    _check_order(name, numbers, listing)
+    if closing is None or not closing.get(journal.COMPLETE):
+        listing.faults.append(Fault(name, "all", f"the run is unfinished: {len(numbers)} frames are whole (--resume)"))
+        _add(listing, closing[journal.SHARED] if closing else {}, "all")
+        return
+    _add(listing, closing[journal.SHARED], "all")
+    listing.is_complete = True
+    if closing[journal.FRAMES] != len(numbers):
+        listing.is_damaged = True
+        listing.faults.append(
+            Fault(name, "all", "frames are missing or doubled", str(closing[journal.FRAMES]), str(len(numbers)))
+        )
+    if closing.get(journal.LINES) != digest.hexdigest():
+        listing.faults.append(Fault(name, "all", "its lines are not those that the run wrote"))
+    if recipe_hash is not None and closing.get(journal.RECIPE) not in (None, recipe_hash):
+        listing.faults.append(Fault(recipe.FILE, "all", "was changed after the run"))
+
+
+def _read_parts(folder: Path, parts: list[Path], listing: Listing) -> None:
+    listing.is_complete = False
+    for part in parts:
+        of_part = Listing()
+        _read_journal(part / NAME, (part / NAME).relative_to(folder).as_posix(), of_part, None)
+        listing.files |= of_part.files
+        listing.faults += of_part.faults
+        listing.is_damaged |= of_part.is_damaged
+    names = ", ".join(part.name for part in parts[:_SHOWN]) + (", ..." if len(parts) > _SHOWN else "")
+    listing.faults.append(Fault(journal.PARTS, "all", f"{len(parts)} parts are not joined (usdsdg merge): {names}"))
+
+
+def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
+    """Yield the lines with their numbers, from 1."""
+    with open(path, "rb") as file:
+        yield from enumerate(file, 1)
+
+
+def _is_sound(line: dict[str, Any]) -> bool:
+    """Return whether a line has what lines of journals have."""
+    if journal.FRAMES in line:
+        return isinstance(line[journal.FRAMES], int) and _are_files(line.get(journal.SHARED))
+    if journal.FRAME in line:
+        return isinstance(line[journal.FRAME], int) and _are_files(line.get(journal.FILES))
+    return _are_files(line.get(journal.SHARED))
+
+
+def _are_files(value: Any) -> bool:
+    return isinstance(value, dict) and all(
+        isinstance(facts, list) and len(facts) == 2 and isinstance(facts[0], int) and isinstance(facts[1], str)
+        for facts in value.values()
+    )
+
+
+def _add(listing: Listing, files: dict[str, FileFacts], frame: str) -> None:
+    for name, (size, sha256) in files.items():
+        listing.files[name] = ListedFile(size, sha256, frame)
+
+
+def _check_order(name: str, numbers: list[int], listing: Listing) -> None:
+    last = -1
+    for number in numbers:
+        if number <= last:
+            listing.faults.append(Fault(name, str(number), f"comes after frame {last}"))
+        last = max(last, number)
