@@ -43,7 +43,7 @@ def test_a_run_that_died_goes_on_where_it_was(made, tmp_path, frames):
     shutil.copytree(whole, out)
     journal = out / ".usdsdg/journal.jsonl"
     *lines, closing = journal.read_text().splitlines(keepends=True)
-    shared = json.dumps({"shared": json.loads(closing)["shared"]}) + "\n"
+    shared = json.dumps({name: json.loads(closing)[name] for name in ("shared", "facts")}) + "\n"
     journal.write_text(shared + "".join(lines[:frames]) + '{"frame": 77, "fil')
     for line in lines[frames:]:
         for name in json.loads(line)["files"]:

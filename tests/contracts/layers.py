@@ -145,6 +145,7 @@ LATE = {
     "usdsdg.cli.command_context": ("usdsdg.graph usdsdg.orchestrator usdsdg.settings usdsdg.writers", COMMAND),
     "usdsdg.cli.dataset_options": ("usdsdg.writers", COMMAND),
     "usdsdg.cli.merge": ("usdsdg.writers", COMMAND),
+    "usdsdg.cli.reproduce": ("usdsdg.graph usdsdg.scenarios usdsdg.verify usdsdg.writers", COMMAND),
     "usdsdg.cli.thread_limit": ("usdsdg.parallel usdsdg.writers", COMMAND),
     "usdsdg.cli.verify": ("usdsdg.verify", COMMAND),
     "usdsdg.cli.warmup": (

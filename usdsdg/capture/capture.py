@@ -27,6 +27,7 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg.writers.base import set_global_seed
+from usdsdg.writers.journal.run import get_run
 
 # Ticks per second of reference times.
 TICKS = 1_000_000
@@ -85,6 +86,7 @@ class Capture:
         if (tap := current().tap) is not None:
             tap.take(frames, self._requests.tapped)
         if self._requests.files is not None:
+            get_run().see_stage(current_stage())
             self._requests.files.release()
         append_to_journals()
         self._remember(frames)

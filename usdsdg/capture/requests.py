@@ -73,6 +73,9 @@ class Requests:
         number, wanted = run.begin_frame(folders)
         self.writers = [writer for writer, is_wanted in zip(due, wanted) if is_wanted]
         self.keys = {id(writer): (writer_key(writer, due), folder) for writer, folder in zip(due, folders)}
+        for writer in self.writers:
+            key, folder = self.keys[id(writer)]
+            run.see_writer(folder, key, writer.parameters)
         if self.writers:
             self.files = run.hand(number)
             for folder in (folder for folder, is_wanted in zip(folders, wanted) if is_wanted and folder):

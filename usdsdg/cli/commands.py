@@ -18,6 +18,7 @@ from usdsdg.cli.generate import generate
 from usdsdg.cli.inspect import inspect
 from usdsdg.cli.merge import merge
 from usdsdg.cli.render import render
+from usdsdg.cli.reproduce import reproduce
 from usdsdg.cli.run import run
 from usdsdg.cli.simulate import simulate
 from usdsdg.cli.verify import verify
@@ -29,7 +30,7 @@ app = typer.Typer(
 )  # fmt: skip
 # Options after the script's name belong to the script.
 app.command(context_settings={"allow_interspersed_args": False})(run)
-for command in (generate, render, simulate, inspect, verify, merge, convert, compat, warmup, doctor):
+for command in (generate, render, simulate, inspect, verify, reproduce, merge, convert, compat, warmup, doctor):
     app.command()(command)
 app.add_typer(assets.app, name="assets")
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -29,6 +29,7 @@ def begin_run(
     source: Path,
     *,
     arguments: Sequence[str],
+    options: Mapping[str, Any] | None = None,
     seed: int | None,
     classes: str | None,
     resume: bool,
@@ -37,6 +38,8 @@ def begin_run(
     shard: str | None,
 ) -> None:
     """Say what this process makes: its recipe, its frames, and what happens to an earlier run.
+
+    options: of the command that decide what is made; those without a value are left out.
 
     Raises:
         BadValue: two options exclude each other, or one has no meaning.
@@ -58,10 +61,11 @@ def begin_run(
         command,
         recipe.source_of(source),
         arguments=[each for each in arguments if not _is_place(each)],
+        options={name: value for name, value in (options or {}).items() if value},
         seed=seed,
         classes=_content_of(classes),
     )
-    current().run.begin(made, mode, portion)
+    current().run.begin(made, mode, portion, source)
 
 
 def _is_place(argument: str) -> bool:

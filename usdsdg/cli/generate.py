@@ -56,9 +56,11 @@ def generate(
 
         check_kind(config, FileKind.CONFIGURATION, FileKind.STAGE)
         overrides = [*(set_ or []), *([f"seed={seed}"] if seed is not None else [])]
+        is_stage = config.suffix.lower() in saved_pipeline.SUFFIXES
+        loaded = None if is_stage else jobs.load_job(config, overrides)
         begin_run(
-            "generate", config, arguments=overrides, seed=seed, classes=semantic_classes, resume=resume,
-            overwrite=overwrite, frames=frames, shard=shard,
+            "generate", config, arguments=overrides, seed=loaded[1].seed if loaded is not None else seed,
+            classes=semantic_classes, resume=resume, overwrite=overwrite, frames=frames, shard=shard,
         )  # fmt: skip
         fix_classes(semantic_classes)
         if workers is not None:
@@ -66,10 +68,10 @@ def generate(
                 config, overrides, workers, frames or shard, assets_root=assets_root, device=device, threads=threads,
                 semantic_classes=semantic_classes, save_stage=save_stage,
             )  # fmt: skip
-        elif config.suffix.lower() in saved_pipeline.SUFFIXES:
+        elif loaded is None:
             saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides))
         else:
-            job, options = jobs.load_job(config, overrides)
+            job, options = loaded
             seed_everything(options.seed)
             job.run(options)
         finish_files()

@@ -108,29 +108,35 @@ def run(
         print(f"error: no script {script}", file=sys.stderr)
         raise typer.Exit(1)
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage):
-        from usdsdg.cli.script.execution import execute
         from usdsdg.cli.script.outcome import reported_outcome
 
         check_kind(script, FileKind.SCRIPT, FileKind.REPLICATOR_YAML)
         if stage is not None:
             check_kind(stage, FileKind.STAGE)
         last, portion = _frames(frames)
-        begin_run(
-            "run", script, arguments=arguments, seed=seed, classes=semantic_classes, resume=resume,
-            overwrite=overwrite, frames=portion, shard=shard,
-        )  # fmt: skip
         conditions = Conditions(stage, new_stage, last, replicator, map_ or (), missing_assets, lenient)
+        begin_run(
+            "run", script, arguments=arguments, options=conditions.facts(), seed=seed, classes=semantic_classes,
+            resume=resume, overwrite=overwrite, frames=portion, shard=shard,
+        )  # fmt: skip
         seed_everything(seed)
         fix_classes(semantic_classes)
         conditions.apply(script)
         with reported_outcome():
-            if script.suffix.lower() in YAML:
-                _execute_yaml(script, arguments)
-            else:
-                execute(script, arguments, frames=last)
+            execute_script(script, arguments, last)
             finish_files()
         if inspect:
             show_written(inspect=True)
+
+
+def execute_script(script: Path, arguments: list[str], frames: int | None) -> None:
+    """Execute a Python script or a Replicator YAML file in the session as it is; see `execute` for `frames`."""
+    from usdsdg.cli.script.execution import execute
+
+    if script.suffix.lower() in YAML:
+        _execute_yaml(script, arguments)
+    else:
+        execute(script, arguments, frames=frames)
 
 
 def _frames(text: str | None) -> tuple[int | None, str | None]:

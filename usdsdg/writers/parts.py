@@ -23,7 +23,7 @@ def join_parts(folder: Path) -> int:
     values = recipe.read(folder)
     if values is None:
         raise DatasetError(f"{folder} has no parts to be joined: there is no {recipe.FILE}")
-    wanted = Recipe(**{name: value for name, value in values.items() if name != "format"})
+    wanted = Recipe.of_values(values, folder)
     folder = folder.absolute()
     # With the lock of the whole dataset, which no part may hold meanwhile.
     claimed = DatasetFolder(folder, wanted, Mode.RESUME, None, before=lambda: merge.join(folder))

@@ -10,6 +10,7 @@ from pxr import Ar, Sdf, Usd
 
 from usdsdg import errors
 from usdsdg.stage import assets
+from usdsdg.stage.assets.opened import note_opened
 from usdsdg.stage.image_files import png16, radiance_hdr
 from usdsdg_render.usd.time_code import current_value
 
@@ -91,6 +92,7 @@ def read_bytes(path: str) -> bytes:
     Raises:
         AssetUnreadable: it cannot be opened.
     """
+    note_opened(path)
     if not Ar.IsPackageRelativePath(path):
         try:
             with open(path, "rb") as file:

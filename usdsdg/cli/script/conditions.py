@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 
 class NewStageOption(enum.StrEnum):
@@ -41,6 +42,29 @@ class Conditions:
     maps: Sequence[str] = ()
     missing_assets: MissingOption = MissingOption.ERROR
     lenient: bool = False
+
+    def facts(self) -> dict[str, Any]:
+        """Return what a recipe has of them: all but the places of assets, which differ from machine to machine."""
+        return {
+            "stage": self.stage.name if self.stage is not None else None,
+            "new_stage": self.new_stage and self.new_stage.value,
+            "frames": self.frames,
+            "replicator": self.replicator and self.replicator.value,
+            "missing_assets": self.missing_assets.value if self.missing_assets is not MissingOption.ERROR else None,
+            "lenient": self.lenient,
+        }
+
+    @classmethod
+    def of_facts(cls, facts: Mapping[str, Any], stage: Path | None) -> Conditions:
+        """Return the conditions that a recipe tells; stage: where the stage is, if there was one."""
+        return cls(
+            stage,
+            NewStageOption(facts["new_stage"]) if facts.get("new_stage") else None,
+            facts.get("frames"),
+            ReplicatorOption(facts["replicator"]) if facts.get("replicator") else None,
+            missing_assets=MissingOption(facts.get("missing_assets") or MissingOption.ERROR),
+            lenient=bool(facts.get("lenient")),
+        )
 
     def apply(self, script: Path) -> None:
         """Set up the session; the stage is opened last, since it may need the maps.

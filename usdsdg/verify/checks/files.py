@@ -26,5 +26,5 @@ def check(folder: Folder, read: Iterable[str], *, listed: Set[str] = frozenset()
     for writer, found in numbers.items():
         missing = sorted(set(range(max(found) + 1)) - set(found))
         if missing:
-            listed = ", ".join(map(str, missing[:8])) + (", ..." if len(missing) > 8 else "")
-            yield Fault(FRAMES, listed, f"{len(missing)} frames of {writer} have no record")
+            names = ", ".join(map(str, missing[:8])) + (", ..." if len(missing) > 8 else "")
+            yield Fault(FRAMES, names, f"{len(missing)} frames of {writer} have no record")

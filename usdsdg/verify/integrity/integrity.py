@@ -8,7 +8,8 @@ import stat
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from pathlib import Path
+from functools import partial
+from pathlib import Path, PurePosixPath
 
 from usdsdg.datasets.faults import Fault
 from usdsdg.parallel import available_threads
@@ -45,7 +46,7 @@ def check(folder: Path, progress: Progress | None = None) -> Integrity | None:
     result = Integrity(frozenset(listing.files), list(listing.faults))
     by_hash = {(each.size, each.sha256): name for name, each in listing.files.items()}
     with ThreadPoolExecutor(available_threads()) as pool:
-        for fault in pool.map(lambda item: _compared(folder, *item, by_hash), listing.files.items()):
+        for fault in pool.map(partial(_compared, folder, by_hash=by_hash), listing.files, listing.files.values()):
             result.compared += 1
             if fault is not None:
                 result.faults.append(fault)
@@ -58,6 +59,8 @@ def check(folder: Path, progress: Progress | None = None) -> Integrity | None:
 def _compared(folder: Path, name: str, listed: ListedFile, by_hash: dict[tuple[int, str], str]) -> Fault | None:
     """Return what is wrong with a listed file."""
     path = folder / name
+    if ".." in PurePosixPath(name).parts or PurePosixPath(name).is_absolute():
+        return Fault(name, listed.frame, "is outside of the folder of the dataset")
     try:
         status = os.lstat(path)
         if not stat.S_ISREG(status.st_mode):

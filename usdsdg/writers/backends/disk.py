@@ -37,7 +37,7 @@ class DiskBackend(BaseBackend):
         Raises:
             OutputNotWritable: the folder cannot be created or written to.
         """
-        folder = disk_root() / Path(_path_of(output_dir)).expanduser()
+        folder = current().run.placed(disk_root() / Path(_path_of(output_dir)).expanduser())
         self._folder = folder if overwrite else current().run.folder_to_go_on(folder) or _free_folder(folder)
         current().run.check(self._folder)
         check_writable(self._folder)

@@ -7,7 +7,8 @@ import mimetypes
 from collections.abc import Iterable
 from typing import Any
 
-from usdsdg.errors import OutputNotWritable, StoreError, WriterError, warn_once
+from usdsdg.errors import OutputNotWritable, StoreError, Unsupported, WriterError, warn_once
+from usdsdg.session.session import current
 from usdsdg.stores.addresses import Address, address_of
 from usdsdg.stores.object_store import ObjectStore
 from usdsdg.stores.paths import checked_path
@@ -44,6 +45,8 @@ class StoreBackend(BaseBackend):
         if address.kind in ("folder", "http"):
             kind = "a folder: use DiskBackend" if address.kind == "folder" else "a web server, which is only read"
             raise OutputNotWritable(f"{address.url} is {kind}.")
+        if current().run.scratch is not None:
+            raise Unsupported(f"{address.url}: frames of a dataset in a bucket cannot be made again for a comparison.")
         options: dict[str, Any] = {"region": region, "endpoint_url": endpoint_url}
         try:
             patience = retry_seconds()

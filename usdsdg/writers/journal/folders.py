@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from enum import Enum
 from pathlib import Path
@@ -16,6 +16,7 @@ from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.file_lock import FileLock, Locked
 from usdsdg.stores.whole_file import facts_of, not_writable, sync_all
 from usdsdg.writers.journal import journal, recipe
+from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME, PARTS, Contents, Journal
 from usdsdg.writers.journal.portion import Portion
@@ -82,6 +83,7 @@ class DatasetFolder:
             self.release()
             raise
         self._shared: dict[str, FileFacts] = {}
+        self._facts: Facts = {}
 
     @property
     def aggregates(self) -> Path:
@@ -96,19 +98,28 @@ class DatasetFolder:
         """Tell that a file has been written that belongs to no frame."""
         self._shared[path] = facts
 
+    def note_facts(self, section: str, values: Mapping[str, Any]) -> None:
+        """Tell what the recipe gets in the end; what is known already is left out."""
+        known = self.journal.contents.facts.get(section, {})
+        new = {name: value for name, value in values.items() if known.get(name) != value}
+        if new:
+            self._facts = joined([self._facts, {section: new}])
+
     def append(self, frames: list[dict[str, Any]]) -> None:
         """Append frames to the journal, after their files and spools are on the disk; errors are those of `Journal`."""
         shared, self._shared = self._shared, {}
+        facts, self._facts = self._facts, {}
         names = [*shared, *(name for line in frames for name in line[journal.FILES])]
         sync_all([*(self.path / name for name in names), *self._spools()])
-        self.journal.append(frames, shared)
+        self.journal.append(frames, shared, facts)
 
     def close(self, *, complete: bool) -> None:
-        """Write the recipe and the closing line, and release the folder."""
+        """Write the recipe, which parts leave to those who join them, and the closing line, and release the folder."""
         try:
             self.append([])
-            written = self._recipe.write(self.path)
             if self.portion is None:
+                made = self._recipe.completed(self.path, self.journal.count, self.journal.contents.facts)
+                written = made.write(self.path)
                 spools = {each.relative_to(self.path).as_posix(): facts_of(each) for each in self._spools()}
                 self.journal.close(complete=complete, recipe=written, spools=spools)
             else:

@@ -2,8 +2,9 @@
 
 `.usdsdg/journal.jsonl` has, in the order of frames, {"frame": number, "files": {path: [size, sha256]}}, also with
 "state" where a writer has one. While a run goes on, {"shared": {path: [size, sha256]}} tells of files that belong to
-no frame. `close` leaves one such line, the last one, with "frames", how many there are, and "complete"; "lines", the
-SHA-256 of the lines before it, and "recipe", that of the recipe, tell whether these are as the run wrote them.
+no frame, beside "facts" that the recipe gets in the end. `close` leaves one such line, the last one, with "frames", how
+many there are, and "complete"; "lines", the SHA-256 of the lines before it, and "recipe", that of the recipe, tell
+whether these are as the run wrote them.
 """
 
 from __future__ import annotations
@@ -19,12 +20,13 @@ from typing import Any
 from usdsdg.errors import WriterError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.whole_file import not_writable, synced, write_whole
+from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
 
 NAME = "journal.jsonl"
 PARTS = f"{BESIDE}/parts"
 FRAME, FILES, STATE, SHARED, FRAMES, COMPLETE = "frame", "files", "state", "shared", "frames", "complete"
-LINES, RECIPE = "lines", "recipe"
+LINES, RECIPE, FACTS = "lines", "recipe", "facts"
 
 
 @dataclass
@@ -34,6 +36,7 @@ class Contents:
     frames: set[int] = field(default_factory=set)
     states: dict[str, Any] = field(default_factory=dict)  # of the writers after the last frame, by their names
     shared: dict[str, FileFacts] = field(default_factory=dict)
+    facts: Facts = field(default_factory=dict)
     is_complete: bool = False
     size: int = 0  # bytes up to the end of the last whole line before a closing one
 
@@ -55,14 +58,21 @@ class Journal:
         self.was_complete, self.contents.is_complete = self.contents.is_complete, False
         self._appended = 0  # frames, beside those of the contents
 
-    def append(self, frames: Iterable[Mapping[str, Any]], shared: Mapping[str, FileFacts]) -> None:
-        """Append lines of frames and shared files, and wait until they are on the disk.
+    def append(
+        self,
+        frames: Iterable[Mapping[str, Any]],
+        shared: Mapping[str, FileFacts],
+        facts: Mapping[str, Mapping[str, Any]] | None = None,
+    ) -> None:
+        """Append lines of frames and shared files, and facts for the recipe, and wait until they are on the disk.
 
         Raises:
             OutputNotWritable: the disk is full, or the folder was removed.
         """
-        lines = [*([{SHARED: dict(shared)}] if shared else []), *frames]
+        of_all = {SHARED: dict(shared), **({FACTS: facts} if facts else {})}
+        lines = [*([of_all] if shared or facts else []), *frames]
         self.contents.shared.update(shared)
+        self.contents.facts = joined([self.contents.facts, facts or {}])
         self._appended += sum(FRAME in line for line in lines)
         try:
             with open(self.path, "ab") as file:
@@ -93,6 +103,7 @@ class Journal:
         self.contents.shared.update(spools or {})
         frames = (line for line in lines(self.path) if FRAME in line) if self.path.exists() else ()
         closing = {SHARED: dict(sorted(self.contents.shared.items())), FRAMES: self.count, COMPLETE: complete}
+        closing |= {FACTS: self.contents.facts} if self.contents.facts else {}
         closing |= {RECIPE: recipe} if recipe is not None else {}
         write_whole(self.path, _sealed(map(encoded, in_order(frames)), closing))
 
@@ -117,12 +128,15 @@ def read(path: Path) -> Contents:
         if FRAMES in line:
             found.is_complete = bool(line.get(COMPLETE))
             found.shared.update({name: tuple(facts) for name, facts in line[SHARED].items()})
+            found.facts = joined([found.facts, line.get(FACTS, {})])
             continue
         found.is_complete, found.size = False, end
         if FRAME in line:
             found.frames.add(line[FRAME])
             found.states.update(line.get(STATE, {}))
         found.shared.update({name: tuple(facts) for name, facts in line.get(SHARED, {}).items()})
+        if FACTS in line:
+            found.facts = joined([found.facts, line[FACTS]])
     return found
 
 

@@ -8,14 +8,14 @@ import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from usdsdg.errors import DatasetError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.journal import journal
+from usdsdg.writers.journal.facts import joined
 from usdsdg.writers.journal.folders import AGGREGATES, SPOOL
-from usdsdg.writers.journal.journal import FRAME, NAME, PARTS, SHARED
+from usdsdg.writers.journal.journal import FACTS, FRAME, NAME, PARTS, SHARED
 
 
 def parts_of(folder: Path) -> list[Path]:
@@ -63,11 +63,10 @@ def _spools(part: Path) -> Iterator[Path]:
 
 
 def _joined_journal(parts: list[Path]) -> Iterator[bytes]:
-    shared: dict[str, Any] = {}
-    for part in parts:
-        shared.update(journal.read(part / NAME).shared)
+    contents = [journal.read(part / NAME) for part in parts]
+    shared = {name: facts for each in contents for name, facts in each.shared.items()}
     frames = [(line for line in journal.lines(part / NAME) if FRAME in line) for part in parts]
-    yield journal.encoded({SHARED: shared})
+    yield journal.encoded({SHARED: shared, FACTS: joined(each.facts for each in contents)})
     yield from map(journal.encoded, heapq.merge(*frames, key=lambda line: line[FRAME]))
 
 

@@ -19,6 +19,21 @@ class Portion:
     last: int | None = None
     part: int = 0
     of: int = 1
+    numbers: frozenset[int] | None = None  # of these the ones that are made; None: all
+
+    @classmethod
+    def of_numbers(cls, text: str) -> Portion:
+        """Parse "A:B", as `of_frames`, or numbers of frames with commas.
+
+        Raises:
+            BadValue: it is nothing of this form, or has no frames.
+        """
+        if ":" in text:
+            return cls.of_frames(text)
+        if re.fullmatch(r"\s*\d+\s*(,\s*\d+\s*)*", text) is None:
+            raise BadValue(f"--frames {text!r}: expected A:B, or numbers of frames with commas, such as 0,12")
+        numbers = frozenset(map(int, text.split(",")))
+        return cls(min(numbers), max(numbers) + 1, numbers=numbers)
 
     @classmethod
     def of_frames(cls, text: str) -> Portion:
@@ -51,7 +66,7 @@ class Portion:
         """Return whether this process makes a frame."""
         if frame < self.first or (self.last is not None and frame >= self.last):
             return False
-        return frame % self.of == self.part
+        return frame % self.of == self.part and (self.numbers is None or frame in self.numbers)
 
     def is_over(self, frame: int) -> bool:
         """Return whether neither this frame nor a later one is this process's."""

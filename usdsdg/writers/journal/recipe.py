@@ -6,18 +6,24 @@ import hashlib
 import importlib.metadata
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from usdsdg.errors import WriterError
+from usdsdg.errors import DatasetError, WriterError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.stage.semantics.semantic_classes import FILE as CLASS_FILE
 from usdsdg.stores.whole_file import write_whole
+from usdsdg.writers.journal.facts import ASSETS, SETTINGS, WRITERS, Facts
 
-FILE = f"{BESIDE}/recipe.json"
+FILE, FORMAT = f"{BESIDE}/recipe.json", 1
+SOURCE = f"{BESIDE}/source"  # folder of a copy of the configuration or script
+CLASSES = f"{BESIDE}/{CLASS_FILE}"
+SEED_SETTING = "/omni/replicator/globalSeed"
+_TEXTS, _LARGEST = (".py", ".yaml", ".yml", ".json"), 1 << 20
 GENERATE, RUN, SCRIPT = "generate", "run", "python"
 # Facts that tell one recipe from another; the others follow from them.
-IDENTITY = ("command", "source", "arguments", "seed", "classes", "versions", "device")
+IDENTITY = ("command", "source", "arguments", "options", "seed", "classes", "versions", "device")
 OUTPUT = "<output>"  # in arguments, in place of a path to the data
 _PACKAGES = ("usdsdg", "usd-core", "warp-lang", "newton", "numpy")
 
@@ -30,28 +36,63 @@ class Recipe:
         command: "generate" or "run" of the command line, or "python" for a script that Python runs.
         source: name of the configuration or script, and the SHA-256 of its content.
         arguments: overrides of a configuration, or arguments of a script, without output folders.
-        seed: of the run; None: the configuration's.
+        options: of the command that decide what a script does, apart from their defaults.
+        seed: of the run; None: a saved stage's own, or not known.
         classes: those that were given for the dataset; None: none.
         versions: of the packages that decide what is rendered.
         device: "cpu" or "cuda"; "" until it is known.
-        writers: their names and arguments, without output folders.
-        assets: path below the assets root or name, SHA-256, and source and license where the layer tells.
-        settings: that differ from their defaults.
+        frames: how many there are; None until the run has ended.
+        writers: of the folder, by their keys: type and arguments, without output folders.
+        assets: name below the assets root, or of the file, size and SHA-256, and source and license where the layer
+            tells.
+        settings: that differ from their defaults at the first frame, and the global seed.
+        class_table: the names of the classes of each label filter, in the order of their ids.
     """
 
     command: str
     source: dict[str, str]
     arguments: list[str] = field(default_factory=list)
+    options: dict[str, Any] = field(default_factory=dict)
     seed: int | None = None
     classes: Any = None
     versions: dict[str, str] = field(default_factory=lambda: installed())
     device: str = ""
-    writers: list[dict[str, Any]] = field(default_factory=list)
+    frames: int | None = None
+    writers: dict[str, Any] = field(default_factory=dict)
     assets: list[dict[str, Any]] = field(default_factory=list)
+    settings: dict[str, Any] = field(default_factory=dict)
+    class_table: dict[str, list[str]] = field(default_factory=dict)
+
+    @classmethod
+    def of_values(cls, values: Mapping[str, Any], folder: Path) -> Recipe:
+        """Return the recipe that a file has, as `read` returns it.
+
+        Raises:
+            DatasetError: it lacks what a recipe has, or is of a later version.
+        """
+        known = {each.name for each in fields(cls)}
+        unknown = values.keys() - known - {"format"}
+        if values.get("format") != FORMAT or unknown or not isinstance(values.get("source"), dict):
+            raise DatasetError(f"{folder / FILE} is not a recipe that this version of usdsdg reads")
+        return cls(**{name: value for name, value in values.items() if name in known})
 
     def of(self, folder: Path) -> Recipe:
         """Return the recipe of the data in a folder, which is the same wherever the folder is."""
         return replace(self, arguments=[_placeless(each, folder) for each in self.arguments])
+
+    def completed(self, folder: Path, frames: int, facts: Facts) -> Recipe:
+        """Return the recipe with what only the run itself could tell.
+
+        folder: of the data. facts: of the journal.
+        """
+        return replace(
+            self,
+            frames=frames,
+            writers=facts.get(WRITERS, {}),
+            assets=list(facts.get(ASSETS, {}).values()),
+            settings=facts.get(SETTINGS, {}),
+            class_table=_class_names(folder),
+        )
 
     def differences(self, other: Mapping[str, Any]) -> list[str]:
         """Return what differs from the recipe in a file, one line for each fact."""
@@ -67,7 +108,7 @@ class Recipe:
 
     def values(self) -> dict[str, Any]:
         """Return the recipe as it is written to a file."""
-        return {"format": 1, **vars(self)}
+        return {"format": FORMAT, **vars(self)}
 
     def write(self, folder: Path) -> str:
         """Write it beside the data in a folder, and return the SHA-256 of the file.
@@ -78,6 +119,27 @@ class Recipe:
         data = json.dumps(self.values(), indent=1, default=str).encode() + b"\n"
         write_whole(folder / FILE, data)
         return hashlib.sha256(data).hexdigest()
+
+
+def _class_names(folder: Path) -> dict[str, list[str]]:
+    """Return the names of the classes by label filter, from the class table beside the data; empty without one."""
+    try:
+        tables = json.loads((folder / CLASSES).read_bytes())["tables"]
+        return {each["filter"]: [row["name"] for row in each["classes"]] for each in tables}
+    except (OSError, ValueError, KeyError, TypeError):
+        return {}
+
+
+def keep_source(folder: Path, source: Path) -> str | None:
+    """Keep a copy of a script or configuration beside the data; return its path there, None if it is too large.
+
+    Raises:
+        OutputNotWritable: it cannot be written.
+    """
+    if source.suffix.lower() not in _TEXTS or source.stat().st_size > _LARGEST:
+        return None
+    write_whole(folder / SOURCE / source.name, source.read_bytes())
+    return f"{SOURCE}/{source.name}"
 
 
 def read(folder: Path) -> dict[str, Any] | None:

@@ -7,19 +7,26 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from pxr import Usd
+
 from usdsdg.session import engines
 from usdsdg.session.session import current
+from usdsdg.session.settings_store import get_settings
+from usdsdg.stores.whole_file import facts_of
 from usdsdg.writers.journal import folders, journal
 from usdsdg.writers.journal import recipe as recipe_file
+from usdsdg.writers.journal.facts import ASSETS, SETTINGS, WRITERS, AssetFacts, plain, settings_facts
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.frames import FileFacts, FrameFiles, FramesInHand
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe, source_of
 
+# Arguments of writers that say where files go.
+_PLACES = ("output_dir", "backend", "s3_bucket", "s3_region", "s3_endpoint")
 # Frames are appended to journals when so many are whole, or after so many seconds.
 MANY, SECONDS = 500, 2.0
 
@@ -29,22 +36,36 @@ class Run:
 
     def __init__(self) -> None:
         self.recipe: Recipe | None = None
+        self._source: Path | None = None
         self.mode = Mode.REPLACE
         self.portion: Portion | None = None
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
         self.captures = 0  # at which a writer was due
+        self.scratch: Path | None = None  # folder below which all files go that would go to other places
         self._folders: dict[str, DatasetFolder] = {}
         self._claiming = threading.RLock()  # threads that write files claim folders, too
         self._in_hand = FramesInHand()
+        self._assets, self._known_assets = AssetFacts(), {}
+        self._settings: dict[str, Any] = {}
         self._appended_at = time.monotonic()
         self._is_main_script_known = False
         self._is_closed = False
 
-    def begin(self, recipe: Recipe, mode: Mode, portion: Portion | None) -> None:
-        """Say what this process makes, before any writer is created."""
-        self.recipe, self.mode, self.portion = recipe, mode, portion
+    def begin(self, recipe: Recipe, mode: Mode, portion: Portion | None, source: Path | None = None) -> None:
+        """Say what this process makes, before any writer is created.
+
+        source: the configuration or script, of which a copy is kept beside the data.
+        """
+        self.recipe, self.mode, self.portion, self._source = recipe, mode, portion, source
 
     # Folders
+
+    def placed(self, folder: Path) -> Path:
+        """Return where a writer's files go: to the folder itself, or below `scratch` where frames are made again."""
+        if self.scratch is None:
+            return folder
+        folder = folder.absolute()
+        return self.scratch.joinpath(*folder.parts[1:])
 
     def check(self, folder: str | os.PathLike[str]) -> None:
         """Check that the run may write to a folder; raises DatasetInTheWay otherwise."""
@@ -76,7 +97,9 @@ class Run:
             if folder not in self._folders and self._has_recipe() and not self._is_closed:
                 assert self.recipe is not None
                 path = Path(folder)
-                self._folders[folder] = DatasetFolder(path, self.recipe.of(path), self.mode, self.portion)
+                self._folders[folder] = claimed = DatasetFolder(path, self.recipe.of(path), self.mode, self.portion)
+                if self._source is not None and (kept := recipe_file.keep_source(path, self._source)):
+                    claimed.note_shared(kept, facts_of(path / kept))
             return self._folders.get(folder)
 
     @property
@@ -108,6 +131,9 @@ class Run:
         output_folders: of the writers that are due; None: not known.
         """
         number, self.captures = self.captures, self.captures + 1
+        if number == 0:
+            seed = {recipe_file.SEED_SETTING: current().global_seed.value}  # which may have been drawn
+            self._settings = settings_facts(get_settings().changed() | seed)
         return number, [self._is_wanted(folder, number) for folder in output_folders]
 
     def is_made(self, folder: str | None, number: int) -> bool:
@@ -138,6 +164,20 @@ class Run:
         else:
             claimed.note_shared(path, facts)
 
+    def see_stage(self, stage: Usd.Stage) -> None:
+        """Note the assets that a stage is made of, and those that were read to show it."""
+        if self._folders:
+            self._assets.see(stage)
+
+    def see_writer(self, folder: str | None, key: str, parameters: Mapping[str, Any]) -> None:
+        """Note a writer; key: its name among those of the frame. parameters: those that it was initialized with."""
+        claimed = self.claim(folder) if folder is not None else None
+        if claimed is None:
+            return
+        arguments = {name: plain(value) for name, value in parameters.items() if name not in _PLACES}
+        claimed.note_facts(WRITERS, {key: arguments})
+        claimed.note_facts(SETTINGS, self._settings)
+
     def is_due(self) -> bool:
         """Return whether `append` should be called."""
         if not self._folders:
@@ -149,7 +189,9 @@ class Run:
         """Append the frames that are whole to the journals of their folders; raises OutputNotWritable."""
         self._appended_at = time.monotonic()
         frames = self._in_hand.take_whole()
+        self._known_assets |= self._assets.take()
         for name, folder in self._folders.items():
+            folder.note_facts(ASSETS, self._known_assets)
             lines = [_line(each, name) for each in frames if name in each.folders]
             if lines:
                 folder.append(lines)
@@ -187,7 +229,9 @@ class Run:
     def _has_recipe(self) -> bool:
         if self.recipe is None and not self._is_main_script_known:
             self._is_main_script_known = True
-            self.recipe = _recipe_of_main_script()
+            if (script := _main_script()) is not None:
+                self.recipe = Recipe(SCRIPT, source_of(script), arguments=sys.argv[1:])
+                self._source = script
         if self.recipe is not None and not self.recipe.device:
             self.recipe.device = engines.renderer_device_kind()
         return self.recipe is not None
@@ -198,17 +242,15 @@ def _line(frame: FrameFiles, folder: str) -> dict[str, object]:
     return line | ({journal.STATE: states} if (states := frame.states.get(folder)) else {})
 
 
-def _recipe_of_main_script() -> Recipe | None:
-    """Return the recipe of a script that Python runs; None in notebooks, in tests, and for installed programs."""
+def _main_script() -> Path | None:
+    """Return the script that Python runs; None in notebooks, in tests, and for installed programs."""
     main = getattr(sys.modules.get("__main__"), "__file__", None)
     if not main or not main.endswith(".py") or not os.path.isfile(main):
         return None
     script = Path(main).resolve()
     if any(script.is_relative_to(Path(each).resolve()) for each in (sys.prefix, sys.base_prefix)):
         return None
-    if script.name == "__main__.py":
-        return None  # `python -m` of a package
-    return Recipe(SCRIPT, source_of(script), arguments=sys.argv[1:])
+    return None if script.name == "__main__.py" else script  # that of `python -m` of a package
 
 
 def get_run() -> Run:

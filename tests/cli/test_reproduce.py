@@ -1,0 +1,93 @@
+"""`usdsdg reproduce` makes frames of a dataset again from what is beside it, and finds what differs."""
+
+import json
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from tests.cli.datasets import ROOT, generate, run, write_job
+from tests.verify import damaged
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A dataset, of which the configuration is gone and which has been moved."""
+    folder = tmp_path_factory.mktemp("made")
+    done = generate(write_job(folder, "PoseWriter", skip_empty_frames=True), folder / "out")
+    assert done.returncode == 0, done.stderr
+    (folder / "job.yaml").unlink()
+    return (folder / "out").rename(folder / "moved")
+
+
+def reproduce(folder, *options):
+    return run([sys.executable, "-m", "usdsdg", "reproduce", "-q", str(folder), "--device", "cpu", *options])
+
+
+def test_all_files_are_made_again_with_their_bytes(made):
+    before = {path: path.read_bytes() for path in made.rglob("*") if path.is_file()}
+    done = reproduce(made)
+    assert done.returncode == 0, done.stderr + done.stdout
+    count = len(before) - 2  # the recipe and the journal
+    assert f"{count} files equal, 0 different" in done.stdout
+    assert {path: path.read_bytes() for path in made.rglob("*") if path.is_file()} == before
+
+
+def test_changed_files_of_the_chosen_frames_are_named(made, tmp_path):
+    shutil.copytree(made, tmp_path / "out")
+    lines = [json.loads(line) for line in (made / ".usdsdg/journal.jsonl").read_text().splitlines()]
+    shown = [line["frame"] for line in lines[:-1] if len(line["files"]) > 1]
+    for number in shown[1:3]:
+        name = next(name for name in lines[number]["files"] if name.endswith(".json"))
+        (tmp_path / "out" / name).write_bytes(b"{}")
+    done = reproduce(tmp_path / "out", "--frames", f"{shown[0]},{shown[1]}")
+    assert done.returncode == 1, done.stderr
+    assert done.stdout.count("is made with other bytes") == 1
+    assert "2 frames of" in done.stdout
+
+
+def test_other_versions_are_told_and_compared_within_a_tolerance(made, tmp_path):
+    shutil.copytree(made, tmp_path / "out")
+    recipe = tmp_path / "out/.usdsdg/recipe.json"
+    recipe.write_text(recipe.read_text().replace('"warp-lang": "', '"warp-lang": "0.'))
+    name = next(path for path in sorted((tmp_path / "out").glob("*.json")))
+    values = json.loads(name.read_text())
+    name.write_text(json.dumps(values))  # in another form, with the same values
+    other = sorted((tmp_path / "out").glob("*.json"))[1]
+    other.write_text(other.read_text().replace("pudding_box", "tea_box").replace("mustard", "tea"))
+    done = reproduce(tmp_path / "out", "--frames", "0:3")
+    assert done.returncode == 1, done.stdout
+    assert "versions.warp-lang" in done.stderr
+    assert "1 within the tolerance, 1 different" in done.stdout
+
+
+def test_a_script_with_arguments_is_run_again(tmp_path):
+    out = damaged.make(tmp_path, 3)
+    done = reproduce(out)
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert "0 different" in done.stdout
+    (tmp_path / "another.py").write_text("print('another')")
+    done = reproduce(out, "--source", str(tmp_path / "another.py"))
+    assert done.returncode == 1
+    assert "is not the file that made" in done.stderr
+    done = reproduce(out, "--source", str(tmp_path / "script.py"), "--frames", "1")
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_script_of_plain_python_is_run_again(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        damaged.SCRIPT.replace("omni.replicator.core", "usdsdg") + "rep.orchestrator.wait_until_complete()\n"
+    )
+    out = tmp_path / "out"
+    subprocess.run([sys.executable, str(script), "2", str(out)], check=True, cwd=ROOT)
+    done = reproduce(out)
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert "0 different" in done.stdout
+
+
+def test_a_folder_without_a_recipe_cannot_be_made_again(tmp_path):
+    done = reproduce(tmp_path)
+    assert done.returncode == 1
+    assert "has no recipe" in done.stderr

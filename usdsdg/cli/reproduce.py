@@ -1,0 +1,168 @@
+"""`usdsdg reproduce DIR`: make frames of a dataset again from its recipe, and compare their files."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+import tempfile
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from usdsdg.cli.command_context import (
+    AssetsRoot,
+    Device,
+    Quiet,
+    command_context,
+    finish_files,
+    fix_classes,
+    seed_everything,
+)
+from usdsdg.cli.thread_limit import Threads
+from usdsdg.errors import BadValue, DatasetError
+
+if TYPE_CHECKING:
+    from usdsdg.verify.reproduced import Comparison
+    from usdsdg.writers.journal.recipe import Recipe
+
+
+def reproduce(
+    folder: Annotated[Path, typer.Argument(help="A folder with a recipe (.usdsdg/recipe.json).")],
+    frames: Annotated[
+        str | None, typer.Option(help="The frames to make again, as 0:10 or 3,7.", show_default="all")
+    ] = None,
+    source: Annotated[
+        Path | None,
+        typer.Option(help="The script or configuration.", show_default="the copy beside the data"),
+    ] = None,
+    stage: Annotated[
+        Path | None, typer.Option(help="The stage that --stage of the run named.", show_default=False)
+    ] = None,
+    assets_root: AssetsRoot = None,
+    device: Device = None,
+    threads: Threads = None,
+    quiet: Quiet = False,
+) -> None:
+    """Make frames of a dataset again, in a temporary folder, and compare their files with those of the dataset.
+
+    On the same versions and kind of device every byte is compared, else pictures, arrays and numbers are, within a
+    tolerance. Prints a line for each file that differs; the exit code is 1 if there are any.
+    """
+    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet):
+        from usdsdg.session.session import current
+        from usdsdg.verify.reproduced import compare, counterpart
+        from usdsdg.writers.aggregates import finish_run
+        from usdsdg.writers.journal.folders import Mode
+        from usdsdg.writers.journal.portion import Portion
+        from usdsdg.writers.journal.recipe import GENERATE
+
+        recipe = _recipe_of(folder)
+        file = _source_of(folder, recipe, source)
+        portion = Portion.of_numbers(frames) if frames is not None else None
+        differences = _now(recipe).differences({**recipe.values(), "classes": None})
+        for each in differences:
+            print(f"note: made with {each.replace(' there', '')}", file=sys.stderr)
+        run = current().run
+        with tempfile.TemporaryDirectory(prefix="usdsdg-reproduce-") as scratch:
+            run.scratch = Path(scratch).resolve()
+            run.begin(_now(recipe), Mode.OVERWRITE, portion, file)
+            with redirect_stdout(sys.stderr if recipe.command != GENERATE else StringIO()):  # which names its folder
+                _make(recipe, file, folder, stage, run.scratch)
+            finish_files()
+            finish_run(complete=True)
+            made = counterpart(folder, [each.path for each in run.folders])
+            if made is None:
+                raise DatasetError(f"{folder}: no file of it was made again by {file}")
+            result = compare(folder, made, portion, exact=not differences)
+            count = len(portion.numbers) if portion is not None and portion.numbers is not None else None
+            _print(result, folder, count)
+    if result.faults:
+        raise typer.Exit(1)
+
+
+def _recipe_of(folder: Path) -> Recipe:
+    from usdsdg.writers.journal import recipe
+
+    values = recipe.read(folder)
+    if values is None:
+        raise DatasetError(f"{folder} has no recipe ({recipe.FILE}), so it is not known how it was made")
+    return recipe.Recipe.of_values(values, folder)
+
+
+def _source_of(folder: Path, recipe: Recipe, given: Path | None) -> Path:
+    from usdsdg.writers.journal.recipe import SOURCE, source_of
+
+    file = given if given is not None else folder / SOURCE / recipe.source["name"]
+    if not file.is_file():
+        remedy = "" if given is not None else "; give the file that made it with --source"
+        raise DatasetError(f"there is no {file}{remedy}")
+    if source_of(file)["sha256"] != recipe.source["sha256"]:
+        raise DatasetError(f"{file} is not the file that made {folder}: its SHA-256 is not that of the recipe")
+    return file.absolute()
+
+
+def _now(recipe: Recipe) -> Recipe:
+    """Return the recipe as this machine makes it: with its own versions and kind of device."""
+    from dataclasses import replace
+
+    from usdsdg.session import engines
+    from usdsdg.writers.journal.recipe import installed
+
+    return replace(recipe, versions=installed(), device=engines.renderer_device_kind(), classes=None)
+
+
+def _make(recipe: Recipe, file: Path, folder: Path, stage: Path | None, scratch: Path) -> None:
+    """Run the configuration or script as the recipe says."""
+    from usdsdg.graph.sampling import set_global_seed
+    from usdsdg.writers.journal.recipe import GENERATE, OUTPUT, RUN, SEED_SETTING
+
+    arguments = [each.replace(OUTPUT, str(scratch / "out")) for each in recipe.arguments]
+    if recipe.classes is not None:
+        fix_classes(str(folder))
+    if recipe.command == GENERATE:
+        _generate(file, arguments)
+    elif recipe.command == RUN:
+        _run(file, arguments, recipe, stage)
+    else:
+        if (seed := recipe.settings.get(SEED_SETTING)) is not None:
+            set_global_seed(seed)  # which was drawn, if the script sets none
+        sys.argv = [str(file), *arguments]
+        sys.path.insert(0, str(file.parent))
+        runpy.run_path(str(file), run_name="__main__")
+
+
+def _generate(file: Path, overrides: list[str]) -> None:
+    from usdsdg.scenarios import jobs, saved_pipeline
+
+    if file.suffix.lower() in saved_pipeline.SUFFIXES:
+        saved_pipeline.run(file, saved_pipeline.Overrides.parse(overrides))
+        return
+    job, values = jobs.load_job(file, overrides)
+    seed_everything(values.seed)
+    job.run(values)
+
+
+def _run(file: Path, arguments: list[str], recipe: Recipe, stage: Path | None) -> None:
+    from usdsdg.cli.run import execute_script
+    from usdsdg.cli.script.conditions import Conditions
+
+    wanted: Any = recipe.options.get("stage")
+    if wanted is not None and (stage is None or stage.name != wanted):
+        raise BadValue(f"the run had --stage {wanted}: say where that file is with --stage")
+    conditions = Conditions.of_facts(recipe.options, stage)
+    seed_everything(recipe.seed or 0)
+    conditions.apply(file)
+    execute_script(file, arguments, conditions.frames)
+
+
+def _print(result: Comparison, folder: Path, frames: int | None) -> None:
+    for fault in result.faults:
+        print(fault.line())
+    if result.unknown:
+        print(f"note: {len(result.unknown)} files have other bytes and no tolerance, such as {result.unknown[0]}")
+    close = f", {result.close} within the tolerance" if result.close else ""
+    which = f"{frames} frames of " if frames is not None else ""
+    print(f"{which}{folder}: {result.equal} files equal{close}, {len(result.faults)} different")

@@ -1,0 +1,90 @@
+"""Comparison of a dataset with frames of it that were made again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from usdsdg.datasets.faults import Fault
+from usdsdg.stores.whole_file import facts_of
+from usdsdg.verify.integrity.listing import ListedFile, read_listing
+from usdsdg.verify.tolerance import Unknown, difference
+from usdsdg.writers.journal.portion import Portion
+
+
+@dataclass
+class Comparison:
+    """The result of the comparison."""
+
+    equal: int = 0  # files, byte for byte
+    close: int = 0  # within the tolerance
+    faults: list[Fault] = field(default_factory=list)
+    unknown: list[str] = field(default_factory=list)  # that differ, and of which no tolerance is known
+
+
+def counterpart(folder: Path, made: list[Path]) -> Path | None:
+    """Return which of several folders that were made again has the files of `folder`; None: none of them."""
+    listing = read_listing(folder)
+    wanted = listing.files if listing is not None else {}
+
+    def shared(other: Path) -> tuple[int, int]:
+        found = read_listing(other)
+        files = found.files if found is not None else {}
+        names = wanted.keys() & files.keys()
+        return sum(wanted[name].sha256 == files[name].sha256 for name in names), len(names)
+
+    best = max(made, key=shared, default=None)
+    return best if best is not None and shared(best)[1] else None
+
+
+def compare(folder: Path, made: Path, portion: Portion | None, *, exact: bool) -> Comparison:
+    """Compare the files of a dataset with those of frames that were made again.
+
+    portion: those frames; None: all, and then files about all frames are compared, too.
+    exact: whether a file with other bytes is a fault; False: one beyond the tolerance is.
+    """
+    wanted, again = _files(folder, portion), _files(made, portion)
+    result = Comparison()
+    for name in sorted(wanted.keys() | again.keys()):
+        if name not in again or name not in wanted:
+            there, frame = ("made again", wanted[name].frame) if name in wanted else ("there", again[name].frame)
+            result.faults.append(Fault(name, frame, f"is not {there}"))
+        else:
+            _compare_file(folder, made, name, wanted[name].frame, result, exact=exact)
+    return result
+
+
+def _compare_file(folder: Path, made: Path, name: str, frame: str, result: Comparison, *, exact: bool) -> None:
+    try:
+        there, again = facts_of(folder / name), facts_of(made / name)
+    except OSError as error:
+        result.faults.append(Fault(name, frame, f"cannot be read: {error.strerror}"))
+        return
+    if there == again:
+        result.equal += 1
+    elif exact:
+        old, new = there[1][:12], again[1][:12]
+        result.faults.append(Fault(name, frame, "is made with other bytes", f"SHA-256 {old}", new))
+    else:
+        _compare_within_tolerance(folder, made, name, frame, result)
+
+
+def _compare_within_tolerance(folder: Path, made: Path, name: str, frame: str, result: Comparison) -> None:
+    try:
+        said = difference(folder / name, made / name)
+    except Unknown:
+        result.unknown.append(name)
+        return
+    if said is None:
+        result.close += 1
+    else:
+        result.faults.append(Fault(name, frame, f"is made otherwise: {said}"))
+
+
+def _files(folder: Path, portion: Portion | None) -> dict[str, ListedFile]:
+    """Return the files of the frames of a portion; None: all files."""
+    listing = read_listing(folder)
+    files = listing.files if listing is not None else {}
+    if portion is None:
+        return files
+    return {name: each for name, each in files.items() if each.frame.isdigit() and portion.has(int(each.frame))}

@@ -1,0 +1,118 @@
+"""What a run tells of itself while it goes on: the assets that it reads, its writers, and its settings.
+
+Facts have two levels, as {"assets": {name: {...}}}; those of parts and of runs that went on are joined.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from pxr import Ar, Sdf, Usd
+
+from usdsdg.errors import AssetNotFound
+from usdsdg.stage.assets.opened import opened_since
+from usdsdg.stage.assets.root import assets_root
+from usdsdg.stores.whole_file import facts_of
+
+ASSETS, WRITERS, SETTINGS = "assets", "writers", "settings"
+Facts = dict[str, dict[str, Any]]
+# Keys of a layer's customLayerData that tell where an asset comes from.
+_TOLD = ("source", "license")
+# Settings that say where files go, or how fast they are written.
+_PLACES = ("/omni/replicator/backends/", "/omni/replicator/backend/", "/usdsdg/writers/", "/app/", "/log/", "/exts/")
+
+
+def joined(facts: Iterable[Mapping[str, Mapping[str, Any]]]) -> Facts:
+    """Return several facts as one; later ones replace earlier ones."""
+    found: Facts = {}
+    for each in facts:
+        for section, values in each.items():
+            found.setdefault(section, {}).update(values)
+    return {section: dict(sorted(values.items())) for section, values in sorted(found.items())}
+
+
+class AssetFacts:
+    """The assets that a run has read; their hashes are computed on a thread of their own."""
+
+    def __init__(self) -> None:
+        self._layers: set[str] = set()
+        self._files = 0  # of textures and the like that were looked at
+        self._open: list[Future[tuple[str, dict[str, Any]] | None]] = []
+        self._pool: ThreadPoolExecutor | None = None
+        self._lock = threading.Lock()
+
+    def see(self, stage: Usd.Stage) -> None:
+        """Note the layers of a stage, and the files that were read for it."""
+        root = _root()
+        for layer in stage.GetUsedLayers():
+            path = layer.realPath
+            if path and path not in self._layers:
+                self._layers.add(path)
+                self._add(path, root, _told(layer))
+        files = opened_since(self._files)
+        self._files += len(files)
+        for path in files:
+            self._add(path, root, {})
+
+    def take(self) -> dict[str, Any]:
+        """Return, once, what is known of the assets that were noted; waits for their hashes."""
+        with self._lock:
+            open_, self._open = self._open, []
+        return dict(found for future in open_ if (found := future.result()) is not None)
+
+    def _add(self, path: str, root: str, told: dict[str, Any]) -> None:
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(1, thread_name_prefix="usdsdg-assets")
+        with self._lock:
+            self._open.append(self._pool.submit(_asset, path, root, told))
+
+
+def _root() -> str:
+    try:
+        return assets_root()
+    except AssetNotFound:
+        return ""
+
+
+def _asset(path: str, root: str, told: dict[str, Any]) -> tuple[str, dict[str, Any]] | None:
+    """Return the name and hash of an asset, and what is known of it; None where there is no file any more.
+
+    Below the assets root the name is the path there, else that of the file alone.
+    """
+    file = Path(Ar.SplitPackageRelativePathOuter(path)[0] if "[" in path else path)
+    try:
+        size, sha256 = facts_of(file)
+    except OSError:
+        return None
+    name = f"/{file.relative_to(root).as_posix()}" if root and file.is_relative_to(root) else file.name
+    return f"{name} {sha256}", {"name": name, "size": size, "sha256": sha256, **told}
+
+
+def _told(layer: Sdf.Layer) -> dict[str, Any]:
+    data = layer.customLayerData
+    return {key: str(data[key]) for key in _TOLD if data.get(key)}
+
+
+def settings_facts(changed: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings that decide what is made, of those that were changed."""
+    return {name: plain(value) for name, value in sorted(changed.items()) if not name.startswith(_PLACES)}
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON has it; of objects that it has not, the name of their type."""
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, Mapping):
+        return {str(key): plain(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(each) for each in value]
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if hasattr(value, "tolist"):
+        return plain(value.tolist())
+    return f"<{type(value).__name__}>"
