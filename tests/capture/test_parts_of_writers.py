@@ -12,8 +12,10 @@ from pxr import UsdGeom
 import usdsdg as rep
 from tests.capture.part_runs import differences, run, run_again, run_parts
 from tests.verify import datasets
+from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.semantics.labels import add_labels
+from usdsdg.writers.journal.folders import Mode
 
 SIZE, FRAMES = (48, 32), 6
 SPLITS = {"splits": {"train": 2, "val": 1}}
@@ -43,6 +45,14 @@ OTHERS: Table = {
     ),
     "cosmos": ("CosmosWriter", {}, 2),
 }  # fmt: skip
+
+# Samples in large files, which end within the parts; of the second one every picture begins a file.
+SHARDS: Table = {
+    "webdataset": ("WebDatasetWriter", {**SPLITS, "masks": True, "shard_samples": 3}, 2),
+    "webdataset_small": ("WebDatasetWriter", {"depth": True, "shard_megabytes": 0.001}, 1),
+    "parquet": ("ParquetWriter", {**SPLITS, "masks": True, "shard_samples": 3, "row_group_samples": 2}, 2),
+    "parquet_jpg": ("ParquetWriter", {"image_output_format": "jpg", "frames_per_scene": 2}, 1),
+}
 
 
 class Moving:
@@ -78,6 +88,24 @@ def moving(table: Table) -> Callable[[Path], None]:
     return script
 
 
+class Died(Exception):
+    """What ends a run in a test."""
+
+
+def dying(table: Table, frames: int) -> Callable[[Path], None]:
+    """Return a script that fails when so many frames are in the journal."""
+
+    def script(folder: Path) -> None:
+        scene = Moving(table, folder)
+        for frame in range(frames):
+            scene.step(frame)
+        current().io_queue.wait_until_done()
+        current().run.append()
+        raise Died
+
+    return script
+
+
 def check(script: Callable[[Path], None], folder: Path, *, cuts: Sequence[int] = (2, 5)) -> None:
     """Compare what parts, shards and runs that went on have left with what one run has left."""
     whole = folder / "whole"
@@ -93,3 +121,17 @@ def check(script: Callable[[Path], None], folder: Path, *, cuts: Sequence[int] =
 @pytest.mark.parametrize("table", [PICTURES, POSES, OTHERS], ids=["pictures", "poses", "others"])
 def test_parts_and_runs_that_go_on_are_the_whole(table, tmp_path):
     check(moving(table), tmp_path)
+
+
+def test_samples_in_shards_are_the_same_in_parts_and_after_failures(tmp_path):
+    script, whole = moving(SHARDS), tmp_path / "whole"
+    run(script, whole)
+    assert not list(whole.rglob("aggregates/samples"))
+    for name, portions in {"parts": ("4:6", "0:1", "1:4"), "shards": ("1/2", "0/2")}.items():
+        run_parts(script, tmp_path / name, *portions)
+        assert differences(tmp_path / name, whole) == [], name
+    for frames in (1, 4, FRAMES):
+        with pytest.raises(Died):
+            run(dying(SHARDS, frames), tmp_path / f"died_{frames}")
+        run(script, tmp_path / f"died_{frames}", mode=Mode.RESUME)
+        assert differences(tmp_path / f"died_{frames}", whole) == [], f"after {frames} frames"

@@ -22,6 +22,9 @@ MODULES = {
     "ImageSets": f"{_FORMATS}.voc.image_sets",
     "ImageSet": f"{_FORMATS}.kitti.image_sets",
     "Clip": f"{_FORMATS}.cosmos.clips",
+    "TarShards": f"{_FORMATS}.shards.tar_shard",
+    "ParquetShards": f"{_FORMATS}.shards.parquet_shard",
+    "SampleIndex": f"{_FORMATS}.shards.sample_index",
     "TrainList": f"{_FORMATS}.ycb_video.ycb_list",
 }
 

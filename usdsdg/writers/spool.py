@@ -8,8 +8,8 @@ import os
 import shutil
 import tempfile
 import weakref
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from threading import Lock
@@ -24,6 +24,7 @@ from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.backends.group import BackendGroup
 from usdsdg.writers.files import plain
+from usdsdg.writers.journal.folders import ONCE
 from usdsdg.writers.journal.run import get_run
 
 FOLDER, SUFFIX = f"{BESIDE}/aggregates", ".jsonl"
@@ -59,6 +60,7 @@ class Records:
     count: int
     about: dict[str, Any]  # what was said last of all frames
     keeps: object = None  # what keeps the file
+    start: int = 0  # byte at which they begin
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         for _, text in self._lines():
@@ -74,9 +76,23 @@ class Records:
             assert self.file is not None
             yield json.loads(self.file.read(place, size))
 
+    def runs(self, begins: Callable[[dict[str, Any]], bool]) -> Iterator[Records]:
+        """Yield the records in runs of one or more. begins: returns whether a record, not the first, begins a run."""
+        start, count = self.start, 0
+        for place, text in self._lines():
+            line = json.loads(text)
+            if FRAME not in line:
+                continue
+            if begins(line) and count:
+                yield replace(self, start=start, size=place, count=count)
+                start, count = place, 0
+            count += 1
+        if count:
+            yield replace(self, start=start, count=count)
+
     def _lines(self) -> Iterator[tuple[int, bytes]]:
         """Yield each line with the byte at which it begins."""
-        place, rest = 0, b""
+        place, rest = self.start, b""
         while self.file is not None and (left := self.size - place - len(rest)) > 0:
             data = self.file.read(place + len(rest), min(left, _AT_A_TIME))
             if not data:
@@ -95,9 +111,12 @@ class Spool:
     for a backend without a local folder the file is a temporary one, which ends with this object and its records.
     """
 
-    def __init__(self, backend: BaseBackend, name: str, kind: str = "") -> None:
-        """name: of the file, with slashes. kind: of what is made of it, for its first line."""
-        self._backend, self._name, self._kind = backend, name, kind
+    def __init__(self, backend: BaseBackend, name: str, kind: str = "", *, once: bool = False) -> None:
+        """name: of the file, with slashes. kind: of what is made of it, for its first line.
+
+        once: it is large, and removed when the run is complete; where no journal is kept, it is a temporary file.
+        """
+        self._backend, self._name, self._kind, self._once = backend, f"{ONCE}/{name}" if once else name, kind, once
         self._temporary: _TemporaryFolder | None = None
         self._size = self._count = 0
         self._about = "{}"
@@ -106,10 +125,10 @@ class Spool:
     def path(self) -> Path:
         """The file. Its folder is claimed at the first use, since not every writer that is made writes something."""
         folder = local_folder(self._backend)
-        if folder is None:
+        claimed = None if folder is None else get_run().claim(str(folder))
+        if folder is None or (self._once and claimed is None):
             self._temporary = _TemporaryFolder()
             folder = self._temporary.path
-        claimed = get_run().claim(str(folder))
         path = path_below(folder / FOLDER if claimed is None else claimed.aggregates, f"{self._name}{SUFFIX}")
         if claimed is not None and claimed.goes_on and path.exists():
             # What an earlier process has left.
@@ -138,8 +157,20 @@ class Spool:
 
     @property
     def size(self) -> int:
-        """The bytes that have been appended."""
+        """How many bytes have been appended."""
         return self._size
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether the journal of an earlier process is gone on with, so that its records are here, too."""
+        folder = local_folder(self._backend)
+        claimed = get_run().claim(str(folder)) if folder is not None else None
+        return claimed is not None and claimed.goes_on
+
+    @property
+    def is_temporary(self) -> bool:
+        """Whether no journal is kept, so that records need not last until the end of the run."""
+        return self.path is not None and self._temporary is not None
 
     def so_far(self) -> Records:
         """Return what has been appended until now.

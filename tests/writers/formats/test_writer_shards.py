@@ -16,8 +16,8 @@ from tests.writers.formats.test_writer_yolo import write as written
 from usdsdg import annotators, writers
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
-from usdsdg.writers.formats.shards.packing import Packer
-from usdsdg.writers.formats.shards.tar_shard import TarSample, archive
+from usdsdg.writers.formats.shards.packing import InOrder, Limits
+from usdsdg.writers.formats.shards.tar_shard import Archive, TarSample
 
 SIZE = (64, 48)
 
@@ -109,26 +109,32 @@ def test_small_and_hidden_objects_are_left_out(frame, tmp_path):
 
 
 def test_samples_are_packed_in_their_order():
-    packed = []
-    packer = Packer(lambda number, taken: packed.append([each.key for each in taken]), samples=2, size=10**9)
-    made = [TarSample(str(place), {"txt": b"x"}) for place in range(5)]
+    taken = []
+    in_order = InOrder(taken.append)
     for place in (3, 1, 0, 4, 2):
-        packer.put(place, made[place])
-    packer.close()
-    packer.close()
-    assert packed == [["0", "1"], ["2", "3"], ["4"]]
-    assert packer.counts == [2, 2, 1]
-    assert archive(made[:2]) == archive(made[:2])
-    assert made[0].size == 1024
+        in_order.put(place, str(place))
+    assert taken == ["0", "1", "2", "3", "4"]
+    limits = Limits(samples=2, size=10**9)
+    assert [limits.begins_shard(1) for _ in range(5)] == [False, False, True, False, True]
+
+
+def test_archives_are_those_of_tarfile():
+    made = [TarSample(str(place), {"txt": b"x" * size, "json": b"{}"}) for place, size in enumerate((1, 512, 9000))]
+    assert made[0].size == 2048
+    assert [TarSample.of_record(each.record()) for each in made] == made
+    buffer = io.BytesIO()
+    with tarfile.open(fileobj=buffer, mode="w", format=tarfile.USTAR_FORMAT) as tar:
+        for each in made:
+            for extension, data in each.members.items():
+                member = tarfile.TarInfo(f"{each.key}.{extension}")
+                member.size = len(data)
+                tar.addfile(member, io.BytesIO(data))
+    assert b"".join(Archive(lambda: made)) == buffer.getvalue()
 
 
 def test_a_sample_larger_than_a_shard_has_one_of_its_own():
-    packed = []
-    packer = Packer(lambda number, taken: packed.append(len(taken)), samples=9, size=2500)
-    for place, length in enumerate((100, 5000, 100, 100)):
-        packer.put(place, TarSample(str(place), {"txt": bytes(length)}))
-    packer.close()
-    assert packed == [1, 1, 2]
+    limits = Limits(samples=9, size=2500)
+    assert [limits.begins_shard(size) for size in (1024, 5632, 1024, 1024)] == [False, True, True, False]
 
 
 @pytest.mark.parametrize(

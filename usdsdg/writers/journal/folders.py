@@ -23,6 +23,7 @@ from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 
 AGGREGATES, SPOOL = "aggregates", ".jsonl"
+ONCE = "samples"  # the folder of spools that are removed when the run is complete
 _PART = re.compile(r"^\..*\.part$")  # files that a process was writing when it died
 
 
@@ -120,8 +121,11 @@ class DatasetFolder:
             if self.portion is None:
                 made = self._recipe.completed(self.path, self.journal.count, self.journal.contents.facts)
                 written = made.write(self.path)
-                spools = {each.relative_to(self.path).as_posix(): facts_of(each) for each in self._spools()}
+                kept = [each for each in self._spools() if not each.is_relative_to(self.aggregates / ONCE)]
+                spools = {each.relative_to(self.path).as_posix(): facts_of(each) for each in kept}
                 self.journal.close(complete=complete, recipe=written, spools=spools)
+                if complete:
+                    shutil.rmtree(self.aggregates / ONCE, ignore_errors=True)
             else:
                 self.journal.close(complete=complete)
         finally:

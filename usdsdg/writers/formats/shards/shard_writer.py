@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
@@ -13,12 +12,33 @@ from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format
 from usdsdg.writers.formats import class_places
-from usdsdg.writers.formats.shards.packing import Packer
+from usdsdg.writers.formats.shards.packing import InOrder
 from usdsdg.writers.formats.shards.samples import BOXES, Sample, SampleOptions, sample
+from usdsdg.writers.formats.shards.shards import Shards
 from usdsdg.writers.formats.splits import Splits
+from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.options import CommonOptions, common_backend, common_labels
 
 _DIGITS = 6
+
+
+class EncodedSample(Protocol):
+    """A sample as it goes into a shard."""
+
+    @property
+    def size(self) -> int: ...
+
+    def record(self) -> dict[str, Any]: ...
+
+
+class Encoded(NamedTuple):
+    """An encoded sample, and where it belongs."""
+
+    split: str
+    frame: int
+    classes: list[str]  # that were known then
+    sample: EncodedSample
+    files: FrameFiles | None  # of its frame
 
 
 class ShardOptions(CommonOptions, total=False):
@@ -74,22 +94,23 @@ class ShardWriter(Writer):
         self._splits = Splits(name, options.get("splits"), options.get("frames_per_scene", 1))
         self.annotators = list(self._options.annotators(common_labels(name, options)))
         self.backend = common_backend(name, output_dir, options)
-        most = {"samples": limits["shard_samples"], "size": int(limits["shard_megabytes"] * 1e6)}
-        self._packers = {split: Packer(partial(self._write_shard, split), **most) for split in self._splits.names}
-        self._put = dict.fromkeys(self._splits.names, 0)
-        self._frame_id = 0
-        # Names of the classes at the last frame: the class table ends with its stage, before the last shard is written.
-        self._classes: list[str] = []
+        self._limits = {"samples": limits["shard_samples"], "bytes": int(limits["shard_megabytes"] * 1e6)}
+        self._shards = {split: self._shards_of(split) for split in self._splits.names}
+        self._in_order: InOrder[Encoded] = InOrder(self._take)
+        self._frame_id = self._put = 0  # the next frame, and samples of this process
         # Also if a script ends or is interrupted before its run is complete.
         current().io_queue.call_at_exit(self._finish)
 
     @abstractmethod
-    def _encoded(self, taken: Sample) -> Any:
-        """Return a sample as the bytes and values that go into a shard, with its `size`; called on the queue."""
+    def _shards_of(self, split: str) -> Shards:
+        """Return the shards of a part of the dataset."""
 
     @abstractmethod
-    def _write_shard(self, split: str, number: int, taken: Sequence[Any]) -> None:
-        """Write a shard of encoded samples; called on the queue, and at the end."""
+    def _encoded(self, taken: Sample) -> EncodedSample:
+        """Return a sample as it goes into a shard; called on the queue."""
+
+    def skip(self, data: dict[str, Any]) -> None:
+        self._frame_id += 1
 
     def write(self, data: dict[str, Any]) -> None:
         several = max(len(self.render_products), len(data["renderProducts"])) > 1
@@ -97,12 +118,22 @@ class ShardWriter(Writer):
         for product, seen in data["renderProducts"].items():
             key = (f"{product}_" if several else "") + f"{self._frame_id:0{_DIGITS}d}"
             made = sample(key, self._frame_id, product, seen, table, self._options)
-            self._classes = made.classes
-            place, self._put[split] = self._put[split], self._put[split] + 1
-            size = sum(each.nbytes for each in made.arrays.values())
-            # Not by the backend: one that is a group would have each sample once for each of its members.
-            current().io_queue.submit(partial(self._pack, split, place, made), what=key, size=size, owner=self)
+            self._submit(split, made)
         self._frame_id += 1
+
+    def _submit(self, split: str, made: Sample) -> None:
+        """Encode a sample on the queue. The frame is not whole before the sample is in its spool."""
+        place, self._put = self._put, self._put + 1
+        size = sum(each.nbytes for each in made.arrays.values())
+        files = current().io_queue.files_in_hand()
+        number = self.num_written if files is None else files.number
+        if files is not None:
+            files.hold()
+        pack = partial(self._pack, place, split, number, made, files)
+        # A shard belongs to many frames. Not by the backend: one that is a group would have each sample once for each
+        # of its members.
+        with current().io_queue.of_all_frames():
+            current().io_queue.submit(pack, what=made.key, size=size, owner=self)
 
     def on_final_frame(self) -> None:
         self._finish()
@@ -112,14 +143,24 @@ class ShardWriter(Writer):
         if self.backend is not None:
             self._finish()
 
-    def _pack(self, split: str, place: int, made: Sample) -> None:
-        self._packers[split].put(place, self._encoded(made))
+    def _pack(self, place: int, split: str, number: int, made: Sample, files: FrameFiles | None) -> None:
+        self._in_order.put(place, Encoded(split, number, made.classes, self._encoded(made), files))
+
+    def _take(self, made: Encoded) -> None:
+        self._add(made)
+        if made.files is not None:
+            made.files.release()
+
+    def _add(self, made: Encoded) -> None:
+        """Add an encoded sample to its shard; called for one after the other, in their order."""
+        self._shards[made.split].add_sample(made.frame, made.classes, made.sample.size, made.sample.record())
 
     def _finish(self) -> None:
         """Write the last shards, after all samples are encoded."""
         current().io_queue.wait_until_done(self)
-        for packer in self._packers.values():
-            packer.close()
+        with current().io_queue.of_all_frames():
+            for shards in self._shards.values():
+                shards.write()
 
     def _table(self) -> Any:
         return class_places.table_of(self.get_annotator(BOXES).label_filter)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
-from typing import Any, Unpack
+from typing import Unpack
 
-from usdsdg.writers.files import write_bytes, write_json
 from usdsdg.writers.formats.shards import shard_files as files
 from usdsdg.writers.formats.shards.encoding import array_bytes, image_bytes
+from usdsdg.writers.formats.shards.sample_index import SampleIndex
 from usdsdg.writers.formats.shards.samples import Sample
-from usdsdg.writers.formats.shards.shard_writer import ShardOptions, ShardWriter
-from usdsdg.writers.formats.shards.tar_shard import TarSample, archive
+from usdsdg.writers.formats.shards.shard_writer import Encoded, ShardOptions, ShardWriter
+from usdsdg.writers.formats.shards.tar_shard import TarSample, TarShards
 from usdsdg.writers.options import typed
 
 
@@ -43,6 +42,10 @@ class WebDatasetWriter(ShardWriter):
             OutputNotWritable: output_dir or the bucket cannot be written to.
         """
         self._set_up(output_dir, options, depth=bool(depth))
+        self._index = SampleIndex(self._store, "WebDatasetWriter/index")
+
+    def _shards_of(self, split: str) -> TarShards:
+        return TarShards(self._store, f"WebDatasetWriter/{split}", split=split, **self._limits)
 
     def _encoded(self, taken: Sample) -> TarSample:
         arrays = taken.arrays
@@ -54,14 +57,11 @@ class WebDatasetWriter(ShardWriter):
         members[files.JSON] = json.dumps({**taken.facts, "objects": taken.objects}).encode()
         return TarSample(taken.key, members)
 
-    def _write_shard(self, split: str, number: int, taken: Sequence[Any]) -> None:
-        write_bytes(files.tar_of(split, number), archive(taken), self._store)
+    def _add(self, made: Encoded) -> None:
+        super()._add(made)
+        self._index.note(classes=made.classes, splits=list(self._splits.names), **self._limits)
+        self._index.add(made.frame, split=made.split, size=made.sample.size)
 
     def _finish(self) -> None:
         super()._finish()
-        counts = {
-            split: {files.tar_of(split, number): count for number, count in enumerate(packer.counts)}
-            for split, packer in self._packers.items()
-        }
-        if any(counts.values()):
-            write_json(files.INDEX, {"classes": self._classes, "shards": counts}, self._store, indent=1)
+        self._index.write()
