@@ -29,6 +29,9 @@ def test_two_workers_make_what_one_process_makes_and_go_on_with_its_frames(tmp_p
     done = generate(job, tmp_path / "out", "--workers", "2", "--overwrite")
     assert done.returncode == 0, done.stderr
     assert content(tmp_path / "out") == content(tmp_path / "whole")
+    done = generate(job, tmp_path / "out", "--workers", "2", "--resume")  # when nothing is left to be made
+    assert done.returncode == 0, done.stderr
+    assert content(tmp_path / "out") == content(tmp_path / "whole")
 
 
 def test_workers_say_what_is_wrong_with_a_job_once(tmp_path):

@@ -77,16 +77,18 @@ def _check_recipe(folder: Path, listing: Listing) -> str | None:
 
 def _read_journal(path: Path, name: str, listing: Listing, recipe_hash: str | None) -> None:
     """Add the files of a journal; recipe_hash: of the dataset's recipe, where it has one."""
-    digest, numbers, closing = hashlib.sha256(), [], None
+    digest, numbers, closing, closing_data = hashlib.sha256(), [], None, b""
     for place, data in _lines(path):
         line = journal.parsed_record(data)
-        if closing is not None:
-            listing.faults.append(Fault(name, "all", f"line {place} comes after the closing one"))
+        if closing is not None:  # of a run that went on
+            digest.update(closing_data)
+            _add(listing, closing[journal.SHARED], "all")
+            closing = None
         if line is None or not _is_sound(line):
             listing.is_damaged = True
             listing.faults.append(Fault(name, "?", f"line {place} is damaged"))
         elif journal.FRAMES in line:
-            closing = line
+            closing, closing_data = line, data
         else:
             digest.update(data)
             if journal.FRAME in line:

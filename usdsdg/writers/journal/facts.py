@@ -40,6 +40,7 @@ class AssetFacts:
     """The assets that a run has read; their hashes are computed on a thread of their own."""
 
     def __init__(self) -> None:
+        self._root = ""  # of assets
         self._layers: set[str] = set()
         self._files = 0  # of textures and the like that were looked at
         self._open: list[Future[tuple[str, dict[str, Any]] | None]] = []
@@ -47,20 +48,23 @@ class AssetFacts:
         self._lock = threading.Lock()
 
     def see(self, stage: Usd.Stage) -> None:
-        """Note the layers of a stage, and the files that were read for it."""
-        root = _root()
+        """Note the layers of a stage."""
+        root = self._root = _root()
         for layer in stage.GetUsedLayers():
             path = layer.realPath
             if path and path not in self._layers:
                 self._layers.add(path)
                 self._add(path, root, _told(layer))
+
+    def take(self) -> dict[str, Any]:
+        """Return, once, what is known of the assets that were noted, and of files that were read; waits for hashes.
+
+        Pictures may be traced after their frame was captured, so their textures are known when their files are whole.
+        """
         files = opened_since(self._files)
         self._files += len(files)
         for path in files:
-            self._add(path, root, {})
-
-    def take(self) -> dict[str, Any]:
-        """Return, once, what is known of the assets that were noted; waits for their hashes."""
+            self._add(path, self._root, {})
         with self._lock:
             open_, self._open = self._open, []
         return dict(found for future in open_ if (found := future.result()) is not None)

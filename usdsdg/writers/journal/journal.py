@@ -4,7 +4,7 @@
 "state" where a writer has one. While a run goes on, {"shared": {path: [size, sha256]}} tells of files that belong to
 no frame, beside "facts" that the recipe gets in the end. `close` leaves one such line, the last one, with "frames", how
 many there are, and "complete"; "lines", the SHA-256 of the lines before it, and "recipe", that of the recipe, tell
-whether these are as the run wrote them.
+whether these are as the run wrote them. A run that goes on appends to it, until it is closed again.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Contents:
     shared: dict[str, FileFacts] = field(default_factory=dict)
     facts: Facts = field(default_factory=dict)
     is_complete: bool = False
-    size: int = 0  # bytes up to the end of the last whole line before a closing one
+    size: int = 0  # bytes up to the end of the last whole line
 
     @property
     def first_missing(self) -> int:
@@ -50,7 +50,7 @@ class Journal:
     """Appends to the journal in one folder."""
 
     def __init__(self, path: Path) -> None:
-        """path: of the journal, of which lines after the last whole frame are dropped."""
+        """path: of the journal, of which a line is dropped that a dying process has left unfinished."""
         self.path = path
         self.contents = read(path) if path.exists() else Contents()
         if path.exists() and path.stat().st_size > self.contents.size:
@@ -128,9 +128,9 @@ def read(path: Path) -> Contents:
         if FRAMES in line:
             found.is_complete = bool(line.get(COMPLETE))
             found.shared.update({name: tuple(facts) for name, facts in line[SHARED].items()})
-            found.facts = joined([found.facts, line.get(FACTS, {})])
+            found.facts, found.size = joined([found.facts, line.get(FACTS, {})]), end
             continue
-        found.is_complete, found.size = False, end
+        found.is_complete, found.size = False, end  # of a run that went on after its closing line
         if FRAME in line:
             found.frames.add(line[FRAME])
             found.states.update(line.get(STATE, {}))
