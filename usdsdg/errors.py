@@ -25,6 +25,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Self
 
+# The remedy where a file says that output goes elsewhere than such files may say.
+ALLOW_OUTSIDE = "Give a relative path below it, or let the file decide with --allow-outside."
+
 
 class UsdsdgError(Exception):
     """Base of all errors of usdsdg; messages name the prim or argument, the cause and the remedy."""

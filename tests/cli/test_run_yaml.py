@@ -42,7 +42,7 @@ SCENE = """
 def run(folder, trigger, *options, expect=0, quiet=("--quiet",)):
     text = textwrap.dedent(SCENE).replace("OUT", str(folder / "out")).replace("TRIGGER", trigger)
     (folder / "scene.yaml").write_text(text)
-    done = usdsdg("run", *quiet, *options, "scene.yaml", cwd=folder, expect=expect)
+    done = usdsdg("run", *quiet, "--allow-outside", *options, "scene.yaml", cwd=folder, expect=expect)
     return done, sorted(path.name for path in (folder / "out").glob("bounding_box_2d_tight_*.npy"))
 
 

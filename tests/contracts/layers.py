@@ -139,7 +139,7 @@ LATE = {
     "usdsdg.cli.generate": ("usdsdg.parallel usdsdg.scenarios usdsdg.workers", COMMAND),
     "usdsdg.cli.inspect": ("usdsdg.inspect", COMMAND),
     "usdsdg.cli.render": ("usdsdg.__init__", COMMAND),
-    "usdsdg.cli.run": ("usdsdg.replicator_yaml", COMMAND),
+    "usdsdg.cli.run": ("usdsdg.replicator_yaml usdsdg.writers", COMMAND),
     "usdsdg.cli.script.missing_names": ("usdsdg.compat", COMMAND),
     "usdsdg.cli.script.execution": ("usdsdg.app usdsdg.compat usdsdg.orchestrator usdsdg.writers", COMMAND),
     "usdsdg.cli.command_context": ("usdsdg.graph usdsdg.orchestrator usdsdg.settings usdsdg.writers", COMMAND),

@@ -18,6 +18,13 @@ Shard = Annotated[
     typer.Option(help="Make only the i-th of n parts of the frames, as 0/4; `usdsdg merge` joins them."),
 ]
 
+AllowOutside = Annotated[
+    bool,
+    typer.Option(
+        "--allow-outside",
+        help="Let a YAML graph or a saved stage write anywhere, not only below the folder of relative output folders.",
+    ),
+]
 Workers = Annotated[
     int | None,
     typer.Option(min=1, help="Let so many processes make the frames, in parts.", show_default="this process alone"),

@@ -17,7 +17,7 @@ from usdsdg.cli.command_context import (
     fix_classes,
     seed_everything,
 )
-from usdsdg.cli.dataset_options import Overwrite, Resume, Shard, Workers, begin_run
+from usdsdg.cli.dataset_options import AllowOutside, Overwrite, Resume, Shard, Workers, begin_run
 from usdsdg.cli.file_kinds import FileKind, check_kind
 from usdsdg.cli.inspect import Inspect, show_written
 from usdsdg.cli.thread_limit import Threads
@@ -43,6 +43,7 @@ def generate(
     workers: Workers = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
+    allow_outside: AllowOutside = False,
     save_stage: SaveStage = None,
     inspect: Inspect = False,
     quiet: Quiet = False,
@@ -69,7 +70,7 @@ def generate(
                 semantic_classes=semantic_classes, save_stage=save_stage,
             )  # fmt: skip
         elif loaded is None:
-            saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides))
+            saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides), allow_outside=allow_outside)
         else:
             job, options = loaded
             seed_everything(options.seed)

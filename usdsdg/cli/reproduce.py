@@ -138,7 +138,8 @@ def _generate(file: Path, overrides: list[str]) -> None:
     from usdsdg.scenarios import jobs, saved_pipeline
 
     if file.suffix.lower() in saved_pipeline.SUFFIXES:
-        saved_pipeline.run(file, saved_pipeline.Overrides.parse(overrides))
+        # Everything goes to a temporary folder.
+        saved_pipeline.run(file, saved_pipeline.Overrides.parse(overrides), allow_outside=True)
         return
     job, values = jobs.load_job(file, overrides)
     seed_everything(values.seed)
@@ -155,7 +156,7 @@ def _run(file: Path, arguments: list[str], recipe: Recipe, stage: Path | None) -
     conditions = Conditions.of_facts(recipe.options, stage)
     seed_everything(recipe.seed or 0)
     conditions.apply(file)
-    execute_script(file, arguments, conditions.frames)
+    execute_script(file, arguments, conditions.frames, allow_outside=True)
 
 
 def _print(result: Comparison, folder: Path, frames: int | None) -> None:

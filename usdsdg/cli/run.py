@@ -18,7 +18,7 @@ from usdsdg.cli.command_context import (
     fix_classes,
     seed_everything,
 )
-from usdsdg.cli.dataset_options import Overwrite, Resume, Shard, begin_run
+from usdsdg.cli.dataset_options import AllowOutside, Overwrite, Resume, Shard, begin_run
 from usdsdg.cli.file_kinds import FileKind, check_kind
 from usdsdg.cli.inspect import Inspect, show_written
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
@@ -90,6 +90,7 @@ def run(
     device: Device = None,
     threads: Threads = None,
     seed: Seed = 0,
+    allow_outside: AllowOutside = False,
     save_stage: SaveStage = None,
     inspect: Inspect = False,
     quiet: Quiet = False,
@@ -123,18 +124,21 @@ def run(
         fix_classes(semantic_classes)
         conditions.apply(script)
         with reported_outcome():
-            execute_script(script, arguments, last)
+            execute_script(script, arguments, last, allow_outside=allow_outside)
             finish_files()
         if inspect:
             show_written(inspect=True)
 
 
-def execute_script(script: Path, arguments: list[str], frames: int | None) -> None:
-    """Execute a Python script or a Replicator YAML file in the session as it is; see `execute` for `frames`."""
+def execute_script(script: Path, arguments: list[str], frames: int | None, *, allow_outside: bool) -> None:
+    """Execute a Python script or a Replicator YAML file in the session as it is; see `execute` for `frames`.
+
+    allow_outside: whether a YAML file may say that output goes elsewhere than below the root of relative folders.
+    """
     from usdsdg.cli.script.execution import execute
 
     if script.suffix.lower() in YAML:
-        _execute_yaml(script, arguments)
+        _execute_yaml(script, arguments, allow_outside)
     else:
         execute(script, arguments, frames=frames)
 
@@ -162,10 +166,13 @@ def _split_own_options(arguments: list[str]) -> tuple[list[str], dict[str, str]]
     return rest, own
 
 
-def _execute_yaml(script: Path, arguments: list[str]) -> None:
+def _execute_yaml(script: Path, arguments: list[str], allow_outside: bool) -> None:
     from usdsdg.errors import ConfigError
     from usdsdg.replicator_yaml import run_file
+    from usdsdg.session.confinement import confined
+    from usdsdg.writers.backends.disk import disk_root
 
     if arguments:
         raise ConfigError(f"{script} is a YAML file, which takes no arguments: {' '.join(arguments)}")
-    run_file(script)
+    with confined(None if allow_outside else disk_root()):
+        run_file(script)

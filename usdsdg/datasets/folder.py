@@ -20,7 +20,9 @@ from usdsdg.record import CLASSES, FRAMES, frame_record
 from usdsdg.record.frame_record import FrameRecord
 
 T = TypeVar("T")
-_BROKEN = (OSError, ValueError, KeyError, TypeError, EOFError, SyntaxError, zipfile.BadZipFile)
+_BROKEN = (
+    OSError, ValueError, KeyError, TypeError, EOFError, SyntaxError, zipfile.BadZipFile, Image.DecompressionBombError,
+)  # fmt: skip
 
 
 class Folder:
@@ -86,7 +88,11 @@ class Folder:
 
     def _read(self, file: str, frame: str, decode: Callable[[bytes], T]) -> T | None:
         try:
-            return decode((self.path / file).read_bytes())
+            path = self.path / file
+            if path.exists() and not path.is_file():
+                self.faults.append(Fault(file, frame, "is no file"))  # but a device or pipe, which may never end
+                return None
+            return decode(path.read_bytes())
         except FileNotFoundError:
             self.faults.append(Fault(file, frame, "is missing"))
         except json.JSONDecodeError as error:

@@ -3,6 +3,7 @@
 import html
 import json
 import os
+import re
 import tempfile
 from collections import Counter
 from collections.abc import Callable
@@ -66,10 +67,8 @@ def page(dataset: Dataset, embedding: Embedding) -> str:
         "{{data}}": data,
         "{{images}}": "\n".join(f'<script type="text/plain" id="i{i}">{uri}</script>' for i, uri in enumerate(images)),
     }
-    pieces = template
-    for token, text in filled.items():
-        pieces = pieces.replace(token, text, 1)
-    return pieces
+    # At once: what is filled in may hold such a token itself, as the name of a folder.
+    return re.sub("|".join(map(re.escape, filled)), lambda token: filled[token[0]], template)
 
 
 def _text(path: str | os.PathLike[str]) -> str:

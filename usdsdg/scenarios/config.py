@@ -16,6 +16,7 @@ from usdsdg.scenarios.config_values import (
     AtLeastOne,
     Count,
     Flag,
+    FrameCount,
     NotNegative,
     Positive,
     Range,
@@ -85,8 +86,8 @@ class ObjectBasedConfig(Section):
     rt_subframes: Annotated[int, Field(strict=True, ge=-1)] = Field(
         -1, description="sub-frames of the fast mode; -1 takes the default"
     )
-    num_frames: Count = Field(10, description="number of frames to capture, 0 or more")
-    frames_per_episode: Count = Field(
+    num_frames: FrameCount = Field(10, description="number of frames to capture, 0 or more")
+    frames_per_episode: FrameCount = Field(
         0, description="frames until a new scene is built from draws of its own; 0: one scene for all frames"
     )
     num_cameras: Count = Field(1, description="number of cameras that capture each frame, 0 or more")

@@ -4,11 +4,23 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from usdsdg.arguments.values import MOST_PRIMS, TOO_MANY_PRIMS
+
 # Numbers are strict: "3" and true are not numbers.
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
-Count = Annotated[int, Field(strict=True, ge=0)]
+
+
+def _bearable(count: int) -> int:
+    if count > MOST_PRIMS:
+        raise ValueError(f"{count}: {TOO_MANY_PRIMS}")
+    return count
+
+
+Count = Annotated[int, Field(strict=True, ge=0), AfterValidator(_bearable)]
+# Numbers of frames: a billion takes a year at 30 a second.
+FrameCount = Annotated[int, Field(strict=True, ge=0, le=1_000_000_000)]
 AtLeastOne = Annotated[int, Field(strict=True, ge=1)]
 Text = Annotated[str, Field(strict=True, min_length=1)]
 Flag = Annotated[bool, Field(strict=True)]

@@ -14,8 +14,11 @@ from usdsdg.errors import ConfigError, GraphError
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.scenarios.output_folder import with_absolute_output_dir
 from usdsdg.session import stage_context
+from usdsdg.session.confinement import confined
 from usdsdg.session.settings_store import get_settings
+from usdsdg.stores.addresses import is_url
 from usdsdg.writers import WriterRegistry
+from usdsdg.writers.backends.disk import disk_root
 
 SUFFIXES = (".usd", ".usda", ".usdc")
 
@@ -53,21 +56,25 @@ class Overrides:
         return cls(**values)
 
 
-def run(stage_file: Path, overrides: Overrides) -> None:
+def run(stage_file: Path, overrides: Overrides, *, allow_outside: bool = False) -> None:
     """Open the stage, restore its graph, render products and writers, and capture its frames.
+
+    allow_outside: whether the stage may say that output goes elsewhere than below the root of relative folders.
 
     Raises:
         GraphError: the stage holds no graph, no writer, or nodes that need Python code.
+        OutputNotWritable: it says that output goes elsewhere.
     """
     stage = stage_context.open_stage(stage_file)
     saved = saved_graph.load(stage)
     set_global_seed(saved.seed if overrides.seed is None else overrides.seed)
-    for key, value in saved.settings.items():
-        get_settings().set(key, value)
     if not saved.writers:
         raise GraphError(f"{stage_file} names no writer; attach one in the script before the stage is saved")
-    for writer in saved.writers:
-        _attach(writer, overrides)
+    with confined(None if allow_outside else _limit(overrides)):
+        for key, value in saved.settings.items():
+            get_settings().set(key, value)
+        for writer in saved.writers:
+            _attach(writer, overrides)
     frames = overrides.num_frames or saved.frames
     if not frames:
         raise GraphError(f"{stage_file} was saved before its first capture; say how many: --set num_frames=10")
@@ -75,6 +82,14 @@ def run(stage_file: Path, overrides: Overrides) -> None:
     for _ in range(frames):
         orchestrator.step(rt_subframes=saved.rt_subframes or -1)
     orchestrator.wait_until_complete()
+
+
+def _limit(overrides: Overrides) -> Path | None:
+    """Return below which folder output goes; None where the user has named a bucket."""
+    if overrides.output_dir is None:
+        return disk_root()
+    given = with_absolute_output_dir({"output_dir": overrides.output_dir})["output_dir"]
+    return None if is_url(given) else Path(given)
 
 
 def _attach(saved: saved_graph.SavedWriter, overrides: Overrides) -> None:

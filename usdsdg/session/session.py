@@ -84,6 +84,8 @@ class Session:
         self.tap: Any = None  # a `usdsdg.capture.tap.Tap`, which gets the frames in place of the writers
         self.label_filter: str | None = None  # of annotators without one of their own; None: all labels
         self.metadata_seed: int | None = None  # the global seed of the latest captured frame
+        # Where output may go while a file that is no program says where, such as a YAML graph; None: anywhere.
+        self.confined_to: Path | None = None
         self.disk_root: Path | None = None  # parent of relative output folders; None: the default
         self.tracing: Later | None = None  # of the latest frame's color images, where its files wait for them
         self.written_folders: dict[str, None] = {}  # on disk, in the order of their first file
@@ -165,6 +167,11 @@ class Session:
             part.restart_draws()
 
     def _on_disk_root(self, folder: str) -> None:
+        if self.confined_to is not None:
+            raise errors.OutputNotWritable(
+                f"a file that is no program sets /omni/replicator/backends/disk/root_dir to {folder!r}, out of "
+                f"{self.confined_to}. {errors.ALLOW_OUTSIDE}"
+            )
         self.disk_root = Path(folder).expanduser() if folder else None
 
 

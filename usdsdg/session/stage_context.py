@@ -78,6 +78,7 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
     file = assets.resolve(os.fspath(path))
     if os.path.isdir(file):
         raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: it is a folder")
+    assets.check_file(file)
     try:
         layer = Sdf.Layer.FindOrOpen(file)
         if layer is None:  # an empty file, for which pxr reports no reason
@@ -85,6 +86,7 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
         if layer.dirty:
             current().timeline.stop()  # or physics would restore its opinions of the discarded layer
             layer.Reload(force=True)
+        assets.check_neighbors(layer)
         stage = Usd.Stage.Open(layer)
     except Tf.ErrorException as failure:
         raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {reason(failure)}") from failure

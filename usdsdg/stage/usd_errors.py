@@ -5,4 +5,7 @@ from pxr import Tf
 
 def reason(failure: Tf.ErrorException) -> str:
     """Return the message of a pxr error, without its source positions."""
-    return "; ".join(error.commentary.strip() for error in failure.args) or str(failure)
+    try:
+        return "; ".join(error.commentary.strip() for error in failure.args) or str(failure)
+    except UnicodeDecodeError:  # pxr quotes what it could not read
+        return "it has bytes that are no UTF-8 text"

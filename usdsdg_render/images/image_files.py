@@ -2,6 +2,7 @@
 
 import io
 import os
+import warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,8 @@ from usdsdg.stage.image_files import png16, radiance_hdr
 from usdsdg_render.usd.time_code import current_value
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"
+# Images with more pixels are refused where their files have less than a byte for so many of them.
+LARGE_PIXELS, MOST_PIXELS_A_BYTE = 1 << 26, 100
 UDIM, FIRST_TILE, TILES = "<UDIM>", 1001, 100
 
 
@@ -94,6 +97,7 @@ def read_bytes(path: str) -> bytes:
     """
     note_opened(path)
     if not Ar.IsPackageRelativePath(path):
+        assets.check_regular(path)
         try:
             with open(path, "rb") as file:
                 return file.read()
@@ -131,6 +135,7 @@ def _decoded(path: str) -> tuple[np.ndarray, int]:
         return radiance_hdr.decode(data, name=path), 3
     if data.startswith(EXR_MAGIC):
         return _read_exr(data, path)
+    _refuse_bomb(data, path)
     values = png16.decode(data, name=path)
     if values is not None:
         return values, values.shape[2]
@@ -142,6 +147,27 @@ def _decoded(path: str) -> tuple[np.ndarray, int]:
         raise errors.AssetUnreadable(f"{path}: it is no image of a format that is read") from None
     except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as error:
         raise errors.AssetUnreadable(f"{path}: {error}") from error
+
+
+def _refuse_bomb(data: bytes, path: str) -> None:
+    """Refuse a small file of a very large image, which would take all memory.
+
+    Raises:
+        AssetUnreadable: it is one.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(io.BytesIO(data)) as image:
+                width, height = image.size
+    except (OSError, ValueError, SyntaxError, EOFError):
+        return  # which decoding tells
+    except Image.DecompressionBombError as error:
+        raise errors.AssetUnreadable(f"{path}: {error}") from error
+    if width * height > LARGE_PIXELS and width * height > MOST_PIXELS_A_BYTE * len(data):
+        raise errors.AssetUnreadable(
+            f"{path}: its {len(data)} bytes would become an image of {width} x {height}; such an image is not read"
+        )
 
 
 def _from_pillow(image: Image.Image) -> tuple[np.ndarray, int]:

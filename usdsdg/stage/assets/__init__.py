@@ -8,6 +8,7 @@ from usdsdg.stage.assets.dependencies import (
     redirect,
     redirect_layer,
 )
+from usdsdg.stage.assets.file_checks import check_file, check_neighbors, check_regular
 from usdsdg.stage.assets.lookup import exists, locate, paths_under_root
 from usdsdg.stage.assets.maps import PathMap, get_maps, set_maps
 from usdsdg.stage.assets.mesh_files import MESHES, PACKAGE, is_mesh, set_mesh_converter
@@ -55,7 +56,10 @@ __all__ = [
     "assets_root",
     "built_folder",
     "cache_folder",
+    "check_file",
     "check_missing",
+    "check_neighbors",
+    "check_regular",
     "configured_root",
     "exists",
     "get_maps",

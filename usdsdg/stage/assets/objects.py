@@ -8,6 +8,7 @@ from pxr import Sdf, Tf
 
 from usdsdg import errors
 from usdsdg.stage.assets import mesh_files, missing
+from usdsdg.stage.assets.file_checks import check_file, check_neighbors
 from usdsdg.stage.usd_errors import reason
 
 _POINTER = b"version https://git-lfs"
@@ -62,6 +63,7 @@ def open_layer(file: str) -> Sdf.Layer:
     global _latest
     if os.path.isdir(file):
         raise errors.AssetUnreadable(f"{file} cannot be opened as USD: it is a folder")
+    check_file(file)
     if why := not_a_file_of_its_own(file):
         raise errors.AssetUnreadable(f"{file} {why}")
     try:
@@ -70,6 +72,7 @@ def open_layer(file: str) -> Sdf.Layer:
         raise errors.AssetUnreadable(f"{file} cannot be opened as USD: {reason(failure)}") from failure
     if layer is None:
         raise errors.AssetUnreadable(f"{file} cannot be opened as USD: it is damaged or cut off")
+    check_neighbors(layer)
     _latest = layer
     return layer
 

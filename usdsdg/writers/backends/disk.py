@@ -6,7 +6,7 @@ import weakref
 from collections.abc import Iterable
 from pathlib import Path
 
-from usdsdg.errors import OutputNotWritable, StoreError, WriterError, warn_once
+from usdsdg.errors import ALLOW_OUTSIDE, OutputNotWritable, StoreError, WriterError, warn_once
 from usdsdg.session.session import current
 from usdsdg.stores.addresses import address_of, is_url
 from usdsdg.stores.paths import path_below
@@ -37,7 +37,9 @@ class DiskBackend(BaseBackend):
         Raises:
             OutputNotWritable: the folder cannot be created or written to.
         """
-        folder = current().run.placed(disk_root() / Path(_path_of(output_dir)).expanduser())
+        folder = disk_root() / Path(_path_of(output_dir)).expanduser()
+        _check_confined(folder)
+        folder = current().run.placed(folder)
         self._folder = folder if overwrite else current().run.folder_to_go_on(folder) or _free_folder(folder)
         current().run.check(self._folder)
         check_writable(self._folder)
@@ -108,6 +110,15 @@ def _path_of(output_dir: str | os.PathLike) -> str | os.PathLike:
             f"{output_dir} is no folder. Give it to the writer as output_dir, or write to a StoreBackend."
         )
     return address.path
+
+
+def _check_confined(folder: Path) -> None:
+    """Check where output goes while a file that is no program says so; raises OutputNotWritable."""
+    limit = current().confined_to
+    if limit is not None and not Path(os.path.realpath(folder)).is_relative_to(os.path.realpath(limit)):
+        raise OutputNotWritable(
+            f"{folder} is outside of {limit}, below which the output of such files goes. {ALLOW_OUTSIDE}"
+        )
 
 
 _OWN_WRITE_BLOB = DiskBackend.write_blob

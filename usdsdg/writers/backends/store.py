@@ -7,7 +7,7 @@ import mimetypes
 from collections.abc import Iterable
 from typing import Any
 
-from usdsdg.errors import OutputNotWritable, StoreError, Unsupported, WriterError, warn_once
+from usdsdg.errors import ALLOW_OUTSIDE, OutputNotWritable, StoreError, Unsupported, WriterError, warn_once
 from usdsdg.session.session import current
 from usdsdg.stores.addresses import Address, address_of
 from usdsdg.stores.object_store import ObjectStore
@@ -45,6 +45,10 @@ class StoreBackend(BaseBackend):
         if address.kind in ("folder", "http"):
             kind = "a folder: use DiskBackend" if address.kind == "folder" else "a web server, which is only read"
             raise OutputNotWritable(f"{address.url} is {kind}.")
+        if (limit := current().confined_to) is not None:
+            raise OutputNotWritable(
+                f"{address.url} is outside of {limit}, below which the output of such files goes. {ALLOW_OUTSIDE}"
+            )
         if current().run.scratch is not None:
             raise Unsupported(f"{address.url}: frames of a dataset in a bucket cannot be made again for a comparison.")
         options: dict[str, Any] = {"region": region, "endpoint_url": endpoint_url}

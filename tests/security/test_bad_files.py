@@ -1,0 +1,150 @@
+"""Files that are no files, that are damaged, or that would take all memory, are named in one line and not read."""
+
+import os
+import struct
+import zlib
+
+import numpy as np
+import pytest
+from PIL import Image
+from pxr import Usd, UsdGeom, UsdUtils
+
+import usdsdg as rep
+from usdsdg.datasets.folder import Folder
+from usdsdg.errors import ArgumentError, AssetUnreadable, ConfigError
+from usdsdg.inspect.report import inspect
+from usdsdg.replicator_yaml import run_file
+from usdsdg.scenarios.config import ObjectBasedConfig
+from usdsdg.scenarios.config_file import read_config
+from usdsdg.session.stage_context import open_stage
+from usdsdg_render.images import image_files
+
+
+@pytest.mark.parametrize("path", ["/dev/zero", "/dev/random", "pipe"])
+def test_devices_and_pipes_are_no_textures(tmp_path, path):
+    if path == "pipe":
+        path = str(tmp_path / "pipe.png")
+        os.mkfifo(path)
+    with pytest.raises(AssetUnreadable, match="is a device, pipe or socket"):
+        image_files.read(path)
+
+
+def test_a_pipe_is_no_stage_and_no_part_of_one(tmp_path):
+    os.mkfifo(tmp_path / "pipe.usda")
+    with pytest.raises(AssetUnreadable, match="is a device, pipe or socket"):
+        open_stage(tmp_path / "pipe.usda")
+    for said in ('def Xform "A" (references = @./pipe.usda@) {}', 'def Xform "A" (payload = @./pipe.usda@) {}'):
+        (tmp_path / "stage.usda").write_text(f"#usda 1.0\n{said}\n")
+        with pytest.raises(AssetUnreadable, match=r"pipe.usda is a device, pipe or socket"):
+            open_stage(tmp_path / "stage.usda")
+        (tmp_path / "stage.usda").unlink()
+        with pytest.raises(AssetUnreadable):
+            rep.create.from_usd(str(tmp_path / "pipe.usda"))
+
+
+def test_a_pipe_in_a_dataset_is_a_fault(tmp_path):
+    os.mkfifo(tmp_path / "rgb_0000.png")
+    folder = Folder(tmp_path)
+    assert folder.image("rgb_0000.png", "0") is None
+    assert [fault.what for fault in folder.faults] == ["is no file"]
+
+
+def bomb(width, height):
+    """A PNG of one color, of a thousandth of its pixels in bytes."""
+    raw = zlib.compress(bytes((width + 1) * height), 9)
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    head = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", raw) + chunk(b"IEND", b"")
+
+
+def test_a_decompression_bomb_is_refused(tmp_path):
+    (tmp_path / "bomb.png").write_bytes(bomb(12_000, 12_000))
+    with pytest.raises(AssetUnreadable, match=r"bomb.png: its \d+ bytes would become an image of 12000 x 12000"):
+        image_files.read(str(tmp_path / "bomb.png"))
+    (tmp_path / "flat.png").write_bytes(bomb(2_000, 2_000))
+    assert image_files.read(str(tmp_path / "flat.png")).texels.shape == (2_000, 2_000, 4)
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A package with a stage and a texture."""
+    Image.fromarray(np.full((8, 8, 3), 90, np.uint8)).save(tmp_path / "color.png")
+    stage = Usd.Stage.CreateNew(str(tmp_path / "in.usda"))
+    mesh = UsdGeom.Mesh.Define(stage, "/Mesh")
+    stage.SetDefaultPrim(mesh.GetPrim())
+    mesh.GetPrim().CreateAttribute("texture", UsdGeom.Tokens and __import__("pxr").Sdf.ValueTypeNames.Asset).Set(
+        "color.png"
+    )
+    stage.Save()
+    UsdUtils.CreateNewUsdzPackage(str(tmp_path / "in.usda"), str(tmp_path / "whole.usdz"))
+    return tmp_path / "whole.usdz"
+
+
+@pytest.mark.parametrize("found", [b"IDAT", b"Mesh"])
+def test_a_package_with_a_wrong_checksum_is_an_error(package, tmp_path, found):
+    data = bytearray(package.read_bytes())
+    data[data.index(found) + len(found)] ^= 4
+    (tmp_path / "flipped.usdz").write_bytes(data)
+    open_stage(package)
+    with pytest.raises(AssetUnreadable, match=r"flipped.usdz is damaged: the checksum"):
+        open_stage(tmp_path / "flipped.usdz")
+    (tmp_path / "outer.usda").write_text('#usda 1.0\ndef "A" (references = @./flipped.usdz@) {}\n')
+    with pytest.raises(AssetUnreadable, match=r"flipped.usdz is damaged: the checksum"):
+        open_stage(tmp_path / "outer.usda")
+
+
+def test_bytes_that_are_no_text_are_told_in_one_line(tmp_path):
+    (tmp_path / "bad.usda").write_bytes(b'#usda 1.0\ndef Cube "C" { string x = "\xff\xfe" }\n')
+    with pytest.raises(AssetUnreadable, match="bytes that are no UTF-8 text"):
+        open_stage(tmp_path / "bad.usda")
+
+
+def test_numbers_of_prims_have_bounds_that_name_memory_and_time(tmp_path):
+    with pytest.raises(ArgumentError, match=r"at most 1000000 .* 8 GB of memory"):
+        rep.create.cube(count=10**12)
+    (tmp_path / "job.yaml").write_text("shape_distractors_num: 1000000000000\n")
+    with pytest.raises(ConfigError, match=r"at most 1000000 .* 8 GB of memory"):
+        read_config(tmp_path / "job.yaml", (), ObjectBasedConfig)
+
+
+YAML = {
+    "aliases": "\n".join(["a0: &a0 [x, x, x, x, x, x, x, x, x]"] + [
+        f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]" for n in range(1, 10)
+    ]),
+    "nesting": "a: " + "[" * 5000 + "]" * 5000,
+    "keys": "\n".join(f"key{n}: 1" for n in range(20_000)),
+    "digits": "num_frames: " + "9" * 6000,
+    "objects": "a: !!python/object/apply:os.system ['id']",
+    "size": "a: " + "x" * (1 << 21),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", YAML)
+def test_yaml_is_limited(tmp_path, name):
+    (tmp_path / "job.yaml").write_text(YAML[name])
+    with pytest.raises(ConfigError) as raised:
+        read_config(tmp_path / "job.yaml", (), ObjectBasedConfig)
+    assert len(str(raised.value)) < 1000
+    assert "job.yaml" in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    "call", ["writers.backends.os.system: {command: id}", "functional.write_json: {path: /a, data: 1}"]
+)
+def test_yaml_calls_no_function_beyond_its_table(tmp_path, call):
+    (tmp_path / "graph.yaml").write_text(f"x: {{{call}}}\n")
+    with pytest.raises(ConfigError, match=r"may call|cannot call"):
+        run_file(tmp_path / "graph.yaml")
+
+
+def test_the_page_of_inspect_escapes_what_a_dataset_is_called(tmp_path):
+    folder = tmp_path / "{{images}} {{data}} <script>alert(1)"
+    folder.mkdir()
+    Image.fromarray(np.zeros((4, 4, 3), np.uint8)).save(folder / "rgb_0000.png")
+    page = inspect(folder, tmp_path / "page.html").read_text()
+    assert "<script>alert(1)" not in page
+    assert page.count("{{images}} {{data}}") >= 1
+    assert page.rstrip().endswith("</html>")

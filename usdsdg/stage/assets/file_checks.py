@@ -1,0 +1,64 @@
+"""Checks of files before they are read: that they are files, and that packages are as they were made."""
+
+from __future__ import annotations
+
+import os
+import stat
+import zipfile
+from functools import lru_cache
+
+from pxr import Sdf
+
+from usdsdg.errors import AssetUnreadable
+
+PACKAGE = ".usdz"
+
+
+def check_regular(path: str) -> None:
+    """Refuse what never ends or never begins, such as devices and pipes; a file that is missing passes.
+
+    Raises:
+        AssetUnreadable: it is no file.
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError):
+        return
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        raise AssetUnreadable(f"{path} is a device, pipe or socket, not a file, and is not read")
+
+
+def check_file(path: str) -> None:
+    """Check a file of USD: that it is one, and of a package that its checksums hold.
+
+    Raises:
+        AssetUnreadable: it is not.
+    """
+    check_regular(path)
+    if path.lower().endswith(PACKAGE) and os.path.isfile(path):
+        status = os.stat(path)
+        if said := _damage(path, status.st_mtime_ns, status.st_size):
+            raise AssetUnreadable(f"{path} is damaged: {said}. Copy or export it again.")
+
+
+def check_neighbors(layer: Sdf.Layer) -> None:
+    """Check the files that a layer names itself: its sublayers, references and payloads, before USD opens them.
+
+    Raises:
+        AssetUnreadable: as `check_file`.
+    """
+    for each in layer.GetCompositionAssetDependencies():
+        check_file(layer.ComputeAbsolutePath(each) if each else "")
+
+
+@lru_cache(maxsize=256)
+def _damage(path: str, modified: int, size: int) -> str | None:
+    """Return what is wrong with a package; None if nothing is. modified, size: of the file, so that it is read once."""
+    try:
+        with zipfile.ZipFile(path) as package:
+            if packed := [each.filename for each in package.infolist() if each.compress_type != zipfile.ZIP_STORED]:
+                return f"{packed[0]} in it is compressed, which no package is"
+            wrong = package.testzip()
+    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError, EOFError, RuntimeError) as error:
+        return str(error)
+    return f"the checksum of {wrong} in it does not hold" if wrong else None
