@@ -4,6 +4,7 @@ The steps and their order are those of Isaac Sim's object-based example; random 
 """
 
 import sys
+import gc
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -62,6 +63,8 @@ def run(config: ObjectBasedConfig) -> Summary:
         frames, simulated = episode.first + captured, simulated + seconds
         if captured < episode.frames or get_run().is_over:
             break
+        if len(planned) > 1:
+            gc.collect()  # the scene that was, which refers to itself and would be in memory for some episodes more
     frames = config.num_frames if get_run().is_over else frames
     seconds = time.perf_counter() - started
     summary = Summary(frames, frames * config.num_cameras, seconds, simulated, _output_dir(writer))
