@@ -3,8 +3,8 @@
 The steps and their order are those of Isaac Sim's object-based example; random numbers are keyed draws of our own.
 """
 
-import sys
 import gc
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
