@@ -6,6 +6,7 @@ They are light to import.
 
 import atexit
 import gc
+import sys
 from typing import Annotated
 
 import typer
@@ -17,6 +18,7 @@ from usdsdg.cli.doctor import doctor
 from usdsdg.cli.generate import generate
 from usdsdg.cli.inspect import inspect
 from usdsdg.cli.merge import merge
+from usdsdg.cli.optional_values import completed
 from usdsdg.cli.render import render
 from usdsdg.cli.reproduce import reproduce
 from usdsdg.cli.run import run
@@ -55,4 +57,4 @@ def main() -> None:
     """Run the command of the command line."""
     # Without this the garbage collector walks all modules at exit, which takes seconds once newton is loaded.
     atexit.register(gc.freeze)
-    app()
+    app(completed(sys.argv[1:]))

@@ -18,6 +18,15 @@ Shard = Annotated[
     typer.Option(help="Make only the i-th of n parts of the frames, as 0/4; `usdsdg merge` joins them."),
 ]
 
+Ray = Annotated[
+    str | None,
+    typer.Option(
+        metavar="[ADDRESS]",
+        help="Let actors of Ray make the frames: on this machine, or on the cluster at an address or `auto`.",
+        show_default=False,
+    ),
+]
+GpusPerWorker = Annotated[float, typer.Option(min=0.0, help="GPUs of an actor of --ray, such as 0.5.")]
 AllowOutside = Annotated[
     bool,
     typer.Option(

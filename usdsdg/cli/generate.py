@@ -17,11 +17,15 @@ from usdsdg.cli.command_context import (
     fix_classes,
     seed_everything,
 )
-from usdsdg.cli.dataset_options import AllowOutside, Overwrite, Resume, Shard, Workers, begin_run
+from usdsdg.cli.dataset_options import AllowOutside, GpusPerWorker, Overwrite, Ray, Resume, Shard, Workers, begin_run
 from usdsdg.cli.file_kinds import FileKind, check_kind
 from usdsdg.cli.inspect import Inspect, show_written
+from usdsdg.cli.part import run_here
 from usdsdg.cli.thread_limit import Threads
 from usdsdg.errors import BadValue
+
+# Threads of an actor of Ray, unless --threads says otherwise; parts for each, so that none waits long for the others.
+RAY_THREADS, PARTS_ON_RAY = 2, 4
 
 
 def generate(
@@ -41,6 +45,8 @@ def generate(
     ] = None,
     shard: Shard = None,
     workers: Workers = None,
+    ray: Ray = None,
+    gpus_per_worker: GpusPerWorker = 0.0,
     resume: Resume = False,
     overwrite: Overwrite = False,
     allow_outside: AllowOutside = False,
@@ -64,10 +70,11 @@ def generate(
             classes=semantic_classes, resume=resume, overwrite=overwrite, frames=frames, shard=shard,
         )  # fmt: skip
         fix_classes(semantic_classes)
-        if workers is not None:
+        if workers is not None or ray is not None:
+            place = (ray, gpus_per_worker) if ray is not None else None
             _let_workers_make(
-                config, overrides, workers, frames or shard, assets_root=assets_root, device=device, threads=threads,
-                semantic_classes=semantic_classes, save_stage=save_stage,
+                config, overrides, workers, place, frames or shard, assets_root=assets_root, device=device,
+                threads=threads, semantic_classes=semantic_classes, save_stage=save_stage,
             )  # fmt: skip
         elif loaded is None:
             saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides), allow_outside=allow_outside)
@@ -79,10 +86,16 @@ def generate(
         show_written(inspect=inspect)
 
 
+def make_part(arguments: Sequence[str]) -> tuple[int, str]:
+    """Run `usdsdg generate` in this process, which makes several parts; return its exit code and what it printed."""
+    return run_here(generate, arguments[1:])
+
+
 def _let_workers_make(
     config: Path,
     overrides: Sequence[str],
-    count: int,
+    count: int | None,
+    cluster: tuple[str, float] | None,
     chosen: str | None,
     *,
     threads: int | None,
@@ -91,6 +104,7 @@ def _let_workers_make(
 ) -> None:
     """Let several processes make the dataset.
 
+    count: of processes. cluster: the address of one of Ray, and the GPUs of an actor; None: this machine.
     chosen: frames, if the user has chosen any. options: of the command, which the processes get as well.
 
     Raises:
@@ -98,16 +112,24 @@ def _let_workers_make(
     """
     from usdsdg.parallel import available_threads
     from usdsdg.scenarios import jobs
-    from usdsdg.workers.dataset import make_dataset, on_this_machine
+    from usdsdg.workers.dataset import make_dataset, on_ray, on_this_machine
+    from usdsdg.workers.ray_cluster import Resources
 
     if chosen is not None or save_stage is not None:
-        raise BadValue("--workers makes all frames: it cannot be given with --frames, --shard or --save-stage")
+        option = "--workers" if cluster is None else "--ray"
+        raise BadValue(f"{option} makes all frames: it cannot be given with --frames, --shard or --save-stage")
     job, values = jobs.load_job(config, overrides)
-    each = threads or max(1, available_threads() // count)
+    each = threads or (max(1, available_threads() // (count or 1)) if cluster is None else RAY_THREADS)
     arguments = ["generate", str(config.absolute()), "--threads", str(each)]
     for override in overrides:
         arguments += ["--set", override]
     for name, value in options.items():
         arguments += [f"--{name.replace('_', '-')}", value] if value is not None else []
-    make = on_this_machine(arguments, count)
-    make_dataset(job.folders(values), values.num_frames, count, make, unit=job.episode(values))
+    if cluster is None:
+        assert count is not None
+        make, pieces = on_this_machine(arguments, count), count
+    else:
+        address, gpus = cluster
+        pieces = PARTS_ON_RAY * (count or 1)
+        make = on_ray(arguments, count, make_part, address=address, resources=Resources(each, gpus))
+    make_dataset(job.folders(values), values.num_frames, pieces, make, unit=job.episode(values))

@@ -10,9 +10,10 @@ from usdsdg.errors import BadValue
 from usdsdg.session.session import current
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.file_lock import FileLock
-from usdsdg.workers import local
+from usdsdg.workers import local, ray_cluster
 from usdsdg.workers.plan import Part, plan
 from usdsdg.workers.progress import PartsProgress
+from usdsdg.workers.ray_cluster import MakePart, Resources
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.parts import join_parts
 
@@ -62,5 +63,25 @@ def on_this_machine(arguments: Sequence[str], count: int) -> MakeParts:
     return make
 
 
+def on_ray(
+    arguments: Sequence[str], count: int | None, make_part: MakePart, *, address: str, resources: Resources
+) -> MakeParts:
+    """Return what makes parts with actors of a cluster, of which every node sees the output folder.
+
+    arguments: of `usdsdg`, as in `on_this_machine`. count: None: as many actors as there is room for.
+    """
+
+    def make(parts: Sequence[Part], tick: Callable[[], None]) -> None:
+        ray_cluster.make_parts(
+            lambda part: _of_part(arguments, part), parts, count, tick, make_part, address=address, resources=resources
+        )
+
+    return make
+
+
 def _command(arguments: Sequence[str], part: Part) -> list[str]:
-    return [sys.executable, "-m", "usdsdg", *arguments, "--frames", part.frames, "--resume", "--quiet"]
+    return [sys.executable, "-m", "usdsdg", *_of_part(arguments, part)]
+
+
+def _of_part(arguments: Sequence[str], part: Part) -> list[str]:
+    return [*arguments, "--frames", part.frames, "--resume", "--quiet"]

@@ -36,6 +36,7 @@ def write_all(folder: Path, spools: Path) -> None:
         WriterError: a spool is damaged, or of a kind that this version does not know.
     """
     backend = DiskBackend(folder)
+    backend.ends_run = True
     for path in sorted(spools.rglob(f"*{spool.SUFFIX}")):
         kind = spool.kind_of(path)
         if kind not in MODULES:

@@ -1,4 +1,4 @@
-"""The process that converts, with a limit of time for each file."""
+"""A process that answers requests, with a limit of time for each."""
 
 from __future__ import annotations
 
@@ -11,19 +11,24 @@ from typing import Any
 
 
 class Worker:
-    """Converts files in a process of its own, which is begun again after it crashed or took too long."""
+    """Answers requests in a process of its own, which is begun again after it crashed or took too long."""
 
-    def __init__(self, log: Path) -> None:
-        self._log = log
+    def __init__(self, log: Path, module: str = "tests.soak.meshes.worker") -> None:
+        """module: reads a line of JSON for each request, and writes one for its answer."""
+        self._log, self._module = log, module
         self._process: subprocess.Popen[str] | None = None
 
     def ask(self, file: Path, folder: Path, *, picture: bool, limit: float) -> dict[str, Any]:
         """Return what became of a file, or {"crashed": why}; `limit` [s] is how long it may take."""
         folder.mkdir(parents=True, exist_ok=True)
+        return self.answer({"file": str(file), "folder": str(folder), "picture": picture}, limit)
+
+    def answer(self, request: dict[str, Any], limit: float) -> dict[str, Any]:
+        """Return the answer to a request, or {"crashed": why}; `limit` [s] is how long it may take."""
         process = self._started()
         assert process.stdin is not None
         assert process.stdout is not None
-        process.stdin.write(json.dumps({"file": str(file), "folder": str(folder), "picture": picture}) + "\n")
+        process.stdin.write(json.dumps(request) + "\n")
         process.stdin.flush()
         with selectors.DefaultSelector() as selector:
             selector.register(process.stdout, selectors.EVENT_READ)
@@ -46,7 +51,7 @@ class Worker:
         if self._process is None:
             with self._log.open("w") as log:
                 self._process = subprocess.Popen(
-                    [sys.executable, "-m", "tests.soak.meshes.worker"],
+                    [sys.executable, "-m", self._module],
                     stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log, text=True,
                 )  # fmt: skip
         return self._process

@@ -28,6 +28,8 @@ def disk_root() -> Path:
 class DiskBackend(BaseBackend):
     """A backend that writes files into a local folder. Mirrors `rep.backends.DiskBackend`."""
 
+    ends_run = False  # it writes for all writers of a folder, at the end
+
     def __init__(self, output_dir: str | os.PathLike, overwrite: bool = True) -> None:
         """Create the folder; warn if it is not empty.
 
@@ -144,7 +146,7 @@ _writing: weakref.WeakValueDictionary[str, DiskBackend] = weakref.WeakValueDicti
 
 def _warn_of_sharing(backend: DiskBackend) -> None:
     """Warn that writers with the same folder replace each other's files."""
-    if _writing.setdefault(backend.output_dir, backend) is not backend:
+    if not backend.ends_run and _writing.setdefault(backend.output_dir, backend) is not backend:
         warn_once(
             f"{backend.output_dir} is written to by several writers: files of the same names, such as metadata.txt, "
             "replace each other. Give each writer an output_dir of its own."

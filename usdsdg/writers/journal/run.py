@@ -176,7 +176,8 @@ class Run:
             return
         arguments = {name: plain(value) for name, value in parameters.items() if name not in _PLACES}
         claimed.note_facts(WRITERS, {key: arguments})
-        claimed.note_facts(SETTINGS, self._settings)
+        if self.captures == 1:  # whoever makes the first frame tells, since settings may change from frame to frame
+            claimed.note_facts(SETTINGS, self._settings)
 
     def is_due(self) -> bool:
         """Return whether `append` should be called."""
