@@ -1,9 +1,9 @@
 """Mutated inputs: `python -m tests.soak inputs` changes small files of nine kinds and runs commands on them.
 
 Stages (text, crate, package), textures (PNG, JPEG, HDR), configurations, Replicator graphs in YAML, and stages that
-were saved with their graph. A failure is a process that dies or takes over 20 s, a traceback, an error that names no file,
-and, of files with checksums (PNG, packages), another picture without an error or a warning. Elsewhere a mutation may be
-a legitimate edit, such as a radius of 0.4 that becomes 0.5: it is counted as changed, and is no failure.
+were saved with their graph. A failure is a process that dies or takes over 20 s, a traceback, an error that names no
+file, and, of files with checksums (PNG, packages), another picture without an error or a warning. Elsewhere a mutation
+may be a legitimate edit, such as a radius of 0.4 that becomes 0.5: it is counted as changed, and is no failure.
 """
 
 from __future__ import annotations
