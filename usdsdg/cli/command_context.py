@@ -88,8 +88,18 @@ def command_context(
             raise
         except KeyboardInterrupt as interrupt:
             _exit_interrupted(interrupt)
+        except Exception as error:
+            if not _is_of_pxr(error):
+                raise
+            _exit_with_error(_unreadable(error))
         finally:
             progress.use(progress.SilentReporter())
+
+
+def _is_of_pxr(error: Exception) -> bool:
+    """Return whether an error is pxr's own, without importing that for the question."""
+    module = sys.modules.get("pxr.Tf")
+    return module is not None and isinstance(error, module.ErrorException)
 
 
 def _set_up(assets_root: str | None, device: str | None, save_stage: Path | None) -> _StageSnapshot | None:
@@ -109,6 +119,20 @@ def _exit_with_error(error: UsdsdgError) -> NoReturn:
     print(f"error: {described(error)}", file=sys.stderr)
     _finish_after_failure(1)
     raise typer.Exit(1) from None
+
+
+def _unreadable(error: Exception) -> UsdsdgError:
+    """Return an error of pxr, which a damaged value may raise wherever it is read, as one that names the stage."""
+    from usdsdg.errors import AssetUnreadable
+    from usdsdg.session.session import current
+    from usdsdg.stage.usd_errors import reason
+
+    stage = current().stage
+    name = stage.GetRootLayer().realPath if stage is not None else ""
+    what = " ".join(reason(error).split())  # type: ignore[arg-type] - it is a Tf.ErrorException
+    return AssetUnreadable(
+        f"{name or 'the stage'} has a value that USD cannot read: {what}. Mend it, or export it again."
+    )
 
 
 def _finish_after_failure(code: int) -> bool:

@@ -9,6 +9,7 @@ may be a legitimate edit, such as a radius of 0.4 that becomes 0.5: it is counte
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
 import tempfile
 from collections import Counter
@@ -22,6 +23,7 @@ from tests.soak.inputs.originals import Original, originals
 from tests.soak.meshes.workers import Worker
 
 LIMIT = 20.0  # seconds
+_PRIM = re.compile(r"(?<!\S)/[A-Za-z_]\w*")  # the path of a prim
 FIRST_LIMIT = 120.0  # of the first request of a process, which may compile kernels
 
 
@@ -75,7 +77,9 @@ def _problem(original: Original, found: dict[str, Any], whole: str) -> str:
     if found["traceback"] or "Traceback (most recent" in found["said"]:
         return (found["traceback"] or found["said"]).strip().replace("\n", " | ")[-700:]
     if found["code"]:
-        is_named = original.file.name in found["said"] or original.opened in found["said"] or "/World" in found["said"]
+        is_named = (
+            original.file.name in found["said"] or original.opened in found["said"] or _PRIM.search(found["said"])
+        )
         return "" if is_named else f"the error names no file: {found['said'].strip()[-300:]}"
     if original.has_checksums and found["pictures"] != whole and original.file.name not in found["said"]:
         return "another picture, without a word"
