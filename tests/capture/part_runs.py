@@ -63,8 +63,8 @@ def cut(home: Path, frames: int) -> None:
     journal = home / ".usdsdg/journal.jsonl"
     *lines, closing = journal.read_text().splitlines(keepends=True)
     kept = [line for line in lines if json.loads(line)["frame"] < frames]
-    shared = json.loads(closing)["shared"] if kept else {}
-    journal.write_text(json.dumps({"shared": shared}) + "\n" + "".join(kept) + '{"frame": 77, "fil')
+    told = {key: json.loads(closing)[key] for key in ("shared", "facts")} if kept else {"shared": {}}
+    journal.write_text(json.dumps(told) + "\n" + "".join(kept) + '{"frame": 77, "fil')
     lost = [name for line in lines[len(kept) :] for name in json.loads(line)["files"]]
     for name in lost if kept else [*lost, *json.loads(closing)["shared"]]:
         (home / name).write_bytes(b"of a process that died")

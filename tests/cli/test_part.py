@@ -1,6 +1,8 @@
 """Parts of a dataset that one process makes one after the other, and options whose value may be left out."""
 
-from tests.cli.datasets import FRAMES, content, generate, merge, write_job
+import sys
+
+from tests.cli.datasets import FRAMES, content, generate, merge, run, write_job
 from usdsdg.cli.generate import make_part
 from usdsdg.cli.optional_values import completed
 
@@ -47,3 +49,17 @@ def test_ray_that_is_not_installed_is_named(tmp_path, monkeypatch):
     done = generate(job, tmp_path / "out", "--ray")
     assert done.returncode == 1
     assert "pip install 'usdsdg[ray]'" in done.stderr
+
+
+def test_a_part_leaves_nothing_to_be_written_at_exit(tmp_path):
+    job = write_job(tmp_path, "CocoWriter")
+    given = ["generate", "-q", str(job), "--device", "cpu", "--set", f"writer_kwargs.output_dir={tmp_path}/out"]
+    code = (
+        "import shutil, sys; from usdsdg.cli.generate import make_part\n"
+        f"given = {given!r}\n"
+        "said = [make_part([*given, '--frames', part, '--resume']) for part in ('0:1', '1:2')]\n"
+        f"shutil.rmtree('{tmp_path}/out')\n"
+        "sys.exit(any(code or 'several writers' in text for code, text in said))"
+    )
+    done = run([sys.executable, "-c", code])
+    assert (done.returncode, "error" in done.stderr) == (0, False), done.stderr

@@ -78,7 +78,7 @@ def test_opening_a_missing_file_is_an_error():
         ("a.usdc", b"PXR-USDC", "a.usdc"),
         ("a.png", b"x", "a.png"),
         ("a.usd", b"", "a.usd cannot be opened as a stage: it is empty or cut off"),
-        ("a.usdz", b"PK", "a.usdz cannot be opened as a stage: it is empty or cut off"),
+        ("a.usdz", b"PK", "a.usdz is damaged: File is not a zip file"),
     ],
 )
 def test_opening_a_damaged_file_reports_the_reason_of_usd(tmp_path, name, content, why):

@@ -26,6 +26,17 @@ def run_here(command: Callable[..., object], arguments: Sequence[str]) -> tuple[
             ended = app(list(arguments), standalone_mode=False)
     finally:
         session.current().run.release()
+        session.current().io_queue.forget_at_exit()
         session.restart()
-        gc.collect()  # writers, which would write their last files when this process ends
+        _free()
     return (ended if isinstance(ended, int) else 0), printed.getvalue()
+
+
+def _free() -> None:
+    """Free what the part has left.
+
+    The import of Newton has put what was there then out of the garbage collector's sight.
+    """
+    gc.unfreeze()
+    gc.collect()
+    gc.freeze()

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from weakref import WeakValueDictionary
 
 from pxr import Usd, UsdUtils
 
@@ -81,6 +82,8 @@ class Session:
         self.render_products: dict[str, Any] = {}  # HydraTexture by prim path, oldest first
         self.annotators: list[Any] = []  # attached by users, in the order of attaching
         self.writers: list[Any] = []  # attached, in the order of attaching
+        # By output folder, the first live backend that wrote into it.
+        self.backends: WeakValueDictionary[str, Any] = WeakValueDictionary()
         self.tap: Any = None  # a `usdsdg.capture.tap.Tap`, which gets the frames in place of the writers
         self.label_filter: str | None = None  # of annotators without one of their own; None: all labels
         self.metadata_seed: int | None = None  # the global seed of the latest captured frame

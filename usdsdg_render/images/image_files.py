@@ -86,6 +86,7 @@ def _modified(path: str) -> tuple[int, int]:
         status = os.stat(Ar.SplitPackageRelativePathOuter(path)[0] if "[" in path else path)
     except OSError:
         return 0, 0
+    note_opened(path)
     return status.st_mtime_ns, status.st_size
 
 
@@ -95,14 +96,15 @@ def read_bytes(path: str) -> bytes:
     Raises:
         AssetUnreadable: it cannot be opened.
     """
-    note_opened(path)
     if not Ar.IsPackageRelativePath(path):
         assets.check_regular(path)
+        note_opened(path)
         try:
             with open(path, "rb") as file:
                 return file.read()
         except OSError as error:
             raise errors.AssetUnreadable(f"{path}: {error.strerror}") from error
+    note_opened(path)
     asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path))
     if not asset:
         raise errors.AssetUnreadable(f"{path}: the package has no such file")

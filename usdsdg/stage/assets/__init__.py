@@ -8,7 +8,7 @@ from usdsdg.stage.assets.dependencies import (
     redirect,
     redirect_layer,
 )
-from usdsdg.stage.assets.file_checks import check_file, check_neighbors, check_regular
+from usdsdg.stage.assets.file_checks import check_file, check_neighbors, check_regular, not_a_file_of_its_own
 from usdsdg.stage.assets.lookup import exists, locate, paths_under_root
 from usdsdg.stage.assets.maps import PathMap, get_maps, set_maps
 from usdsdg.stage.assets.mesh_files import MESHES, PACKAGE, is_mesh, set_mesh_converter
@@ -26,7 +26,7 @@ from usdsdg.stage.assets.missing import (
     set_on_missing,
     where_looked,
 )
-from usdsdg.stage.assets.objects import not_a_file_of_its_own, open_layer, resolve_object, resolve_reference
+from usdsdg.stage.assets.objects import open_layer, resolve_object, resolve_reference
 from usdsdg.stage.assets.root import (
     HOW_TO_SET,
     ROOT_VARIABLE,

@@ -12,6 +12,7 @@ from pxr import Sdf
 from usdsdg.errors import AssetUnreadable
 
 PACKAGE = ".usdz"
+_POINTER = b"version https://git-lfs"
 
 
 def check_regular(path: str) -> None:
@@ -36,9 +37,23 @@ def check_file(path: str) -> None:
     """
     check_regular(path)
     if path.lower().endswith(PACKAGE) and os.path.isfile(path):
+        if why := not_a_file_of_its_own(path):
+            raise AssetUnreadable(f"{path} {why}")
         status = os.stat(path)
         if said := _damage(path, status.st_mtime_ns, status.st_size):
             raise AssetUnreadable(f"{path} is damaged: {said}. Copy or export it again.")
+
+
+def not_a_file_of_its_own(file: str | os.PathLike[str]) -> str:
+    """Return why a file holds nothing: it is empty, or a pointer of Git LFS; "" for others and those in a package."""
+    try:
+        with open(file, "rb") as stream:
+            start = stream.read(len(_POINTER))
+    except OSError:
+        return ""
+    if not start:
+        return "is an empty file"
+    return "only points to a file in Git LFS; get the file itself with git lfs pull" if start == _POINTER else ""
 
 
 def check_neighbors(layer: Sdf.Layer) -> None:

@@ -8,10 +8,8 @@ from pxr import Sdf, Tf
 
 from usdsdg import errors
 from usdsdg.stage.assets import mesh_files, missing
-from usdsdg.stage.assets.file_checks import check_file, check_neighbors
+from usdsdg.stage.assets.file_checks import check_file, check_neighbors, not_a_file_of_its_own
 from usdsdg.stage.usd_errors import reason
-
-_POINTER = b"version https://git-lfs"
 
 # The latest file that was opened; a reference that follows does not read it again.
 _latest: Sdf.Layer | None = None
@@ -75,15 +73,3 @@ def open_layer(file: str) -> Sdf.Layer:
     check_neighbors(layer)
     _latest = layer
     return layer
-
-
-def not_a_file_of_its_own(file: str | os.PathLike[str]) -> str:
-    """Return why a file holds nothing: it is empty, or a pointer of Git LFS; "" for others and those in a package."""
-    try:
-        with open(file, "rb") as stream:
-            start = stream.read(len(_POINTER))
-    except OSError:
-        return ""
-    if not start:
-        return "is an empty file"
-    return "only points to a file in Git LFS; get the file itself with git lfs pull" if start == _POINTER else ""

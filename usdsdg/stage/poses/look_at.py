@@ -5,6 +5,7 @@
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +26,8 @@ from usdsdg.stage.poses.xform_ops import Vector, author_pose
 
 # Sine of the angle between view and up below which the two count as parallel.
 _PARALLEL = 1e-9
+# Sine below which the cross product of the two has lost so many digits that it is not square to the view.
+_CLOSE = 1e-4
 
 
 def look_at_rotations(
@@ -55,8 +58,18 @@ def look_at_rotations(
     for offset in _offsets(stage_up_axis):
         parallel = np.linalg.norm(right, axis=-1) < _PARALLEL
         right[parallel] = np.cross(ups[parallel], offset)
-    right /= np.linalg.norm(right, axis=-1, keepdims=True)
+    right = _unit_square_to(back, right)
     return np.stack([right, np.cross(back, right), back], -2)
+
+
+def _unit_square_to(back: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
+    """Return cross products (N, 3) with unit vectors `back`, normalized, and exactly square to these if short."""
+    length = np.linalg.norm(right, axis=-1, keepdims=True)
+    unit = right / length
+    if (close := length[:, 0] < _CLOSE).any():
+        unit[close] -= np.sum(unit[close] * back[close], -1, keepdims=True) * back[close]
+        unit[close] /= np.linalg.norm(unit[close], axis=-1, keepdims=True)
+    return unit
 
 
 def look_at_matrix(eye: Vector, target: Vector, *, up: Vector = (0.0, 0.0, 1.0)) -> Gf.Matrix4d:
@@ -77,7 +90,7 @@ def look_at_matrix(eye: Vector, target: Vector, *, up: Vector = (0.0, 0.0, 1.0))
             "choose another up or move the eye sideways"
         )
     back /= distance
-    right /= np.linalg.norm(right)
+    (right,) = _unit_square_to(back[None], right[None])
     matrix = np.eye(4)
     matrix[:3, :3] = right, np.cross(back, right), back
     matrix[3, :3] = eye

@@ -2,7 +2,6 @@
 
 import itertools
 import os
-import weakref
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -140,13 +139,9 @@ def _warn_of_leftovers(folder: Path) -> None:
         )
 
 
-# By folder, the first live backend of this process that wrote into it.
-_writing: weakref.WeakValueDictionary[str, DiskBackend] = weakref.WeakValueDictionary()
-
-
 def _warn_of_sharing(backend: DiskBackend) -> None:
     """Warn that writers with the same folder replace each other's files."""
-    if not backend.ends_run and _writing.setdefault(backend.output_dir, backend) is not backend:
+    if not backend.ends_run and current().backends.setdefault(backend.output_dir, backend) is not backend:
         warn_once(
             f"{backend.output_dir} is written to by several writers: files of the same names, such as metadata.txt, "
             "replace each other. Give each writer an output_dir of its own."

@@ -186,6 +186,10 @@ class IoQueue:
         self._at_exit.append(weakref.WeakMethod(method))
         self._finish_at_exit()
 
+    def forget_at_exit(self) -> None:
+        """Call no method at exit that was given until now: what it would write is written, or makes no sense."""
+        self._at_exit = []
+
     def stop(self, seconds: float = STOP_SECONDS) -> int:
         """Drop the jobs that wait, give those that run some seconds to end, and return how many were dropped."""
         with self._changed:

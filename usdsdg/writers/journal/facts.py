@@ -14,8 +14,9 @@ from typing import Any
 
 from pxr import Ar, Sdf, Usd
 
-from usdsdg.errors import AssetNotFound
-from usdsdg.stage.assets.opened import opened_since
+from usdsdg.errors import AssetNotFound, AssetUnreadable
+from usdsdg.stage.assets.file_checks import check_regular
+from usdsdg.stage.assets.opened import last_note, opened_since
 from usdsdg.stage.assets.root import assets_root
 from usdsdg.stores.whole_file import facts_of
 
@@ -41,8 +42,8 @@ class AssetFacts:
 
     def __init__(self) -> None:
         self._root = ""  # of assets
-        self._layers: set[str] = set()
-        self._files = 0  # of textures and the like that were looked at
+        self._seen: set[str] = set()  # files
+        self._note = last_note()  # of files that were used before, by what this process did earlier
         self._open: list[Future[tuple[str, dict[str, Any]] | None]] = []
         self._pool: ThreadPoolExecutor | None = None
         self._lock = threading.Lock()
@@ -52,28 +53,29 @@ class AssetFacts:
         root = self._root = _root()
         for layer in stage.GetUsedLayers():
             path = layer.realPath
-            if path and path not in self._layers:
-                self._layers.add(path)
-                self._add(path, root, _told(layer))
+            if path:
+                self._add(path, root, layer)
 
     def take(self) -> dict[str, Any]:
         """Return, once, what is known of the assets that were noted, and of files that were read; waits for hashes.
 
         Pictures may be traced after their frame was captured, so their textures are known when their files are whole.
         """
-        files = opened_since(self._files)
-        self._files += len(files)
-        for path in files:
-            self._add(path, self._root, {})
+        note, self._note = self._note, last_note()
+        for path in opened_since(note):
+            self._add(path, self._root, None)
         with self._lock:
             open_, self._open = self._open, []
         return dict(found for future in open_ if (found := future.result()) is not None)
 
-    def _add(self, path: str, root: str, told: dict[str, Any]) -> None:
+    def _add(self, path: str, root: str, layer: Sdf.Layer | None) -> None:
+        if path in self._seen:
+            return
+        self._seen.add(path)
         if self._pool is None:
             self._pool = ThreadPoolExecutor(1, thread_name_prefix="usdsdg-assets")
         with self._lock:
-            self._open.append(self._pool.submit(_asset, path, root, told))
+            self._open.append(self._pool.submit(_asset, path, root, {} if layer is None else _told(layer)))
 
 
 def _root() -> str:
@@ -84,14 +86,15 @@ def _root() -> str:
 
 
 def _asset(path: str, root: str, told: dict[str, Any]) -> tuple[str, dict[str, Any]] | None:
-    """Return the name and hash of an asset, and what is known of it; None where there is no file any more.
+    """Return the name and hash of an asset, and what is known of it; None where no file is.
 
     Below the assets root the name is the path there, else that of the file alone.
     """
     file = Path(Ar.SplitPackageRelativePathOuter(path)[0] if "[" in path else path)
     try:
+        check_regular(str(file))
         size, sha256 = facts_of(file)
-    except OSError:
+    except (OSError, AssetUnreadable):
         return None
     name = f"/{file.relative_to(root).as_posix()}" if root and file.is_relative_to(root) else file.name
     return f"{name} {sha256}", {"name": name, "size": size, "sha256": sha256, **told}

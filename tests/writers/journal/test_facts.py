@@ -1,0 +1,35 @@
+"""The assets that a recipe names: those that its own run has used."""
+
+import os
+
+from usdsdg.stage.assets.opened import note_opened
+from usdsdg.writers.journal.facts import AssetFacts
+from usdsdg_render.images import image_files
+
+
+def names(facts: AssetFacts) -> list[str]:
+    return sorted(each["name"] for each in facts.take().values())
+
+
+def test_a_run_names_the_files_that_it_used_itself(tmp_path):
+    files = [str(tmp_path / name) for name in ("a.png", "b.png", "c.png")]
+    for file in files:
+        with open(file, "w") as stream:
+            stream.write(file)
+    for file in files[:2]:
+        image_files.read_bytes(file)  # by an earlier run of this process
+    facts = AssetFacts()
+    assert names(facts) == []
+    image_files.modified(files[1])  # looked up in a cache
+    assert names(facts) == ["b.png"]
+    image_files.read_bytes(files[1])
+    image_files.read_bytes(files[2])
+    assert names(facts) == ["c.png"]
+
+
+def test_what_is_no_file_is_not_read(tmp_path):
+    facts = AssetFacts()
+    note_opened("/dev/zero")
+    note_opened(os.fspath(tmp_path))
+    note_opened(str(tmp_path / "gone.png"))
+    assert names(facts) == []
