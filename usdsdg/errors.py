@@ -21,7 +21,8 @@ import sysconfig
 import threading
 import warnings
 import weakref
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
@@ -172,6 +173,7 @@ _OWN_FILES = (*(f"{_ROOT / name}{os.sep}" for name in ("usdsdg", "usdsdg_physics
 
 _warned: set[str] = set()
 _warned_lock = threading.Lock()
+_remembering = False  # whether a new stage does not let messages be issued again
 
 
 def warn_once(message: str, *, key: str | None = None) -> None:
@@ -203,7 +205,19 @@ def outside_line() -> str:
 def forget_warnings() -> None:
     """Allow every `warn_once` message to be issued again, as a new stage does."""
     with _warned_lock:
-        _warned.clear()
+        if not _remembering:
+            _warned.clear()
+
+
+@contextmanager
+def warnings_remembered() -> Iterator[None]:
+    """Issue no `warn_once` message twice in the context, whatever stages are opened in it."""
+    global _remembering
+    before, _remembering = _remembering, True
+    try:
+        yield
+    finally:
+        _remembering = before
 
 
 # --- what Replicator lets pass ---

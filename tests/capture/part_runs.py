@@ -15,6 +15,7 @@ from usdsdg.session import session
 from usdsdg.session.session import current
 from usdsdg.writers.aggregates import finish_run
 from usdsdg.writers.journal.folders import Mode
+from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.parts import join_parts
@@ -46,7 +47,7 @@ def run_parts(script: Script, folder: Path, *portions: str) -> None:
     for text in portions:
         run(script, folder, Portion.of_shard(text) if "/" in text else Portion.of_frames(text))
     for home in folders(folder):
-        join_parts(home)
+        join_parts(FolderPlace(home))
     session.restart()
 
 

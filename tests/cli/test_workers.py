@@ -5,9 +5,9 @@ import pytest
 from tests.cli.datasets import FRAMES, content, generate, merge, write_job
 from tests.soak.kills import Trials
 from usdsdg.errors import DatasetError
-from usdsdg.workers import plan as planning
 from usdsdg.workers.plan import Part, plan
 from usdsdg.writers.journal.journal import Journal
+from usdsdg.writers.journal.place import PARTS, FolderPlace
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_workers_say_what_is_wrong_with_a_job_once(tmp_path):
 
 
 def begin(folder, name, frames, complete):
-    home = folder / planning.PARTS / name
+    home = folder / PARTS / name
     home.mkdir(parents=True)
     journal = Journal(home / "journal.jsonl")
     journal.append([{"frame": number, "files": {}} for number in frames], {})
@@ -57,28 +57,28 @@ def begin(folder, name, frames, complete):
 
 
 def test_a_plan_has_every_frame_that_is_missing_once(tmp_path):
-    assert plan([tmp_path], 10, 3) == [Part(0, 3), Part(3, 6), Part(6, 10)]
-    assert plan([tmp_path], 2, 7) == [Part(0, 1), Part(1, 2)]
-    assert plan([tmp_path], 10, 3, unit=4) == [Part(0, 4), Part(4, 8), Part(8, 10)]
-    assert plan([tmp_path], 10, 2, unit=4) == [Part(0, 4), Part(4, 10)]
+    assert plan([FolderPlace(tmp_path)], 10, 3) == [Part(0, 3), Part(3, 6), Part(6, 10)]
+    assert plan([FolderPlace(tmp_path)], 2, 7) == [Part(0, 1), Part(1, 2)]
+    assert plan([FolderPlace(tmp_path)], 10, 3, unit=4) == [Part(0, 4), Part(4, 8), Part(8, 10)]
+    assert plan([FolderPlace(tmp_path)], 10, 2, unit=4) == [Part(0, 4), Part(4, 10)]
     begin(tmp_path, "0-3", range(3), complete=True)
     begin(tmp_path, "6-10", range(6, 8), complete=False)
-    assert plan([tmp_path], 10, 3) == [Part(3, 6), Part(6, 10)]
-    assert plan([tmp_path], 20, 4) == [Part(3, 6), Part(6, 10), Part(10, 15), Part(15, 20)]
+    assert plan([FolderPlace(tmp_path)], 10, 3) == [Part(3, 6), Part(6, 10)]
+    assert plan([FolderPlace(tmp_path)], 20, 4) == [Part(3, 6), Part(6, 10), Part(10, 15), Part(15, 20)]
 
 
 def test_frames_of_one_process_that_died_are_a_part(tmp_path):
     (tmp_path / ".usdsdg").mkdir()
     Journal(tmp_path / ".usdsdg/journal.jsonl").append([{"frame": number, "files": {}} for number in range(4)], {})
-    assert plan([tmp_path], FRAMES, 1) == [Part(4, FRAMES)]
-    assert plan([tmp_path], FRAMES, 1) == [Part(4, FRAMES)]
+    assert plan([FolderPlace(tmp_path)], FRAMES, 1) == [Part(4, FRAMES)]
+    assert plan([FolderPlace(tmp_path)], FRAMES, 1) == [Part(4, FRAMES)]
 
 
 def test_parts_that_overlap_or_are_shards_are_errors(tmp_path):
     begin(tmp_path, "0-3", range(3), complete=True)
     begin(tmp_path, "2-5", range(2, 5), complete=True)
     with pytest.raises(DatasetError, match="overlap at frame 2"):
-        plan([tmp_path], 10, 2)
+        plan([FolderPlace(tmp_path)], 10, 2)
     begin(tmp_path, "1-of-2", (1, 3), complete=True)
     with pytest.raises(DatasetError, match="1-of-2"):
-        plan([tmp_path], 10, 2)
+        plan([FolderPlace(tmp_path)], 10, 2)

@@ -1,6 +1,8 @@
 """Actors of Ray: `python -m tests.soak ray` makes one dataset in several ways, and compares every byte.
 
-One process; four actors on this machine; four of which two are killed while they work; two nodes of one cluster.
+One process; four actors on this machine; four of which two are killed while they work; two nodes of one cluster, with
+a folder that both see, and with a bucket, also with two actors killed. The bucket is Ceph's where that is installed
+(Debian's `ceph-mon ceph-osd ceph-common radosgw`), else moto's.
 """
 
 import argparse
@@ -13,9 +15,12 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 from tests.cli.datasets import ROOT, content
+from tests.soak import ceph
+from tests.stores.servers import KEYS, Bucket
 
 JOB = """
 num_frames: {frames}
@@ -33,7 +38,7 @@ writer_kwargs: {{output_dir: out, splits: {{train: 2, val: 1}}}}
 """
 
 
-def start(job: Path, out: Path, *options: str) -> subprocess.Popen[bytes]:
+def start(job: Path, out: Path | str, *options: str) -> subprocess.Popen[bytes]:
     """Begin to make the dataset."""
     command = [sys.executable, "-m", "usdsdg", "generate", "-q", str(job), "--device", "cpu", "--threads", "1"]
     command += ["--set", f"writer_kwargs.output_dir={out}", *options]
@@ -52,14 +57,16 @@ def kill_actors(process: subprocess.Popen[bytes], count: int, draw: random.Rando
     return killed
 
 
-def on_two_nodes(job: Path, out: Path) -> int:
+def on_two_nodes(job: Path, out: str, meanwhile: Callable[[subprocess.Popen[bytes]], object]) -> int:
     """Make the dataset on a cluster of two nodes; return the exit code."""
     from ray.cluster_utils import Cluster
 
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 2, "include_dashboard": False})
     try:
         cluster.add_node(num_cpus=2)
-        return start(job, out, "--ray", cluster.address, "--workers", "4").wait()
+        process = start(job, out, "--ray", cluster.address, "--workers", "4")
+        meanwhile(process)
+        return process.wait()
     finally:
         cluster.shutdown()
 
@@ -86,7 +93,7 @@ def main() -> int:
         ways: dict[str, Callable[[Path], int]] = {
             "four actors": lambda out: start(job, out, "--ray", "--workers", "4").wait(),
             "two of four actors killed": killed,
-            "two nodes": lambda out: on_two_nodes(job, out),
+            "two nodes": lambda out: on_two_nodes(job, str(out), lambda process: None),
         }
         for name, make in ways.items():
             started = time.monotonic()
@@ -96,4 +103,17 @@ def main() -> int:
             said = "equal" if is_equal else f"not equal, exit code {code}"
             print(f"{name}: {said} ({time.monotonic() - started:.0f} s)", flush=True)
             shutil.rmtree(folder / "out", ignore_errors=True)
+        with ceph.running() if ceph.is_installed() else nullcontext() as port:
+            for name, count in (("two nodes and a bucket", 0), ("the same, two actors killed", 2)):
+                bucket = Bucket(port)
+                os.environ |= {**KEYS, "AWS_REGION": "us-east-1", "AWS_ENDPOINT_URL": bucket.url}
+                started = time.monotonic()
+                code = on_two_nodes(
+                    job, f"s3://{bucket.name}/out", lambda process, n=count: kill_actors(process, n, draw)
+                )
+                made = {key.removeprefix("out/"): data for key, data in bucket.objects.items()}
+                is_equal = not code and made == content(folder / "whole")
+                wrong += not is_equal
+                said = "equal" if is_equal else f"not equal, exit code {code}"
+                print(f"{name}: {said} ({time.monotonic() - started:.0f} s)", flush=True)
     return int(wrong > 0)

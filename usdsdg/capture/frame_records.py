@@ -27,10 +27,10 @@ from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg.stage.poses.transforms import up_axis
 from usdsdg.stores.whole_file import write_whole_with_hash
 from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.backends.group import BackendGroup
 from usdsdg.writers.base import Writer, attached_writers
 from usdsdg.writers.journal.run import get_run
+from usdsdg.writers.spool import place_of
 
 SETTING = "/usdsdg/labels/record"
 # Parameters of writers that say where files go, on which their content must not depend.
@@ -56,11 +56,11 @@ def sink_of(writer: Writer) -> BaseBackend | None:
 
 
 def folder_of(writer: Writer) -> str | None:
-    """Return the local folder that a writer writes to; None if there is none, or it is not known."""
+    """Return the folder or URL that a writer writes to; None if there is none, or it is not known."""
     backend = sink_of(writer)
-    if isinstance(backend, BackendGroup):
-        backend = next((each for each in backend.backends if isinstance(each, DiskBackend)), None)
-    return backend.output_dir if isinstance(backend, (DiskBackend, _Folder)) else None
+    if isinstance(backend, _Folder):
+        return backend.output_dir
+    return place_of(backend) if backend is not None else None
 
 
 class FrameRecords:

@@ -132,4 +132,4 @@ def _let_workers_make(
         address, gpus = cluster
         pieces = PARTS_ON_RAY * (count or 1)
         make = on_ray(arguments, count, make_part, address=address, resources=Resources(each, gpus))
-    make_dataset(job.folders(values), values.num_frames, pieces, make, unit=job.episode(values))
+    make_dataset(job.places(values), values.num_frames, pieces, make, unit=job.episode(values))

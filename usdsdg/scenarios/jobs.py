@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from usdsdg.errors import ConfigError
@@ -19,7 +18,7 @@ from usdsdg.scenarios.detection import job as detection
 from usdsdg.scenarios.detection.config import DetectionConfig
 from usdsdg.scenarios.shared.runs import begin
 from usdsdg.writers import Writer
-from usdsdg.writers.spool import local_folder
+from usdsdg.writers.spool import place_of
 
 KEY = "job"
 
@@ -32,15 +31,15 @@ class Job:
     run: Callable[[Any], Any]
     writers: Callable[[Any], Sequence[Writer]]  # those of a run, not attached
 
-    def folders(self, config: Any) -> list[Path]:
-        """Return the local folders that a run writes to.
+    def places(self, config: Any) -> list[str]:
+        """Return the folders and URLs that a run writes to.
 
         Raises:
             WriterError: an option of a writer has a wrong value, or a folder cannot be written to.
             DatasetInTheWay: another run is there.
         """
-        found = [local_folder(each.backend) for each in self.writers(config) if each.backend is not None]
-        return [folder for folder in dict.fromkeys(found) if folder is not None]
+        found = [place_of(each.backend) for each in self.writers(config) if each.backend is not None]
+        return [place for place in dict.fromkeys(found) if place is not None]
 
     def episode(self, config: Any) -> int:
         """Return the number of frames of an episode; 1 where all frames are one, which any cut divides alike."""

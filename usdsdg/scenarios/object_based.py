@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import usdsdg as rep
 from usdsdg.app.app import get_app
-from usdsdg.errors import AssetError, AssetNotFound, Unsupported
+from usdsdg.errors import AssetError, AssetNotFound, Unsupported, warnings_remembered
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.orchestrator import get_orchestrator
 from usdsdg.scenarios import cameras, capture_loop, environment, objects, randomizers
@@ -55,16 +55,18 @@ def run(config: ObjectBasedConfig) -> Summary:
     capture_loop.apply_render_settings(config)
     writer = make_writer(config)
     started, frames, simulated = time.perf_counter(), 0, 0.0
-    for episode in (planned := episodes(config.seed, config.num_frames, config.frames_per_episode)):
-        if len(planned) > 1 and can_be_passed_over(writer, episode):
-            _pass_over(config, episode, writer)
-            continue
-        captured, seconds = _run_episode(config, episode, writer)
-        frames, simulated = episode.first + captured, simulated + seconds
-        if captured < episode.frames or get_run().is_over:
-            break
-        if len(planned) > 1:
-            gc.collect()  # the scene that was, which refers to itself and would be in memory for some episodes more
+    planned = episodes(config.seed, config.num_frames, config.frames_per_episode)
+    with warnings_remembered():  # all episodes are of one configuration
+        for episode in planned:
+            if len(planned) > 1 and can_be_passed_over(writer, episode):
+                _pass_over(config, episode, writer)
+                continue
+            captured, seconds = _run_episode(config, episode, writer)
+            frames, simulated = episode.first + captured, simulated + seconds
+            if captured < episode.frames or get_run().is_over:
+                break
+            if len(planned) > 1:
+                gc.collect()  # the scene that was, which refers to itself, and would stay for some episodes more
     frames = config.num_frames if get_run().is_over else frames
     seconds = time.perf_counter() - started
     summary = Summary(frames, frames * config.num_cameras, seconds, simulated, _output_dir(writer))

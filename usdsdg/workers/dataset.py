@@ -4,51 +4,47 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 from usdsdg.errors import BadValue
 from usdsdg.session.session import current
-from usdsdg.stage.semantics.semantic_classes import BESIDE
-from usdsdg.stores.file_lock import FileLock
 from usdsdg.workers import local, ray_cluster
 from usdsdg.workers.plan import Part, plan
 from usdsdg.workers.progress import PartsProgress
 from usdsdg.workers.ray_cluster import MakePart, Resources
-from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.parts import join_parts
 
 MakeParts = Callable[[Sequence[Part], Callable[[], None]], None]
 
 
-def make_dataset(folders: Sequence[Path], frames: int, count: int, make: MakeParts, *, unit: int = 1) -> None:
+def make_dataset(places: Sequence[str], frames: int, count: int, make: MakeParts, *, unit: int = 1) -> None:
     """Make the parts of a dataset that are missing in some folder, and join them.
 
-    folders: to which the run writes. frames: of the dataset. count: of processes. unit: frames
-    of an episode. make: makes parts, and calls its
-    second argument again and again meanwhile.
+    places: folders and URLs to which the run writes. frames: of the dataset. count: of processes. unit: frames of an
+    episode. make: makes parts, and calls its second argument again and again meanwhile.
 
     Raises:
-        BadValue: the run writes to no local folder.
+        BadValue: the run writes to no folder and to no store.
         DatasetInTheWay, OutputNotWritable: as for one process.
         WorkerFailed: a process has failed.
     """
-    if not folders:
+    if not places:
         raise BadValue("several processes need an output folder that all of them see; this job writes to none")
-    for folder in folders:
-        current().run.claim(str(folder))  # removes an earlier run, or goes on with it, as the options say
+    for each in places:
+        current().run.claim(each)  # removes an earlier run, or goes on with it, as the options say
+    claimed = [each.place for each in current().run.folders]
     done = [each.was_complete for each in current().run.folders]
     current().run.release()
     if all(done):
         return
-    locks = [FileLock(folder / BESIDE / NAME, shared=True) for folder in folders]
+    locks = [place.shared_lock() for place in claimed]
     try:
-        parts = plan(folders, frames, count, unit=unit)
-        make(parts, PartsProgress(folders[0], frames).tick)
+        parts = plan(claimed, frames, count, unit=unit)
+        make(parts, PartsProgress(claimed[0], frames).tick)
     finally:
         for lock in locks:
             lock.release()
-    for folder in folders:
-        join_parts(folder)
+    for place in claimed:
+        join_parts(place)
 
 
 def on_this_machine(arguments: Sequence[str], count: int) -> MakeParts:
@@ -66,7 +62,7 @@ def on_this_machine(arguments: Sequence[str], count: int) -> MakeParts:
 def on_ray(
     arguments: Sequence[str], count: int | None, make_part: MakePart, *, address: str, resources: Resources
 ) -> MakeParts:
-    """Return what makes parts with actors of a cluster, of which every node sees the output folder.
+    """Return what makes parts with actors of a cluster, of which every node sees the output folder or store.
 
     arguments: of `usdsdg`, as in `on_this_machine`. count: None: as many actors as there is room for.
     """

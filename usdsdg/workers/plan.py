@@ -14,8 +14,9 @@ from usdsdg.errors import DatasetError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.writers.journal import journal
 from usdsdg.writers.journal.folders import AGGREGATES
-from usdsdg.writers.journal.journal import NAME, PARTS, Journal
+from usdsdg.writers.journal.journal import NAME, Journal
 from usdsdg.writers.journal.merge import parts_of
+from usdsdg.writers.journal.place import PARTS, Place
 
 _FRAMES = re.compile(r"(\d+)-(\d+)")
 
@@ -33,35 +34,36 @@ class Part:
         return f"{self.first}:{self.last}"
 
 
-def plan(folders: Sequence[Path], frames: int, count: int, *, unit: int = 1) -> list[Part]:
-    """Return the parts that are not complete in every folder, in the order of frames.
+def plan(places: Sequence[Place], frames: int, count: int, *, unit: int = 1) -> list[Part]:
+    """Return the parts that are not complete in every place, in the order of frames.
 
     frames: of the dataset. count: into how many parts what no process has begun is cut. unit: frames
     that are best made by one process.
 
     Raises:
-        DatasetError: a folder has shards that are no frames in a row, or parts with frames that the dataset lacks.
+        DatasetError: a place has shards that are no frames in a row, or parts with frames that the dataset lacks.
     """
     begun: dict[Part, bool] = {}  # whether it is complete
-    for folder in folders:
-        _keep_as_part(folder)
+    for place in places:
+        place.pull()
+        _keep_as_part(place.path)
+        place.push(whole=True)
+    folders, where = [place.path for place in places], places[0].name
     names = {part.name for folder in folders for part in parts_of(folder)}
     for name in names:
         match = _FRAMES.fullmatch(name)
         if match is None or int(match[2]) > frames:
-            raise DatasetError(f"{folders[0]} has the part {name}, which is none of --workers; merge it or --overwrite")
+            raise DatasetError(f"{where} has the part {name}, which is none of --workers; merge it or --overwrite")
         files = [folder / PARTS / name / NAME for folder in folders]
         is_complete = all(file.is_file() and journal.read(file).is_complete for file in files)
         begun[Part(int(match[1]), int(match[2]))] = is_complete
-    gaps, place = [], 0
+    gaps, end = [], 0
     for part in sorted(begun, key=lambda each: each.first):
-        if part.first < place:
-            raise DatasetError(
-                f"{folders[0]} has parts that overlap at frame {part.first}; begin again with --overwrite"
-            )
-        gaps.append(Part(place, part.first))
-        place = part.last
-    gaps.append(Part(place, frames))
+        if part.first < end:
+            raise DatasetError(f"{where} has parts that overlap at frame {part.first}; begin again with --overwrite")
+        gaps.append(Part(end, part.first))
+        end = part.last
+    gaps.append(Part(end, frames))
     new = [piece for gap in gaps for piece in _cut(gap, count, frames, unit)]
     return sorted(
         [*new, *(part for part, is_complete in begun.items() if not is_complete)], key=lambda each: each.first
@@ -86,6 +88,10 @@ def _keep_as_part(folder: Path) -> None:
         return
     contents = journal.read(own)
     if not contents.frames:
+        return
+    if contents.frames == {frame for part in parts_of(folder) for frame in journal.read(part / NAME).frames}:
+        shutil.rmtree(folder / BESIDE / AGGREGATES, ignore_errors=True)  # of a process that died while it joined them
+        os.truncate(own, 0)
         return
     home = folder / PARTS / f"0-{contents.first_missing}"
     home.mkdir(parents=True, exist_ok=True)

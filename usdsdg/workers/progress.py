@@ -6,19 +6,21 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+from usdsdg.errors import StoreError
 from usdsdg.session.progress import report
-from usdsdg.writers.journal.journal import FRAME, NAME, PARTS
+from usdsdg.writers.journal.journal import FRAME, NAME
+from usdsdg.writers.journal.place import PARTS, Place
 
 SECONDS = 1.0
 _LINE = f'{{"{FRAME}":'.encode()
 
 
 class PartsProgress:
-    """Reports the frames in the journals of the parts in a folder."""
+    """Reports the frames in the journals of the parts of a dataset."""
 
-    def __init__(self, folder: Path, frames: int) -> None:
+    def __init__(self, place: Place, frames: int) -> None:
         """frames: of the dataset."""
-        self._folder, self._frames = folder, frames
+        self._place, self._frames = place, frames
         self._read: dict[Path, tuple[int, int]] = {}  # bytes and frames, by journal
         self._reported = time.monotonic()
 
@@ -27,7 +29,9 @@ class PartsProgress:
         if time.monotonic() - self._reported < SECONDS:
             return
         self._reported = time.monotonic()
-        for path in (self._folder / PARTS).glob(f"*/{NAME}"):
+        with suppress(StoreError):  # which those who make the parts meet, too
+            self._place.pull()
+        for path in (self._place.path / PARTS).glob(f"*/{NAME}"):
             self._count(path)
         report("frames captured", sum(count for _, count in self._read.values()), self._frames)
 

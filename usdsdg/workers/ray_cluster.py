@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ from usdsdg.workers.plan import Part
 LOCAL = "local"
 ATTEMPTS = 4  # of a part whose actor dies
 POLL_SECONDS = 0.1
+ROOM_SECONDS = 600.0  # which a cluster may take to start nodes
 _TAIL = 4000  # characters of what an actor has printed that an error shows
 # Runs in an actor: gets the arguments of `usdsdg`, returns the exit code and what was printed.
 MakePart = Callable[[Sequence[str]], tuple[int, str]]
@@ -74,26 +76,52 @@ def _run(
     count: int,
     tick: Callable[[], None],
 ) -> None:
-    """Let `count` actors make what is waiting; new: starts an actor."""
-    idle = [new() for _ in range(count)]
+    """Let `count` actors make what is waiting; new: starts an actor.
+
+    A part goes to an actor that runs. One in place of an actor that has died may wait for room for long, as after the
+    loss of a node; the others then make its part.
+    """
+    starting: dict[Any, Any] = {}  # actors by what they answer once they run
+    idle: list[Any] = []
     running: dict[Any, _Work] = {}
+    busy_at = time.monotonic()
     try:
         while waiting or running:
+            for _ in range(min(count - len(idle) - len(running), len(waiting)) - len(starting)):
+                actor = new()
+                starting[actor.is_ready.remote()] = actor
             while waiting and idle:
                 (part, attempt), actor = waiting.popleft(), idle.pop()
                 running[actor.make.remote(list(command(part)))] = _Work(part, attempt, actor)
-            done, _ = ray.wait(list(running), timeout=POLL_SECONDS)
+            done, _ = ray.wait([*starting, *running], timeout=POLL_SECONDS)
             tick()
             for reference in done:
+                if reference in starting:
+                    actor = starting.pop(reference)
+                    if _has_started(ray, reference):
+                        idle.append(actor)
+                    continue
                 work = running.pop(reference)
                 if _succeeded(ray, reference, work):
                     idle.append(work.actor)
                 else:
                     waiting.appendleft((work.part, work.attempt + 1))
-                    idle.append(new())
+            busy_at = time.monotonic() if running or idle else busy_at
+            if time.monotonic() - busy_at > ROOM_SECONDS:
+                raise WorkerFailed(
+                    f"the cluster has had no room for an actor for {ROOM_SECONDS:g} s; go on with --resume"
+                )
     finally:
-        for actor in [*idle, *(work.actor for work in running.values())]:
+        for actor in [*starting.values(), *idle, *(work.actor for work in running.values())]:
             ray.kill(actor)
+
+
+def _has_started(ray: Any, reference: Any) -> bool:
+    """Return whether an actor runs; False if it has died before it answered."""
+    try:
+        return ray.get(reference)
+    except ray.exceptions.RayActorError:
+        return False
 
 
 def _succeeded(ray: Any, reference: Any, work: _Work) -> bool:
@@ -118,6 +146,10 @@ class _Maker:
 
     def __init__(self, make_part: MakePart) -> None:
         self._make_part = make_part
+
+    def is_ready(self) -> bool:
+        """Return True, as soon as the actor runs."""
+        return True
 
     def make(self, arguments: list[str]) -> tuple[int, str]:
         """Return the exit code of a command, and what it printed."""

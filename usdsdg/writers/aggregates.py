@@ -10,6 +10,8 @@ from usdsdg.session.session import current
 from usdsdg.writers import spool
 from usdsdg.writers.aggregate import Aggregate
 from usdsdg.writers.backends.disk import DiskBackend
+from usdsdg.writers.backends.store import StoreBackend
+from usdsdg.writers.journal.place import Place, StorePlace
 from usdsdg.writers.journal.run import get_run
 
 # The module of each kind of aggregate; spools name kinds, and a file does not decide what is imported.
@@ -29,13 +31,13 @@ MODULES = {
 }
 
 
-def write_all(folder: Path, spools: Path) -> None:
+def write_all(place: Place, spools: Path) -> None:
     """Write the aggregate files of all spools below `spools`.
 
     Raises:
         WriterError: a spool is damaged, or of a kind that this version does not know.
     """
-    backend = DiskBackend(folder)
+    backend = StoreBackend.at(place) if isinstance(place, StorePlace) else DiskBackend(place.path)
     backend.ends_run = True
     for path in sorted(spools.rglob(f"*{spool.SUFFIX}")):
         kind = spool.kind_of(path)
@@ -55,6 +57,6 @@ def finish_run(*, complete: bool) -> None:
     if not run.is_part:
         for folder in run.folders:
             if folder.goes_on or run.aggregates_wait:
-                write_all(folder.path, folder.aggregates)
+                write_all(folder.place, folder.aggregates)
         current().io_queue.wait_until_done()
     run.close(complete=complete)

@@ -9,24 +9,25 @@ from usdsdg.session.session import current
 from usdsdg.writers.aggregates import finish_run
 from usdsdg.writers.journal import merge, recipe
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.place import Place
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.run import Run
 
 
-def join_parts(folder: Path) -> int:
-    """Make one dataset of the parts in a folder, and return its number of frames.
+def join_parts(place: Place) -> int:
+    """Make one dataset of the parts in a place, and return its number of frames.
 
     Raises:
         DatasetError: there are none, or they are not complete.
         DatasetInTheWay: a process is writing there.
     """
-    values = recipe.read(folder)
+    place.pull()
+    values = recipe.read(place.path)
     if values is None:
-        raise DatasetError(f"{folder} has no parts to be joined: there is no {recipe.FILE}")
-    wanted = Recipe.of_values(values, folder)
-    folder = folder.absolute()
+        raise DatasetError(f"{place.name} has no parts to be joined: there is no {recipe.FILE}")
+    wanted = Recipe.of_values(values, Path(place.name))
     # With the lock of the whole dataset, which no part may hold meanwhile.
-    claimed = DatasetFolder(folder, wanted, Mode.RESUME, None, before=lambda: merge.join(folder))
+    claimed = DatasetFolder(place, wanted, Mode.RESUME, None, before=lambda: merge.join(place))
     current().run = run = Run()
     run.begin(wanted, Mode.RESUME, None)
     run.adopt(claimed)

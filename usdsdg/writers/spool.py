@@ -18,11 +18,13 @@ from typing import Any
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
 from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.stores.addresses import is_url
 from usdsdg.stores.paths import path_below
 from usdsdg.stores.whole_file import not_writable
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.backends.group import BackendGroup
+from usdsdg.writers.backends.store import StoreBackend
 from usdsdg.writers.files import plain
 from usdsdg.writers.journal.folders import ONCE
 from usdsdg.writers.journal.run import get_run
@@ -107,8 +109,8 @@ class Spool:
     """Appends records of frames to `.usdsdg/aggregates/<name>.jsonl`; every append is in the file when it returns.
 
     A line is {"frame": number, ...} for a picture of a frame, or {"about": {...}} for what is true of all frames, of
-    which the last one counts. The first append replaces the spool of an earlier run. A bucket cannot be appended to:
-    for a backend without a local folder the file is a temporary one, which ends with this object and its records.
+    which the last one counts. The first append replaces the spool of an earlier run. For a bucket without a journal the
+    file is a temporary one, which ends with this object and its records.
     """
 
     def __init__(self, backend: BaseBackend, name: str, kind: str = "", *, once: bool = False) -> None:
@@ -124,11 +126,12 @@ class Spool:
     @cached_property
     def path(self) -> Path:
         """The file. Its folder is claimed at the first use, since not every writer that is made writes something."""
-        folder = local_folder(self._backend)
-        claimed = None if folder is None else get_run().claim(str(folder))
-        if folder is None or (self._once and claimed is None):
+        place = place_of(self._backend)
+        claimed = None if place is None else get_run().claim(place)
+        if claimed is None and (self._once or place is None or is_url(place)):
             self._temporary = _TemporaryFolder()
-            folder = self._temporary.path
+            place = str(self._temporary.path)
+        folder = Path(place or "")
         path = path_below(folder / FOLDER if claimed is None else claimed.aggregates, f"{self._name}{SUFFIX}")
         if claimed is not None and claimed.goes_on and path.exists():
             # What an earlier process has left.
@@ -163,8 +166,8 @@ class Spool:
     @property
     def goes_on(self) -> bool:
         """Whether the journal of an earlier process is gone on with, so that its records are here, too."""
-        folder = local_folder(self._backend)
-        claimed = get_run().claim(str(folder)) if folder is not None else None
+        place = place_of(self._backend)
+        claimed = get_run().claim(place) if place is not None else None
         return claimed is not None and claimed.goes_on
 
     @property
@@ -261,10 +264,10 @@ def _parsed(data: bytes) -> dict[str, Any] | None:
     return None
 
 
-def local_folder(backend: BaseBackend) -> Path | None:
-    """Return the folder that a backend writes to; None if it has no local one."""
-    if isinstance(backend, DiskBackend):
-        return Path(backend.output_dir)
+def place_of(backend: BaseBackend) -> str | None:
+    """Return the folder or URL of the dataset that a backend writes, of a group the first of them; None without one."""
+    if isinstance(backend, DiskBackend) or (isinstance(backend, StoreBackend) and backend.keeps_journal):
+        return backend.output_dir
     if isinstance(backend, BackendGroup):
-        return next((folder for each in backend.backends if (folder := local_folder(each)) is not None), None)
+        return next((place for each in backend.backends if (place := place_of(each)) is not None), None)
     return None

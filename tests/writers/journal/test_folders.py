@@ -11,6 +11,7 @@ from usdsdg.errors import DatasetInTheWay
 from usdsdg.stores.file_lock import FileLock, Locked
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.frames import FrameFiles
+from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 
@@ -30,7 +31,7 @@ def write_frame(folder, number, text=b"x"):
 
 
 def run(path, mode=Mode.NEW, portion=None, frames=(), complete=True, **facts):
-    folder = DatasetFolder(path, recipe(**facts), mode, portion)
+    folder = DatasetFolder(FolderPlace(path), recipe(**facts), mode, portion)
     for number in frames:
         write_frame(folder, number)
     folder.close(complete=complete)
@@ -61,7 +62,7 @@ def test_an_unfinished_run_is_gone_on_with_or_removed_only_when_asked_for(tmp_pa
     run(tmp_path, frames=(0, 1), complete=False)
     with pytest.raises(DatasetInTheWay, match="--resume"):
         run(tmp_path)
-    going_on = DatasetFolder(tmp_path, recipe(), Mode.RESUME, None)
+    going_on = DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.RESUME, None)
     assert [going_on.has(number) for number in range(3)] == [True, True, False]
     going_on.release()
     run(tmp_path, Mode.OVERWRITE)
@@ -99,12 +100,12 @@ def test_a_listed_path_outside_of_the_folder_is_never_removed(tmp_path):
 
 
 def test_parts_are_written_beside_each_other_and_one_part_by_one_process(tmp_path):
-    first = DatasetFolder(tmp_path, recipe(), Mode.NEW, Portion(0, 2))
-    second = DatasetFolder(tmp_path, recipe(), Mode.NEW, Portion(2, 4))
+    first = DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.NEW, Portion(0, 2))
+    second = DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.NEW, Portion(2, 4))
     with pytest.raises(DatasetInTheWay, match="another process"):
-        DatasetFolder(tmp_path, recipe(), Mode.NEW, Portion(0, 2))
+        DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.NEW, Portion(0, 2))
     with pytest.raises(DatasetInTheWay, match="another process"):
-        DatasetFolder(tmp_path, recipe(), Mode.NEW, None)
+        DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.NEW, None)
     for folder in (first, second):
         folder.release()
 

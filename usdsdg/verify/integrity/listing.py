@@ -15,6 +15,7 @@ from usdsdg.writers.journal import journal, recipe
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.merge import parts_of
+from usdsdg.writers.journal.place import PARTS
 
 JOURNAL = f"{BESIDE}/{NAME}"
 _SHOWN = 8
@@ -122,7 +123,7 @@ def _read_parts(folder: Path, parts: list[Path], listing: Listing) -> None:
         listing.faults += of_part.faults
         listing.is_damaged |= of_part.is_damaged
     names = ", ".join(part.name for part in parts[:_SHOWN]) + (", ..." if len(parts) > _SHOWN else "")
-    listing.faults.append(Fault(journal.PARTS, "all", f"{len(parts)} parts are not joined (usdsdg merge): {names}"))
+    listing.faults.append(Fault(PARTS, "all", f"{len(parts)} parts are not joined (usdsdg merge): {names}"))
 
 
 def _lines(path: Path) -> Iterator[tuple[int, bytes]]:

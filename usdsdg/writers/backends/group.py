@@ -17,6 +17,10 @@ class BackendGroup(BaseBackend):
 
     def __init__(self, backends: Sequence[BaseBackend]) -> None:
         self.backends = list(backends)
+        if any(isinstance(each, DiskBackend) for each in self.backends):
+            for each in self.backends:
+                if isinstance(each, StoreBackend):
+                    each.keeps_journal = False
 
     @property
     def output_dir(self) -> str:

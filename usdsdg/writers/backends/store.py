@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 import mimetypes
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from usdsdg.errors import ALLOW_OUTSIDE, OutputNotWritable, StoreError, Unsupported, WriterError, warn_once
@@ -14,6 +15,8 @@ from usdsdg.stores.object_store import ObjectStore
 from usdsdg.stores.paths import checked_path
 from usdsdg.stores.retries import retry_seconds
 from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.journal.place import StorePlace
+from usdsdg.writers.journal.recipe import FILE as RECIPE
 
 # How long the first answer of a store may take [s], so that a wrong address is told soon.
 FIRST_ANSWER_SECONDS = 30.0
@@ -21,6 +24,9 @@ FIRST_ANSWER_SECONDS = 30.0
 
 class StoreBackend(BaseBackend):
     """A backend that writes files to a URL, as to "gs://bucket/runs/7"."""
+
+    ends_run = False  # as of `DiskBackend`
+    keeps_journal = True  # a copy beside a folder has none: the folder's journal tells which frames are whole
 
     def __init__(
         self, url: str, region: str | None = None, endpoint_url: str | None = None, overwrite: bool = True
@@ -56,18 +62,28 @@ class StoreBackend(BaseBackend):
             patience = retry_seconds()
             first = ObjectStore(address, **options, retry_seconds=min(patience, FIRST_ANSWER_SECONDS))
             if not overwrite and address.path:
-                first = self._free(first)
+                first = self._to_go_on(first) or self._free(first)
             is_used = _has_files(first)
             self._store = ObjectStore(first.address, **options, retry_seconds=patience)
         except OutputNotWritable:
             raise
         except StoreError as error:
             raise OutputNotWritable(str(error)) from error
-        if is_used:
+        place = StorePlace(self._store)
+        current().run.know(place)
+        current().run.check(place.name)
+        if is_used and place.read(RECIPE) is None:
             warn_once(
                 f"{self.output_dir} is not empty: files of the same names are replaced, the others stay. "
                 "Give another prefix to keep runs apart."
             )
+
+    @classmethod
+    def at(cls, place: StorePlace) -> StoreBackend:
+        """Return a backend for a place that the run has claimed; nothing is asked."""
+        backend = cls.__new__(cls)
+        backend._store = place.store
+        return backend
 
     @property
     def output_dir(self) -> str:
@@ -96,14 +112,21 @@ class StoreBackend(BaseBackend):
             WriterError: as `resolve_path`.
             OutputNotWritable: the server refused it, or did not answer again and again.
         """
-        self._store.put(checked_path(path, self.output_dir), data, kind=_kind_of(path))
+        self._write(path, data)
 
     def write_chunks(self, path: str, chunks: Iterable[bytes | memoryview]) -> None:
         """As `write_blob`, without a copy of all chunks in one piece."""
         if type(self).write_blob is not _OWN_WRITE_BLOB:
             super().write_chunks(path, chunks)  # to that of a subclass
         else:
-            self._store.put(checked_path(path, self.output_dir), chunks, kind=_kind_of(path))
+            self._write(path, chunks)
+
+    def _write(self, path: str, data: bytes | Iterable[bytes | memoryview]) -> None:
+        key, run = checked_path(path, self.output_dir), current().run
+        claimed = run.claim(self.output_dir) if self.keeps_journal else None
+        self._store.put(key, data, kind=_kind_of(path))
+        if claimed is not None:
+            run.note(self.output_dir, key, _facts(data), current().io_queue.files_in_hand())
 
     def read_blob(self, path: str) -> bytes:
         """Return what was stored under `path`.
@@ -117,8 +140,13 @@ class StoreBackend(BaseBackend):
     @staticmethod
     def _free(store: ObjectStore) -> ObjectStore:
         """Return the store itself if nothing is there, else the first one with a number that is free."""
-        numbered = (store.at(f"{store.address.path}_{number:04d}") for number in itertools.count(1))
-        return next(each for each in itertools.chain([store], numbered) if not _has_files(each))
+        return next(each for each in _numbered(store) if not _has_files(each))
+
+    @staticmethod
+    def _to_go_on(store: ObjectStore) -> ObjectStore | None:
+        """Return the latest store with this run or a part of it, where new runs are put beside earlier ones."""
+        used = list(itertools.takewhile(_has_files, _numbered(store))) if current().run.may_go_on else []
+        return next((each for each in reversed(used) if current().run.is_of_this(StorePlace(each))), None)
 
 
 _OWN_WRITE_BLOB = StoreBackend.write_blob
@@ -153,8 +181,22 @@ class S3Backend(StoreBackend):
         self._open(Address("s3", bucket, "/".join(prefix)), region, endpoint_url, overwrite)
 
 
+def _numbered(store: ObjectStore) -> Iterator[ObjectStore]:
+    """Return the store, and those with _0001 and so on appended."""
+    return itertools.chain([store], (store.at(f"{store.address.path}_{number:04d}") for number in itertools.count(1)))
+
+
 def _has_files(store: ObjectStore) -> bool:
     return next(store.list(), None) is not None
+
+
+def _facts(data: bytes | Iterable[bytes | memoryview]) -> tuple[int, str]:
+    """Return the size [bytes] and the SHA-256 of a file."""
+    size, digest = 0, hashlib.sha256()
+    for chunk in [data] if isinstance(data, bytes) else data:
+        size += memoryview(chunk).nbytes
+        digest.update(chunk)
+    return size, digest.hexdigest()
 
 
 def _kind_of(path: str) -> str:

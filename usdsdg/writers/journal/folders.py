@@ -1,4 +1,4 @@
-"""The output folders of a run: each with its recipe, its journal and a lock while the run writes there."""
+"""The datasets that a run writes to: each with its recipe, its journal and a lock while the run writes there."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from typing import Any
 
 from usdsdg.errors import DatasetInTheWay, WriterError, warn_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
-from usdsdg.stores.file_lock import FileLock, Locked
-from usdsdg.stores.whole_file import facts_of, not_writable, sync_all
+from usdsdg.stores.file_lock import Locked
+from usdsdg.stores.whole_file import facts_of, not_writable
 from usdsdg.writers.journal import journal, recipe
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
-from usdsdg.writers.journal.journal import NAME, PARTS, Contents, Journal
+from usdsdg.writers.journal.journal import NAME, Contents, Journal
+from usdsdg.writers.journal.place import PARTS, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 
@@ -37,40 +38,40 @@ class Mode(Enum):
 
 
 class DatasetFolder:
-    """One output folder while a run writes into it."""
+    """The place of one dataset while a run writes there."""
 
     def __init__(
         self,
-        path: Path,
+        place: Place,
         wanted: Recipe,
         mode: Mode,
         portion: Portion | None,
         *,
         before: Callable[[], object] = lambda: None,
     ) -> None:
-        """Claim a folder for a run.
+        """Claim a place for a run.
 
         before: called with the lock, before the journal is read.
 
         Raises:
             DatasetInTheWay: another run is there, or writes there now; the message says how to go on.
-            OutputNotWritable: the folder cannot be written to.
+            OutputNotWritable, StoreError: the place cannot be written to.
         """
-        self.path, self._recipe, self.portion = path, wanted, portion
+        self.place, self.path, self._recipe, self.portion = place, place.path, wanted, portion
+        path = place.path
         self.goes_on = mode is Mode.RESUME  # spools and journal have what an earlier process has left
         home = path / PARTS / portion.name if portion is not None else path / BESIDE
         self._home = home
         try:
             home.mkdir(parents=True, exist_ok=True)
-            self._locks = [FileLock(path / BESIDE / NAME, shared=portion is not None)]
-            if portion is not None:
-                self._locks.append(FileLock(home / NAME))
+            self._locks = place.locks(portion)
         except Locked as held:
-            raise DatasetInTheWay(f"{path}: another process is writing to this dataset ({held}).") from None
+            raise DatasetInTheWay(f"{place.name}: another process is writing to this dataset ({held}).") from None
         except OSError as error:
             raise not_writable(path, error) from error
         try:
-            check(path, wanted, mode, portion)
+            place.pull(portion)
+            check(place, wanted, mode, portion)
             before()
             self._make_room(mode)
             self.journal = Journal(home / NAME)
@@ -80,6 +81,7 @@ class DatasetFolder:
                 self._shorten_spools()
             if recipe.read(path) is None:
                 wanted.write(path)
+            place.push(whole=True)
         except BaseException:
             self.release()
             raise
@@ -111,15 +113,18 @@ class DatasetFolder:
         shared, self._shared = self._shared, {}
         facts, self._facts = self._facts, {}
         names = [*shared, *(name for line in frames for name in line[journal.FILES])]
-        sync_all([*(self.path / name for name in names), *self._spools()])
+        self.place.sync([*names, *(each.relative_to(self.path).as_posix() for each in self._spools())])
+        self.place.push()
         self.journal.append(frames, shared, facts)
+        self.place.push()
 
     def close(self, *, complete: bool) -> None:
         """Write the recipe, which parts leave to those who join them, and the closing line, and release the folder."""
         try:
             self.append([])
             if self.portion is None:
-                made = self._recipe.completed(self.path, self.journal.count, self.journal.contents.facts)
+                classes, contents = self.place.read(recipe.CLASSES), self.journal.contents
+                made = self._recipe.completed(classes, self.journal.count, contents.facts)
                 written = made.write(self.path)
                 kept = [each for each in self._spools() if not each.is_relative_to(self.aggregates / ONCE)]
                 spools = {each.relative_to(self.path).as_posix(): facts_of(each) for each in kept}
@@ -128,6 +133,7 @@ class DatasetFolder:
                     shutil.rmtree(self.aggregates / ONCE, ignore_errors=True)
             else:
                 self.journal.close(complete=complete)
+            self.place.push(whole=True)
         finally:
             self.release()
 
@@ -141,9 +147,9 @@ class DatasetFolder:
         if mode is Mode.RESUME:
             return
         if self.portion is None:
-            remove_run(self.path)
+            _remove_run(self.place)
         else:
-            _remove_files(self.path, self._home / NAME)
+            _remove_files(self.place, self._home / NAME)
             shutil.rmtree(self.aggregates, ignore_errors=True)
 
     def _spools(self) -> Iterator[Path]:
@@ -163,12 +169,13 @@ class DatasetFolder:
             os.truncate(path, end) if end else path.unlink()
 
 
-def check(path: Path, wanted: Recipe, mode: Mode, portion: Portion | None) -> None:
-    """Check that a run may write to a folder.
+def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None) -> None:
+    """Check that a run may write to a place, of which what is there is known.
 
     Raises:
         DatasetInTheWay: another run is there; the message says how to go on.
     """
+    path, there = place.path, place.name
     try:
         earlier = recipe.read(path)
     except WriterError:
@@ -176,9 +183,9 @@ def check(path: Path, wanted: Recipe, mode: Mode, portion: Portion | None) -> No
             return
         raise
     if earlier is None:
-        if mode is Mode.RESUME and path.is_dir() and any(each.name != BESIDE for each in path.iterdir()):
+        if mode is Mode.RESUME and place.has_files():
             raise DatasetInTheWay(
-                f"{path} has files but no recipe, so it cannot be gone on with. Choose another output_dir, or "
+                f"{there} has files but no recipe, so it cannot be gone on with. Choose another output_dir, or "
                 "--overwrite."
             )
         return
@@ -191,12 +198,12 @@ def check(path: Path, wanted: Recipe, mode: Mode, portion: Portion | None) -> No
     if differences:
         listed = "\n  ".join(differences)
         raise DatasetInTheWay(
-            f"{path} has a run of another recipe, of {name}:\n  {listed}\n"
+            f"{there} has a run of another recipe, of {name}:\n  {listed}\n"
             "Choose another output_dir, or remove that run with --overwrite."
         )
     if mode is Mode.NEW and not _is_complete(path, portion):
         raise DatasetInTheWay(
-            f"{path} has an unfinished run of this recipe. Go on with --resume, begin again with --overwrite, or "
+            f"{there} has an unfinished run of this recipe. Go on with --resume, begin again with --overwrite, or "
             "choose another output_dir."
         )
 
@@ -210,40 +217,32 @@ def _is_complete(path: Path, portion: Portion | None) -> bool:
     return found.is_complete or not (found.frames or found.shared)
 
 
-def remove_run(path: Path) -> None:
-    """Remove the files that the journals in a folder list, and what is beside them."""
+def _remove_run(place: Place) -> None:
+    """Remove the files that the journals in a place list, and what is beside them."""
+    path = place.path
     if not (path / recipe.FILE).exists():
         return
     journals = [path / BESIDE / NAME, *(path / PARTS).glob(f"*/{NAME}")]
     if any(each.is_file() and each.stat().st_size for each in journals):
-        warn_once(f"{path}: the files of the earlier run there are replaced.")
+        warn_once(f"{place.name}: the files of the earlier run there are replaced.")
     for each in journals:
-        _remove_files(path, each)
-    for each in (path / BESIDE).iterdir():
-        if each.is_dir():
-            shutil.rmtree(each, ignore_errors=True)
-        elif each.name == NAME:
-            os.truncate(each, 0)  # which is locked
-        else:
-            each.unlink()
+        _remove_files(place, each)
+    place.remove_beside()
 
 
-def _remove_files(path: Path, listed: Path) -> None:
-    """Remove the files that a journal lists, and the folders that this leaves empty."""
+def _remove_files(place: Place, listed: Path) -> None:
+    """Remove the files that a journal lists."""
     if not listed.is_file():
         return
-    folders: set[Path] = set()
+    own = listed.relative_to(place.path).as_posix()
     with suppress(WriterError):  # damaged: what it lists up to there is removed
-        for line in journal.lines(listed):
-            for name in (*line.get(journal.FILES, ()), *line.get(journal.SHARED, ())):
-                file = (path / name).resolve()
-                if file.is_relative_to(path.resolve()) and file != listed:
-                    file.unlink(missing_ok=True)
-                    folders.update(each for each in file.parents if each.is_relative_to(path.resolve()))
+        place.remove(
+            name
+            for line in journal.lines(listed)
+            for name in (*line.get(journal.FILES, ()), *line.get(journal.SHARED, ()))
+            if name != own
+        )
     os.truncate(listed, 0)
-    for folder in sorted(folders - {path.resolve()}, key=lambda each: len(each.parts), reverse=True):
-        with suppress(OSError):
-            folder.rmdir()
 
 
 def _remove_unfinished(path: Path) -> None:

@@ -18,13 +18,12 @@ from pathlib import Path
 from typing import Any
 
 from usdsdg.errors import WriterError
-from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.whole_file import not_writable, synced, write_whole
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
+from usdsdg.writers.journal.place import JOURNAL
 
-NAME = "journal.jsonl"
-PARTS = f"{BESIDE}/parts"
+NAME = JOURNAL
 FRAME, FILES, STATE, SHARED, FRAMES, COMPLETE = "frame", "files", "state", "shared", "frames", "complete"
 LINES, RECIPE, FACTS = "lines", "recipe", "facts"
 

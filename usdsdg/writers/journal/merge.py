@@ -15,7 +15,8 @@ from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.journal import journal
 from usdsdg.writers.journal.facts import joined
 from usdsdg.writers.journal.folders import AGGREGATES, SPOOL
-from usdsdg.writers.journal.journal import FACTS, FRAME, NAME, PARTS, SHARED
+from usdsdg.writers.journal.journal import FACTS, FRAME, NAME, SHARED
+from usdsdg.writers.journal.place import PARTS, Place
 
 
 def parts_of(folder: Path) -> list[Path]:
@@ -23,20 +24,21 @@ def parts_of(folder: Path) -> list[Path]:
     return sorted(each.parent for each in (folder / PARTS).glob(f"*/{NAME}"))
 
 
-def join(folder: Path) -> int:
+def join(place: Place) -> int:
     """Join the journals and spools of the parts to those of one run; return the number of frames.
 
     Raises:
         DatasetError: there are no parts, one is unfinished, or frames are missing or there twice.
     """
+    folder = place.path
     parts = parts_of(folder)
     if not parts:
-        raise DatasetError(f"{folder} has no parts to be joined: there is no {PARTS}")
+        raise DatasetError(f"{place.name} has no parts to be joined: there is no {PARTS}")
     contents = {part.name: journal.read(part / NAME) for part in parts}
     unfinished = [name for name, each in contents.items() if not each.is_complete]
     if unfinished:
-        raise DatasetError(f"{folder}: parts {', '.join(unfinished)} are unfinished; run them again with --resume")
-    _check_frames(folder, {name: each.frames for name, each in contents.items()})
+        raise DatasetError(f"{place.name}: parts {', '.join(unfinished)} are unfinished; run them again with --resume")
+    _check_frames(place.name, {name: each.frames for name, each in contents.items()})
     for spool in sorted({each.relative_to(part / AGGREGATES) for part in parts for each in _spools(part)}):
         pieces = [part / AGGREGATES / spool for part in parts if (part / AGGREGATES / spool).is_file()]
         write_whole(folder / BESIDE / AGGREGATES / spool, _joined_spool(pieces))
@@ -45,17 +47,17 @@ def join(folder: Path) -> int:
     return sum(len(each.frames) for each in contents.values())
 
 
-def _check_frames(folder: Path, frames: dict[str, set[int]]) -> None:
+def _check_frames(where: str, frames: dict[str, set[int]]) -> None:
     owner: dict[int, str] = {}
     for name, own in frames.items():
         for number in sorted(own):
             if number in owner:
-                raise DatasetError(f"{folder}: frame {number} is in the parts {owner[number]} and {name}")
+                raise DatasetError(f"{where}: frame {number} is in the parts {owner[number]} and {name}")
             owner[number] = name
     missing = [number for number in range(max(owner, default=-1) + 1) if number not in owner]
     if missing:
         listed = ", ".join(map(str, missing[:8])) + (", ..." if len(missing) > 8 else "")
-        raise DatasetError(f"{folder}: frames {listed} are in no part; make them with --frames")
+        raise DatasetError(f"{where}: frames {listed} are in no part; make them with --frames")
 
 
 def _spools(part: Path) -> Iterator[Path]:

@@ -13,6 +13,7 @@ from typing import Any
 from usdsdg.errors import DatasetError, WriterError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stage.semantics.semantic_classes import FILE as CLASS_FILE
+from usdsdg.stores.addresses import is_url
 from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.journal.facts import ASSETS, SETTINGS, WRITERS, Facts
 
@@ -76,14 +77,14 @@ class Recipe:
             raise DatasetError(f"{folder / FILE} is not a recipe that this version of usdsdg reads")
         return cls(**{name: value for name, value in values.items() if name in known})
 
-    def of(self, folder: Path) -> Recipe:
-        """Return the recipe of the data in a folder, which is the same wherever the folder is."""
-        return replace(self, arguments=[_placeless(each, folder) for each in self.arguments])
+    def of(self, place: str) -> Recipe:
+        """Return the recipe of the data in a folder or at a URL, which is the same wherever that is."""
+        return replace(self, arguments=[_placeless(each, place) for each in self.arguments])
 
-    def completed(self, folder: Path, frames: int, facts: Facts) -> Recipe:
+    def completed(self, classes: bytes | None, frames: int, facts: Facts) -> Recipe:
         """Return the recipe with what only the run itself could tell.
 
-        folder: of the data. facts: of the journal.
+        classes: the class table beside the data, as in its file. facts: of the journal.
         """
         return replace(
             self,
@@ -91,7 +92,7 @@ class Recipe:
             writers=facts.get(WRITERS, {}),
             assets=list(facts.get(ASSETS, {}).values()),
             settings=facts.get(SETTINGS, {}),
-            class_table=_class_names(folder),
+            class_table=_class_names(classes),
         )
 
     def differences(self, other: Mapping[str, Any]) -> list[str]:
@@ -121,12 +122,12 @@ class Recipe:
         return hashlib.sha256(data).hexdigest()
 
 
-def _class_names(folder: Path) -> dict[str, list[str]]:
+def _class_names(table: bytes | None) -> dict[str, list[str]]:
     """Return the names of the classes by label filter, from the class table beside the data; empty without one."""
     try:
-        tables = json.loads((folder / CLASSES).read_bytes())["tables"]
+        tables = json.loads(table or b"{}")["tables"]
         return {each["filter"]: [row["name"] for row in each["classes"]] for each in tables}
-    except (OSError, ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError):
         return {}
 
 
@@ -149,13 +150,24 @@ def read(folder: Path) -> dict[str, Any] | None:
         WriterError: the file is damaged.
     """
     try:
-        values = json.loads((folder / FILE).read_bytes())
+        data = (folder / FILE).read_bytes()
     except FileNotFoundError:
         return None
-    except (OSError, ValueError) as error:
+    except OSError as error:
         raise WriterError(f"{folder / FILE} cannot be read: {error}. Remove that run with --overwrite.") from None
+    return parsed(data, str(folder))
+
+
+def parsed(data: bytes | None, where: str) -> dict[str, Any] | None:
+    """Return the recipe that a file has, None for None; `where` is what it is of. Raises as `read`."""
+    if data is None:
+        return None
+    try:
+        values = json.loads(data)
+    except ValueError as error:
+        raise WriterError(f"{where}/{FILE} cannot be read: {error}. Remove that run with --overwrite.") from None
     if not isinstance(values, dict):
-        raise WriterError(f"{folder / FILE} is no recipe. Remove that run with --overwrite.")
+        raise WriterError(f"{where}/{FILE} is no recipe. Remove that run with --overwrite.")
     return values
 
 
@@ -175,9 +187,14 @@ def installed() -> dict[str, str]:
     return found
 
 
-def _placeless(argument: str, folder: Path) -> str:
-    """Return an argument without the path of the output folder, or of one that it is in."""
+def _placeless(argument: str, where: str) -> str:
+    """Return an argument without the path or URL of the output folder, or of one that it is in."""
     name, equals, value = argument.rpartition("=")
+    if is_url(where):
+        top = value.rstrip("/")
+        leads_there = is_url(value) and (where == top or where.startswith(f"{top}/"))
+        return f"{name}{equals}{OUTPUT}" if leads_there else argument
+    folder = Path(where)
     place = Path(value).expanduser().absolute()
     leads_there = bool(value) and (folder == place or folder.is_relative_to(place)) and place != Path(place.anchor)
     return f"{name}{equals}{OUTPUT}" if leads_there else argument

@@ -22,6 +22,7 @@ from usdsdg.writers.journal import recipe as recipe_file
 from usdsdg.writers.journal.facts import ASSETS, SETTINGS, WRITERS, AssetFacts, plain, settings_facts
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.frames import FileFacts, FrameFiles, FramesInHand
+from usdsdg.writers.journal.place import Place, place_of
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe, source_of
 
@@ -42,6 +43,7 @@ class Run:
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
         self.captures = 0  # at which a writer was due
         self.scratch: Path | None = None  # folder below which all files go that would go to other places
+        self._places: dict[str, Place] = {}
         self._folders: dict[str, DatasetFolder] = {}
         self._claiming = threading.RLock()  # threads that write files claim folders, too
         self._in_hand = FramesInHand()
@@ -71,35 +73,48 @@ class Run:
         """Check that the run may write to a folder; raises DatasetInTheWay otherwise."""
         if self._has_recipe() and str(folder) not in self._folders:
             assert self.recipe is not None
-            folders.check(Path(folder), self.recipe.of(Path(folder)), self.mode, self.portion)
+            place = self._place(os.fspath(folder))
+            place.pull(self.portion)
+            folders.check(place, self.recipe.of(place.name), self.mode, self.portion)
 
     def folder_to_go_on(self, wanted: Path) -> Path | None:
         """Return the folder with this run or a part of it, where new runs are put beside earlier ones; None: a new one.
 
         wanted: the folder of the first run; the others have _0001 and so on appended.
         """
-        if not self._has_recipe() or (self.mode is not Mode.RESUME and self.portion is None):
+        if not self.may_go_on:
             return None
-        assert self.recipe is not None
         there = [wanted] if wanted.exists() else []
         there += sorted(wanted.parent.glob(f"{glob.escape(wanted.name)}_[0-9][0-9][0-9][0-9]"), reverse=True)
         for folder in there:
-            earlier = recipe_file.read(folder)
-            if str(folder) in self._folders or earlier is None:
-                continue
-            if not self.recipe.of(folder).differences(earlier):
+            if str(folder) not in self._folders and self.is_of_this(place_of(folder)):
                 return folder
         return None
+
+    @property
+    def may_go_on(self) -> bool:
+        """Whether this process goes on with a run, or makes a part of one that others make, too."""
+        return self._has_recipe() and (self.mode is Mode.RESUME or self.portion is not None)
+
+    def is_of_this(self, place: Place) -> bool:
+        """Return whether a place has a run of this recipe."""
+        earlier = recipe_file.parsed(place.read(recipe_file.FILE), place.name)
+        return self.recipe is not None and earlier is not None and not self.recipe.of(place.name).differences(earlier)
+
+    def know(self, place: Place) -> None:
+        """Tell of a place that its name alone does not open, such as a bucket of a server of one's own."""
+        self._places[place.name] = place
 
     def claim(self, folder: str) -> DatasetFolder | None:
         """Return a folder that the run writes to, with its lock; None where no journal is kept. Raises as `check`."""
         with self._claiming:
             if folder not in self._folders and self._has_recipe() and not self._is_closed:
                 assert self.recipe is not None
-                path = Path(folder)
-                self._folders[folder] = claimed = DatasetFolder(path, self.recipe.of(path), self.mode, self.portion)
-                if self._source is not None and (kept := recipe_file.keep_source(path, self._source)):
-                    claimed.note_shared(kept, facts_of(path / kept))
+                place = self._place(folder)
+                claimed = DatasetFolder(place, self.recipe.of(place.name), self.mode, self.portion)
+                self._folders[folder] = claimed
+                if self._source is not None and (kept := recipe_file.keep_source(place.path, self._source)):
+                    claimed.note_shared(kept, facts_of(place.path / kept))
             return self._folders.get(folder)
 
     @property
@@ -116,7 +131,7 @@ class Run:
 
     def adopt(self, folder: DatasetFolder) -> None:
         """Write to a folder that has been claimed."""
-        self._folders[str(folder.path)] = folder
+        self._folders[folder.place.name] = folder
 
     @property
     def is_part(self) -> bool:
@@ -212,7 +227,7 @@ class Run:
 
     def forget_removed(self) -> None:
         """Forget folders that a script has removed itself after its last file, as with a temporary one."""
-        for name in [name for name, folder in self._folders.items() if not folder.path.exists()]:
+        for name in [name for name, folder in self._folders.items() if not folder.place.exists()]:
             self._folders.pop(name).release()
 
     def release(self) -> None:
@@ -220,6 +235,11 @@ class Run:
         for folder in self._folders.values():
             folder.release()
         self._folders.clear()
+
+    def _place(self, name: str) -> Place:
+        if name not in self._places:
+            self._places[name] = place_of(name)
+        return self._places[name]
 
     def _is_wanted(self, folder: str | None, number: int) -> bool:
         if self.portion is not None and not self.portion.has(number):
