@@ -1,4 +1,4 @@
-"""How parts are given to actors that start late, die, or find no room; `python -m tests.soak ray` has a real cluster."""
+"""How parts are given to actors that start late, die, or find no room; the soak `ray` has a real cluster."""
 
 from collections import deque
 from types import SimpleNamespace

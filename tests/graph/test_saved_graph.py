@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd
+from pxr import Gf, Sdf, Usd
 
 import usdsdg as rep
 from tests.dataset_files import data_names
@@ -224,3 +224,16 @@ def test_functions_can_be_registered_in_a_family(family):
     with pytest.raises(ValueError, match="lucky"):
         module.register(lambda: 8, override=False, fn_name="lucky")
     del module.lucky
+
+
+def test_a_writer_or_number_that_was_changed_is_an_error_that_names_the_prim():
+    stage = stage_context.current_stage()
+    define_graph(stage)
+    define_node(stage, f"{saved_graph.WRITERS}/Writer", NodeRecord("Writer", {"writerName": "BasicWriter"}))
+    with pytest.raises(GraphError, match=rf"^{saved_graph.WRITERS}/Writer is no writer.*renderProducts"):
+        saved_graph.load(stage)
+    stage.RemovePrim(f"{saved_graph.WRITERS}/Writer")
+    root = stage.GetPrimAtPath("/Replicator/SDGPipeline")
+    root.CreateAttribute("usdsdg:frames", Sdf.ValueTypeNames.String).Set("many")
+    with pytest.raises(GraphError, match="frames is no number"):
+        saved_graph.load(stage)

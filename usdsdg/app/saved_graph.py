@@ -176,15 +176,28 @@ def _is_trigger(record: NodeRecord) -> bool:
 
 def _read_run(stage: Usd.Stage, root: Usd.Prim) -> SavedRun:
     def number(name: str) -> int:
-        return int(root.GetAttribute(f"usdsdg:{name}").Get() or 0)
+        try:
+            return int(root.GetAttribute(f"usdsdg:{name}").Get() or 0)
+        except (TypeError, ValueError):
+            raise GraphError(f"{root.GetPath()}.usdsdg:{name} is no number; save the stage again") from None
 
     stored = stage.GetRootLayer().customLayerData.get(_SETTINGS, {})
+    if not isinstance(stored, dict):
+        raise GraphError(f"customLayerData {_SETTINGS!r} of the stage has no settings in it; save the stage again")
     settings = {"/" + key.replace(":", "/"): value for key, value in stored.items()}
     settings = {key: value for key, value in settings.items() if not lets_files_run_code(key)}
     run = SavedRun(number("globalSeed"), number("frames"), number("rtSubframes"), settings)
     holder = stage.GetPrimAtPath(WRITERS)
     for prim in holder.GetChildren() if holder else ():
-        inputs = read_node(prim).inputs
-        attached = {path: (camera, (int(size[0]), int(size[1]))) for path, camera, size in inputs["renderProducts"]}
-        run.writers.append(SavedWriter(inputs["writerName"], dict(inputs["parameters"]), attached))
+        run.writers.append(_read_writer(prim))
     return run
+
+
+def _read_writer(prim: Usd.Prim) -> SavedWriter:
+    inputs = read_node(prim).inputs
+    try:
+        attached = {path: (camera, (int(size[0]), int(size[1]))) for path, camera, size in inputs["renderProducts"]}
+        return SavedWriter(inputs["writerName"], dict(inputs["parameters"]), attached)
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        message = f"{prim.GetPath()} is no writer as usdsdg saves them ({error!r}); save the stage again"
+        raise GraphError(message) from error
