@@ -17,6 +17,7 @@ from usdsdg.replicator_yaml import run_file
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.config_file import read_config
 from usdsdg.session.stage_context import open_stage
+from usdsdg.stage.assets import check_file
 from usdsdg_render.images import image_files
 
 
@@ -148,3 +149,22 @@ def test_the_page_of_inspect_escapes_what_a_dataset_is_called(tmp_path):
     assert "<script>alert(1)" not in page
     assert page.count("{{images}} {{data}}") >= 1
     assert page.rstrip().endswith("</html>")
+
+
+def test_a_crate_of_which_the_table_of_contents_is_damaged_is_refused(tmp_path):
+    """USD itself would read as many sections as the count says, for minutes."""
+    good = tmp_path / "good.usdc"
+    stage = Usd.Stage.CreateNew(str(good))
+    UsdGeom.Sphere.Define(stage, "/Ball")
+    stage.Save()
+    check_file(str(good))
+    data = good.read_bytes()
+    (place,) = struct.unpack_from("<q", data, 16)
+    for name, damaged in {
+        "count.usdc": data[:place] + struct.pack("<Q", 600_000_000) + data[place + 8 :],
+        "place.usd": data[:16] + struct.pack("<q", len(data)) + data[24:],
+        "short.usdc": data[: place + 40],
+    }.items():
+        (tmp_path / name).write_bytes(damaged)
+        with pytest.raises(AssetUnreadable, match=rf"{name} cannot be opened as USD: its table of contents"):
+            check_file(str(tmp_path / name))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+import struct
 import zipfile
 from functools import lru_cache
 
@@ -12,6 +13,7 @@ from pxr import Sdf
 from usdsdg.errors import AssetUnreadable
 
 PACKAGE = ".usdz"
+_CRATES, _CRATE = (".usd", ".usdc"), b"PXR-USDC"
 _POINTER = b"version https://git-lfs"
 
 
@@ -30,7 +32,7 @@ def check_regular(path: str) -> None:
 
 
 def check_file(path: str) -> None:
-    """Check a file of USD: that it is one, and of a package that its checksums hold.
+    """Check a file of USD: that it is one; of a package that its checksums hold, of a crate that it has all sections.
 
     Raises:
         AssetUnreadable: it is not.
@@ -42,6 +44,8 @@ def check_file(path: str) -> None:
         status = os.stat(path)
         if said := _damage(path, status.st_mtime_ns, status.st_size):
             raise AssetUnreadable(f"{path} is damaged: {said}. Copy or export it again.")
+    elif path.lower().endswith(_CRATES) and os.path.isfile(path) and not _has_contents(path):
+        raise AssetUnreadable(f"{path} cannot be opened as USD: its table of contents is damaged or cut off")
 
 
 def not_a_file_of_its_own(file: str | os.PathLike[str]) -> str:
@@ -64,6 +68,23 @@ def check_neighbors(layer: Sdf.Layer) -> None:
     """
     for each in layer.GetCompositionAssetDependencies():
         check_file(layer.ComputeAbsolutePath(each) if each else "")
+
+
+def _has_contents(path: str) -> bool:
+    """Return whether the table of contents of a crate lies in the file, which USD does not ask before it reads it.
+
+    Other files pass. The table is a count, and for each section a name of 16 bytes, its place and its size.
+    """
+    with open(path, "rb") as file:
+        start = file.read(24)
+        if not start.startswith(_CRATE) or len(start) < 24:
+            return True
+        size, (place,) = os.fstat(file.fileno()).st_size, struct.unpack_from("<q", start, 16)
+        if not 0 < place <= size - 8:
+            return False
+        file.seek(place)
+        (sections,) = struct.unpack("<Q", file.read(8))
+    return sections <= (size - place - 8) // 32
 
 
 @lru_cache(maxsize=256)
