@@ -71,7 +71,13 @@ def test_settings_of_output_folder_and_queue_take_effect(tmp_path):
 def test_a_file_that_could_not_be_written_makes_the_program_exit_with_an_error(tmp_path):
     (tmp_path / "out" / "rgb_0000.png").mkdir(parents=True)
     script = """
-        import atexit
+        import atexit, time
+        from usdsdg.stores import whole_file
+        write = whole_file._write
+        def write_late(part, chunks):  # when the script has ended: the step would raise an earlier failure itself
+            time.sleep(2)
+            write(part, chunks)
+        whole_file._write = write_late
         atexit.register(print, "cleaned up")
         rep.orchestrator.step()
         print("script ended")
