@@ -1,10 +1,11 @@
 """Parallel work on CPU threads, in bands of rows; kernels release Python's lock while they run."""
 
-import os
 import threading
 from collections.abc import Callable, Sequence
 from queue import SimpleQueue
 from typing import Any
+
+from usdsdg.operating_system import around_fork, usable_cores
 
 BAND_ROWS = 8
 # Rows of a band of cheap pixels, as those of filters: fewer pixels cost more to hand out than they take.
@@ -21,8 +22,7 @@ _limit: int | None = None
 
 def available_threads() -> int:
     """Return how many threads work may be spread over: the CPUs that this process may use, `limit_threads` at most."""
-    cpus = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return cpus if _limit is None else min(cpus, _limit)
+    return usable_cores() if _limit is None else min(usable_cores(), _limit)
 
 
 def limit_threads(count: int | None) -> None:
@@ -219,7 +219,6 @@ def _end_all() -> None:
         each.join()
 
 
-if hasattr(os, "register_at_fork"):
-    # A forked process has none of its parent's threads, and would wait for them for ever.
-    os.register_at_fork(before=_end_all, after_in_child=_helpers.forget)
-    os.register_at_fork(after_in_child=_background.forget)
+# A forked process has none of its parent's threads, and would wait for them for ever.
+around_fork(before=_end_all, in_child=_helpers.forget)
+around_fork(in_child=_background.forget)

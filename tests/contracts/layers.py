@@ -11,12 +11,13 @@ OF_ENGINES = ("compilation", "errors", "parallel", "readback", "stage")
 # usdsdg: name -> what it may import, names without "usdsdg.".
 USDSDG = {
     "errors": "",
-    "parallel": "",
+    "operating_system": "",
+    "parallel": "operating_system",
     "buffers": "",
     "readback": "buffers",
     "compilation": "",
-    "stores": "errors",
-    "stage": "errors",
+    "stores": "errors operating_system",
+    "stage": "errors operating_system",
     "session": "errors stage",
     "articulations": "errors stage session",
     "graph": "errors stage session",
@@ -31,7 +32,7 @@ USDSDG = {
     "create": "errors stage session arguments graph distribution modify calibration",
     "randomizer": "errors stage session arguments graph distribution scatter modify",
     "annotators": "errors parallel buffers readback stage session arguments graph",
-    "writers": "errors stores stage session arguments annotators",
+    "writers": "errors operating_system stores stage session arguments annotators",
     "functional": "errors stage session arguments graph rng scatter randomizer writers",
     "physics": "errors stage arguments graph distribution modify functional",
     "get": "errors stage session arguments graph functional",
@@ -58,11 +59,11 @@ USDSDG = {
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors stores stage session arguments graph calibration create writers capture app orchestrator "
     "settings demo meshes __init__",
-    "compat": "errors stores stage session articulations arguments graph distribution create annotators writers "
-    "functional app orchestrator settings",
-    "cli": "errors stage session",
-    "workers": "errors stage stores session writers",
-    "stream": "errors session annotators capture scenarios replicator_yaml cli __init__",
+    "compat": "errors operating_system stores stage session articulations arguments graph distribution create "
+    "annotators writers functional app orchestrator settings",
+    "cli": "errors operating_system stage session",
+    "workers": "errors operating_system stage stores session writers",
+    "stream": "errors operating_system session annotators capture scenarios replicator_yaml cli __init__",
     "torch": "session stream",
     "__main__": "cli",
     "__init__": "",

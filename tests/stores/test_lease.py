@@ -11,9 +11,9 @@ import pytest
 
 from usdsdg.errors import OutputNotWritable
 from usdsdg.stores import lease as leases
-from usdsdg.stores.file_lock import Locked
 from usdsdg.stores.folder import FolderStore
 from usdsdg.stores.lease import Lease
+from usdsdg.stores.locks import Locked
 
 SECONDS = 0.6
 

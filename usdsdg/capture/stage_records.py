@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import gzip
 import os
+import threading
 import zlib
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -42,12 +43,23 @@ class StageMoment:
     @cached_property
     def layer(self) -> bytes:
         """The edits as the text of a layer."""
-        layer = Sdf.Layer.CreateAnonymous(".usda")
-        with Sdf.ChangeBlock():
-            for path, kind, value in self.edits:
-                Sdf.JustCreatePrimAttributeInLayer(layer, path, kind)
-                layer.GetAttributeAtPath(path).default = value
-        return layer.ExportToString().encode()
+        with _writing:
+            layer = _scratch_layer()
+            layer.Clear()
+            with Sdf.ChangeBlock():
+                for path, kind, value in self.edits:
+                    Sdf.JustCreatePrimAttributeInLayer(layer, path, kind)
+                    layer.GetAttributeAtPath(path).default = value
+            return layer.ExportToString().encode()
+
+
+# Layers that end leave the handles of their specs in memory (USD 26.11), so that one layer serves all moments.
+_writing = threading.Lock()
+
+
+@cache
+def _scratch_layer() -> Sdf.Layer:
+    return Sdf.Layer.CreateAnonymous(".usda")
 
 
 class StageRecords:

@@ -2,12 +2,12 @@
 
 import importlib.metadata
 import logging
-import os
 import platform
 import shutil
 from pathlib import Path
 
 from usdsdg.cli.command_context import command_context
+from usdsdg.operating_system import usable_cores
 
 REQUIRED = [
     "usd-core",
@@ -62,8 +62,7 @@ def _devices() -> list[str]:
     wp.config.log_level = logging.WARNING
     wp.init()
     print("\ndevices")
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    print(f"  cpu          {cores} cores, {platform.machine()}")
+    print(f"  cpu          {usable_cores()} cores, {platform.machine()}")
     for device in wp.get_cuda_devices():
         print(f"  {device.alias:12} {device.name}, {device.total_memory / 2**30:.1f} GiB, sm_{device.arch}")
     if not wp.get_cuda_devices():

@@ -10,10 +10,10 @@ import threading
 import time
 import uuid
 from collections.abc import Callable, Iterable
-from pathlib import Path
 
 from usdsdg.errors import OutputNotWritable, StoreError
-from usdsdg.stores.file_lock import Locked
+from usdsdg.operating_system import has_ended, numbers_of_processes
+from usdsdg.stores.locks import Locked
 from usdsdg.stores.store import Entry, Store
 
 SECONDS = 30.0  # after which a lease that was not renewed has ended
@@ -78,7 +78,7 @@ class Lease:
 
     def _text(self) -> bytes:
         self._turn += 1
-        holder = {"id": self._id, "host": socket.gethostname(), "pid": os.getpid(), "numbers": _numbers()}
+        holder = {"id": self._id, "host": socket.gethostname(), "pid": os.getpid(), "numbers": numbers_of_processes()}
         return json.dumps({**holder, "turn": self._turn}).encode()
 
     def _renew(self) -> None:
@@ -127,22 +127,8 @@ def _has_died_here(data: bytes) -> bool:
     """Return whether a lease is that of a process of this machine that does not run any more."""
     with contextlib.suppress(ValueError, TypeError, KeyError):
         holder = json.loads(data)
-        if holder["numbers"] and holder["numbers"] == _numbers():
-            try:
-                os.kill(int(holder["pid"]), 0)
-            except ProcessLookupError:
-                return True
-            except (OSError, OverflowError):
-                return False
+        return bool(holder["numbers"]) and holder["numbers"] == numbers_of_processes() and has_ended(int(holder["pid"]))
     return False
-
-
-def _numbers() -> str:
-    """Return what tells who numbers the processes: this boot of the machine, and the container; "" if not known."""
-    try:
-        return f"{Path('/proc/sys/kernel/random/boot_id').read_text().strip()} {os.readlink('/proc/self/ns/pid')}"
-    except OSError:
-        return ""
 
 
 def _holder(data: bytes) -> str:

@@ -1,19 +1,56 @@
-"""Locks between processes and threads: one file each. The system drops a lock where its process ends."""
+"""Locks of files between processes and threads, which end with the process that holds them, however it ends."""
+
+from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from usdsdg.operating_system import BINARY, IS_WINDOWS, lock
+
+
+class Locked(OSError):
+    """Another process holds the lock."""
+
+
+class FileLock:
+    """A lock of a file, which is created if it does not exist; with `shared` several processes may hold it at once."""
+
+    def __init__(self, path: Path, *, shared: bool = False) -> None:
+        """Take the lock.
+
+        Raises:
+            Locked: another process has it.
+            OSError: the file cannot be opened.
+        """
+        self._descriptor = -1
+        while self._descriptor < 0:
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | BINARY, 0o666)
+            try:
+                lock(descriptor, shared=shared, wait=False)
+            except OSError as error:
+                os.close(descriptor)
+                raise Locked(str(path)) from error
+            if _is_at(descriptor, path):
+                self._descriptor = descriptor
+            else:
+                os.close(descriptor)  # the file was replaced before the lock was had
+
+    def release(self) -> None:
+        """Give the lock back; nothing happens the second time."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
 
 
 @contextmanager
 def locked(file: Path) -> Iterator[None]:
     """Hold the lock of a file, which is made, while the body runs; others wait."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(file, os.O_RDWR | os.O_CREAT, 0o666)
+    descriptor = os.open(file, os.O_RDWR | os.O_CREAT | BINARY, 0o666)
     try:
-        _lock(descriptor)
+        lock(descriptor)
         yield
     finally:
         os.close(descriptor)
@@ -26,7 +63,7 @@ def locked_file(file: Path) -> Iterator[None]:
     Raises:
         FileNotFoundError: there is no such file, or none any more.
     """
-    if sys.platform == "win32":
+    if IS_WINDOWS:
         # An open file cannot be replaced there, so a file beside it has the lock.
         beside = file.with_name(f".{file.name}.lock")
         file.stat()
@@ -39,21 +76,20 @@ def locked_file(file: Path) -> Iterator[None]:
     while True:
         descriptor = os.open(file, os.O_RDWR)
         try:
-            _lock(descriptor)
+            lock(descriptor)
             # While this process waited, the file may have been replaced by another, which has a lock of its own.
-            if os.path.samestat(os.fstat(descriptor), os.stat(file)):
+            if _is_at(descriptor, file, missing_ok=False):
                 yield
                 return
         finally:
             os.close(descriptor)
 
 
-def _lock(descriptor: int) -> None:
-    if sys.platform == "win32":
-        import msvcrt
-
-        msvcrt.locking(descriptor, msvcrt.LK_LOCK, 1)
-    else:
-        import fcntl
-
-        fcntl.flock(descriptor, fcntl.LOCK_EX)
+def _is_at(descriptor: int, path: Path, *, missing_ok: bool = True) -> bool:
+    """Return whether a path names the file that is open."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), os.stat(path))
+    except FileNotFoundError:
+        if missing_ok:
+            return False
+        raise

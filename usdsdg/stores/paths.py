@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 from usdsdg.errors import OutputNotWritable
+from usdsdg.operating_system import IS_WINDOWS
 
 _DRIVE = re.compile(r"[A-Za-z]:")
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
@@ -22,7 +23,7 @@ def checked_path(path: str | os.PathLike, where: str) -> str:
     parts = [part for part in re.split(r"[/\\]" if os.sep == "\\" else "/", text) if part not in ("", ".")]
     if not parts or "\0" in text:
         raise OutputNotWritable(f"{text!r} is no name of a file below {where}.")
-    if text.startswith(("/", "\\")) or (os.name == "nt" and _DRIVE.match(text)) or ".." in parts:
+    if text.startswith(("/", "\\")) or (IS_WINDOWS and _DRIVE.match(text)) or ".." in parts:
         raise OutputNotWritable(f"{text!r} would leave {where}; give a path below it, without '..'.")
     return "/".join(parts)
 

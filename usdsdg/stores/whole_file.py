@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import IO
 
 from usdsdg.errors import OutputNotWritable
-from usdsdg.stores.file_system import sync_file_system
+from usdsdg.operating_system import name_if_free, sync_file, sync_file_system
 
 # Names of files that are being written, and of locks beside files.
 PART = re.compile(r"\..*\.(part|lock)")
@@ -54,10 +54,10 @@ def _part_of(path: Path, data: bytes | Iterable[bytes | memoryview], durable: bo
         try:
             _write(part, [data] if isinstance(data, bytes) else data)
             if durable:
-                _sync(part)
+                sync_file(part)
             yield part
-            if durable and os.name != "nt":  # where folders cannot be opened
-                _sync(path.parent)
+            if durable:
+                sync_file(path.parent)
         finally:
             with contextlib.suppress(OSError):
                 part.unlink()
@@ -113,35 +113,20 @@ def sync_all(paths: Iterable[Path]) -> None:
         # One call for many files: each sync of its own waits for the disk, some milliseconds.
         if len(paths) > _FEW and sync_file_system(paths[0].parent):
             return
-        for path in (*paths, *(dict.fromkeys(each.parent for each in paths) if os.name != "nt" else ())):
-            _sync(path)
+        for path in (*paths, *dict.fromkeys(each.parent for each in paths)):
+            sync_file(path)
     except OSError as error:
         raise not_writable(path, error) from error
-
-
-def _sync(path: Path) -> None:
-    """Wait until a file, or the names in a folder, are on the disk."""
-    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _named_if_free(part: Path, path: Path) -> bool:
     """Give a part the name of a file unless that is taken; return whether it was free."""
     try:
-        if os.name == "nt":
-            part.rename(path)  # which replaces nothing there
-        else:
-            os.link(part, path)
-    except FileExistsError:
-        return False
+        return name_if_free(part, path)
     except OSError as error:
         if error.errno not in (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK):
             raise
         return _copied_if_free(part, path)
-    return True
 
 
 def _copied_if_free(part: Path, path: Path) -> bool:

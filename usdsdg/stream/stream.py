@@ -11,6 +11,7 @@ from usdsdg.annotators import named_annotators
 from usdsdg.annotators.class_table import CLOSED
 from usdsdg.capture.tap import Tap
 from usdsdg.errors import ArgumentError, GraphError
+from usdsdg.operating_system import around_fork
 from usdsdg.session import engines, session
 from usdsdg.stream.hand_over import HandOver
 from usdsdg.stream.sample import Sample
@@ -26,8 +27,7 @@ def _forget_parent() -> None:
     _streaming = threading.Lock()
 
 
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_forget_parent)
+around_fork(in_child=_forget_parent)
 
 
 def frames(

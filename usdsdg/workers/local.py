@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 import tempfile
 import time
 from collections import deque
@@ -12,6 +11,7 @@ from dataclasses import dataclass
 from typing import IO
 
 from usdsdg.errors import WorkerFailed
+from usdsdg.operating_system import IS_WINDOWS
 from usdsdg.workers.plan import Part
 
 # How often a part is begun again after its process has died.
@@ -74,7 +74,7 @@ def _start(command: Sequence[str], part: Part, attempt: int) -> _Process:
         stdin=subprocess.DEVNULL,
         stdout=output,
         stderr=subprocess.STDOUT,
-        start_new_session=sys.platform != "win32",  # not Ctrl-C of the terminal: the first process passes it on, once
+        start_new_session=not IS_WINDOWS,  # not Ctrl-C of the terminal: the first process passes it on, once
     )
     return _Process(part, attempt, child, output)
 

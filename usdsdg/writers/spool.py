@@ -16,6 +16,7 @@ from threading import Lock
 from typing import Any
 
 from usdsdg.errors import WriterError
+from usdsdg.operating_system import BINARY
 from usdsdg.session.session import current
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.addresses import is_url
@@ -31,8 +32,7 @@ from usdsdg.writers.journal.run import get_run
 
 FOLDER, SUFFIX = f"{BESIDE}/aggregates", ".jsonl"
 FRAME, ABOUT, KIND = "frame", "about", "kind"
-_BINARY = getattr(os, "O_BINARY", 0)
-_APPEND = os.O_WRONLY | os.O_APPEND | _BINARY
+_APPEND = os.O_WRONLY | os.O_APPEND | BINARY
 _AT_A_TIME = 1 << 18  # bytes that are read
 
 
@@ -40,7 +40,7 @@ class OpenFile:
     """A file that is read at any place by several threads, also after another one has replaced it."""
 
     def __init__(self, path: Path) -> None:
-        self._descriptor, self._lock = os.open(path, os.O_RDONLY | _BINARY), Lock()
+        self._descriptor, self._lock = os.open(path, os.O_RDONLY | BINARY), Lock()
         weakref.finalize(self, os.close, self._descriptor)
 
     def read(self, place: int, size: int) -> bytes:

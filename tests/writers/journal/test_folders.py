@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from usdsdg.errors import DatasetInTheWay
-from usdsdg.stores.file_lock import FileLock, Locked
+from usdsdg.stores.locks import FileLock, Locked
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.place import FolderPlace
@@ -113,7 +113,7 @@ def test_parts_are_written_beside_each_other_and_one_part_by_one_process(tmp_pat
 HOLDER = """
 import sys, time
 from pathlib import Path
-from usdsdg.stores.file_lock import FileLock
+from usdsdg.stores.locks import FileLock
 lock = FileLock(Path(sys.argv[1]))
 print("locked", flush=True)
 time.sleep(60)

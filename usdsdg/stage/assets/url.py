@@ -4,6 +4,8 @@ import os
 import re
 from urllib.parse import unquote
 
+from usdsdg.operating_system import IS_WINDOWS
+
 # Folders at the top of an assets root; of the URL of an asset server, the part from one of these on is used.
 TOP_FOLDERS = ("Isaac", "NVIDIA")
 
@@ -28,7 +30,7 @@ def has_drive(text: str) -> bool:
 
 def is_remote(text: str) -> bool:
     """Whether a URL or path names nothing on this machine: a URL of a server, or a drive where there are none."""
-    return scheme_of(text) not in ("", "file", "anon") or (has_drive(text) and os.name != "nt")
+    return scheme_of(text) not in ("", "file", "anon") or (has_drive(text) and not IS_WINDOWS)
 
 
 def normalized(text: str) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import os
 import sys
 import threading
 import weakref
@@ -13,6 +12,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from usdsdg.errors import UsdsdgError, WriterError, described
+from usdsdg.operating_system import around_fork
 from usdsdg.session.session import current
 from usdsdg.writers.backends.job import Job
 
@@ -45,9 +45,8 @@ class IoQueue:
         self._on_thread = threading.local()  # `job` is the one that runs there
         self._finishes_at_exit = False
         self._forget_all()
-        if hasattr(os, "register_at_fork"):
-            alive: weakref.ref[IoQueue] = weakref.ref(self)
-            os.register_at_fork(after_in_child=lambda: _forget_in_child(alive))
+        alive: weakref.ref[IoQueue] = weakref.ref(self)
+        around_fork(in_child=lambda: _forget_in_child(alive))
 
     def _forget_all(self) -> None:
         self._changed = threading.Condition()

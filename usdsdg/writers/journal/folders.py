@@ -13,7 +13,7 @@ from typing import Any
 
 from usdsdg.errors import DatasetInTheWay, WriterError, warn_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
-from usdsdg.stores.file_lock import Locked
+from usdsdg.stores.locks import Locked
 from usdsdg.stores.whole_file import facts_of, not_writable
 from usdsdg.writers.journal import journal, recipe
 from usdsdg.writers.journal.facts import Facts, joined

@@ -12,8 +12,8 @@ from typing import Protocol
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores import open_store
 from usdsdg.stores.addresses import is_url
-from usdsdg.stores.file_lock import FileLock
 from usdsdg.stores.lease import Lease
+from usdsdg.stores.locks import FileLock
 from usdsdg.stores.mirror import Mirror
 from usdsdg.stores.store import Store
 from usdsdg.stores.whole_file import sync_all

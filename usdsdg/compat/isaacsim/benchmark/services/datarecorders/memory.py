@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
 from usdsdg.compat.isaacsim.benchmark.services.datarecorders.interface import (
     MeasurementData,
@@ -11,6 +10,7 @@ from usdsdg.compat.isaacsim.benchmark.services.datarecorders.interface import (
     MeasurementDataRecorderRegistry,
 )
 from usdsdg.compat.isaacsim.benchmark.services.metrics.measurements import SingleMeasurement
+from usdsdg.operating_system import memory_of_process
 
 GIGABYTE = 1 << 30
 
@@ -31,31 +31,7 @@ class MemoryRecorder(MeasurementDataRecorder):
 
 def _process_memory() -> dict[str, int]:
     """Return bytes by name."""
-    status = Path("/proc/self/status")
-    if not status.exists():
-        return _largest_resident_set()
-    sizes = _kilobytes(status)
-    private = _kilobytes(Path("/proc/self/smaps_rollup"))
-    return {
-        "System Memory RSS": sizes["VmRSS"] * 1024,
-        "System Memory VMS": sizes["VmSize"] * 1024,
-        "System Memory USS": (private["Private_Clean"] + private["Private_Dirty"]) * 1024,
-    }
-
-
-def _kilobytes(file: Path) -> dict[str, int]:
-    """Return the entries "Name:  123 kB" of a file below /proc."""
-    rows = [line.split() for line in file.read_text(encoding="utf-8").splitlines()]
-    return {row[0].rstrip(":"): int(row[1]) for row in rows if len(row) == 3 and row[2] == "kB"}
-
-
-def _largest_resident_set() -> dict[str, int]:
-    if sys.platform == "win32":
-        return {}
-    import resource
-
-    largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return {"System Memory RSS": largest if sys.platform == "darwin" else largest * 1024}
+    return {f"System Memory {name.upper()}": size for name, size in memory_of_process().items()}
 
 
 def _gpu_memory() -> dict[str, int]:

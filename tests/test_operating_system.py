@@ -1,0 +1,126 @@
+"""What differs between operating systems is in one module, and has a fallback."""
+
+import ast
+import errno
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+import usdsdg
+from usdsdg import operating_system
+from usdsdg.stores.locks import FileLock, Locked, locked
+
+PACKAGE = Path(usdsdg.__file__).parent
+# Modules and functions that only some systems have.
+MODULES = {"fcntl", "msvcrt", "resource", "pwd", "grp", "termios", "winreg", "syslog"}
+FUNCTIONS = {
+    *("fork", "kill", "killpg", "register_at_fork", "sched_getaffinity", "setsid", "getuid", "getpgid", "mkfifo"),
+    *("statvfs", "sysconf", "getloadavg", "nice", "wait3", "wait4", "waitid", "pread", "pwrite", "chown"),
+    *("sendfile", "posix_fallocate", "posix_fadvise", "O_BINARY", "O_DIRECTORY", "O_NOFOLLOW", "O_SYNC", "syncfs"),
+}
+
+SCRIPT = """
+import omni.replicator.core as rep
+
+with rep.new_layer():
+    rep.create.cube(semantics=[("class", "cube")])
+    product = rep.create.render_product(rep.create.camera(position=(0, 0, 5)), (64, 48))
+    writer = rep.WriterRegistry.get("BasicWriter")
+    writer.initialize(output_dir="out", rgb=True, bounding_box_2d_tight=True)
+    writer.attach(product)
+    with rep.trigger.on_frame(num_frames=2):
+        pass
+rep.orchestrator.run_until_complete()
+"""
+
+
+def _calls_of_some_systems(file: Path) -> list[str]:
+    found = []
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found += [each.name for each in node.names if each.name in MODULES]
+        elif isinstance(node, ast.ImportFrom) and node.module in MODULES:
+            found.append(node.module)
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "os":
+            found += [f"os.{node.attr}"] if node.attr in FUNCTIONS else []
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.startswith("/proc/"):
+            found.append(node.value)
+    return found
+
+
+def test_only_one_module_names_calls_of_some_systems() -> None:
+    found = {
+        str(file.relative_to(PACKAGE.parent)): calls
+        for package in ("usdsdg", "usdsdg_physics", "usdsdg_render")
+        for file in sorted((PACKAGE.parent / package).rglob("*.py"))
+        if (calls := _calls_of_some_systems(file))
+    }
+    assert set(found) == {"usdsdg/operating_system.py"}
+    assert {"fcntl", "msvcrt", "resource", "os.kill", "os.register_at_fork"} <= set(found["usdsdg/operating_system.py"])
+
+
+def test_the_command_runs_where_posix_calls_are_missing(tmp_path: Path) -> None:
+    # As Windows has it: none of these modules, no forks, no affinity; msvcrt counts what is asked of it.
+    windows = tmp_path / "windows"
+    windows.mkdir()
+    (windows / "msvcrt.py").write_text(
+        "LK_LOCK, LK_NBLCK = 1, 2\nasked = []\n\ndef locking(*a):\n    asked.append(a)\n"
+    )
+    (tmp_path / "start.py").write_text(
+        "import os, sys\n"
+        "for name in ('fcntl', 'resource', 'pwd', 'grp', 'termios'):\n    sys.modules[name] = None\n"
+        "import random, subprocess\n"  # which would take a module `msvcrt` for Windows
+        "sys.path.insert(0, 'windows')\n"
+        "del os.register_at_fork, os.sched_getaffinity\n"
+        "from usdsdg import operating_system\n"
+        "operating_system._syncfs = lambda: None\n"
+        "from usdsdg.cli.program import main\n"
+        "import msvcrt\n"
+        "try:\n    main()\n"
+        "finally:\n    assert msvcrt.asked, 'the dataset was not locked'\n"
+    )
+    (tmp_path / "script.py").write_text(SCRIPT)
+    command = [sys.executable, "start.py", "run", "script.py", "-q"]
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_windows_is_asked_again_when_it_gives_up_waiting(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[int, int]] = []
+
+    def locking(descriptor: int, mode: int, count: int) -> None:
+        asked.append((mode, os.lseek(descriptor, 0, os.SEEK_CUR)))
+        if len(asked) < 3:
+            raise OSError(errno.EDEADLK, "tried ten times")
+
+    monkeypatch.setattr(operating_system, "fcntl", None)
+    monkeypatch.setattr(operating_system, "msvcrt", SimpleNamespace(LK_LOCK=1, LK_NBLCK=2, locking=locking))
+    file = tmp_path / "lock"
+    with locked(file):
+        assert [mode for mode, _ in asked] == [1, 1, 1]
+        assert all(place > 1 << 32 for _, place in asked), "bytes that are read are not locked"
+    asked.clear()
+    with pytest.raises(Locked):
+        FileLock(file)
+    FileLock(file, shared=True).release()
+
+
+def test_processes_that_run_and_that_have_ended() -> None:
+    child = subprocess.Popen([sys.executable, "-c", "import sys; sys.stdin.read()"], stdin=subprocess.PIPE)
+    assert not operating_system.has_ended(child.pid)
+    child.communicate(b"")
+    assert operating_system.has_ended(child.pid)
+    assert not operating_system.has_ended(1)  # of another user, perhaps: not for us to signal
+    assert not operating_system.has_ended(1 << 80)
+
+
+def test_memory_is_known_by_another_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    exact = operating_system.memory_of_process()["rss"]
+    monkeypatch.setattr(operating_system, "Path", lambda _text: SimpleNamespace(exists=lambda: False))
+    largest = operating_system.memory_of_process()["rss"]
+    assert 0.5 * exact < largest

@@ -1,0 +1,189 @@
+"""What operating systems do differently, each call with what stands for it where there is none.
+
+No other module names a call that only some systems have.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None
+try:
+    import msvcrt
+except ImportError:  # all others
+    msvcrt = None
+
+IS_WINDOWS = os.name == "nt"
+# Descriptors of `os.open` translate line ends on Windows, unless told.
+BINARY = getattr(os, "O_BINARY", 0)
+# Far behind the end of any file: Windows locks bytes, and those that are locked cannot be read.
+_LOCKED_BYTE = 1 << 40
+
+
+def usable_cores() -> int:
+    """Return how many CPU cores this process may use: of all cores where the system does not say."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def around_fork(*, before: Callable[[], None] | None = None, in_child: Callable[[], None]) -> None:
+    """Have functions called when this process forks, until it ends; nothing where processes do not fork."""
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(before=before or _nothing, after_in_child=in_child)
+
+
+def _nothing() -> None:
+    pass
+
+
+def lock(descriptor: int, *, shared: bool = False, wait: bool = True) -> None:
+    """Lock an open file for this process; closing it, or the end of the process, unlocks it.
+
+    shared: several processes may have it; nothing is locked on Windows then.
+
+    Raises:
+        OSError: another process has it, and `wait` is False.
+    """
+    if fcntl is not None:
+        fcntl.flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))
+    elif msvcrt is not None and not shared:
+        windows: Any = msvcrt
+        os.lseek(descriptor, _LOCKED_BYTE, os.SEEK_SET)
+        try:
+            while not _locked_on_windows(windows, descriptor, wait=wait):
+                pass
+        finally:
+            os.lseek(descriptor, 0, os.SEEK_SET)
+
+
+def _locked_on_windows(windows: Any, descriptor: int, *, wait: bool) -> bool:
+    """Try to lock; return False where Windows gave up waiting, which it does after ten seconds."""
+    try:
+        windows.locking(descriptor, windows.LK_LOCK if wait else windows.LK_NBLCK, 1)
+    except OSError as error:
+        if wait and error.errno == errno.EDEADLK:
+            return False
+        raise
+    return True
+
+
+def name_if_free(part: Path, path: Path) -> bool:
+    """Give a file another name unless that is taken; return whether it was free. The first name may stay.
+
+    Raises:
+        OSError: the file system cannot do so at once.
+    """
+    try:
+        if IS_WINDOWS:
+            part.rename(path)  # which replaces nothing there
+        else:
+            os.link(part, path)
+    except FileExistsError:
+        return False
+    return True
+
+
+def sync_file(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk; Windows opens no folders, and syncs names itself.
+
+    Raises:
+        OSError: the disk failed.
+    """
+    is_folder = path.is_dir()
+    if is_folder and IS_WINDOWS:
+        return
+    descriptor = os.open(path, os.O_RDONLY if is_folder else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def sync_file_system(folder: Path) -> bool:
+    """Wait until all that was written to the file system of a folder is on the disk; False where that is not known.
+
+    Raises:
+        OSError: the disk failed.
+    """
+    syncfs = _syncfs()
+    if syncfs is None:
+        return False
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        if syncfs(descriptor):
+            number = ctypes.get_errno()
+            raise OSError(number, os.strerror(number))
+    finally:
+        os.close(descriptor)
+    return True
+
+
+@cache
+def _syncfs() -> Any:
+    """Return the call of Linux, which Python does not have; None on other systems."""
+    if not sys.platform.startswith("linux"):
+        return None
+    return getattr(ctypes.CDLL(None, use_errno=True), "syncfs", None)
+
+
+def has_ended(pid: int) -> bool:
+    """Return whether no process of this machine has a number any more; False where that is not known."""
+    if IS_WINDOWS:  # where a signal of 0 would end it
+        return False
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    except (OSError, OverflowError):
+        pass
+    return False
+
+
+def numbers_of_processes() -> str:
+    """Return what tells who numbers the processes: this boot of the machine, and the container; "" if not known."""
+    try:
+        return f"{Path('/proc/sys/kernel/random/boot_id').read_text().strip()} {os.readlink('/proc/self/ns/pid')}"
+    except OSError:
+        return ""
+
+
+def memory_of_process() -> dict[str, int]:
+    """Return bytes by name: resident `rss`; on Linux also mapped `vms`, and `uss` that no other process shares.
+
+    On macOS `rss` is the largest so far; on Windows nothing is known.
+    """
+    status = Path("/proc/self/status")
+    if not status.exists():
+        return _largest_resident_set()
+    sizes, private = _kilobytes(status), _kilobytes(Path("/proc/self/smaps_rollup"))
+    return {
+        "rss": sizes["VmRSS"] * 1024,
+        "vms": sizes["VmSize"] * 1024,
+        "uss": (private["Private_Clean"] + private["Private_Dirty"]) * 1024,
+    }
+
+
+def _kilobytes(file: Path) -> dict[str, int]:
+    """Return the entries "Name:  123 kB" of a file below /proc."""
+    rows = [line.split() for line in file.read_text(encoding="utf-8").splitlines()]
+    return {row[0].rstrip(":"): int(row[1]) for row in rows if len(row) == 3 and row[2] == "kB"}
+
+
+def _largest_resident_set() -> dict[str, int]:
+    try:
+        import resource
+    except ImportError:
+        return {}
+    largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return {"rss": largest if sys.platform == "darwin" else largest * 1024}
