@@ -29,11 +29,39 @@ def _pinned(size: int) -> wp.array:
 _pool = BufferPool(_pinned, MAX_PINNED_BYTES)
 
 
+class Arrival:
+    """Copies from a device that are under way; the device fills them while Python goes on."""
+
+    def __init__(self, copies: dict[str, np.ndarray], device: wp.Device | None) -> None:
+        self.copies = copies  # without their values before `wait`
+        self._event: wp.Event | None = None
+        if device is not None:
+            self._event = device.stream.record_event()
+
+    def wait(self) -> None:
+        """Wait until all copies have their values; any thread may."""
+        if (event := self._event) is not None:
+            import warp as wp
+
+            wp.synchronize_event(event)
+            self._event = None
+
+    def __del__(self) -> None:
+        self.wait()  # else the memory would serve another array while it is filled
+
+
 def read_back(arrays: Mapping[str, wp.array]) -> dict[str, np.ndarray]:
     """Copy contiguous arrays of one device to the host, vectors as a last axis, structs as records.
 
     CPU arrays are not copied: the results share their memory.
     """
+    arrival = start_to_read_back(arrays)
+    arrival.wait()
+    return arrival.copies
+
+
+def start_to_read_back(arrays: Mapping[str, wp.array]) -> Arrival:
+    """Do as `read_back`, without waiting for the device."""
     import warp as wp
 
     copies: dict[str, np.ndarray] = {}
@@ -51,6 +79,4 @@ def read_back(arrays: Mapping[str, wp.array]) -> dict[str, np.ndarray]:
         interface = target.__array_interface__
         pooled = PooledBuffer(_pool, buffer, size, interface["shape"], interface["typestr"])
         copies[name] = np.asarray(pooled).view(target.numpy().dtype)  # restores the field names of records
-    if device is not None:
-        wp.synchronize_stream(wp.get_stream(device))
-    return copies
+    return Arrival(copies, device)

@@ -26,6 +26,7 @@ from usdsdg_render.labels.label_batch import LabelBatch
 from usdsdg_render.labels.parts import DividedGprims, FaceEntries
 from usdsdg_render.labels.previous_frame import PreviousFrames
 from usdsdg_render.labels.sight import SurfacePoints
+from usdsdg_render.path.dropped_samples import report_dropped
 from usdsdg_render.path.film import Film, tone_map
 from usdsdg_render.path.path_tracer import PathTracer
 from usdsdg_render.scene.scene import Scene
@@ -367,6 +368,10 @@ class WarpRenderer:
             HdrColor, (H, W, 4) float16 radiance [nits]; LdrColor, (H, W, 4) uint8 sRGB; and the film's light AOVs.
         """
         return tone_map(film, tone or ToneSettings(), threads=self.threads, fetched=fetched)
+
+    def finish(self) -> None:
+        """Wait for what the device still does, and warn of samples of the last images that were not finite."""
+        report_dropped()
 
 
 def keep_memory(device: str) -> None:

@@ -12,7 +12,7 @@ from usdsdg.annotators.labeled_prims import LabeledPrimReader
 from usdsdg.capture.exposure import Exposure
 from usdsdg.capture.frame_scene import EarlierPoints, FrameScene
 from usdsdg.capture.labels import render_labels
-from usdsdg.capture.later_pictures import LaterPictures, may_be_later
+from usdsdg.capture.later_pictures import later_pictures, may_be_later
 from usdsdg.capture.observing import observe
 from usdsdg.capture.output import WriterOutput, append_to_journals
 from usdsdg.capture.render_settings import RenderMode
@@ -160,7 +160,7 @@ class Capture:
         current().tracing = None
         if self._later is None:
             return {path: self._exposure.images(path, view) for path, view in views.items()}
-        pictures = LaterPictures(self._exposure, self._later, views)
+        pictures = later_pictures(self._exposure, self._later, views)
         current().tracing = pictures.tracing
         return pictures.images
 

@@ -1,4 +1,9 @@
-"""Color images that are traced while the next frame is evaluated and simulated, where only files will show them."""
+"""Color images that get their pixels while the next frame is evaluated and simulated, where only files will show them.
+
+On CPUs another thread traces them. A GPU has been told to trace them, and copies them to the host when it has.
+"""
+
+from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,6 +15,7 @@ from usdsdg.capture.exposure import Exposure
 from usdsdg.capture.render_settings import RenderMode
 from usdsdg.capture.requests import Requests
 from usdsdg.parallel import Later, available_threads
+from usdsdg.readback import start_to_read_back
 from usdsdg.session import engines
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
@@ -29,15 +35,14 @@ _SCHEDULING = {"schedule", "schedule_together", "schedule_in_turn", "schedule_af
 def may_be_later(requests: Requests, mode: RenderMode) -> bool:
     """Return whether nothing reads the pixels of a frame's color images before the jobs that encode them.
 
-    Kernels on CUDA run beside Python already, and one thread has nothing to work beside.
+    On a CPU with one thread there is nothing to work beside.
     """
     return (
         get_settings().get_as_bool(SETTING)
         and not mode.motion_blur
-        and available_threads() > 1
         and current().observations.light_seen  # else the capture searches the image for light, to warn of black images
         and _go_to_files(requests)
-        and engines.renderer().device == "cpu"
+        and (engines.renderer().device != "cpu" or available_threads() > 1)
     )
 
 
@@ -70,11 +75,34 @@ def _is_image(annotator: Annotator) -> bool:
     return annotator.template_name in _IMAGES and not annotator.augmentations and annotator.device in (None, "cpu")
 
 
+def later_pictures(
+    exposure: Exposure, mode: RenderMode, views: Mapping[str, CameraView | TiledView]
+) -> LaterPictures | CopiedPictures:
+    """Start to trace the color images of one frame's products.
+
+    views: by path, of all products of the frame, as the latest `sync` of the renderer shows them.
+    """
+    return (LaterPictures if engines.renderer().device == "cpu" else CopiedPictures)(exposure, mode, views)
+
+
+class CopiedPictures:
+    """The color images of one frame's products, by path. They have no pixels until `tracing` was waited for."""
+
+    def __init__(self, exposure: Exposure, mode: RenderMode, views: Mapping[str, CameraView | TiledView]) -> None:
+        for step in exposure.steps(mode):
+            step.run()
+        traced = {path: exposure.images(path, views[path])[COLOR] for path in exposure.exposed}
+        # Tiles that were put together are on the host already.
+        self.tracing = start_to_read_back(
+            {path: each for path, each in traced.items() if not isinstance(each, np.ndarray)}
+        )
+        self.images = {path: {COLOR: self.tracing.copies.get(path, each)} for path, each in traced.items()}
+
+
 class LaterPictures:
     """The color images of one frame's products, by path. They have no pixels until `tracing` has ended."""
 
     def __init__(self, exposure: Exposure, mode: RenderMode, views: Mapping[str, CameraView | TiledView]) -> None:
-        """views: by path, of all products of the frame, as the latest `sync` of the renderer shows them."""
         self._exposure = exposure
         self._views = views
         self._steps = exposure.steps(mode)

@@ -96,6 +96,8 @@ def drain() -> None:
     if first:
         report("files written", first, first)
     queue.wait_until_done()
+    if (renderer := current().engines.renderer) is not None:
+        renderer.finish()
 
 
 def close_writers() -> None:

@@ -190,6 +190,8 @@ class Renderer(Protocol):
 
     def later(self, work: Callable[[], None]) -> Later: ...
 
+    def finish(self) -> None: ...
+
 
 class Engines:
     """The engines that have been created, and the device and step listeners, which outlive them."""

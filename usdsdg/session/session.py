@@ -22,6 +22,7 @@ from usdsdg.stage import assets
 
 if TYPE_CHECKING:
     from usdsdg.parallel import Later
+    from usdsdg.readback import Arrival
     from usdsdg.session.settings_store import Settings
     from usdsdg.session.timeline import Timeline
 
@@ -90,7 +91,7 @@ class Session:
         # Where output may go while a file that is no program says where, such as a YAML graph; None: anywhere.
         self.confined_to: Path | None = None
         self.disk_root: Path | None = None  # parent of relative output folders; None: the default
-        self.tracing: Later | None = None  # of the latest frame's color images, where its files wait for them
+        self.tracing: Later | Arrival | None = None  # of the latest frame's color images, where its files wait for them
         self.written_folders: dict[str, None] = {}  # on disk, in the order of their first file
         self.imported_version = 0  # of Replicator, as the script's imports tell; 0: they do not
         self.failed_at_exit = False  # a file could not be written and no call has raised it

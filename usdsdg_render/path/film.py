@@ -5,13 +5,14 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from usdsdg.errors import RenderError, warn_once
+from usdsdg.errors import RenderError
 from usdsdg.parallel import cheap_rows, launch_rows
 from usdsdg.readback import read_back
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.tone_map import tone_map_pixels
 from usdsdg_render.kernels.path.wavelet_denoiser import blend
 from usdsdg_render.path import oidn_denoiser, wavelet_denoiser
+from usdsdg_render.path.dropped_samples import look_for_dropped
 from usdsdg_render.settings import LIGHT_AOVS, ToneSettings
 
 _DENOISERS = {"wavelet": wavelet_denoiser.denoise, "oidn": oidn_denoiser.denoise}
@@ -77,11 +78,7 @@ def tone_map(film: Film, tone: ToneSettings, *, threads: int | None = None, fetc
     inputs = [radiance, film.arrays.color, tone.exposure, int(tone.enabled)]
     rows = cheap_rows(film.width)
     launch_rows(tone_map_pixels, shape, inputs, [hdr, ldr], device=film.device, threads=threads, band_rows=rows)
-    if film.dropped:
-        warn_once(
-            f"{film.dropped} samples of a {film.width}x{film.height} image were not finite and were dropped",
-            key="dropped samples",
-        )
+    look_for_dropped(film)
     images = {"HdrColor": hdr, "LdrColor": ldr}
     return {**(read_back(images) if fetched or film.device == "cpu" else images), **film.light_aovs()}
 

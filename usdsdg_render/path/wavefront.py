@@ -8,8 +8,9 @@ import warp as wp
 from usdsdg_render.kernels.labels.views import Views
 from usdsdg_render.kernels.path import wavefront
 from usdsdg_render.kernels.path.film import FilmArrays
-from usdsdg_render.kernels.path.path_state import DenoiserFeatures, LightAovs, Path, PathOptions, ShadowRay
-from usdsdg_render.scene.structs import Hit, SceneTables
+from usdsdg_render.kernels.path.path_memory import FEATURE_WORDS, HIT_WORDS, PATH_WORDS, SHADOW_RAY_WORDS
+from usdsdg_render.kernels.path.path_state import LightAovs, PathOptions
+from usdsdg_render.scene.structs import SceneTables
 
 # Paths in flight: enough to fill a large GPU, at about 200 bytes each.
 MAX_ACTIVE_PATHS = 1 << 21
@@ -70,18 +71,20 @@ class WavefrontTracer:
         def empty(dtype: Any, shape: Any = size) -> wp.array:
             return wp.empty(shape, dtype=dtype, device=self.device)
 
+        def planes(words: int) -> wp.array:
+            return empty(wp.vec4, (words, self._size))
+
         state = self._wavefront
         if size > self._size:
             self._size = size
-            state.paths, state.hits, state.shadow_rays = empty(Path), empty(Hit), empty(ShadowRay)
+            state.paths, state.hits, state.shadow_rays = planes(PATH_WORDS), planes(HIT_WORDS), planes(SHADOW_RAY_WORDS)
             state.ray_queue, state.shadow_queue = empty(wp.int32, (2, size)), empty(wp.int32)
-        for name, dtype, wanted in (
-            ("light_aovs", LightAovs, options.light_aovs),
-            ("features", DenoiserFeatures, options.features),
-        ):
-            length = self._size if wanted else 0
-            if _length(getattr(state, name)) != length:
-                setattr(state, name, empty(dtype, length))
+        length = self._size if options.light_aovs else 0
+        if _length(state.light_aovs) != length:
+            state.light_aovs = empty(LightAovs, length)
+        shape = (FEATURE_WORDS, self._size) if options.features else (0, 0)
+        if state.features is None or state.features.shape != shape:
+            state.features = empty(wp.vec4, shape)
         if _length(state.counts) < 2 * segments + 1:
             state.counts = empty(wp.int32, 2 * segments + 1)
 

@@ -18,6 +18,7 @@ from usdsdg.writers.backends.job import Job
 
 if TYPE_CHECKING:
     from usdsdg.parallel import Later
+    from usdsdg.readback import Arrival
     from usdsdg.writers.journal.frames import FrameFiles
 
 # As Replicator's setting /omni/replicator/backend/writeThreads; more than cores, since storage is waited for as well.
@@ -41,7 +42,7 @@ class IoQueue:
         self._frame: int | None = None
         self._files: FrameFiles | None = None
         self._held: FrameFiles | None = None  # by files of all frames that are scheduled with it
-        self._pixels: Later | None = None
+        self._pixels: Later | Arrival | None = None
         self._on_thread = threading.local()  # `job` is the one that runs there
         self._finishes_at_exit = False
         self._forget_all()
@@ -96,7 +97,7 @@ class IoQueue:
 
     @contextmanager
     def frame(
-        self, number: int, *, pixels: Later | None = None, files: FrameFiles | None = None
+        self, number: int, *, pixels: Later | Arrival | None = None, files: FrameFiles | None = None
     ) -> Iterator[list[str]]:
         """Submit, in the context, jobs of this captured frame; yields the paths of the files that they write.
 

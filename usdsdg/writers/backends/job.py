@@ -10,6 +10,7 @@ from usdsdg.errors import UsdsdgError, WriterError
 
 if TYPE_CHECKING:
     from usdsdg.parallel import Later
+    from usdsdg.readback import Arrival
     from usdsdg.writers.journal.frames import FrameFiles
 
 
@@ -21,7 +22,7 @@ class Job:
     what: str  # file or function, for messages
     size: int  # bytes that it keeps alive
     owner: Any
-    pixels: Later | None = None  # the images that it writes have their pixels when this has ended
+    pixels: Later | Arrival | None = None  # the images that it writes have their pixels when this has ended
     number: int = 0  # in the order of submission
     frame: int | None = None  # captured frame that it belongs to
     files: FrameFiles | None = None  # those of the frame that it belongs to

@@ -50,3 +50,15 @@ def tone_map_pixels(
         encoded = wp.vec3(0.0)
     hdr[y, x] = wp.vec4h(wp.float16(mean[0]), wp.float16(mean[1]), wp.float16(mean[2]), wp.float16(alpha))
     ldr[y, x] = wp.vec4ub(wp.uint8(encoded[0]), wp.uint8(encoded[1]), wp.uint8(encoded[2]), wp.uint8(255.0 * alpha))
+
+
+@wp.kernel(enable_backward=False)
+def sum_dropped(
+    dropped: wp.array2d(dtype=wp.int32),
+    # out
+    total: wp.array(dtype=wp.int32),
+):
+    """Sum the dropped samples of a film; on CUDA only, since additions on a CPU are not atomic."""
+    y, x = wp.tid()
+    if dropped[y, x] > 0:
+        wp.atomic_add(total, 0, dropped[y, x])

@@ -10,11 +10,22 @@ import warp as wp
 from usdsdg_render.kernels.cameras.camera import BAND, camera_ray
 from usdsdg_render.kernels.labels.views import Views
 from usdsdg_render.kernels.path.film import FilmArrays, load_pixel, store_pixel, with_sample
-from usdsdg_render.kernels.path.path_state import DenoiserFeatures, LightAovs, Path, PathOptions, ShadowRay, begin_path
+from usdsdg_render.kernels.path.path_memory import (
+    load_features,
+    load_hit,
+    load_path,
+    load_shadow_ray,
+    store_features,
+    store_hit,
+    store_path,
+    store_radiance,
+    store_shadow_ray,
+)
+from usdsdg_render.kernels.path.path_state import DenoiserFeatures, LightAovs, PathOptions, begin_path
 from usdsdg_render.kernels.path.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed, sample_pair
 from usdsdg_render.kernels.path.segment import add_direct_light, add_emission, next_hit, scatter_path
 from usdsdg_render.kernels.scene.visibility import transmitted
-from usdsdg_render.scene.structs import Hit, SceneTables
+from usdsdg_render.scene.structs import SceneTables
 
 BLOCK = 128  # threads of a CUDA block
 
@@ -47,11 +58,11 @@ class Wavefront:
     first_pixel: wp.int32
     pixels: wp.int32
     samples: wp.int32
-    paths: wp.array(dtype=Path)
+    paths: wp.array2d(dtype=wp.vec4)  # planes of `Path`, as all such arrays see `path_memory`
     light_aovs: wp.array(dtype=LightAovs)  # empty unless allocated
-    features: wp.array(dtype=DenoiserFeatures)  # empty unless allocated
-    hits: wp.array(dtype=Hit)
-    shadow_rays: wp.array(dtype=ShadowRay)
+    features: wp.array2d(dtype=wp.vec4)  # of `DenoiserFeatures`; empty unless allocated
+    hits: wp.array2d(dtype=wp.vec4)  # of `Hit`
+    shadow_rays: wp.array2d(dtype=wp.vec4)  # of `ShadowRay`
     ray_queue: wp.array2d(dtype=wp.int32)  # two queues: of even and of odd segments
     shadow_queue: wp.array(dtype=wp.int32)
     counts: wp.array(dtype=wp.int32)
@@ -112,12 +123,13 @@ def generate_camera_rays(options: PathOptions, views: Views, wavefront: Wavefron
     if wavefront.light_aovs.shape[0] > 0:
         wavefront.light_aovs[number] = LightAovs()
     if wavefront.features.shape[0] > 0:
-        wavefront.features[number] = DenoiserFeatures(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0)
+        nothing = DenoiserFeatures(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0)
+        store_features(wavefront.features, number, nothing)
     if path.alive != 0:
         wavefront.ray_queue[0, push(wavefront.counts, 0)] = number
     else:
         path.bounces = -1
-    wavefront.paths[number] = path
+    store_path(wavefront.paths, number, path)
 
 
 @wp.kernel(enable_backward=False)
@@ -127,7 +139,8 @@ def intersect_closest(tables: SceneTables, options: PathOptions, views: Views, w
         return
     number = wavefront.ray_queue[segment % 2, i]
     sample = sample_of(wavefront, options, views, number)
-    wavefront.hits[number] = next_hit(tables, wavefront.paths[number], segment, sample.seed, sample.index)
+    path = load_path(wavefront.paths, number)
+    store_hit(wavefront.hits, number, next_hit(tables, path, segment, sample.seed, sample.index))
 
 
 @wp.kernel(enable_backward=False)
@@ -136,8 +149,9 @@ def shade(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wa
     if i >= wavefront.counts[2 * segment]:
         return
     number = wavefront.ray_queue[segment % 2, i]
-    hit = wavefront.hits[number]
-    update = add_emission(tables, options, wavefront.paths[number], light_aovs_of(wavefront, number), hit, segment)
+    hit = load_hit(wavefront.hits, number)
+    arriving = load_path(wavefront.paths, number)
+    update = add_emission(tables, options, arriving, light_aovs_of(wavefront, number), hit, segment)
     path = update.path
     light_aovs = update.light_aovs
     if path.alive != 0:
@@ -146,14 +160,14 @@ def shade(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wa
         path = scattering.path
         light_aovs = scattering.light_aovs
         if segment == 0 and wavefront.features.shape[0] > 0:
-            wavefront.features[number] = scattering.features
+            store_features(wavefront.features, number, scattering.features)
         radiance = scattering.shadow_ray.radiance
         if radiance[0] + radiance[1] + radiance[2] > 0.0:
-            wavefront.shadow_rays[number] = scattering.shadow_ray
+            store_shadow_ray(wavefront.shadow_rays, number, scattering.shadow_ray)
             wavefront.shadow_queue[push(wavefront.counts, 2 * segment + 1)] = number
         if path.alive != 0:
             wavefront.ray_queue[(segment + 1) % 2, push(wavefront.counts, 2 * segment + 2)] = number
-    wavefront.paths[number] = path
+    store_path(wavefront.paths, number, path)
     if wavefront.light_aovs.shape[0] > 0:
         wavefront.light_aovs[number] = light_aovs
 
@@ -164,12 +178,12 @@ def intersect_shadow(tables: SceneTables, wavefront: Wavefront, segment: int):
     if i >= wavefront.counts[2 * segment + 1]:
         return
     number = wavefront.shadow_queue[i]
-    path = wavefront.paths[number]
-    shadow_ray = wavefront.shadow_rays[number]
+    path = load_path(wavefront.paths, number)
+    shadow_ray = load_shadow_ray(wavefront.shadow_rays, number)
     visibility = transmitted(tables, path.origin, shadow_ray.direction, shadow_ray.distance)
     if visibility > 0.0:
         update = add_direct_light(path, light_aovs_of(wavefront, number), shadow_ray, visibility, segment)
-        wavefront.paths[number].radiance = update.path.radiance
+        store_radiance(wavefront.paths, number, update.path)
         if wavefront.light_aovs.shape[0] > 0:
             wavefront.light_aovs[number] = update.light_aovs
 
@@ -184,10 +198,10 @@ def update_film(options: PathOptions, views: Views, wavefront: Wavefront, films:
     sums = load_pixel(film, options, y, x)
     for k in range(wavefront.samples):
         number = k * wavefront.pixels + i
-        if wavefront.paths[number].bounces >= 0:
+        path = load_path(wavefront.paths, number)
+        if path.bounces >= 0:
             features = DenoiserFeatures()
             if wavefront.features.shape[0] > 0:
-                features = wavefront.features[number]
-            radiance = wavefront.paths[number].radiance
-            sums = with_sample(sums, options, radiance, features, light_aovs_of(wavefront, number))
+                features = load_features(wavefront.features, number)
+            sums = with_sample(sums, options, path.radiance, features, light_aovs_of(wavefront, number))
     store_pixel(film, options, y, x, sums)

@@ -1,0 +1,50 @@
+"""Warns of samples that were not finite, without waiting for the device."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+import warp as wp
+
+from usdsdg.errors import warn_once
+from usdsdg.parallel import CUDA_BLOCK
+from usdsdg.readback import Arrival, start_to_read_back
+from usdsdg_render.kernels.path.tone_map import sum_dropped
+
+if TYPE_CHECKING:
+    from usdsdg_render.path.film import Film
+
+# Films whose counts may be under way; then the oldest one is waited for.
+AHEAD = 8
+
+_under_way: deque[tuple[Arrival, int, int]] = deque()  # with the width and height of the film
+
+
+def look_for_dropped(film: Film) -> None:
+    """Warn if samples of a film were dropped: now on a CPU, on CUDA once the device has counted them."""
+    if film.device == "cpu":
+        _warn(film.dropped, film.width, film.height)
+        return
+    total = wp.zeros(1, dtype=wp.int32, device=film.device)
+    dropped = film.arrays.dropped
+    wp.launch(
+        sum_dropped, dim=dropped.shape, inputs=[dropped], outputs=[total], device=film.device, block_dim=CUDA_BLOCK
+    )
+    _under_way.append((start_to_read_back({"total": total}), film.width, film.height))
+    report_dropped(but=AHEAD)
+
+
+def report_dropped(*, but: int = 0) -> None:
+    """Warn of what the device has counted, waiting for all films but the last ones."""
+    while len(_under_way) > but:
+        arrival, width, height = _under_way.popleft()
+        arrival.wait()
+        _warn(int(arrival.copies["total"][0]), width, height)
+
+
+def _warn(count: int, width: int, height: int) -> None:
+    if count:
+        warn_once(
+            f"{count} samples of a {width}x{height} image were not finite and were dropped", key="dropped samples"
+        )
