@@ -37,6 +37,7 @@ class Frame:
     reference_time: tuple[int, int] = (0, 1)
     scene: SceneQueries | None = None
     memo: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
+    together: list[Frame] = field(default_factory=list, repr=False, compare=False)  # frames of one capture, with this
 
     def aov(self, name: str) -> np.ndarray:
         """Return the AOV called `name` in the memory of the host; raises as `image`."""
@@ -61,7 +62,11 @@ class Frame:
         if all(isinstance(each, np.ndarray) for each in self.aovs.values()):
             return self
         self.fetch(self.aovs.values())
-        return self.derive("hosted", lambda: replace(self, aovs={name: self.aov(name) for name in self.aovs}, memo={}))
+        return self.derive("hosted", self._on_host)
+
+    def _on_host(self) -> Frame:
+        known = {key: self.memo[key] for key in ("sums",) if key in self.memo}
+        return replace(self, aovs={name: self.aov(name) for name in self.aovs}, memo=known, together=[])
 
     def image(self, name: str) -> Pixels:
         """Return the AOV called `name` where it was rendered: a NumPy array, or a Warp array on a device.
@@ -119,7 +124,19 @@ class Frame:
     @property
     def sums(self) -> np.ndarray:
         """Visible pixels and their bounds of each gprim, (G, 5) int64 as `coverage`."""
-        return self.derive("sums", lambda: look_ups.sum_by_gprim(self.image("instance"), len(self.gprims)))
+        if "sums" not in self.memo:
+            # Of all cameras at once, since a launch and a copy to the host take as long for one as for many.
+            image = self.image("instance")
+            others = [each for each in self.together if each is not self and each.lacks_sums_of(self)]
+            images = [image, *(each.aovs["instance"] for each in others)]
+            for each, sums in zip([self, *others], look_ups.sum_all_by_gprim(images, len(self.gprims)), strict=True):
+                each.memo["sums"] = sums
+        return self.memo["sums"]
+
+    def lacks_sums_of(self, other: Frame) -> bool:
+        """Return whether sums can be computed with those of another frame: of the same gprims and size."""
+        alike = self.gprims is other.gprims and self.shape == other.shape
+        return alike and "sums" not in self.memo and "instance" in self.aovs
 
     @property
     def shown_gprims(self) -> np.ndarray:

@@ -168,13 +168,12 @@ class LabeledPrimReader:
         cache = UsdGeom.XformCache(time)
         frames = PointFrames(self._stage, cache)
         bounds = [self._bound(owner, group, cache, frames) for owner, group in zip(owned.owners, owned.groups)]
-        poses = [frames.to_world(owner.path, owner.steps) for owner in owned.owners]
         return LabeledPrims(
             tuple(owner.name for owner in owned.owners),
             owned.labels,
             owned.groups,
             np.array(bounds, np.float64).reshape(-1, 2, 3),
-            np.array(poses, np.float64).reshape(-1, 4, 4),
+            frames.all_to_world([(owner.path, owner.steps) for owner in owned.owners]),
             # The unfiltered selection is the first, so its members are the rows.
             owned.selections[None].member_of_gprim,
             owned.selections,

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.poses.transforms import as_array
@@ -139,6 +139,18 @@ class PointFrames:
         above = self._stage.GetPrimAtPath(step.prototype.GetParentPath())
         relative, _ = self._cache.ComputeRelativeTransform(prim, above)
         return as_array(relative) @ self._point(step) @ self.to_world(step.instancer, steps[1:])
+
+    def all_to_world(self, places: Sequence[tuple[Sdf.Path, Steps]]) -> np.ndarray:
+        """Return `to_world` of many prims, (N, 4, 4)."""
+        matrices = np.empty((len(places), 4, 4))
+        alone = [row for row, (_, steps) in enumerate(places) if not steps]
+        prims = [self._stage.GetPrimAtPath(places[row][0]) for row in alone]
+        # One array of USD's for all: NumPy takes matrices one by one slowly.
+        matrices[alone] = np.array(Vt.Matrix4dArray(list(map(self._cache.GetLocalToWorldTransform, prims))))
+        for row, (path, steps) in enumerate(places):
+            if steps:
+                matrices[row] = self.to_world(path, steps)
+        return matrices
 
     def _point(self, step: Step) -> np.ndarray:
         if step.instancer not in self._points:

@@ -24,6 +24,7 @@ from usdsdg.session import engines
 from usdsdg.session.progress import report
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.cameras.camera_reader import CameraReader
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg.writers.base import set_global_seed
@@ -45,14 +46,15 @@ class Capture:
         self._stages: StageRecords | None = None
         self._moment: StageMoment | None = None
         self._requests = Requests()
-        self._exposure = Exposure(self._requests, 0)
+        self._cameras: CameraReader | None = None
+        self._exposure: Exposure  # of the frame that has begun
         self._later: RenderMode | None = None  # of images that are traced after the labels, beside what follows
 
     def begin(self, frame: int) -> None:
         """Collect what annotators and writers request for this frame."""
         set_global_seed(get_global_seed())
         self._requests = Requests.collect(frame)
-        self._exposure, self._later = Exposure(self._requests, frame), None
+        self._exposure, self._later = Exposure(self._requests, frame, self._camera_reader()), None
 
     def open_shutter(self) -> None:
         """Read the poses at which a motion-blurred exposure begins."""
@@ -110,7 +112,7 @@ class Capture:
         number: seed of the image's noise. seconds: time on the timeline.
         """
         self._requests = Requests.of_product(path)
-        self._exposure, self._later = Exposure(self._requests, number), None
+        self._exposure, self._later = Exposure(self._requests, number, self._camera_reader()), None
         self.expose(mode)
         if self._requests.annotators:
             _compute(self._frames(number, seconds))
@@ -136,10 +138,11 @@ class Capture:
     def _frames(self, index: int, seconds: float) -> dict[str, Frame]:
         """Return the frame of each product, the input of annotators, by product path."""
         renderer = engines.renderer()
-        views = {product.path: view_of(product, renderer.time) for product in self._requests.products()}
+        cameras = self._camera_reader()
+        views = {product.path: view_of(product, cameras, renderer.time) for product in self._requests.products()}
         labels = render_labels(self._requests, views, self._labeled_prim_reader())
         images = self._images(views)
-        return {
+        frames = {
             path: Frame(
                 index=index, view=view, render_product=path, gprims=labels[path].table.gprims,
                 aovs=labels[path].aovs | images.get(path, {}),
@@ -149,11 +152,19 @@ class Capture:
             )
             for path, view in views.items()
         }  # fmt: skip
+        for frame in frames.values():
+            frame.together.extend(frames.values())
+        return frames
 
     def _labeled_prim_reader(self) -> LabeledPrimReader:
         if self._labeled_prims is None:
             self._labeled_prims = LabeledPrimReader(current_stage())
         return self._labeled_prims
+
+    def _camera_reader(self) -> CameraReader:
+        if self._cameras is None:
+            self._cameras = CameraReader(current_stage())
+        return self._cameras
 
     def _images(self, views: Mapping[str, CameraView | TiledView]) -> Mapping[str, dict[str, Any]]:
         """Return the color images of each product, by path; where they may be later, start to trace them."""

@@ -14,6 +14,7 @@ from usdsdg.session import engines
 from usdsdg.session.progress import report
 from usdsdg.session.stage_context import current_stage
 from usdsdg.session.timeline import get_timeline
+from usdsdg.stage.cameras.camera_reader import CameraReader
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg_render.settings import LIGHT_AOVS
@@ -56,8 +57,9 @@ class Step:
 class Exposure:
     """The films of one frame."""
 
-    def __init__(self, requests: Requests, frame: int) -> None:
+    def __init__(self, requests: Requests, frame: int, cameras: CameraReader) -> None:
         self._requests = requests
+        self._cameras = cameras
         self._frame = frame
         self._films: dict[str, list[Film]] = {}  # by product path, one per tile
         self._renderer: engines.Renderer | None = None
@@ -101,7 +103,7 @@ class Exposure:
             needs = self._requests.requirements(product.path)
             if not needs.path_tracing:
                 continue
-            views = views_of(view_of(product, renderer.time))
+            views = views_of(view_of(product, self._cameras, renderer.time))
             if product.path not in self._films:
                 self._films[product.path] = [renderer.new_film(view.width, view.height) for view in views]
             batch = batches.setdefault(not needs.aovs.isdisjoint(LIGHT_AOVS), [])

@@ -71,14 +71,18 @@ class StageRecords:
         self._base: tuple[str, bytes] | None = None
         self._captures = self._copies = 0
         self._changed: dict[Sdf.Path, tuple[Usd.Attribute, Any]] = {}  # attributes and their types, since the base
+        self._in_order: list[tuple[Sdf.Path, Any, Usd.Attribute]] | None = None  # of them; None: not known
+        self._noted: dict[Sdf.Path, set[str]] = {}  # names by prim that were looked at since the base
 
     def take(self, time: Usd.TimeCode) -> StageMoment | None:
         """Return the stage as it is now; None where it is not recorded."""
         self.follow()
         if self._base is None:
             return None
-        # Sorted, since changes come in an order that differs from process to process.
-        edits = [(path, kind, each.Get(time)) for path, (each, kind) in sorted(self._changed.items()) if each]
+        if self._in_order is None:
+            # Sorted, since changes come in an order that differs from process to process.
+            self._in_order = [(path, kind, each) for path, (each, kind) in sorted(self._changed.items())]
+        edits = [(path, kind, each.Get(time)) for path, kind, each in self._in_order if each]
         facts = {
             "time": None if time.IsDefault() else time.GetValue(),
             "glass": glass_labels(),
@@ -94,18 +98,24 @@ class StageRecords:
         changes, self._captures = self._tracker.take(), self._captures + 1
         if self._base is None or any(_matters(path) for path in changes.resynced):
             may_copy = self._copies < FREELY + self._captures // EVERY
-            self._base, self._changed = (_base(self._stage) if may_copy else None), {}
+            self._base = _base(self._stage) if may_copy else None
+            self._changed, self._in_order, self._noted = {}, None, {}
             self._copies += self._base is not None
         else:
             self._note(changes)
 
     def _note(self, changes: Changes) -> None:
         for prim, names in changes.changed.items():
+            noted = self._noted.get(prim)
+            # Frame by frame the same properties change.
+            if noted is not None and names <= noted:
+                continue
             if _matters(prim):
                 for name in sorted(name for name in names if name and not name.startswith(_IGNORED_NAMES)):
                     path = prim.AppendProperty(name)
                     if path not in self._changed and (attribute := self._stage.GetAttributeAtPath(path)):
-                        self._changed[path] = attribute, attribute.GetTypeName()
+                        self._changed[path], self._in_order = (attribute, attribute.GetTypeName()), None
+            self._noted[prim] = names if noted is None else noted | names
 
 
 def _matters(path: Sdf.Path) -> bool:

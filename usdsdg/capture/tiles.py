@@ -8,17 +8,17 @@ from pxr import Usd
 
 from usdsdg.annotators.pixels.launch import on_host
 from usdsdg.session.render_products import HydraTexture
-from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.cameras.camera_view import CameraView, read_camera
+from usdsdg.stage.cameras.camera_reader import CameraReader
+from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
 
 
-def view_of(product: HydraTexture, time: Usd.TimeCode) -> CameraView | TiledView:
+def view_of(product: HydraTexture, cameras: CameraReader, time: Usd.TimeCode) -> CameraView | TiledView:
     """Return the camera of a product at `time`, or its cameras in tiles."""
     if product.tiles is None:
-        return read_camera(current_stage(), product.camera_path, product.resolution, time=time)
+        return cameras.read(product.camera_path, product.resolution, time=time)
     size = product.tiles.size
-    views = tuple(read_camera(current_stage(), camera, size, time=time) for camera in product.tiles.cameras)
+    views = tuple(cameras.read(camera, size, time=time) for camera in product.tiles.cameras)
     return TiledView(product.camera_path, product.width, product.height, product.width // size[0], views)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -64,6 +65,7 @@ def build(folder: Path) -> None:
             sky.result()
 
 
+@cache
 def _release() -> str:
     try:
         return version("usdsdg")

@@ -3,13 +3,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import warp as wp
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tests.annotators.ray_caster import add_cube, make_frame, new_stage
 from tests.annotators.scenes import crowds, mask_of, street
 from usdsdg import annotators
-from usdsdg.annotators.pixels.look_ups import sum_by_gprim
+from usdsdg.annotators.pixels.look_ups import sum_all_by_gprim, sum_by_gprim
 
 CORNERS = ["x_min", "y_min", "x_max", "y_max"]
 
@@ -161,3 +162,16 @@ def test_boxes_masks_and_depth_agree(stage):
         # float32 positions of a few meters, divided by scales down to 0.2
         assert (local[:, :3] >= np.array(low) - 1e-5).all()
         assert (local[:, :3] <= np.array(high) + 1e-5).all()
+
+
+def test_sums_of_many_images_are_those_of_each():
+    rng = np.random.default_rng(3)
+    shown = rng.integers(-1, 5, (3, 13, 70)).astype(np.int32)
+    shown[1] = -1
+    whole = wp.array(shown, dtype=wp.int32, device="cpu")
+    images = [whole[k] for k in range(len(shown))]
+    for image, sums in zip(shown, sum_all_by_gprim(images, 6), strict=True):
+        np.testing.assert_array_equal(sums, sum_by_gprim(image, 6))
+    apart = [images[0], images[2]]  # not one after the other
+    for image, sums in zip(shown[::2], sum_all_by_gprim(apart, 6), strict=True):
+        np.testing.assert_array_equal(sums, sum_by_gprim(image, 6))

@@ -95,6 +95,21 @@ def viewed(array: wp.array, dtype: Any, shape: tuple[int, ...]) -> wp.array:
     return view
 
 
+def in_a_row(images: Sequence[Pixels]) -> Pixels | None:
+    """Return images of one size on a GPU as one image, (N * H, W), if each begins where the one before it ends."""
+    first = images[0]
+    if any(isinstance(each, np.ndarray) or not each.is_contiguous for each in images):
+        return None
+    import warp as wp
+
+    size = first.size * wp.types.type_size_in_bytes(first.dtype)
+    if any(each.ptr != first.ptr + k * size or each.device != first.device for k, each in enumerate(images)):
+        return None
+    whole = viewed(first, first.dtype, (len(images) * first.shape[0], *first.shape[1:]))
+    whole._ref = tuple(images)
+    return whole
+
+
 def _on_device(value: Any, kind: Any, device: str) -> Any:
     """Return an array as a Warp array of the type of an argument, flat where that has one axis; other values as is."""
     import warp as wp

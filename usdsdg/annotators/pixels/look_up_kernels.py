@@ -59,7 +59,7 @@ def sum_runs(
 ):
     row, part = wp.tid()
     y = row + first
-    band = first / band_rows  # threads of a CPU have sums of their own
+    band = y / band_rows  # threads of a CPU, and images, have sums of their own
     x = part * part_pixels
     end = wp.min(x + part_pixels, instance.shape[1])
     while x < end:

@@ -5,11 +5,11 @@ Tables have an entry for each gprim and a last one for pixels that show none. Re
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from usdsdg.annotators.pixels.launch import Pixels, band_of, new, on_host, placed, run
+from usdsdg.annotators.pixels.launch import Pixels, band_of, in_a_row, new, on_host, placed, run
 
 # Columns of sums.
 PIXELS, X_MIN, Y_MIN, X_MAX, Y_MAX = range(5)
@@ -45,6 +45,23 @@ def sum_by_gprim(instance: Pixels, gprims: int) -> np.ndarray:
     found[:, X_MAX:] = sums[..., X_MAX:].max(axis=0)
     found[found[:, PIXELS] == 0, X_MIN:] = -1
     return found
+
+
+def sum_all_by_gprim(instances: Sequence[Pixels], gprims: int) -> list[np.ndarray]:
+    """Return `sum_by_gprim` of images of one size; those of a GPU that lie one after the other take one launch."""
+    from usdsdg.annotators.pixels import look_up_kernels as kernels
+
+    if len(instances) == 1 or (whole := in_a_row(instances)) is None:
+        return [sum_by_gprim(each, gprims) for each in instances]
+    height, width = instances[0].shape
+    table = placed(np.tile(_NONE, (len(instances), gprims, 1)), whole)
+    rows = len(instances) * height
+    run(kernels.sum_runs, (rows, _parts(width)), [whole, _PART_PIXELS, height], [table], band=rows)
+    found = on_host(table).astype(np.int64)
+    # Rows were counted through all images.
+    found[..., [Y_MIN, Y_MAX]] -= height * np.arange(len(instances))[:, None, None]
+    found[found[..., PIXELS] == 0, X_MIN:] = -1
+    return list(found)
 
 
 def shade(instance: Pixels, normals: Pixels, colors: np.ndarray, light: np.ndarray, darkest: float) -> Pixels:

@@ -50,11 +50,11 @@ class AssetFacts:
 
     def see(self, stage: Usd.Stage) -> None:
         """Note the layers of a stage."""
-        root = self._root = _root()
-        for layer in stage.GetUsedLayers():
-            path = layer.realPath
-            if path:
-                self._add(path, root, layer)
+        new = [layer for layer in stage.GetUsedLayers() if layer.realPath and layer.realPath not in self._seen]
+        if new or not self._root:
+            self._root = _root()
+        for layer in new:
+            self._add(layer.realPath, self._root, layer)
 
     def take(self) -> dict[str, Any]:
         """Return, once, what is known of the assets that were noted, and of files that were read; waits for hashes.

@@ -1,8 +1,8 @@
 """Records of the paths in flight, in planes of 16-byte words: word w of path number n is `planes[w, n]`.
 
-Neighboring threads mostly hold neighboring paths. In an array of structs, each 4-byte member that they load or store is in
-a sector of memory of its own; in planes, 32 threads move 512 contiguous bytes at once. Words that a kernel does not use
-are not loaded: the compiler leaves such loads out.
+Neighboring threads mostly hold neighboring paths. In an array of structs, each 4-byte member that they load or store is
+in a sector of memory of its own; in planes, 32 threads move 512 contiguous bytes at once. Words that a kernel does not
+use are not loaded: the compiler leaves such loads out.
 """
 
 # Code of Warp kernels is not Python to a type checker.

@@ -1,0 +1,47 @@
+"""Cameras of one stage, read again only after changes that concern them."""
+
+from pxr import Sdf, Usd
+
+from usdsdg.stage.cameras.camera_view import CameraView, read_camera
+from usdsdg.stage.changes import ChangeTracker
+
+_Key = tuple[str, tuple[int, int]]
+
+
+class CameraReader:
+    """Reads cameras as `read_camera`; views that did not change are the same objects."""
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
+        self._changes = ChangeTracker(stage)
+        self._views: dict[_Key, tuple[Usd.TimeCode, CameraView]] = {}
+        # What each view was read from: the camera, and all above, whose transforms place it.
+        self._sources: dict[Sdf.Path, set[_Key]] = {}
+
+    def read(self, path: str, resolution: tuple[int, int], *, time: Usd.TimeCode) -> CameraView:
+        """Return the camera at `path`, or the only one below it, at `time`; raises as `read_camera`."""
+        self._forget_changed()
+        key = path, (int(resolution[0]), int(resolution[1]))
+        known = self._views.get(key)
+        if known is None or known[0] != time:
+            view = read_camera(self._stage, *key, time=time)
+            self._views[key] = time, view
+            for source in Sdf.Path(view.prim_path).GetPrefixes():
+                self._sources.setdefault(source, set()).add(key)
+            self._sources.setdefault(Sdf.Path.absoluteRootPath, set()).add(key)  # units of the stage
+            return view
+        return known[1]
+
+    def _forget_changed(self) -> None:
+        changes = self._changes.take()
+        if changes.resynced:
+            # Of a path above cameras, another one may be the only one now.
+            self._views.clear()
+            self._sources.clear()
+        for path in changes.changed.keys() & self._sources.keys():
+            for key in self._sources[path]:
+                self._views.pop(key, None)
+
+    def close(self) -> None:
+        """Stop listening to the stage."""
+        self._changes.close()
