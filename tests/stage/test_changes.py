@@ -43,18 +43,18 @@ def test_a_set_attribute_is_named_once(stage, tracker):
 
 
 def test_registered_properties_are_reported_by_index_unless_prims_are_resynced(stage, tracker):
-    indices = {path("/World/a.xformOp:translate"): 7, path("/World/b.xformOp:translate"): 8}
+    handles = {path("/World/a.xformOp:translate"): 7, path("/World/b.xformOp:translate"): 8}
     translate = stage.GetAttributeAtPath("/World/a.xformOp:translate")
     translate.Set(Gf.Vec3d(1, 0, 0))
     stage.GetPrimAtPath("/World/a").CreateAttribute("primvars:x", Sdf.ValueTypeNames.Float).Set(1.0)
-    changes = tracker.take(indices=indices)
+    changes = tracker.take(handles=handles)
     assert changes == Changes(set(), {path("/World/a"): {"primvars:x"}}, [7])
     assert set(changes.properties) == {path("/World/a.xformOp:translate"), path("/World/a.primvars:x")}
     translate.Set(Gf.Vec3d(2, 0, 0))
-    assert tracker.take(indices=indices) == Changes(indices=[7])
+    assert tracker.take(handles=handles) == Changes(handles=[7])
     translate.Set(Gf.Vec3d(3, 0, 0))
     stage.DefinePrim("/World/New")
-    assert tracker.take(indices=indices).changed == {path("/World/a"): {"xformOp:translate"}}
+    assert tracker.take(handles=handles).changed == {path("/World/a"): {"xformOp:translate"}}
 
 
 def test_several_attributes_of_several_prims(stage, tracker):

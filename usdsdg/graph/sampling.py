@@ -16,9 +16,11 @@ import numpy as np
 from usdsdg.errors import GraphError
 from usdsdg.session.session import current
 
-_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
-_MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
-_MIX_2 = np.uint64(0x94D049BB133111EB)
+_WORD = 0xFFFFFFFFFFFFFFFF
+_GOLDEN, _MIX_1, _MIX_2 = 0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB
+# The same for arrays: NumPy takes arrays of no dimension in half the time of scalars.
+_GOLDEN_64, _MIX_1_64, _MIX_2_64 = (np.array(each, np.uint64) for each in (_GOLDEN, _MIX_1, _MIX_2))
+_30, _27, _31, _11 = (np.array(each, np.uint64) for each in (30, 27, 31, 11))
 
 
 @lru_cache(maxsize=1 << 17)
@@ -27,20 +29,45 @@ def hash_text(text: str) -> int:
     return int.from_bytes(hashlib.blake2b(text.encode(), digest_size=8).digest(), "little")
 
 
-def _mixed(state: np.ndarray, part: np.ndarray | np.uint64 | int) -> np.ndarray:
-    """Fold `part` into `state`; both uint64, broadcast against each other."""
-    with np.errstate(over="ignore"):
-        z = state ^ np.asarray(part, dtype=np.uint64)
-        z = z + _GOLDEN
-        z = (z ^ (z >> np.uint64(30))) * _MIX_1
-        z = (z ^ (z >> np.uint64(27))) * _MIX_2
-        return z ^ (z >> np.uint64(31))
+def _mixed(state: int, part: int) -> int:
+    """Fold `part` into `state`; both are 64 bits."""
+    z = ((state ^ part) + _GOLDEN) & _WORD
+    z = (z ^ (z >> 30)) * _MIX_1 & _WORD
+    z = (z ^ (z >> 27)) * _MIX_2 & _WORD
+    return z ^ (z >> 31)
 
 
-def _state(seed: int, node: str, execution: int) -> np.ndarray:
-    state = _mixed(np.zeros(1, np.uint64), np.uint64(seed & 0xFFFFFFFFFFFFFFFF))
-    state = _mixed(state, np.uint64(hash_text(node)))
-    return _mixed(state, np.uint64(execution))
+def _mixed_array(state: np.ndarray, part: np.ndarray) -> np.ndarray:
+    """`_mixed` of uint64 arrays, which are broadcast against each other."""
+    z = state ^ part
+    z += _GOLDEN_64
+    shifted = z >> _30
+    z ^= shifted
+    z *= _MIX_1_64
+    z ^= np.right_shift(z, _27, out=shifted)
+    z *= _MIX_2_64
+    z ^= np.right_shift(z, _31, out=shifted)
+    return z
+
+
+@lru_cache(maxsize=1 << 12)
+def _node_state(seed: int, node: str) -> int:
+    return _mixed(_mixed(0, seed & _WORD), hash_text(node))
+
+
+def _state(seed: int, node: str, execution: int) -> int:
+    return _mixed(_node_state(seed, node), execution & _WORD)
+
+
+# Nodes draw for the same prims again and again.
+@lru_cache(maxsize=1 << 10)
+def _hashes(prims: tuple[str, ...]) -> np.ndarray:
+    return np.array([hash_text(prim) for prim in prims], dtype=np.uint64)
+
+
+@lru_cache(maxsize=64)
+def _columns(components: int) -> np.ndarray:
+    return np.arange(components, dtype=np.uint64)
 
 
 def uniforms(seed: int, node: str, execution: int, prims: Sequence[str], components: int) -> np.ndarray:
@@ -56,19 +83,18 @@ def uniforms(seed: int, node: str, execution: int, prims: Sequence[str], compone
     Returns:
         (len(prims), components) float64 in [0, 1), with 53 random bits each.
     """
-    rows = np.array([hash_text(prim) for prim in prims], dtype=np.uint64)
-    per_prim = _mixed(_state(seed, node, execution), rows)
-    columns = np.arange(components, dtype=np.uint64)
-    bits = _mixed(per_prim[:, None], columns[None, :])
-    return (bits >> np.uint64(11)).astype(np.float64) * 2.0**-53
+    per_prim = _mixed_array(np.array(_state(seed, node, execution), np.uint64), _hashes(tuple(prims)))
+    bits = _mixed_array(per_prim[:, None], _columns(components))
+    bits >>= _11
+    return bits * 2.0**-53
 
 
 def generator(seed: int, node: str, execution: int, *parts: str) -> np.random.Generator:
     """Return a NumPy generator for one execution of one node, for draws of unknown length (rejection, shuffles)."""
     state = _state(seed, node, execution)
     for part in parts:
-        state = _mixed(state, np.uint64(hash_text(part)))
-    return np.random.Generator(np.random.Philox(key=int(state[0])))
+        state = _mixed(state, hash_text(part))
+    return np.random.Generator(np.random.Philox(key=state))
 
 
 def own_seed(seed: Any) -> int | None:

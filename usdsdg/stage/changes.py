@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import Any
 
 from pxr import Sdf, Tf, Usd
 
@@ -16,17 +17,17 @@ class Changes:
         everything. A path may not exist on the stage any more.
     changed: prim path -> names of attributes and relationships that were set, added or removed. An empty set
         means metadata only; "/" is the stage's own (metersPerUnit, upAxis). Nothing below `resynced` is listed.
-    indices: indices of changed properties that the reader has registered with `ChangeTracker.take`, instead of names.
+    handles: what a reader knows changed properties by, where it said so to `ChangeTracker.take`, instead of names.
     properties: paths of all properties that were set, added or removed.
     """
 
     resynced: set[Sdf.Path] = field(default_factory=set)
     changed: dict[Sdf.Path, set[str]] = field(default_factory=dict)
-    indices: list[int] = field(default_factory=list)
+    handles: list[Any] = field(default_factory=list)
     properties: list[Sdf.Path] = field(default_factory=list, compare=False)
 
     def __bool__(self) -> bool:
-        return bool(self.resynced or self.changed or self.indices)
+        return bool(self.resynced or self.changed or self.handles)
 
     @cached_property
     def by_names(self) -> dict[frozenset[str], list[Sdf.Path]]:
@@ -54,13 +55,13 @@ class ChangeTracker:
         self._listener: Tf.Notice.Listener | None = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._record, stage)
 
     def take(
-        self, *, is_relevant: Callable[[Sdf.Path], bool] | None = None, indices: Mapping[Sdf.Path, int] | None = None
+        self, *, is_relevant: Callable[[Sdf.Path], bool] | None = None, handles: Mapping[Sdf.Path, Any] | None = None
     ) -> Changes:
         """Return the edits since the last call.
 
         Args:
             is_relevant: whether a prim of which only the applied schemas changed is listed in `resynced`; None for all.
-            indices: indices of properties that are reported by index, in `Changes.indices`; unused if anything is
+            handles: what properties are reported as, in `Changes.handles`, and not None; unused if anything is
                 `resynced`.
         """
         resynced, changed, reapplied = self._resynced, self._changed, self._reapplied
@@ -69,11 +70,13 @@ class ChangeTracker:
         prims = {path for path in resynced if path.IsAbsoluteRootOrPrimPath()}
         roots = set(Sdf.Path.RemoveDescendentPaths(sorted(prims)))
         edited = list(changed | (resynced - prims))
-        found = list(map(indices.get, edited)) if indices and not roots else [None] * len(edited)
+        found = list(map(handles.get, edited)) if handles and not roots else [None] * len(edited)
+        if None not in found:
+            return Changes(handles=found, properties=edited, resynced=roots)
         by_prim: dict[Sdf.Path, set[str]] = {}
         properties = []
-        for path, index in zip(edited, found):
-            if index is None:
+        for path, handle in zip(edited, found):
+            if handle is None:
                 prim, path, name = _parts(path)
                 if roots and _has_prefix(prim, roots):
                     continue
@@ -82,7 +85,7 @@ class ChangeTracker:
                     continue
                 names.add(name)
             properties.append(path)
-        return Changes(roots, by_prim, [index for index in found if index is not None], properties)
+        return Changes(roots, by_prim, [handle for handle in found if handle is not None], properties)
 
     @contextmanager
     def muted(self) -> Iterator[None]:

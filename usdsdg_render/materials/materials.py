@@ -1,15 +1,15 @@
 """Read UsdShade materials, and cache them by prim path."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pxr import Sdf, Usd, UsdShade
 
 from usdsdg import errors
 from usdsdg_render.materials.material_x import SURFACES, read_material_x
 from usdsdg_render.materials.mdl import mdl_file, mdl_name, read_mdl
-from usdsdg_render.materials.network import Network, shader_id
+from usdsdg_render.materials.network import Network, Reading, shader_id
 from usdsdg_render.materials.preview_surface import read_preview_surface
 from usdsdg_render.materials.shading import Material
 from usdsdg_render.usd.prim_kinds import is_below
@@ -31,14 +31,33 @@ class Update(NamedTuple):
     names: Collection[str]
 
 
+class PlainInput(NamedTuple):
+    """An input of a shading prim that makes one field of one material, alone: most edits are of the same ones again."""
+
+    prim: Sdf.Path
+    name: str
+    material: Sdf.Path  # that reads it
+    entry: _Entry
+    reading: Reading
+
+
+# Handle of an input that no material reads.
+UNREAD = -1
+
+
 class MaterialLibrary:
     """Cache of materials by prim path, and by the specs that define them where these determine everything.
 
     Each reference to an asset has its own material prims, but most are composed of the same specs and share an entry.
     An edit of one of them adds a spec, so that it no longer shares.
+
+    Args:
+        handles: gets a `PlainInput` or `UNREAD` for properties that were changed; cleared when that may not hold any
+            more.
     """
 
-    def __init__(self, stage: Usd.Stage) -> None:
+    def __init__(self, stage: Usd.Stage, handles: dict[Sdf.Path, Any]) -> None:
+        self._handles = handles
         self._stage = stage
         self._by_path: dict[Sdf.Path, _Entry] = {}
         self._by_specs: dict[tuple, _Entry] = {}
@@ -62,7 +81,7 @@ class MaterialLibrary:
                 if entry.shared_as is not None:
                     self._by_specs[specs] = entry
             self._by_path[path] = entry
-            self._unread.clear()
+            self._forget_inputs()
             entry.users += 1
             for visited in entry.network.visited:
                 self._readers.setdefault(visited, set()).add(path)
@@ -74,6 +93,8 @@ class MaterialLibrary:
 
         A shading prim that no material is known to depend on may be part of any network, so then all are dropped.
         """
+        if not changed and not roots:
+            return set()
         known, readers = self._by_path, self._readers
         stale = {path for path in known if is_below(path, roots)}
         stale.update(*(found for visited, found in readers.items() if is_below(visited, roots)))
@@ -86,20 +107,31 @@ class MaterialLibrary:
         self._drop(stale)
         return stale
 
-    def update(self, changed: Mapping[Sdf.Path, Collection[str]]) -> tuple[dict[Sdf.Path, Update], set[Sdf.Path]]:
+    def update(
+        self, changed: Mapping[Sdf.Path, Collection[str]], plain: Sequence[PlainInput] = ()
+    ) -> tuple[dict[Sdf.Path, Update], set[Sdf.Path]]:
         """Read the fields of materials again that depend on inputs of shading prims whose values may have changed.
 
         Args:
             changed: names of inputs by prim.
+            plain: more inputs, by the handles that earlier calls gave them.
 
         Returns:
             Materials that were updated, by path, and those of the prims that `invalidate` must be told of instead.
         """
         updates: dict[Sdf.Path, Update] = {}
         others: set[Sdf.Path] = set()
+        for each in plain:
+            made = each.reading.read_alone() if each.entry.users == 1 else None
+            if made is None:
+                changed = {**changed, each.prim: {*changed.get(each.prim, ()), each.name}}
+            else:
+                (name,) = each.reading.fields
+                self._replace(each.material, each.entry, {name: made}, updates)
         for prim, names in changed.items():
             found = self._readers.get(prim, ())
             if not found and self._is_unread_shader(prim):
+                self._handles.update((prim.AppendProperty(name), UNREAD) for name in names)
                 continue
             entries = [(path, self._by_path[path]) for path in found]
             if not entries or any(entry.users > 1 or entry.material is None for _, entry in entries):
@@ -110,13 +142,30 @@ class MaterialLibrary:
                 if fields is None:
                     others.add(prim)
                     continue
-                before, earlier = entry.material, updates.get(path)
-                assert before is not None  # checked above
-                entry.material = before.with_fields(fields)
-                self._unshare(entry)
-                known = {*fields, *earlier.names} if earlier else fields.keys()
-                updates[path] = Update(earlier.before if earlier else before, entry.material, known)
+                self._replace(path, entry, fields, updates)
+                if len(entries) == 1:
+                    self._note_plain_inputs(prim, names, path, entry)
         return updates, others
+
+    def _replace(self, path: Sdf.Path, entry: _Entry, fields: dict[str, Any], updates: dict[Sdf.Path, Update]) -> None:
+        """Replace fields of a material, and note that in `updates`."""
+        before, earlier = entry.material, updates.get(path)
+        assert before is not None  # whoever calls this has read some of its fields
+        entry.material = before.with_fields(fields)
+        self._unshare(entry)
+        known = {*fields, *earlier.names} if earlier else fields.keys()
+        updates[path] = Update(earlier.before if earlier else before, entry.material, known)
+
+    def _note_plain_inputs(self, prim: Sdf.Path, names: Iterable[str], path: Sdf.Path, entry: _Entry) -> None:
+        for name in names:
+            reading = entry.network.readings[prim, name]
+            if reading.alone is not None:
+                self._handles[prim.AppendProperty(name)] = PlainInput(prim, name, path, entry, reading)
+
+    def _forget_inputs(self) -> None:
+        """Forget which material reads which input, since others are read now."""
+        self._unread.clear()
+        self._handles.clear()
 
     def _is_unread_shader(self, path: Sdf.Path) -> bool:
         """Whether a shader without readers belongs to a material that was read without it."""
@@ -130,7 +179,7 @@ class MaterialLibrary:
         """Drop entries, shared ones too: edits of the prims that share them are not tracked."""
         for path in paths:
             entry = self._by_path.pop(path)
-            self._unread.clear()
+            self._forget_inputs()
             self._dropped[path] = entry.material
             entry.users -= 1
             for visited in entry.network.visited:

@@ -34,6 +34,18 @@ class Reading:
     attribute: Usd.Attribute
     value: Any
     fields: set[str] = field(default_factory=set)
+    # Makes its only field of a value, where that field depends on nothing else; returns None for unusable values.
+    alone: Callable[[Any], Any] | None = None
+
+    def read_alone(self) -> Any:
+        """Return the only field that was read of it, made of its value of now; None if more depends on it."""
+        if self.alone is None or len(self.fields) != 1 or self.attribute.HasAuthoredConnections():
+            return None
+        value = current_value(self.attribute)
+        made = None if value is None else self.alone(value)
+        if made is not None:
+            self.value = value
+        return made
 
 
 @dataclass
@@ -49,6 +61,7 @@ class Network:
     readings: dict[tuple[Sdf.Path, str], Reading] = field(default_factory=dict)  # by prim and name of the attribute
     _fields: dict[str, Callable[[], Any]] = field(default_factory=dict)
     _field: str = ""  # that is being read
+    _alone: dict[str, Reading] = field(default_factory=dict)  # by the field
     _inputs: dict[Sdf.Path, dict[str, UsdShade.Input]] = field(default_factory=dict)
     # By id of the shader, which the value holds, and name: a look-up by path takes ten times as long.
     _sources: dict[tuple[int, str], tuple[Source, Reading | None, UsdShade.Shader]] = field(default_factory=dict)
@@ -60,6 +73,8 @@ class Network:
 
     def _read_field(self, name: str) -> Any:
         self._field = name
+        if name in self._alone:
+            self._alone.pop(name).alone = None
         try:
             return self._fields[name]()
         finally:
@@ -84,6 +99,16 @@ class Network:
                 return None
             stale |= reading.fields
         return {name: self._read_field(name) for name in stale}
+
+    def note_alone(self, shader: UsdShade.Shader, name: str, make: Callable[[Any], Any]) -> None:
+        """Note that the field that is being read depends on this input only, while the others are as they are.
+
+        make: returns the field for a value of the input, None if the value is not usable.
+        """
+        reading = self._noted(shader, name)[1]
+        if reading is not None and reading.fields == {self._field}:
+            reading.alone = make
+            self._alone[self._field] = reading
 
     def connected(self, shader: UsdShade.Shader) -> list[str]:
         """Return the inputs whose value another shader computes."""

@@ -3,7 +3,9 @@
 Mirrors https://docs.omniverse.nvidia.com/materials-and-rendering/latest/templates/OmniPBR.html
 """
 
+import math
 from dataclasses import replace
+from typing import Any
 
 from pxr import UsdShade
 
@@ -23,6 +25,7 @@ from usdsdg_render.materials.network import Network
 from usdsdg_render.materials.preview_surface import reflectance
 from usdsdg_render.materials.shading import Input, Material
 from usdsdg_render.scene.scene import UvTransform
+from usdsdg_render.usd.authored_values import as_floats
 
 COAT_IOR = 1.56
 
@@ -86,11 +89,21 @@ def _albedo(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input
     )
     use = texture(network, shader, "diffuse_texture", color=True, transform=uv)
     if use is None:
+        if tint == WHITE and (brightness, add, desaturation) == (1.0, 0.0, 0.0):
+            network.note_alone(shader, "diffuse_color_constant", _plain_albedo)
         return Input(untextured)
     use = replace(use, desaturation=desaturation)
     if not add:
         return Input(tuple(brightness * t for t in tint), use, 0, untextured)
     return Input(tint, replace(use, scale=(brightness,) * 3 + (1.0,), bias=(add,) * 3 + (0.0,)), 0, untextured)
+
+
+def _plain_albedo(color: Any) -> Input | None:
+    """Make `_albedo` of the constant where nothing else changes it."""
+    numbers = as_floats(color, 3)
+    if numbers is None or not all(map(math.isfinite, numbers)):
+        return None
+    return Input(tuple(c if c > 0.0 else 0.0 for c in numbers))
 
 
 def _blended(
@@ -108,10 +121,19 @@ def _blended(
     MDL's default influence is 0; here a texture authored without one counts in full, as its author meant.
     """
     constant = network.number(shader, f"{name}_constant", default)
+    own = None if orm is not None else texture(network, shader, texture_name, color=False, transform=uv)
+    if orm is None and own is None:
+        network.note_alone(shader, f"{name}_constant", _plain_number)
     influence = network.number(shader, f"{name}_texture_influence", 1.0)
     if orm is not None:
         return blended(constant, orm, orm_channel, influence)
-    return blended(constant, texture(network, shader, texture_name, color=False, transform=uv), 0, influence)
+    return blended(constant, own, 0, influence)
+
+
+def _plain_number(value: Any) -> Input | None:
+    """Make `_blended` of the constant where there is no texture."""
+    numbers = as_floats(value, 1)
+    return None if numbers is None or not math.isfinite(numbers[0]) else Input(numbers)
 
 
 def _opacity(network: Network, shader: UsdShade.Shader, uv: UvTransform, *, enabled: bool) -> Input:

@@ -5,6 +5,7 @@ id of the point (its index where no ids are authored). `point_instancer.source_p
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 from pxr import Sdf, Usd
 
@@ -37,8 +38,10 @@ class SceneExtractor:
         self._animation = Animation(stage)
         self._tracker = ChangeTracker(stage)
         self._tree: StageTree | None = None
+        # What properties do that were written before: the node of the tree that they move, or the field of a material.
+        self._handles: dict[Sdf.Path, Any] = {}
         self._gprims = Gprims()
-        self._materials = GprimMaterials(stage, self.scene, progress)
+        self._materials = GprimMaterials(stage, self.scene, self._handles, progress)
         self._prototypes = PrototypeCache()
         self._index_of: dict[int, int] = {}  # id of a prototype -> its index in the scene
         self._skinned: set[Sdf.Path] = set()  # gprims that a skeleton deforms
@@ -91,8 +94,8 @@ class SceneExtractor:
         if tree is None:
             return self._tracker.take()
         # Skinning and animation need the paths of the properties, not only the nodes that they move.
-        indices = None if tree.skel_roots or self._animation.is_animated else tree.xform_ops
-        return self._tracker.take(is_relevant=tree.has_other_schemas, indices=indices)
+        handles = None if tree.skel_roots or self._animation.is_animated else self._handles
+        return self._tracker.take(is_relevant=tree.has_other_schemas, handles=handles)
 
     def _invalidate(self, dirty: DirtySet) -> None:
         if dirty.skinning:
@@ -106,7 +109,7 @@ class SceneExtractor:
 
     def _read(self, dirty: DirtySet) -> None:
         if dirty.is_everything:
-            self._tree = StageTree(self._stage, self._time)
+            self._tree = StageTree(self._stage, self._time, self._handles)
         tree = self._tree
         assert tree is not None  # the first sync reads everything
         if not dirty.is_everything and dirty.subtrees:
@@ -118,7 +121,7 @@ class SceneExtractor:
             tree.update_transforms(dirty.transforms, dirty.transform_nodes)
         if dirty.has_other_gprims:
             self._gprims.collect(tree)
-            tree.xform_ops.clear()  # point instancers may draw other prims, whose moves then concern them
+            self._handles.clear()  # point instancers may draw other prims, whose moves then concern them
         if self._animation.is_animated and (dirty.has_other_gprims or not self._animation.is_surveyed):
             self._animation.survey(tree, self._gprims)
         replaced = dirty.concerns_gprims and self._read_gprims(tree, everything=dirty.has_other_gprims)

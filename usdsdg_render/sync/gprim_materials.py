@@ -1,6 +1,7 @@
 """Materials of the drawn gprims: bound or fallback, then rows and textures of the scene."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from pxr import Sdf, Usd
@@ -29,11 +30,11 @@ from usdsdg_render.usd.prim_kinds import MESH, SHAPE
 class GprimMaterials:
     """Reads the materials of gprims and keeps the material tables of one scene up to date with them."""
 
-    def __init__(self, stage: Usd.Stage, scene: Scene, progress: Progress | None) -> None:
+    def __init__(self, stage: Usd.Stage, scene: Scene, handles: dict[Sdf.Path, Any], progress: Progress | None) -> None:
         self._stage = stage
         self._scene = scene
         self._progress = progress
-        self._library = MaterialLibrary(stage)
+        self._library = MaterialLibrary(stage, handles)
         self._textures = TexturePool()
         self._slots = MaterialSlots()
         self._colors = ColorTextures()
@@ -46,10 +47,10 @@ class GprimMaterials:
 
     def invalidate(self, dirty: DirtySet, gprims: Gprims) -> bool:
         """Drop the materials that must be read again; whether there are any."""
-        if not (dirty.materials or dirty.resynced or dirty.inputs):
+        if not (dirty.materials or dirty.resynced or dirty.inputs or dirty.plain_inputs):
             return False
         stale = self._library.invalidate(dirty.materials, dirty.resynced)
-        updates, others = self._library.update(dirty.inputs)
+        updates, others = self._library.update(dirty.inputs, dirty.plain_inputs)
         if others:
             stale |= self._library.invalidate(others, ())
         if stale:

@@ -9,6 +9,7 @@ from functools import lru_cache
 from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import Changes
+from usdsdg_render.materials.materials import UNREAD, PlainInput
 from usdsdg_render.usd import prim_kinds
 from usdsdg_render.usd.prim_kinds import is_below
 from usdsdg_render.usd.stage_tree import StageTree
@@ -34,6 +35,7 @@ class DirtySet:
     instancers: set[Sdf.Path] = field(default_factory=set)
     materials: set[Sdf.Path] = field(default_factory=set)  # prims of shading networks
     inputs: dict[Sdf.Path, frozenset[str]] = field(default_factory=dict)  # and those of which only these inputs changed
+    plain_inputs: list[PlainInput] = field(default_factory=list)  # more of these
     transforms: set[Sdf.Path] = field(default_factory=set)
     transform_nodes: list[int] = field(default_factory=list)  # more of these, as nodes of the tree
     lights: set[Sdf.Path] = field(default_factory=set)  # lights, domes, and subtrees of them
@@ -87,7 +89,12 @@ class DirtySetBuilder:
         self._dirty = DirtySet()
 
     def build(self, changes: Changes) -> DirtySet:
-        dirty = self._dirty = DirtySet(transform_nodes=changes.indices)
+        dirty = self._dirty = DirtySet()
+        for handle in changes.handles:
+            if isinstance(handle, PlainInput):
+                dirty.plain_inputs.append(handle)
+            elif handle != UNREAD:
+                dirty.transform_nodes.append(handle)
         for root in changes.resynced:
             dirty.resynced.update(map(self._owner, self._instances_of(root)))
         if dirty.resynced:

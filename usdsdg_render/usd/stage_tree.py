@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
@@ -35,9 +35,14 @@ class Splice(NamedTuple):
 
 
 class StageTree:
-    """Visible prims in stage order, as parallel lists and arrays."""
+    """Visible prims in stage order, as parallel lists and arrays.
 
-    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode) -> None:
+    Args:
+        handles: gets the node of each xformOp that was written and does nothing but move it: most frames write the same
+            ones. Cleared when nodes change.
+    """
+
+    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode, handles: dict[Sdf.Path, Any]) -> None:
         self.time = time
         self.prims: list[Usd.Prim] = []
         self.paths: list[Sdf.Path] = []
@@ -48,8 +53,7 @@ class StageTree:
         # Visibility attributes that vary with time, also those of prims that are hidden now.
         self.varying_visibility: dict[Sdf.Path, Usd.Attribute] = {}
         self.skel_roots: set[Sdf.Path] = set()
-        # Node of each xformOp that was written before and does nothing but move it: most frames write the same ones.
-        self.xform_ops: dict[Sdf.Path, int] = {}
+        self._handles = handles
         self._stage = stage
         self._other_kinds: dict[Sdf.Path, int] = {}  # of prims that are not in the tree, such as shaders
         self._children_of: dict[Sdf.Path, dict[str, int]] = {}  # during one `resync`
@@ -187,7 +191,7 @@ class StageTree:
         depths = [node.depth for node in nodes]
         self._are_parents = [below > depth for depth, below in zip(depths, [*depths[1:], 0])]
         self.index = {path: k for k, path in enumerate(self.paths)}
-        self.xform_ops = {}
+        self._handles.clear()
         self._transforms.rebuild(self.prims, _levels(nodes), new, old)
 
     def _is_hidden(self, prim: Usd.Prim, path: Sdf.Path) -> bool:
@@ -241,7 +245,7 @@ class StageTree:
         """Note that these ops of a prim do nothing but move its node."""
         node = self.index.get(path)
         if node is not None:
-            self.xform_ops.update((path.AppendProperty(op), node) for op in ops)
+            self._handles.update((path.AppendProperty(op), node) for op in ops)
 
     def update_transforms(self, paths: Iterable[Sdf.Path], nodes: Iterable[int]) -> None:
         """Read the local matrices of prims and nodes again, where they are in the tree; compose all world matrices."""

@@ -56,7 +56,7 @@ class Looks:
         self.surface.CreateInput(name, kind).Set(value)
 
     def read(self):
-        return MaterialLibrary(self.stage).read(self.material.GetPrim())
+        return MaterialLibrary(self.stage, {}).read(self.material.GetPrim())
 
     def row(self):
         rows, textures = written([self.read()])

@@ -117,6 +117,7 @@ ALL_EDITS: dict[str, Edit] = EDITS | {
     "a color of nested gprims": _recolor_beads,
     "texture coordinates": _unwrap,
     "an OmniPBR's color": _number("diffuse_color_constant", (0.1, 0.9, 0.2), (2000.0, 0.1, 0.1), (0.4, 0.4, 0.8)),
+    "an OmniPBR's tint": _number("diffuse_tint", (0.5, 0.2, 1.0), (1.0, 1.0, 1.0)),
     "an OmniPBR's roughness": _number("reflection_roughness_constant", 0.1, 0.8, 0.4),
     "an OmniPBR's texture": _omni_pbr(_paint_texture),
     "an OmniPBR's texture scale": _number("texture_scale", (2.0, 1.0), (1.0, 3.0)),
