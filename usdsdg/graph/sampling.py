@@ -37,29 +37,31 @@ def _mixed(state: np.ndarray, part: np.ndarray | np.uint64 | int) -> np.ndarray:
         return z ^ (z >> np.uint64(31))
 
 
-def _state(seed: int, node: str, execution: int) -> np.ndarray:
+def _state(seed: int, node: str, execution: int | np.ndarray) -> np.ndarray:
     state = _mixed(np.zeros(1, np.uint64), np.uint64(seed & 0xFFFFFFFFFFFFFFFF))
     state = _mixed(state, np.uint64(hash_text(node)))
-    return _mixed(state, np.uint64(execution))
+    return _mixed(state, np.asarray(execution, np.uint64))
 
 
-def uniforms(seed: int, node: str, execution: int, prims: Sequence[str], components: int) -> np.ndarray:
+def uniforms(seed: int, node: str, execution: int | np.ndarray, prims: Sequence[str], components: int) -> np.ndarray:
     """Draw independent uniform numbers.
 
     Args:
         seed: The global seed, or that of the node.
         node: Key of the drawing node (see `Node.key`).
-        execution: Number of earlier executions of the node.
+        execution: Number of earlier executions of the node, or an array of these numbers.
         prims: One key for each row, usually the target prims' paths.
         components: Numbers per prim.
 
     Returns:
-        (len(prims), components) float64 in [0, 1), with 53 random bits each.
+        (len(prims), components) float64 in [0, 1), with 53 random bits each; (executions, len(prims), components) for
+        an array of executions.
     """
     rows = np.array([hash_text(prim) for prim in prims], dtype=np.uint64)
-    per_prim = _mixed(_state(seed, node, execution), rows)
+    state = _state(seed, node, execution)
+    per_prim = _mixed(state[:, None] if np.ndim(execution) else state, rows)
     columns = np.arange(components, dtype=np.uint64)
-    bits = _mixed(per_prim[:, None], columns[None, :])
+    bits = _mixed(per_prim[..., None], columns)
     return (bits >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
