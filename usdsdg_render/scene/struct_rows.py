@@ -23,6 +23,8 @@ def uploaded(rows: np.ndarray, struct: Any, device: str) -> wp.array:
 
     Equals wp.array(rows, dtype=struct), which is far slower because it derives the layout of the struct each time.
     """
+    if rows.dtype.itemsize != dtype_of(struct).itemsize or not rows.flags.c_contiguous:
+        raise ValueError(f"rows of {rows.dtype.itemsize} bytes do not have the memory layout of {struct.key}")
     target = wp.empty(rows.shape, dtype=struct, device=device)
     if rows.size:
         source = wp.array(ptr=rows.ctypes.data, shape=rows.shape, dtype=struct, device="cpu", copy=False)
