@@ -32,11 +32,13 @@ from usdsdg_render.path.path_tracer import PathTracer
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.settings import PathSettings, ToneSettings
 from usdsdg_render.sync.rigid_motion import interpolate
+from usdsdg_render.worlds import WorldRenderer
 
 if TYPE_CHECKING:
     from pxr import Usd
 
     from usdsdg.stage.cameras.camera_view import CameraView
+    from usdsdg.stage.world_values import WorldValues
 
 Progress = Callable[[str, int, "int | None"], None]
 
@@ -87,6 +89,7 @@ class WarpRenderer:
         self._previous_frames = PreviousFrames(self.device)
         self._path_tracer = PathTracer(self._on_device)
         self._previous_transforms = np.zeros((0, 4, 4))  # local to world, at the sync before the last
+        self._worlds: WorldRenderer | None = None
         self._reading: Later | None = None  # what still reads the scene on the device
         self.glass_labels = "surface"
 
@@ -322,6 +325,35 @@ class WarpRenderer:
         rays = {"origins": origins, "directions": directions, "first": first, "last": last}
         divided = self._divided(faces)
         return sight.first_hits(self._on_device, rays, divided, mode=self._label_mode, threads=self.threads)
+
+    def place_worlds(self, values: WorldValues, time: Usd.TimeCode | None = None) -> WorldRenderer:
+        """Read what changed on the stage, as `sync`, and many worlds of it; return what renders these.
+
+        Raises:
+            Unsupported: the values of an attribute cannot differ between worlds.
+        """
+        extractor = self._extractor
+        if extractor is None:
+            raise RenderError("worlds need a stage, and this renderer was made of a scene")
+        shown = {path for path, own in values.values.items() if "visibility" in own}
+        extractor.always_show(shown)
+        self.sync(time)
+        if self._worlds is None:
+            self._worlds = WorldRenderer(extractor, self._on_device, self._path_tracer.wavefront)
+        self._worlds.place(values)
+        return self._worlds
+
+    def world_labels(self, view: CameraView, aovs: Collection[str]) -> LabelBatch:
+        """Render `label_batch` of a camera in all worlds that were placed last."""
+        assert self._worlds is not None
+        return self._worlds.labels(view, aovs, mode=self._label_mode, threads=self.threads)
+
+    def world_pictures(
+        self, view: CameraView, *, samples: int, settings: PathSettings, tone: ToneSettings
+    ) -> dict[str, wp.array]:
+        """Path-trace a camera in all worlds that were placed last; see `WorldRenderer.pictures`."""
+        assert self._worlds is not None
+        return self._worlds.pictures(view, samples=samples, settings=settings, tone=tone, threads=self.threads)
 
     def new_film(self, width: int, height: int) -> Film:
         """Return an empty film."""

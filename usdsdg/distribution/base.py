@@ -85,6 +85,10 @@ class Distribution(ReplicatorItem, abc.ABC):
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray | list[Any]:
         """Draw one value per prim for execution number `execution` of the node with key `consumer`."""
 
+    def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:
+        """Draw for many executions: (executions, prims, ...), objects where values are no numbers of one shape."""
+        return as_columns([list(self.sample(consumer, int(each), prims)) for each in executions])
+
 
 @dataclass(frozen=True)
 class _Kind:
@@ -113,6 +117,20 @@ def from_inputs(kind: str, inputs: Mapping[str, Any], name: str | None) -> Distr
     if kind not in _KINDS:
         raise GraphError(f"a node of type {kind} is not a distribution; known: {', '.join(_KINDS)}")
     return _KINDS[kind].make(inputs, name)
+
+
+def as_columns(values: list[list[Any]]) -> np.ndarray:
+    """Return lists of one length of values as an array (lists, values, ...): numbers, or objects (lists, values)."""
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind in "fiub":
+            return array
+    except ValueError:  # of several lengths
+        pass
+    array = np.empty((len(values), len(values[0]) if values else 0), object)
+    for row, own in zip(array, values):
+        row[:] = own
+    return array
 
 
 def all_seeded(items: Sequence[Any], seed: int) -> list[Any]:

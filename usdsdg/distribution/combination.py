@@ -39,6 +39,19 @@ class Combine(Distribution):
             )
         return np.stack(columns, axis=1)
 
+    def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:
+        columns = [
+            part.sample_worlds(f"{consumer}/{axis}", executions, prims)
+            if isinstance(part, Distribution)
+            else np.full((len(executions), len(prims)), float(part))
+            for axis, part in enumerate(self._parts)
+        ]
+        if wide := [axis for axis, column in enumerate(columns) if column.ndim != 2]:
+            raise GraphError(
+                f"{self.node.describe()}: distribution {wide[0]} draws several numbers; give one for each axis"
+            )
+        return np.stack(columns, axis=-1)
+
 
 add_kind("OgnCombine", ("distributions",), lambda inputs, name: Combine(inputs["distributions"], name))
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.distribution.base import Distribution
+from usdsdg.distribution.base import Distribution, as_columns
 from usdsdg.distribution.of_lists import choice
 from usdsdg.graph.node import Node
 from usdsdg.graph.sampling import own_seed
@@ -33,6 +33,20 @@ def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
     if isinstance(value, list) and len(value) == count and not is_vector(value):
         return value
     return [value] * count
+
+
+def draw_worlds(value: Any, node: Node, executions: np.ndarray, role: str, *, patterns: bool = False) -> np.ndarray:
+    """As `draw`, for many executions: (executions, prims, ...), objects where values are no numbers of one shape.
+
+    patterns: as `draw_scalars`.
+    """
+    if not isinstance(value, Distribution):
+        column = as_columns([(draw_scalars if patterns else draw)(value, node, 0, role)])
+        return np.broadcast_to(column, (len(executions), *column.shape[1:]))
+    consumer = f"{node.key}/{value.node.name or role}"
+    if patterns and value.has_patterns(len(node.prims)):
+        return value.sample_worlds(consumer, executions, node.prims[:1])[:, 0]
+    return value.sample_worlds(consumer, executions, node.prims)
 
 
 def options_of(value: Any) -> list[Any]:

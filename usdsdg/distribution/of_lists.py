@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from usdsdg.arguments.values import shown
-from usdsdg.distribution.base import Distribution, add_kind, all_seeded
+from usdsdg.distribution.base import Distribution, add_kind, all_seeded, as_columns
 from usdsdg.errors import GraphError, let_pass
 from usdsdg.graph.node import plain
 from usdsdg.graph.sampling import generator, uniforms
@@ -37,14 +37,21 @@ class Choice(Distribution):
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
         if self._with_replacements:
-            u = uniforms(self.seed(), consumer, execution, prims, 1)[:, 0]
-            picks = np.minimum(np.searchsorted(np.cumsum(self._weights), u, side="right"), len(self._items) - 1)
+            picks = self._picks(uniforms(self.seed(), consumer, execution, prims, 1)[:, 0])
         else:
             if len(prims) > (available := np.count_nonzero(self._weights)):
                 raise GraphError(f"{self.node.describe()}: {len(prims)} prims but only {available} choices")
             rng = generator(self.seed(), consumer, execution)
             picks = rng.choice(len(self._items), size=len(prims), replace=False, p=self._weights)
         return [self._resolved(self._items[pick], consumer, execution, prim) for pick, prim in zip(picks, prims)]
+
+    def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:
+        if not self._with_replacements or any(isinstance(item, Distribution) for item in self._items):
+            return super().sample_worlds(consumer, executions, prims)
+        return as_columns([self._items])[0][self._picks(uniforms(self.seed(), consumer, executions, prims, 1)[..., 0])]
+
+    def _picks(self, u: np.ndarray) -> np.ndarray:
+        return np.minimum(np.searchsorted(np.cumsum(self._weights), u, side="right"), len(self._items) - 1)
 
     def has_patterns(self, count: int) -> bool:
         return _are_lists(self._items, count)

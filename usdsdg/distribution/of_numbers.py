@@ -1,5 +1,6 @@
 """Distributions of numbers: uniform, normal, uniform in the logarithm."""
 
+import abc
 from collections.abc import Sequence
 from statistics import NormalDist
 from typing import Any
@@ -34,7 +35,16 @@ class _Numeric(Distribution):
             raise GraphError(f"{self.node.describe()}: {name} is {shown(value)}; expected a number, or some numbers")
         return numbers
 
-    def _uniforms(self, consumer: str, execution: int, prims: Sequence[str], components: int) -> np.ndarray:
+    def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:
+        return self.sample(consumer, executions, prims)
+
+    @abc.abstractmethod
+    def sample(self, consumer: str, execution: int | np.ndarray, prims: Sequence[str]) -> np.ndarray:
+        """As in `Distribution`; with a leading axis for an array of executions."""
+
+    def _uniforms(
+        self, consumer: str, execution: int | np.ndarray, prims: Sequence[str], components: int
+    ) -> np.ndarray:
         return uniforms(self.seed(), consumer, execution, prims, components)
 
 
@@ -45,10 +55,10 @@ class Uniform(_Numeric):
         if np.any(self._lower > self._upper):
             let_pass(GraphError(f"{self.node.describe()}: lower={lower!r} is above upper={upper!r}"))
 
-    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
+    def sample(self, consumer: str, execution: int | np.ndarray, prims: Sequence[str]) -> np.ndarray:
         u = self._uniforms(consumer, execution, prims, len(self._lower))
         values = self._lower + u * (self._upper - self._lower)
-        return values[:, 0] if self._scalar else values
+        return values[..., 0] if self._scalar else values
 
 
 class Normal(_Numeric):
@@ -58,11 +68,11 @@ class Normal(_Numeric):
         if np.any(self._std < 0):
             raise GraphError(f"{self.node.describe()}: std={std!r} is negative")
 
-    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
+    def sample(self, consumer: str, execution: int | np.ndarray, prims: Sequence[str]) -> np.ndarray:
         u = self._uniforms(consumer, execution, prims, len(self._mean))
         gauss = np.vectorize(_GAUSS.inv_cdf, otypes=[np.float64])(np.maximum(u, 2.0**-54))
         values = self._mean + self._std * gauss
-        return values[:, 0] if self._scalar else values
+        return values[..., 0] if self._scalar else values
 
 
 class LogUniform(Uniform):
@@ -73,7 +83,7 @@ class LogUniform(Uniform):
             raise GraphError(f"{self.node.describe()}: lower={lower!r} must be above 0")
         self._lower, self._upper = np.log(self._lower), np.log(self._upper)
 
-    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
+    def sample(self, consumer: str, execution: int | np.ndarray, prims: Sequence[str]) -> np.ndarray:
         return np.exp(super().sample(consumer, execution, prims))
 
 

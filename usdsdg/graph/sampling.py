@@ -70,21 +70,27 @@ def _columns(components: int) -> np.ndarray:
     return np.arange(components, dtype=np.uint64)
 
 
-def uniforms(seed: int, node: str, execution: int, prims: Sequence[str], components: int) -> np.ndarray:
+def uniforms(seed: int, node: str, execution: int | np.ndarray, prims: Sequence[str], components: int) -> np.ndarray:
     """Draw independent uniform numbers.
 
     Args:
         seed: The global seed, or that of the node.
         node: Key of the drawing node (see `Node.key`).
-        execution: Number of earlier executions of the node.
+        execution: Number of earlier executions of the node, or an array of these numbers.
         prims: One key for each row, usually the target prims' paths.
         components: Numbers per prim.
 
     Returns:
-        (len(prims), components) float64 in [0, 1), with 53 random bits each.
+        (len(prims), components) float64 in [0, 1), with 53 random bits each; (executions, len(prims), components) for
+        an array of executions.
     """
-    per_prim = _mixed_array(np.array(_state(seed, node, execution), np.uint64), _hashes(tuple(prims)))
-    bits = _mixed_array(per_prim[:, None], _columns(components))
+    if isinstance(execution, np.ndarray):
+        node_state = np.array(_node_state(seed, node), np.uint64)
+        state = _mixed_array(node_state, execution.astype(np.uint64))[:, None]
+    else:
+        state = np.array(_state(seed, node, execution), np.uint64)
+    per_prim = _mixed_array(state, _hashes(tuple(prims)))
+    bits = _mixed_array(per_prim[..., None], _columns(components))
     bits >>= _11
     return bits * 2.0**-53
 

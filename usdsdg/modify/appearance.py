@@ -80,7 +80,7 @@ def _write_visibility(node: Node, execution: int) -> None:
     if not all(isinstance(visible, (bool, np.bool_)) or visible in (0, 1) for visible in per_prim):
         raise ArgumentError(f"visibility is {shown(value)}; expected True or False, or a list with one per prim")
     prims = target_prims(node)
-    if _are_apart(prims):
+    if are_apart(prims):
         tokens = [UsdGeom.Tokens.inherited if visible else UsdGeom.Tokens.invisible for visible in per_prim]
         if write_batch(node.state, "visibility", lambda: [prim.GetAttribute("visibility") for prim in prims], tokens):
             return
@@ -89,7 +89,7 @@ def _write_visibility(node: Node, execution: int) -> None:
         (imageable.MakeVisible if visible else imageable.MakeInvisible)()
 
 
-def _are_apart(prims: Sequence[Usd.Prim]) -> bool:
+def are_apart(prims: Sequence[Usd.Prim]) -> bool:
     """Whether showing one of the prims changes no other prim: none is hidden by one above, or below another one."""
     paths = {prim.GetPath() for prim in prims}
     parents = {parent.GetPath(): parent for prim in prims if (parent := prim.GetParent())}

@@ -20,7 +20,7 @@ _KINDS = [getattr(Sdf.ValueTypeNames, name) for name in dir(Sdf.ValueTypeNames)]
 VALUE_TYPES = [str(kind) for kind in _KINDS if isinstance(kind, Sdf.ValueTypeName)]
 
 
-def _attribute(prim: Usd.Prim, name: str, attribute_type: str | None) -> Usd.Attribute:
+def attribute_of(prim: Usd.Prim, name: str, attribute_type: str | None) -> Usd.Attribute:
     for candidate in (name, f"inputs:{name}"):
         if prim.HasAttribute(candidate):
             return prim.GetAttribute(candidate)
@@ -39,7 +39,7 @@ def _attribute(prim: Usd.Prim, name: str, attribute_type: str | None) -> Usd.Att
     return prim.CreateAttribute(name, type_name, custom=True)
 
 
-def _dimension(attribute: Usd.Attribute) -> int:
+def dimension(attribute: Usd.Attribute) -> int:
     """Return the number of components of a vector attribute; 0 for every other type."""
     size = getattr(type(attribute.GetTypeName().defaultValue), "dimension", 0)
     return size if isinstance(size, int) else 0
@@ -52,9 +52,9 @@ def set_attribute(prim: Usd.Prim, name: str, value: Any, attribute_type: str | N
         ArgumentError: there is no such attribute and no type for a new one, or it does not take the value.
         AssetNotFound: a string for an asset attribute is neither a file nor a URL of a file below the assets root.
     """
-    for owner in _owners(prim, name):
-        target = _attribute(owner, name, attribute_type)
-        size = _dimension(target)
+    for owner in owners_of(prim, name):
+        target = attribute_of(owner, name, attribute_type)
+        size = dimension(target)
         converted = vector(target.GetName().removeprefix("inputs:"), value, size) if size else value
         try:
             set_value(target, converted)
@@ -62,7 +62,7 @@ def set_attribute(prim: Usd.Prim, name: str, value: Any, attribute_type: str | N
             raise ArgumentError(str(error)) from None
 
 
-def _owners(prim: Usd.Prim, name: str) -> list[Usd.Prim]:
+def owners_of(prim: Usd.Prim, name: str) -> list[Usd.Prim]:
     if prim.HasAttribute(name) or prim.HasAttribute(f"inputs:{name}"):
         return [prim]
     return non_xform_prims(prim)
@@ -95,8 +95,8 @@ def _write_attribute(node: Node, execution: int) -> None:
     )
 
     def find() -> list[Usd.Attribute]:
-        owners = [_owners(prim, name) for prim in target_prims(node)]
-        return [_attribute(owner, name, type_name) for of_prim in owners for owner in of_prim]
+        owners = [owners_of(prim, name) for prim in target_prims(node)]
+        return [attribute_of(owner, name, type_name) for of_prim in owners for owner in of_prim]
 
     if len(values) == len(node.prims) and write_batch(node.state, "values", find, values):
         return
@@ -116,8 +116,8 @@ def apply_or_schedule(name: str, value: Any, prims: Sequence[Usd.Prim]) -> None:
 def _per_prim(name: str, value: Any, prims: Sequence[Usd.Prim], type_name: str | None = None) -> list[Any]:
     if not isinstance(value, list) or len(value) != len(prims):
         return [value] * len(prims)
-    owners = _owners(prims[0], name) if is_vector(value) else []
+    owners = owners_of(prims[0], name) if is_vector(value) else []
     # A list of numbers is one value for all prims if the attribute is a vector of that size or an array.
-    targets = [_attribute(owner, name, type_name) for owner in owners[:1]]
-    one_for_all = any(len(value) == _dimension(each) or each.GetTypeName().isArray for each in targets)
+    targets = [attribute_of(owner, name, type_name) for owner in owners[:1]]
+    one_for_all = any(len(value) == dimension(each) or each.GetTypeName().isArray for each in targets)
     return [value] * len(prims) if one_for_all else value

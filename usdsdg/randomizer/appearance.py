@@ -89,7 +89,7 @@ def _write_materials(node: Node, execution: int) -> None:
         return
     with Sdf.ChangeBlock() if all(path in shaders for path in node.prims) else nullcontext():
         for index, path in enumerate(node.prims):
-            for target in _meshes(path) if node.inputs.get("perSubMesh") else [path]:
+            for target in gprims_below(path) if node.inputs.get("perSubMesh") else [path]:
                 if target not in shaders:
                     shaders[target] = _existing_shader(target) or _new_shader(target)
                 _write_inputs(shaders[target], {name: column[index] for name, column in drawn.items()})
@@ -122,7 +122,7 @@ def _existing_shader(path: str) -> UsdShade.Shader | None:
     return UsdShade.Shader.Get(current_stage(), bound.AppendChild("Shader")) or None
 
 
-def _meshes(path: str) -> list[str]:
+def gprims_below(path: str) -> list[str]:
     return [str(prim.GetPath()) for prim in Usd.PrimRange(prim_at(path)) if prim.IsA(UsdGeom.Gprim)]
 
 

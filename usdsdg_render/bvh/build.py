@@ -24,6 +24,7 @@ class Task:
     leaf_limit: wp.int32
     max_depth: wp.int32
     order: wp.array(dtype=wp.int32)
+    count: wp.int32  # of `order`
     # out
     nodes: wp.array2d(dtype=wp.float32)
     members: wp.array2d(dtype=wp.int32)
@@ -31,12 +32,12 @@ class Task:
 
 
 @wp.func_native(Path(__file__).with_name("build_tree.cpp").read_text())
-def _build_tree(task: Task): ...
+def build_tree_of(task: Task): ...
 
 
 @wp.kernel(enable_backward=False)
 def build_tree(task: Task):
-    _build_tree(task)
+    build_tree_of(task)
 
 
 class Builder:
@@ -81,7 +82,7 @@ class Builder:
         task = Task()
         task.lowers, task.uppers = shared(lower, wp.float32), shared(upper, wp.float32)
         task.block, task.leaf_limit, task.max_depth = block, leaf, max_depth
-        task.nodes = shared(self.nodes, wp.float32)
+        task.nodes, task.count = shared(self.nodes, wp.float32), count
         task.order, task.members, task.counts = (
             shared(each, wp.int32) for each in (self.order, self.members, self._counts)
         )

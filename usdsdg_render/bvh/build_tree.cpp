@@ -140,7 +140,7 @@ auto split_by_area = [&](const Range& r, Range& left, Range& right) {
 };
 
 int node_count = 1, block_count = 0, deepest = 0;
-const int n = (int)task.order.shape[0];
+const int n = task.count;
 auto leaf_code = [&](const Range& r) {
     if (block == 1) return ~index[r.begin];
     const int first = block_count;

@@ -33,6 +33,7 @@ class Compression:
     nodes: wp.array2d(dtype=wp.float32)
     members: wp.array2d(dtype=wp.int32)
     block: wp.int32
+    first_item: wp.int32  # index in `order` of the tree's items
     # out
     write_order: wp.array(dtype=wp.int32)
     compressed: wp.array2d(dtype=wp.uint32)
@@ -41,12 +42,12 @@ class Compression:
 
 
 @wp.func_native(Path(__file__).with_name("compress_tree.cpp").read_text())
-def _compress_tree(task: Compression): ...
+def compress_tree_of(task: Compression): ...
 
 
 @wp.kernel(enable_backward=False)
 def compress_tree(task: Compression):
-    _compress_tree(task)
+    compress_tree_of(task)
 
 
 class Compressor:

@@ -87,7 +87,7 @@
             steps[axis] = power_of_two(-exponent);
         }
         words[4] = written;
-        words[5] = items;
+        words[5] = task.first_item + items;
         int count = 0;  // of the node's own items
         for (int slot = 0; slot < 8; ++slot) {
             const int k = in_slot[slot];
@@ -104,10 +104,10 @@
             }
             const int first = count;
             if (task.block == 1) {
-                task.order.data[items + count++] = ~code[k];
+                task.order.data[task.first_item + items + count++] = ~code[k];
             } else {
                 const int* members = task.members.data + (size_t)(~code[k] >> 2) * task.block;
-                for (int i = 0; i < task.block && members[i] >= 0; ++i) task.order.data[items + count++] = members[i];
+                for (int i = 0; i < task.block && members[i] >= 0; ++i) task.order.data[task.first_item + items + count++] = members[i];
             }
             bytes[24 + slot] = (byte)(((1 << (count - first)) - 1) << 5 | first);
         }

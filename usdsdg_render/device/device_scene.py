@@ -49,7 +49,7 @@ class DeviceScene:
         self.lit = False  # whether anything emits light
         self.has_local_and_environment_light = False
         self.has_glass = False
-        self._lights = LightTables(device)
+        self.lights = LightTables(device)
         self._environment = EnvironmentMaps(device)
         self.placement = Placement(device)
         self.supports = SupportFunctions()
@@ -76,12 +76,12 @@ class DeviceScene:
             self.set_transforms(scene, scene.instances.local_to_world)
         has_emission = bool((scene.materials["emission"] > 0).any())
         if "lights" in changed or ((has_emission or self.tables.emissive_count > 0) and changed):
-            self._lights.upload(scene, self.tables)
+            self.lights.upload(scene, self.tables)
         if "dome" in changed:
             self.tables.dome = self._environment.upload(scene.dome)
-        far = self._lights.distant_strength + self.tables.dome.strength
-        self.lit = has_emission or self._lights.local_strength + far > 0
-        self.has_local_and_environment_light = self._lights.local_strength > 0 and far > 0
+        far = self.lights.distant_strength + self.tables.dome.strength
+        self.lit = has_emission or self.lights.local_strength + far > 0
+        self.has_local_and_environment_light = self.lights.local_strength > 0 and far > 0
         self._versions = dict(scene.versions)
 
     def _array(self, values: np.ndarray, dtype: Any) -> wp.array:
@@ -149,6 +149,10 @@ class DeviceScene:
         self.placement.set_instances(rows, instances.prototype, supports, filled)
         self.supports.values = self._array(supports.reshape(len(memories), int(np.prod(SUPPORT_SHAPE))), wp.float32)
         self.supports.prototype = self._array(instances.prototype, wp.int32)
+
+    def dome_light(self, scene: Scene, colors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return for (N, 3) colors of the dome its units (N, 3) and strengths (N,); zeros where there is no dome."""
+        return self._environment.light_of(scene.dome, colors)
 
     def set_transforms(self, scene: Scene, local_to_world: np.ndarray) -> None:
         """Set the transforms of instances, (N, 4, 4) as in `Instances`: those of the scene, or interpolated ones."""

@@ -23,27 +23,19 @@ class LightTables:
         self.local_strength = self.distant_strength = 0.0  # sums over lights
         self._profiles: dict[int, tuple[EmissionProfile, wp.array, list[wp.array]]] = {}
         self._links: list[wp.array] = []
+        self._profile_addresses = self._link_addresses = np.zeros(1, np.uint64)
         self._face_cdfs: list[wp.array] = []
 
     def upload(self, scene: Scene, tables: Any) -> None:
         """Fill the light tables of `structs.SceneTables`."""
-        # Delta lights last: rays cannot hit them, so the loop over hittable lights ends early.
-        delta = (scene.lights["kind"] == LIGHT_DISTANT) & (scene.lights["cos_angle"] >= 1.0)
-        lights = scene.lights[np.argsort(delta, kind="stable")]
         emissive = find_emissive_instances(scene)
-        count = len(lights)
-        table = records(structs.Light, count + len(emissive))
-        rows = table[:count]
-        for name in lights.dtype.names or ():
-            if name not in ("power", "emission_profile", "links"):
-                rows[name] = lights[name]
-        rows["strength"], rows["extent"] = strengths(lights, scene.emission_profiles), extents(lights)
+        count = len(scene.lights)
         # Row -1 means none, so the last address is 0.
-        profiles = np.array([*self._upload_profiles(scene.emission_profiles), 0], np.uint64)
-        rows["emission_profile"] = profiles[lights["emission_profile"]]
-        rows["links"] = np.array([*self._upload_links(scene.light_links), 0], np.uint64)[lights["links"]]
+        self._profile_addresses = np.array([*self._upload_profiles(scene.emission_profiles), 0], np.uint64)
+        self._link_addresses = np.array([*self._upload_links(scene.light_links), 0], np.uint64)
+        own, tables.surface_count = self.rows_of(scene, scene.lights[None])
+        table = np.concatenate([own[0], records(structs.Light, len(emissive))])
         self._write_emissive(emissive, table[count:])
-        tables.surface_count = int((~delta).sum())
         tables.instance_light = self._array(_rows_of(emissive, count, len(scene.instances)), wp.int32)
         tables.emissive_count = len(emissive)
         tables.lights = uploaded(table, structs.Light, self.device)
@@ -51,6 +43,24 @@ class LightTables:
         distant = table["kind"] == LIGHT_DISTANT
         strength = table["strength"]
         self.local_strength, self.distant_strength = float(strength[~distant].sum()), float(strength[distant].sum())
+
+    def rows_of(self, scene: Scene, lights: np.ndarray) -> tuple[np.ndarray, int]:
+        """Return records (worlds, lights) of the uploaded scene's lights, and how many of each world have a surface.
+
+        lights: (worlds, lights) rows of `scene.LIGHT`, of the same kinds in all worlds.
+        """
+        # Delta lights last: rays cannot hit them, so the loop over hittable lights ends early.
+        delta = (lights[0]["kind"] == LIGHT_DISTANT) & (lights[0]["cos_angle"] >= 1.0)
+        ordered = lights[:, np.argsort(delta, kind="stable")]
+        flat = ordered.reshape(-1)
+        rows = records(structs.Light, len(flat))
+        for name in flat.dtype.names or ():
+            if name not in ("power", "emission_profile", "links"):
+                rows[name] = flat[name]
+        rows["strength"], rows["extent"] = strengths(flat, scene.emission_profiles), extents(flat)
+        rows["emission_profile"] = self._profile_addresses[flat["emission_profile"]]
+        rows["links"] = self._link_addresses[flat["links"]]
+        return rows.reshape(ordered.shape), int((~delta).sum())
 
     def _write_emissive(self, emissive: list[EmissiveInstance], rows: np.ndarray) -> None:
         self._face_cdfs = [self._array(each.face_cdf, wp.float32) for each in emissive]

@@ -22,6 +22,10 @@ class Placement:
     """Records, world boxes and TLAS of the instances of a scene, which keep their row numbers.
 
     Attributes:
+        rows: (N,) records.
+        prototype: (N,) row of `supports` of each.
+        supports: (prototypes, *SUPPORT_SHAPE) tables of support functions.
+        filled: (N,) bool: whether it has triangles.
         lower, upper: (N, 3) float32 corners of boxes in the world.
         placed: (N,) bool: whether rays can hit it.
     """
@@ -31,26 +35,22 @@ class Placement:
         self._fit(0, 0)
 
     def set_instances(self, rows: np.ndarray, prototype: np.ndarray, supports: np.ndarray, filled: np.ndarray) -> None:
-        """Set what the instances are; `set_transforms` must follow.
+        """Set what the instances are, as in the attributes; `set_transforms` must follow.
 
-        Args:
-            rows: (N,) records, of which the transforms are not read.
-            prototype: (N,) row of `supports` of each.
-            supports: (prototypes, *SUPPORT_SHAPE) tables of support functions.
-            filled: (N,) bool: whether it has triangles.
+        rows: of which the transforms are not read.
         """
-        if (len(rows), len(supports)) != (len(self._rows), len(self._supports)):
+        if (len(rows), len(supports)) != (len(self.rows), len(self.supports)):
             self._fit(len(rows), len(supports))
-        self._rows[:], self._prototype[:], self._supports[:], self._filled[:] = rows, prototype, supports, filled
+        self.rows[:], self.prototype[:], self.supports[:], self.filled[:] = rows, prototype, supports, filled
 
     def set_transforms(self, tlas: Any, local_to_world: np.ndarray, paths: tuple[str, ...]) -> None:
         """Set the transforms, (N, 4, 4) as in `scene.Instances`, and fill a `structs.Tlas`. Warnings name `paths`."""
-        if len(self._rows):
+        if len(self.rows):
             assert self._launch is not None
             self._matrices[:] = local_to_world
             self._launch.launch()
-            _warn_of_singular(self._invertible, paths)
-            np.logical_and(self._invertible, self._filled, out=self.placed)
+            warn_of_singular(self._invertible, paths)
+            np.logical_and(self._invertible, self.filled, out=self.placed)
         placed = np.flatnonzero(self.placed)
         nodes = self._tlas_builder.build(placed) if len(placed) else 0
         self._staging.upload(self._nodes_at + nodes * tlas_node_dtype(self.device).itemsize)
@@ -69,32 +69,32 @@ class Placement:
             staging.array(0, count, structs.Instance),
             staging.array(order_at, count, wp.int32),
         )
-        self._rows = staging.host[:order_at].view(RECORD)
+        self.rows = staging.host[:order_at].view(RECORD)
         order = staging.host[order_at : order_at + 4 * count].view(np.int32)
         nodes = staging.host[self._nodes_at :].view(node.base).reshape(-1, *node.shape)
 
         self.lower, self.upper = np.zeros((2, count, 3), np.float32)
-        self.placed, self._filled = np.zeros((2, count), bool)
+        self.placed, self.filled = np.zeros((2, count), bool)
         self._matrices = np.zeros((count, 4, 4))
-        self._prototype, self._invertible = np.zeros(count, np.int32), np.zeros(count, np.uint8)
-        self._supports = np.zeros((prototypes, *SUPPORT_SHAPE))
+        self.prototype, self._invertible = np.zeros(count, np.int32), np.zeros(count, np.uint8)
+        self.supports = np.zeros((prototypes, *SUPPORT_SHAPE))
         self._tlas_builder = TlasBuilder(self.lower, self.upper, nodes, order, self.device)
         if count:
-            inputs = [self._kernel_arrays()]
+            inputs = [self._kernel_arrays(), 0]
             self._launch = wp.launch(set_instance_transforms, dim=count, inputs=inputs, device="cpu", record_cmd=True)
 
     def _kernel_arrays(self) -> Any:
         transforms = InstanceTransforms()
         transforms.matrices = shared(self._matrices, wp.mat44d)
-        transforms.prototype = shared(self._prototype, wp.int32)
-        transforms.supports = shared(self._supports.reshape(len(self._supports), -1), wp.float64)
-        transforms.instances = shared(self._rows, structs.Instance)
+        transforms.prototype = shared(self.prototype, wp.int32)
+        transforms.supports = shared(self.supports.reshape(len(self.supports), -1), wp.float64)
+        transforms.instances = shared(self.rows, structs.Instance)
         transforms.lower, transforms.upper = shared(self.lower, wp.vec3), shared(self.upper, wp.vec3)
         transforms.invertible = shared(self._invertible, wp.uint8)
         return transforms
 
 
-def _warn_of_singular(invertible: np.ndarray, paths: tuple[str, ...]) -> None:
+def warn_of_singular(invertible: np.ndarray, paths: tuple[str, ...]) -> None:
     """Warn of instances whose transforms are not invertible."""
     for k in np.flatnonzero(invertible == 0):
         warn_once(

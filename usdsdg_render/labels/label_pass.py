@@ -16,6 +16,7 @@ from usdsdg_render.kernels.labels.aov_table import HEMISPHERE, HIT, MATERIAL, PI
 from usdsdg_render.kernels.labels.label_kernels import AovArrays, label_hemispheres, label_materials, label_pixels
 from usdsdg_render.kernels.labels.lens_motion import label_lens_motion
 from usdsdg_render.kernels.labels.motion import PreviousFrame
+from usdsdg_render.kernels.labels.views import Views
 from usdsdg_render.labels.aov import AOVS
 from usdsdg_render.labels.previous_frame import PreviousFrames
 from usdsdg_render.scene.scene import Scene
@@ -41,28 +42,57 @@ def render(
     Args:
         mode: as for kernels.visibility.closest.
     """
-    device, (height, width) = device_scene.device, (views[0].height, views[0].width)
+    previous = previous_frames.of(views, scene) if _MOTION in names else PreviousFrame()
+    images, meters_per_unit = views_record(views, device_scene.device), float(views[0].meters_per_unit)
+    return render_views(
+        device_scene,
+        images,
+        names,
+        meters_per_unit=meters_per_unit,
+        previous=previous,
+        have_lens=_MOTION in names and previous_frames.have_lens(views),
+        mode=mode,
+        threads=threads,
+    )
+
+
+def render_views(
+    device_scene: Any,
+    images: Views,
+    names: Collection[str],
+    *,
+    meters_per_unit: float,
+    previous: PreviousFrame | None = None,
+    have_lens: bool = False,
+    mode: int,
+    threads: int | None,
+) -> dict[str, wp.array]:
+    """Render AOVs of the views of a record; see `render`.
+
+    device_scene: a `DeviceScene`, or what stands for one.
+    previous: for motion vectors. have_lens: whether a camera has a lens model now, or had one in that frame.
+    """
+    device, count = device_scene.device, len(images.cameras)
     # Uninitialized: kernels write every pixel, and their threads share the page faults of new memory.
-    made = {name: wp.empty((len(views), height, width), dtype=AOVS[name].type, device=device) for name in names}
+    shape = (count, images.height, images.width)
+    made = {name: wp.empty(shape, dtype=AOVS[name].type, device=device) for name in names}
     arrays = AovArrays()
     for name, array in made.items():
         setattr(arrays, name, array)
-    images = views_record(views, device)
-    meters_per_unit = float(views[0].meters_per_unit)
 
     def launch(kernel: Any, band_rows: int, *inputs: Any) -> None:
-        bands = (len(views) * images.bands, width, BAND)
+        bands = (count * images.bands, images.width, BAND)
         inputs = (device_scene.tables, images, *inputs)
         launch_rows(kernel, bands, inputs, [arrays], device=device, threads=threads, band_rows=band_rows)
 
     reads = {AOVS[name].reads for name in names}
-    previous = previous_frames.of(views, scene) if _MOTION in names else PreviousFrame()
+    previous = PreviousFrame() if previous is None else previous
     if reads & {PIXEL, HIT, SURFACE}:
         launch(label_pixels, 4, previous, meters_per_unit, int(SURFACE in reads), mode)
     if MATERIAL in reads:
         launch(label_materials, 4, mode)
     if HEMISPHERE in reads:
         launch(label_hemispheres, 2, AMBIENT_DISTANCE / meters_per_unit, mode)
-    if _MOTION in names and previous_frames.have_lens(views):
+    if have_lens:
         launch(label_lens_motion, 4, previous, mode)
     return made

@@ -53,11 +53,10 @@ def read_dome(prim: Usd.Prim, local_to_world: np.ndarray) -> DomeLight | None:
     color = emitted_color(prim)
     if color is None or not color.any():
         return None
-    rotation = _rotation(local_to_world)
-    if rotation is None:
+    frame = dome_frame(prim, local_to_world)
+    if frame is None:
         errors.warn_once(f"{prim.GetPath()}: the dome's transform is NaN or scaled to zero; it is off. Correct it.")
         return None
-    frame = POLE_FRAMES[_pole(prim)] @ rotation
     _warn_of_unsupported(prim)
     file = _file(prim)
     visible = prim.GetAttribute("visibleInPrimaryRay")
@@ -72,6 +71,12 @@ def read_dome(prim: Usd.Prim, local_to_world: np.ndarray) -> DomeLight | None:
         diffuse=max(light_number(prim, "diffuse", 1.0), 0.0),
         specular=max(light_number(prim, "specular", 1.0), 0.0),
     )
+
+
+def dome_frame(prim: Usd.Prim, local_to_world: np.ndarray) -> np.ndarray | None:
+    """Return `Dome.dome_from_world` of a dome light, float64; None if its transform has no inverse."""
+    rotation = _rotation(local_to_world)
+    return None if rotation is None else POLE_FRAMES[_pole(prim)] @ rotation
 
 
 def _layout(prim: Usd.Prim) -> str:

@@ -53,13 +53,23 @@ class _DeviceMap:
         self.texels = self._array(packed(radiance, self.unit), wp.uint32)
         self.cells = to_grid(radiance)
         self._packed_cells = packed(self.cells, self.unit)
-        self._tint = np.zeros(3)
+        self.tint = np.zeros(3)
+        self._channels: np.ndarray | None = None
+
+    @property
+    def channels(self) -> np.ndarray:
+        """(3,) mean of each channel over the sphere, times the solid angle of the sphere."""
+        if self._channels is None:
+            edges = np.cos(np.pi * np.arange(len(self.cells) + 1) / len(self.cells))
+            solid_angle = (edges[:-1] - edges[1:]) * (2 * np.pi / self.cells.shape[1])
+            self._channels = self.cells.sum(1, dtype=np.float64).T @ solid_angle
+        return self._channels
 
     def set_tint(self, tint: np.ndarray) -> None:
         """Build the sampling distribution for a tint of the texture."""
-        if np.array_equal(self._tint, tint):
+        if np.array_equal(self.tint, tint):
             return
-        self._tint = tint
+        self.tint = tint
         grid = distribution_of(self.cells * tint.astype(np.float32))
         words = np.stack([self._packed_cells, grid.pdf.view(np.uint32)], -1)
         self.irradiance = grid.irradiance
@@ -101,6 +111,23 @@ class EnvironmentMaps:
         # A surface sees half of the sphere, with a mean cosine of one half.
         record.strength = environment.irradiance * brightness / 4.0
         return record
+
+    def light_of(self, dome: Dome | None, colors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return `Dome.unit` (N, 3) and `Dome.strength` (N,) of an uploaded dome for (N, 3) colors of it.
+
+        All are sampled as the dome's own color is.
+        """
+        if dome is None:
+            return np.zeros((len(colors), 3)), np.zeros(len(colors))
+        environment = self._map_of(dome.texture)
+        brightness = np.where(colors.max(1) > 0.0, colors.max(1), 1.0)
+        tints = colors / brightness[:, None]
+        own = environment.tint
+        weights = environment.channels * LUMINANCE
+        strength = environment.irradiance * brightness / 4.0
+        if (other := np.abs(tints - own).max(1) > 1e-9).any():
+            strength[other] = (tints[other] @ weights) * brightness[other] / 4.0
+        return environment.unit * colors, strength
 
     def _map_of(self, texture: np.ndarray) -> _DeviceMap:
         self._maps = {key: held for key, held in self._maps.items() if held[0]() is not None}

@@ -36,13 +36,18 @@ _REALS = [name for name in LIGHT.names or () if LIGHT[name].base.kind == "f"]
 UNIFORM_SCALE_TOLERANCE = 1e-3
 
 
-def read_light(prim: Usd.Prim, local_to_world: np.ndarray, meters_per_unit: float) -> np.ndarray | None:
+def read_light(
+    prim: Usd.Prim, local_to_world: np.ndarray, meters_per_unit: float, *, luminance: np.ndarray | None = None
+) -> np.ndarray | None:
     """Read one row of `scene.LIGHT`, without emission profile and links; None if it emits nothing or is invalid.
 
     Invalid lights are named in a warning.
+
+    luminance: in place of the color that the prim emits.
     """
     kind = LIGHT_TYPES[str(prim.GetTypeName())]
-    luminance = emitted_color(prim, 50000.0 if kind == structs.LIGHT_DISTANT else 1.0)
+    if luminance is None:
+        luminance = emitted_color(prim, 50000.0 if kind == structs.LIGHT_DISTANT else 1.0)
     axes, scale = _frame(local_to_world)
     if luminance is None or not luminance.any():
         return None
@@ -71,6 +76,23 @@ def read_light(prim: Usd.Prim, local_to_world: np.ndarray, meters_per_unit: floa
         f"{prim.GetPath()}: the light is too bright or too large for 32-bit numbers; it is off. Correct it."
     )
     return None
+
+
+def radiance_factor(prim: Usd.Prim, row: np.ndarray, scale: np.ndarray) -> float:
+    """Return by what the color that a light emits is multiplied to give its radiance; `row` has its shape."""
+    if int(row["kind"]) == structs.LIGHT_DISTANT:
+        cosine = float(row["cos_angle"])
+        return 1.0 if cosine == 1.0 else 1.0 / distant_size_factor(cosine)
+    area, _ = _shape(prim, LIGHT_TYPES[str(prim.GetTypeName())], scale)
+    rendered_area = _rendered_area(row)
+    factor = area / rendered_area if area > 0.0 else 1.0
+    return factor / (area if area > 0.0 else rendered_area) if light_value(prim, "normalize", False) else factor
+
+
+def light_axes(local_to_world: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return `_frame` of (N, 4, 4) matrices: (N, 3, 3) axes as rows, and (N, 3) scales."""
+    frames = [_frame(matrix) for matrix in local_to_world]
+    return np.stack([np.eye(3) if axes is None else axes for axes, _ in frames]), np.stack([s for _, s in frames])
 
 
 def _frame(local_to_world: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:

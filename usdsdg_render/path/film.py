@@ -72,15 +72,19 @@ def tone_map(film: Film, tone: ToneSettings, *, threads: int | None = None, fetc
     radiance = film.arrays.color
     if film.has_features and tone.denoise is not False:
         radiance = _denoised(film, tone, threads)
-    shape = (film.height, film.width)
-    hdr = wp.empty(shape, dtype=wp.vec4h, device=film.device)
-    ldr = wp.empty(shape, dtype=wp.vec4ub, device=film.device)
-    inputs = [radiance, film.arrays.color, tone.exposure, int(tone.enabled)]
-    rows = cheap_rows(film.width)
-    launch_rows(tone_map_pixels, shape, inputs, [hdr, ldr], device=film.device, threads=threads, band_rows=rows)
+    images = tone_mapped(radiance, film.arrays.color, tone, threads)
     look_for_dropped(film)
-    images = {"HdrColor": hdr, "LdrColor": ldr}
     return {**(read_back(images) if fetched or film.device == "cpu" else images), **film.light_aovs()}
+
+
+def tone_mapped(radiance: wp.array, sums: wp.array, tone: ToneSettings, threads: int | None) -> dict[str, wp.array]:
+    """Return HdrColor and LdrColor of radiance, and of the sums that it was denoised from."""
+    device = str(radiance.device)
+    hdr = wp.empty(radiance.shape, dtype=wp.vec4h, device=device)
+    ldr = wp.empty(radiance.shape, dtype=wp.vec4ub, device=device)
+    inputs, rows = [radiance, sums, tone.exposure, int(tone.enabled)], cheap_rows(radiance.shape[1])
+    launch_rows(tone_map_pixels, radiance.shape, inputs, [hdr, ldr], device=device, threads=threads, band_rows=rows)
+    return {"HdrColor": hdr, "LdrColor": ldr}
 
 
 def _denoised(film: Film, tone: ToneSettings, threads: int | None) -> wp.array:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import warp as wp
 
 from usdsdg.errors import RenderError, warn_once
 from usdsdg.parallel import launch_rows
@@ -13,11 +14,12 @@ from usdsdg_render.device import view_batches
 from usdsdg_render.device.camera import camera_records, views_of
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.kernels.path.cpu_path import add_samples
+from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.path_state import PathOptions
 from usdsdg_render.path.environment_weight import environment_weights
 from usdsdg_render.path.film import Film
+from usdsdg_render.path.film_batch import FilmBatch
 from usdsdg_render.path.wavefront import WavefrontTracer
-from usdsdg_render.scene.structs import Camera
 from usdsdg_render.settings import PathSettings
 
 if TYPE_CHECKING:
@@ -32,7 +34,7 @@ class PathTracer:
 
     def __init__(self, scene: DeviceScene) -> None:
         self._scene = scene
-        self._wavefront = WavefrontTracer(scene.device)
+        self.wavefront = WavefrontTracer(scene.device)
 
     def accumulate(
         self,
@@ -61,32 +63,36 @@ class PathTracer:
             if not self._scene.has_glass:
                 options.glass_bounces = 0
             cameras = camera_records([views[k] for k in indices], self._scene.device)
-            cameras["environment_weight"] = environment_weights(self._scene, cameras, threads=threads)
-            batch = [films[k] for k in indices]
-            if self._scene.device == "cpu":
-                self._trace_rows(batch, cameras, options, samples, threads)
-            else:
-                self._trace_wavefront(batch, cameras, options, samples)
+            table = wp.array([films[k].arrays for k in indices], dtype=FilmArrays, device=self._scene.device)
+            trace(self._scene, self.wavefront, table, cameras, options, samples, threads)
         for film in films:
             film.samples += samples
 
-    def _trace_wavefront(self, films: Sequence[Film], cameras: np.ndarray, options: PathOptions, samples: int) -> None:
-        view_records = views_of(cameras, self._scene.device)
-        self._wavefront.add_samples(self._scene.tables, options, view_records, [film.arrays for film in films], samples)
 
-    def _trace_rows(
-        self, films: Sequence[Film], cameras: np.ndarray, options: PathOptions, samples: int, threads: int | None
-    ) -> None:
-        options.samples = samples
-        for k, film in enumerate(films):
-            inputs = [self._scene.tables, options, Camera.from_ptr(cameras[k:].ctypes.data)]
-            shape = film.height, film.width
-            launch_rows(
-                add_samples, shape, inputs, [film.arrays], device="cpu", threads=threads, band_rows=ROWS_AT_ONCE
-            )
+def trace(
+    scene: Any,
+    wavefront: WavefrontTracer,
+    films: wp.array,
+    cameras: np.ndarray,
+    options: PathOptions,
+    samples: int,
+    threads: int | None,
+) -> None:
+    """Add samples to films, a table of `FilmArrays`, of cameras with images of one size.
+
+    scene: a `DeviceScene`, or what stands for one.
+    """
+    cameras["environment_weight"] = environment_weights(scene, cameras, threads=threads)
+    views = views_of(cameras, scene.device)
+    if scene.device != "cpu":
+        wavefront.add_samples(scene.tables, options, views, films, samples)
+        return
+    options.samples = samples
+    shape, inputs = (len(films) * views.height, views.width), [scene.tables, options, views]
+    launch_rows(add_samples, shape, inputs, [films], device="cpu", threads=threads, band_rows=ROWS_AT_ONCE)
 
 
-def path_options(settings: PathSettings, film: Film) -> PathOptions:
+def path_options(settings: PathSettings, film: Film | FilmBatch) -> PathOptions:
     """Convert settings to the record that kernels read."""
     options = PathOptions()
     options.bounces = max(1, settings.bounces)

@@ -1,6 +1,5 @@
 """Host side of the wavefront path tracer (CUDA): launches its kernels and owns the memory of the paths in flight."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import warp as wp
@@ -25,12 +24,13 @@ class WavefrontTracer:
         self._wavefront = wavefront.Wavefront()
         self._size = 0
 
-    def add_samples(
-        self, tables: SceneTables, options: PathOptions, views: Views, films: Sequence[FilmArrays], samples: int
-    ) -> None:
-        """Add samples to the film of each view, numbered from `options.first_sample`."""
+    def add_samples(self, tables: SceneTables, options: PathOptions, views: Views, films: Any, samples: int) -> None:
+        """Add samples to the film of each view, numbered from `options.first_sample`.
+
+        films: the arrays of each, as a list or as a table on the device.
+        """
         pixels = len(films) * views.width * views.height
-        table = wp.array(films, dtype=FilmArrays, device=self.device)
+        table = films if isinstance(films, wp.array) else wp.array(films, dtype=FilmArrays, device=self.device)
         first = options.first_sample
         for first_pixel in range(0, pixels, self._max_paths):
             count = min(self._max_paths, pixels - first_pixel)
@@ -59,7 +59,7 @@ class WavefrontTracer:
         for segment in range(segments):
             self._launch(wavefront.intersect_closest, size, tables, options, views, state, segment)
             self._launch(wavefront.shade, size, tables, options, views, state, segment)
-            self._launch(wavefront.intersect_shadow, size, tables, state, segment)
+            self._launch(wavefront.intersect_shadow, size, tables, options, views, state, segment)
         self._launch(wavefront.update_film, pixels, options, views, state, films)
 
     def _launch(self, kernel: Any, size: int, *inputs: Any) -> None:

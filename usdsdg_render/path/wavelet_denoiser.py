@@ -12,14 +12,15 @@ from usdsdg_render.kernels.path.wavelet_denoiser import atrous_pass, demodulate,
 STEPS = (1, 2, 4, 8, 16)
 
 
-def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.array:
+def denoise(film: FilmArrays, device: str, *, images: int = 1, threads: int | None = None) -> wp.array:
     """Denoise the film's mean radiance.
 
     Args:
         film: sums with feature buffers.
+        images: how many images of one size the film holds, one below the other.
 
     Returns:
-        (height, width) vec4: radiance [nits], and 1 as the number of samples.
+        (rows, width) vec4: radiance [nits], and 1 as the number of samples.
     """
     shape = film.color.shape
     irradiance, buffer, guide = (wp.empty(shape, dtype=wp.vec4, device=device) for _ in range(3))
@@ -32,7 +33,7 @@ def denoise(film: FilmArrays, device: str, *, threads: int | None = None) -> wp.
     inputs = [film.color, film.background, film.albedo, film.normal_depth, film.square]
     launch(demodulate, inputs, [irradiance, guide, albedo])
     for step in STEPS:
-        launch(atrous_pass, [irradiance, guide, step], [buffer])
+        launch(atrous_pass, [irradiance, guide, step, shape[0] // images], [buffer])
         irradiance, buffer = buffer, irradiance
     launch(remodulate, [irradiance, albedo, film.color, film.background], [buffer])
     return buffer

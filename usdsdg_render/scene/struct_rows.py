@@ -8,13 +8,14 @@ import warp as wp
 
 
 @lru_cache(maxsize=64)
-def _dtype(struct: Any) -> np.dtype:
+def dtype_of(struct: Any) -> np.dtype:
+    """Return NumPy's type of a row with the memory layout of a Warp struct."""
     return np.dtype(struct.numpy_dtype())
 
 
 def records(struct: Any, count: int) -> np.ndarray:
     """Return an array of zeroed rows with the memory layout of a Warp struct."""
-    return np.zeros(count, _dtype(struct))
+    return np.zeros(count, dtype_of(struct))
 
 
 def uploaded(rows: np.ndarray, struct: Any, device: str) -> wp.array:

@@ -236,9 +236,25 @@ class Dome:
 
 
 @wp.struct
-class SceneTables:
-    """The whole scene on the device."""
+class World:
+    """What one of many worlds has of its own. Instances and materials of all worlds are in the same tables."""
 
+    nodes: wp.uint64  # of its TLAS
+    instance_count: wp.int32  # in its TLAS
+    first_instance: wp.int32
+    lights: wp.uint64  # Light records
+    # Of its dome:
+    unit: wp.vec3
+    strength: wp.float32
+    dome_from_world: wp.mat33
+
+
+@wp.struct
+class SceneTables:
+    """The whole scene on the device, or many worlds of one scene (see `kernels.scene.worlds`)."""
+
+    worlds: wp.array(dtype=World)  # empty: there is one, which the other fields describe
+    first_instance: wp.int32  # of the world that the other fields describe
     tlas: Tlas
     slots: wp.array(dtype=wp.int32)
     materials: wp.array(dtype=Material)
@@ -266,6 +282,7 @@ class Camera:
     cy: wp.float32
     width: wp.int32
     height: wp.int32
+    world: wp.int32  # that it is in
     near: wp.float32  # clipping range along the axis [stage units]
     far: wp.float32
     orthographic: wp.int32  # 1 = parallel rays; fx, fy are then pixels per stage unit

@@ -4,24 +4,29 @@ Point instances have no prim of their own; their path is that of the gprim in th
 id of the point (its index where no ids are authored). `point_instancer.source_path` gives the prim path back.
 """
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from typing import Any
 
 from pxr import Sdf, Usd
 
+from usdsdg.errors import Unsupported
 from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.geometry.prototypes import PrototypeCache
 from usdsdg_render.images.textures import Progress
 from usdsdg_render.lights.stage_lights import StageLights
 from usdsdg_render.scene.scene import Scene
+from usdsdg_render.scene.worlds import Worlds
 from usdsdg_render.sync.animation import Animation
 from usdsdg_render.sync.gprim_materials import GprimMaterials
 from usdsdg_render.sync.gprims import Gprim, Gprims
 from usdsdg_render.sync.instance_table import InstanceTable
 from usdsdg_render.sync.invalidation import DirtySet, DirtySetBuilder
+from usdsdg_render.sync.world_reader import Parts, read_worlds
 from usdsdg_render.usd.prim_kinds import MESH, SHAPE, is_below
 from usdsdg_render.usd.stage_tree import StageTree
 from usdsdg_render.usd.time_code import time_context
+from usdsdg_render.usd.world_transforms import WorldTransforms
 
 
 class SceneExtractor:
@@ -46,6 +51,8 @@ class SceneExtractor:
         self._index_of: dict[int, int] = {}  # id of a prototype -> its index in the scene
         self._skinned: set[Sdf.Path] = set()  # gprims that a skeleton deforms
         self._instances = InstanceTable(self.scene)
+        self._always_shown: frozenset[Sdf.Path] = frozenset()
+        self._toggled: set[Sdf.Path] = set()  # that are now, or were, always shown
         self._lights = StageLights(stage, self.scene)
 
     @property
@@ -61,6 +68,37 @@ class SceneExtractor:
         with time_context(self._time):
             self._invalidate(dirty)
             self._read(dirty)
+
+    def always_show(self, paths: Set[Sdf.Path]) -> None:
+        """Keep prims in `scene` although their visibility says that they are hidden, from the next update on."""
+        if paths != self._always_shown:
+            self._toggled |= paths ^ self._always_shown
+            self._always_shown = frozenset(paths)
+            if self._tree is not None:
+                self._tree.always_shown = self._always_shown
+
+    def worlds(self, values: WorldValues) -> tuple[Worlds, WorldTransforms]:
+        """Return many worlds of the stage as it was at the last update.
+
+        Raises:
+            Unsupported: the values of an attribute cannot differ between worlds.
+        """
+        assert self._tree is not None
+        first_slots = self._materials.first_slots
+        parts = Parts(self._stage, self.scene, self._tree, self._gprims, self._instances, first_slots)
+        return read_worlds(parts, values)
+
+    def node_of(self, path: str) -> int:
+        """Return the row of a prim in `WorldTransforms`.
+
+        Raises:
+            Unsupported: it is hidden, or inside of an instance.
+        """
+        assert self._tree is not None
+        node = self._tree.index.get(Sdf.Path(path))
+        if node is None:
+            raise Unsupported(f"worlds: {path} is hidden, so its pose is not read. Show it.")
+        return node
 
     def close(self) -> None:
         """Stop listening to the stage."""
@@ -79,6 +117,8 @@ class SceneExtractor:
         if self._tree is None or was_animated != self._animation.is_animated or now.IsDefault() != before.IsDefault():
             return DirtySet.everything()
         dirty = DirtySetBuilder(self._stage, self._tree, self._gprims.instancers_of).build(changes)
+        dirty.visibility |= self._toggled
+        self._toggled = set()
         dirty.skinning = self._prototypes.skinning.is_affected_by(self._stage, changes)
         if now != before:
             self._tree.set_time(now)
@@ -109,7 +149,7 @@ class SceneExtractor:
 
     def _read(self, dirty: DirtySet) -> None:
         if dirty.is_everything:
-            self._tree = StageTree(self._stage, self._time, self._handles)
+            self._tree = StageTree(self._stage, self._time, self._handles, self._always_shown)
         tree = self._tree
         assert tree is not None  # the first sync reads everything
         if not dirty.is_everything and dirty.subtrees:

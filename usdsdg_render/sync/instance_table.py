@@ -9,7 +9,7 @@ from pxr import Sdf
 from usdsdg import errors
 from usdsdg_render.scene.scene import Instances, Scene
 from usdsdg_render.sync.gprims import Placements
-from usdsdg_render.usd.transforms import matrix_product
+from usdsdg_render.usd.world_transforms import WorldTransforms, matrix_product
 
 
 class InstanceTable:
@@ -59,6 +59,15 @@ class InstanceTable:
         if not np.array_equal(scene.instances.local_to_world, matrices[drawn]):
             scene.instances = replace(scene.instances, local_to_world=matrices[drawn])
             scene.touch("transforms")
+
+    def in_worlds(self, world: WorldTransforms) -> np.ndarray:
+        """(worlds, instances, 4, 4) transforms of the instances as last written."""
+        matrices = np.array(np.broadcast_to(world.at(self._nodes[self._drawn]), (world.count, len(self._drawn), 4, 4)))
+        of_point = np.isin(self._drawn, self._point_instances)
+        if of_point.any():
+            to_instancer = self._to_instancer[np.searchsorted(self._point_instances, self._drawn[of_point])]
+            matrices[:, of_point] = matrix_product(to_instancer, matrices[:, of_point])
+        return matrices
 
     def _write_instances(self, drawn: np.ndarray, prototypes: Mapping[int, int], slots: Mapping[Sdf.Path, int]) -> None:
         placements, old = self._placements, self._scene.instances

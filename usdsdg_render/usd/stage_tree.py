@@ -1,16 +1,18 @@
 """The visible prims of a stage in stage order: one traversal, then only the subtrees that changed."""
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
 from typing import Any, NamedTuple
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
+from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.usd import prim_kinds
 from usdsdg_render.usd.prim_kinds import is_below, is_material_subset, kind_of, purpose_of, schemas_of, warn_unsupported
 from usdsdg_render.usd.transforms import Levels, TransformHierarchy
+from usdsdg_render.usd.world_transforms import WorldTransforms
 
 
 class Node(NamedTuple):
@@ -40,10 +42,18 @@ class StageTree:
     Args:
         handles: gets the node of each xformOp that was written and does nothing but move it: most frames write the same
             ones. Cleared when nodes change.
+        always_shown: prims that are in the tree although their visibility says that they are hidden.
     """
 
-    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode, handles: dict[Sdf.Path, Any]) -> None:
+    def __init__(
+        self,
+        stage: Usd.Stage,
+        time: Usd.TimeCode,
+        handles: dict[Sdf.Path, Any],
+        always_shown: Set[Sdf.Path] = frozenset(),
+    ) -> None:
         self.time = time
+        self.always_shown = always_shown
         self.prims: list[Usd.Prim] = []
         self.paths: list[Sdf.Path] = []
         self.kinds: list[int] = []
@@ -196,7 +206,7 @@ class StageTree:
 
     def _is_hidden(self, prim: Usd.Prim, path: Sdf.Path) -> bool:
         attribute = prim.GetAttribute("visibility")
-        if not attribute:
+        if not attribute or path in self.always_shown:
             return False
         if not self.time.IsDefault() and attribute.ValueMightBeTimeVarying():
             self.varying_visibility[path] = attribute
@@ -246,6 +256,13 @@ class StageTree:
         node = self.index.get(path)
         if node is not None:
             self._handles.update((path.AppendProperty(op), node) for op in ops)
+
+    def in_worlds(self, values: WorldValues) -> WorldTransforms:
+        """Return the world matrices of nodes where attributes have these values."""
+        moved = sorted(node for path in values.moved() if (node := self.index.get(path)) is not None)
+        local = values.local_matrices_of([self.prims[node] for node in moved])
+        ends = [self._subtree_end(node) for node in moved]
+        return self._transforms.in_worlds(values.count, moved, local, ends)
 
     def update_transforms(self, paths: Iterable[Sdf.Path], nodes: Iterable[int]) -> None:
         """Read the local matrices of prims and nodes again, where they are in the tree; compose all world matrices."""

@@ -7,8 +7,7 @@ import numpy as np
 from pxr import Gf, Tf, Usd, UsdGeom, Vt
 
 from usdsdg import errors
-
-Levels = Sequence[tuple[np.ndarray, np.ndarray]]
+from usdsdg_render.usd.world_transforms import Levels, WorldTransforms, matrix_product
 
 
 class TransformHierarchy:
@@ -53,6 +52,15 @@ class TransformHierarchy:
             worlds = matrix_product(self.local[children], self.world[parents])
             self.world[children] = np.where(self._resets[children, None, None], self.local[children], worlds)
 
+    def in_worlds(self, count: int, moved: list[int], local: np.ndarray, ends: list[int]) -> WorldTransforms:
+        """Compose the world matrices of nodes with other local matrices in each of `count` worlds.
+
+        moved: nodes, whose local matrices are (worlds or 1, moved, 4, 4). ends: of their subtrees, exclusive.
+        """
+        worlds = WorldTransforms(count, self.world, moved, ends)
+        worlds.compose(self.local, local, self._resets, self._levels)
+        return worlds
+
 
 def local_matrix(cache: UsdGeom.XformCache, prim: Usd.Prim, sampled: bool) -> tuple[Gf.Matrix4d, bool]:
     """Return (local matrix, whether it resets the transform stack).
@@ -84,9 +92,3 @@ def local_matrices(
         except Tf.ErrorException:  # one of them is broken: find it below
             pass
     return [local_matrix(cache, prim, sampled) for prim in prims]
-
-
-def matrix_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """a @ b without NumPy's warnings: gprims with NaN or infinite matrices are reported where they would be drawn."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        return a @ b

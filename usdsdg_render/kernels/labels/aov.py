@@ -11,9 +11,11 @@ from usdsdg_render.scene.structs import Camera, Hit, SceneTables
 
 
 @aov(PIXEL, miss=-1)
-def instance(hit: Hit) -> wp.int32:
+def instance(tables: SceneTables, hit: Hit) -> wp.int32:
     """Index into WarpRenderer.gprims."""
-    return hit.instance
+    if hit.instance < 0:
+        return -1
+    return hit.instance - tables.first_instance
 
 
 @aov(HIT, miss=-1)

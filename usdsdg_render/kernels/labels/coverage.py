@@ -13,6 +13,7 @@ from usdsdg_render.bvh.query import wide_any_hit_in_instance
 from usdsdg_render.kernels.cameras.camera import PIXEL_CENTER, pixel_ray
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.scene.visibility import meets_cutout
+from usdsdg_render.kernels.scene.worlds import in_world
 from usdsdg_render.scene.structs import Camera, SceneTables
 
 WORD_PIXELS = wp.constant(pixel_masks.WORD_PIXELS)
@@ -101,9 +102,10 @@ def list_mask_words(
 def hits_alone(tables: SceneTables, parts: Parts, camera: Camera, x: int, y: int, instance: int, mode: int):
     """Return whether the ray through the center of a pixel would hit an instance if it were alone in the scene."""
     ray = pixel_ray(camera, x, y)
-    if tables.tlas.instances[instance].cutout != 0:
-        return meets_cutout(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, instance, mode)
-    return wide_any_hit_in_instance(tables.tlas, ray.origin, ray.direction, ray.tmin, ray.tmax, instance)[3] >= 0
+    row = tables.first_instance + instance
+    if tables.tlas.instances[row].cutout != 0:
+        return meets_cutout(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, row, mode)
+    return wide_any_hit_in_instance(tables.tlas, ray.origin, ray.direction, ray.tmin, ray.tmax, row)[3] >= 0
 
 
 def fill_kernel(covers: wp.Function, module: Any) -> Any:
@@ -128,6 +130,7 @@ def fill_kernel(covers: wp.Function, module: Any) -> Any:
         s += first_word
         word = words[s]
         camera = cameras[word.image]
+        tables = in_world(tables, camera.world)
         entry = tested[word.owner]
         word_start = word.first / WORD_PIXELS * WORD_PIXELS
         for b in range(part * bytes_of_thread, (part + 1) * bytes_of_thread):

@@ -23,6 +23,7 @@ from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.labels.motion import PreviousFrame
 from usdsdg_render.kernels.labels.views import Views, image_row, trace_pixel_center
 from usdsdg_render.kernels.scene.surface import Surface, surface_at, with_material
+from usdsdg_render.kernels.scene.worlds import in_world
 from usdsdg_render.scene.structs import Camera, Hit, Material, SceneTables
 
 __all__ = ["AOVS", "AovArrays", "label_hemispheres", "label_materials", "label_pixels"]
@@ -56,6 +57,7 @@ def label_pixels(
     if y >= views.height:
         return
     camera = views.cameras[v]
+    tables = in_world(tables, camera.world)
     ray, hit = trace_pixel_center(tables, camera, x, y, mode)
     write_pixel(out, v, y, x, tables, camera, ray, hit, previous)
     if hit.instance < 0:
@@ -79,7 +81,9 @@ def label_materials(
     v, y = image_row(views, first_band + band, row)
     if y >= views.height:
         return
-    ray, hit = trace_pixel_center(tables, views.cameras[v], x, y, mode)
+    camera = views.cameras[v]
+    tables = in_world(tables, camera.world)
+    ray, hit = trace_pixel_center(tables, camera, x, y, mode)
     if hit.instance < 0:
         miss_material(out, v, y, x)
         return
@@ -103,7 +107,9 @@ def label_hemispheres(
     v, y = image_row(views, first_band + band, row)
     if y >= views.height:
         return
-    ray, hit = trace_pixel_center(tables, views.cameras[v], x, y, mode)
+    camera = views.cameras[v]
+    tables = in_world(tables, camera.world)
+    ray, hit = trace_pixel_center(tables, camera, x, y, mode)
     if hit.instance < 0:
         miss_hemisphere(out, v, y, x)
         return

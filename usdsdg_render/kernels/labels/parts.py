@@ -23,7 +23,15 @@ def hits_part_alone(tables: SceneTables, parts: Parts, camera: Camera, x: int, y
     t = ray.tmin
     for _layer in range(MAX_LAYERS):
         packed = wide_closest_in_part(
-            tables.tlas, ray.origin, ray.direction, t, ray.tmax, instance, parts.entry, first, entry
+            tables.tlas,
+            ray.origin,
+            ray.direction,
+            t,
+            ray.tmax,
+            tables.first_instance + instance,
+            parts.entry,
+            first,
+            entry,
         )
         hit = unpack(packed)
         if hit.instance < 0:

@@ -11,6 +11,7 @@ import warp as wp
 from usdsdg_render.kernels.cameras.camera import Camera
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.scene.support_function import SupportFunctions, coordinate_bound, support_from
+from usdsdg_render.kernels.scene.worlds import in_world
 from usdsdg_render.scene.structs import Instance, SceneTables
 
 # Sides of an 8-DOP; their normals point outwards, in columns and rows.
@@ -119,7 +120,8 @@ def bound_on_screen(
         for side in range(sides):
             bounds[v, k, side] = NOWHERE
         return
-    instance = tables.tlas.instances[index]
+    tables = in_world(tables, camera.world)
+    instance = tables.tlas.instances[tables.first_instance + index]
     largest = coordinate_bound(supports, instance, index, camera.origin)
     back = camera.rotation * wp.vec3(0.0, 0.0, 1.0)
     deepest = support_from(supports, instance, index, -back, camera.origin, largest)

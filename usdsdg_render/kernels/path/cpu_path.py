@@ -3,11 +3,13 @@
 import warp as wp
 
 from usdsdg_render.kernels.cameras.camera import camera_ray
+from usdsdg_render.kernels.labels.views import Views
 from usdsdg_render.kernels.path.film import FilmArrays, PixelSums, load_pixel, store_pixel, with_sample
 from usdsdg_render.kernels.path.path_state import DenoiserFeatures, LightAovs, PathOptions, begin_path
 from usdsdg_render.kernels.path.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed, sample_pair
 from usdsdg_render.kernels.path.segment import add_direct_light, add_emission, next_hit, scatter_path
 from usdsdg_render.kernels.scene.visibility import transmitted
+from usdsdg_render.kernels.scene.worlds import in_world
 from usdsdg_render.scene.structs import Camera, SceneTables
 
 
@@ -59,14 +61,19 @@ def trace_path(
 def add_samples(
     tables: SceneTables,
     options: PathOptions,
-    camera: Camera,
-    first_row: int,
+    views: Views,
+    first_row: int,  # of all images, one below the other
     # in and out
-    film: FilmArrays,
+    films: wp.array(dtype=FilmArrays),
 ):
-    y, x = wp.tid()
-    y += first_row
-    seed = pixel_seed(options.seed, options.frame, x, y)
+    row, x = wp.tid()
+    row += first_row
+    view = row / views.height
+    y = row - view * views.height
+    camera = views.cameras[view]
+    film = films[view]
+    tables = in_world(tables, camera.world)
+    seed = pixel_seed(options.seed, options.frame + wp.uint32(camera.world), x, y)
     sums = load_pixel(film, options, y, x)
     for k in range(options.samples):
         index = wp.uint32(options.first_sample + k)

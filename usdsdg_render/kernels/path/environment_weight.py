@@ -8,6 +8,7 @@ from usdsdg_render.kernels.lights.light_sampling import sample_environment
 from usdsdg_render.kernels.path.sampler import pixel_seed, sample_pair
 from usdsdg_render.kernels.scene.surface import ensure_valid_reflection, surface_at
 from usdsdg_render.kernels.scene.visibility import BY_THRESHOLD, FAR_AWAY, closest, transmitted
+from usdsdg_render.kernels.scene.worlds import in_world
 from usdsdg_render.scene.structs import LIGHT_DISTANT, Camera, SceneTables
 
 # Points per side of a grid over the image; from each point rays to the dome, then to all distant lights as one group.
@@ -26,13 +27,14 @@ def sample_environment_visibility(
 ):
     v, point, group = wp.tid()
     v += first_view
+    camera = cameras[v]
+    tables = in_world(tables, camera.world)
     irradiance[v, point, group] = wp.vec2(0.0)
     rays = wp.where(group < DOME_RAYS, 1, tables.light_count)
     if group < DOME_RAYS and tables.dome.strength <= 0.0:
         rays = 0
     if rays == 0:
         return
-    camera = cameras[v]
     column = (float(point % GRID_SIZE) + 0.5) / float(GRID_SIZE) * float(camera.width)
     row = (float(point / GRID_SIZE) + 0.5) / float(GRID_SIZE) * float(camera.height)
     ray = camera_ray(camera, column, row, wp.vec2(0.0))

@@ -25,6 +25,7 @@ from usdsdg_render.kernels.path.path_state import DenoiserFeatures, LightAovs, P
 from usdsdg_render.kernels.path.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed, sample_pair
 from usdsdg_render.kernels.path.segment import add_direct_light, add_emission, next_hit, scatter_path
 from usdsdg_render.kernels.scene.visibility import transmitted
+from usdsdg_render.kernels.scene.worlds import in_world
 from usdsdg_render.scene.structs import SceneTables
 
 BLOCK = 128  # threads of a CUDA block
@@ -73,6 +74,7 @@ class PathSample:
     """Pixel and sample index of a path, and the seed of its pixel."""
 
     view: wp.int32
+    world: wp.int32
     x: wp.int32
     y: wp.int32
     seed: wp.uint32
@@ -97,7 +99,8 @@ def sample_of(wavefront: Wavefront, options: PathOptions, views: Views, number: 
     sample.view = pixel[0]
     sample.x = pixel[1]
     sample.y = pixel[2]
-    sample.seed = pixel_seed(options.seed, options.frame, sample.x, sample.y)
+    sample.world = views.cameras[sample.view].world
+    sample.seed = pixel_seed(options.seed, options.frame + wp.uint32(sample.world), sample.x, sample.y)
     sample.index = wp.uint32(options.first_sample + number // wavefront.pixels)
     return sample
 
@@ -139,6 +142,7 @@ def intersect_closest(tables: SceneTables, options: PathOptions, views: Views, w
         return
     number = wavefront.ray_queue[segment % 2, i]
     sample = sample_of(wavefront, options, views, number)
+    tables = in_world(tables, sample.world)
     path = load_path(wavefront.paths, number)
     store_hit(wavefront.hits, number, next_hit(tables, path, segment, sample.seed, sample.index))
 
@@ -150,12 +154,13 @@ def shade(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wa
         return
     number = wavefront.ray_queue[segment % 2, i]
     hit = load_hit(wavefront.hits, number)
+    sample = sample_of(wavefront, options, views, number)
+    tables = in_world(tables, sample.world)
     arriving = load_path(wavefront.paths, number)
     update = add_emission(tables, options, arriving, light_aovs_of(wavefront, number), hit, segment)
     path = update.path
     light_aovs = update.light_aovs
     if path.alive != 0:
-        sample = sample_of(wavefront, options, views, number)
         scattering = scatter_path(tables, options, path, light_aovs, hit, segment, sample.seed, sample.index)
         path = scattering.path
         light_aovs = scattering.light_aovs
@@ -173,11 +178,13 @@ def shade(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wa
 
 
 @wp.kernel(enable_backward=False)
-def intersect_shadow(tables: SceneTables, wavefront: Wavefront, segment: int):
+def intersect_shadow(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wavefront, segment: int):
     i = wp.tid()
     if i >= wavefront.counts[2 * segment + 1]:
         return
     number = wavefront.shadow_queue[i]
+    if tables.worlds.shape[0] > 0:
+        tables = in_world(tables, sample_of(wavefront, options, views, number).world)
     path = load_path(wavefront.paths, number)
     shadow_ray = load_shadow_ray(wavefront.shadow_rays, number)
     visibility = transmitted(tables, path.origin, shadow_ray.direction, shadow_ray.distance)

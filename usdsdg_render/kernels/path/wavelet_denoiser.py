@@ -60,18 +60,18 @@ def demodulate(
 
 
 @wp.func
-def depth_gradient(guide: wp.array2d(dtype=wp.vec4), y: int, x: int):
+def depth_gradient(guide: wp.array2d(dtype=wp.vec4), y: int, x: int, top: int, bottom: int):
     """Depth change per pixel: the smaller of both sides of each axis, so that depth discontinuities do not count."""
     z = guide[y, x][3]
     left = wp.abs(z - guide[y, wp.max(x - 1, 0)][3])
     right = wp.abs(z - guide[y, wp.min(x + 1, guide.shape[1] - 1)][3])
-    up = wp.abs(z - guide[wp.max(y - 1, 0), x][3])
-    down = wp.abs(z - guide[wp.min(y + 1, guide.shape[0] - 1), x][3])
+    up = wp.abs(z - guide[wp.max(y - 1, top), x][3])
+    down = wp.abs(z - guide[wp.min(y + 1, bottom - 1), x][3])
     return wp.max(wp.min(left, right), wp.min(up, down))
 
 
 @wp.func
-def smoothed_variance(irradiance: wp.array2d(dtype=wp.vec4), y: int, x: int):
+def smoothed_variance(irradiance: wp.array2d(dtype=wp.vec4), y: int, x: int, top: int, bottom: int):
     """Variance filtered over 3x3 pixels, because few samples estimate it badly."""
     total = float(0.0)
     weights = float(0.0)
@@ -79,7 +79,7 @@ def smoothed_variance(irradiance: wp.array2d(dtype=wp.vec4), y: int, x: int):
         for i in range(-1, 2):
             v = y + j
             u = x + i
-            if v >= 0 and u >= 0 and v < irradiance.shape[0] and u < irradiance.shape[1]:
+            if v >= top and u >= 0 and v < bottom and u < irradiance.shape[1]:
                 w = 1.0 / float((1 + wp.abs(i)) * (1 + wp.abs(j)))
                 total += w * irradiance[v, u][3]
                 weights += w
@@ -91,21 +91,24 @@ def atrous_pass(
     irradiance: wp.array2d(dtype=wp.vec4),
     guide: wp.array2d(dtype=wp.vec4),
     step: int,  # pixels between taps
+    height: int,  # rows of an image; images are one below the other
     first_row: int,
     # out
     smoothed: wp.array2d(dtype=wp.vec4),
 ):
     y, x = wp.tid()
     y += first_row
+    top = y / height * height
+    bottom = top + height
     center = irradiance[y, x]
     normal = xyz(guide[y, x])
     if wp.dot(normal, normal) == 0.0:
         smoothed[y, x] = center
         return
     depth = guide[y, x][3]
-    gradient = depth_gradient(guide, y, x)
+    gradient = depth_gradient(guide, y, x, top, bottom)
     level = luminance(xyz(center))
-    tolerance = LIGHT_SIGMAS * wp.sqrt(smoothed_variance(irradiance, y, x)) + 1.0e-4 * level + 1.0e-8
+    tolerance = LIGHT_SIGMAS * wp.sqrt(smoothed_variance(irradiance, y, x, top, bottom)) + 1.0e-4 * level + 1.0e-8
     total = wp.vec3(0.0)
     variance = float(0.0)
     weight_sum = float(0.0)
@@ -113,7 +116,7 @@ def atrous_pass(
         for i in range(-2, 3):
             v = y + j * step
             u = x + i * step
-            if v >= 0 and u >= 0 and v < irradiance.shape[0] and u < irradiance.shape[1]:
+            if v >= top and u >= 0 and v < bottom and u < irradiance.shape[1]:
                 other_guide = guide[v, u]
                 cos_normals = wp.dot(normal, xyz(other_guide))
                 if cos_normals > 0.0:

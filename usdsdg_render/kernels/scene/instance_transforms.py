@@ -39,8 +39,8 @@ def is_invertible(matrix: wp.mat44d, linear: wp.mat33d):
 
 
 @wp.kernel(enable_backward=False)
-def set_instance_transforms(transforms: InstanceTransforms):
-    i = wp.tid()
+def set_instance_transforms(transforms: InstanceTransforms, first_instance: int):
+    i = wp.tid() + first_instance
     matrix = transforms.matrices[i]
     linear = wp.mat33d(
         matrix[0, 0], matrix[0, 1], matrix[0, 2],

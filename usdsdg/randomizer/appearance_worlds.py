@@ -1,0 +1,46 @@
+"""`rep.randomizer.color` and `rotation` in many worlds at once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from usdsdg.distribution import draw_worlds
+from usdsdg.errors import Unsupported
+from usdsdg.graph.node import Node
+from usdsdg.graph.sampling import get_global_seed, uniforms
+from usdsdg.graph.worlds import in_worlds
+from usdsdg.modify.attribute_worlds import set_in_worlds
+from usdsdg.modify.pose_worlds import PosedPrim
+from usdsdg.modify.prims import target_prims
+from usdsdg.randomizer.appearance import gprims_below
+from usdsdg.randomizer.rotations import uniform_quaternions
+from usdsdg.stage.geometry.instancers import has_posable_instances
+from usdsdg.stage.poses.rotations import euler_xyz_from_quat
+from usdsdg.stage.world_values import WorldValues
+
+
+@in_worlds("OgnColor")
+def _colors_in_worlds(node: Node, executions: np.ndarray, values: WorldValues) -> None:
+    drawn = draw_worlds(node.inputs["diffuse_color_constant"], node, executions, "diffuse_color_constant")
+    for index, path in enumerate(node.prims):
+        for target in gprims_below(path) if node.inputs.get("perSubMesh") else [path]:
+            shader = node.state["shaders"][target].GetPrim()
+            preview = shader.GetParent().GetChild("PreviewSurface")
+            for attribute in (
+                shader.GetAttribute("inputs:diffuse_color_constant"), preview.GetAttribute("inputs:diffuseColor"),
+            ):  # fmt: skip
+                set_in_worlds(attribute, drawn[:, index], values, node.describe())
+
+
+@in_worlds("OgnRotation")
+def _rotations_in_worlds(node: Node, executions: np.ndarray, values: WorldValues) -> None:
+    lower, upper = (np.asarray(node.inputs[name], float) for name in ("minAngle", "maxAngle"))
+    u = uniforms(node.inputs.get("seed", get_global_seed()), node.key, executions, node.prims, 3)
+    if (lower == -180.0).all() and (upper == 180.0).all():
+        angles = euler_xyz_from_quat(uniform_quaternions(u.reshape(-1, 3))).reshape(u.shape)
+    else:
+        angles = lower + u * (upper - lower)
+    for index, prim in enumerate(target_prims(node)):
+        if has_posable_instances(prim):
+            raise Unsupported(f"the point instances of {prim.GetPath()} cannot be rotated in worlds")
+        PosedPrim(prim, values, node.describe()).set_rotation(angles[:, index])

@@ -1,0 +1,179 @@
+"""Values of attributes that differ between many worlds of one stage, without a stage for each.
+
+The stage is that of world 0. Of an attribute that differs, the values of all worlds are one array; all others are as on
+the stage. `author` writes those of one world to the stage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from usdsdg.errors import Unsupported
+from usdsdg.stage.poses.rotations import ROTATION_ORDERS, matrix_from_euler, matrix_from_quat
+from usdsdg.stage.poses.transforms import as_array
+
+Array = NDArray[Any]
+# NumPy's types of the numbers of USD's value types.
+_SCALARS = {
+    "bool": np.bool_, "int": np.int32, "half": np.float16, "float": np.float32, "double": np.float64,
+}  # fmt: skip
+_OPS = UsdGeom.XformOp
+_EULER = {getattr(_OPS, f"TypeRotate{order}"): order for order in ROTATION_ORDERS}
+_SINGLE = {getattr(_OPS, f"TypeRotate{axis}"): "XYZ".index(axis) for axis in "XYZ"}
+
+
+class WorldValues:
+    """Values in worlds, by prim path and name of the attribute.
+
+    Attributes:
+        count: how many worlds there are.
+        values: (worlds, ...) arrays, in the precision of the attribute.
+        sources: what has drawn the values of a prim, for messages.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        self.values: dict[Sdf.Path, dict[str, Array]] = {}
+        self.sources: dict[Sdf.Path, str] = {}
+
+    def set(self, attribute: Usd.Attribute, values: Array, source: str) -> None:
+        """Set the values of an attribute, (worlds, ...) in the shape that USD gives; later calls win.
+
+        Raises:
+            Unsupported: values of its type cannot differ between worlds.
+        """
+        path = attribute.GetPath()
+        dtype = dtype_of(attribute)
+        if dtype is None:
+            raise Unsupported(
+                f"{path}: values of type {attribute.GetTypeName()} cannot differ between worlds. Run without --worlds."
+            )
+        self.values.setdefault(path.GetPrimPath(), {})[path.name] = np.asarray(values).astype(dtype)
+        self.sources[path.GetPrimPath()] = source
+
+    def set_visible(self, prim: Usd.Prim, visible: Array, source: str) -> None:
+        """Set in which worlds a prim is shown, (worlds,) bool."""
+        self.values.setdefault(prim.GetPath(), {})["visibility"] = visible
+        self.sources[prim.GetPath()] = source
+
+    def of(self, path: Sdf.Path) -> dict[str, Array]:
+        """Return the values of a prim's attributes by name; none for a prim that is the same in all worlds."""
+        return self.values.get(path, {})
+
+    def moved(self) -> list[Sdf.Path]:
+        """Return the prims whose local transforms differ."""
+        return [path for path, values in self.values.items() if any(name.startswith("xformOp:") for name in values)]
+
+    def local_matrices(self, prim: Usd.Prim) -> Array:
+        """(worlds, 4, 4) float64, the prim's local transforms for row vectors; (1, 4, 4) if they are the same."""
+        return self.local_matrices_of([prim])[:, 0]
+
+    def local_matrices_of(self, prims: Sequence[Usd.Prim]) -> Array:
+        """(worlds or 1, prims, 4, 4) `local_matrices` of many prims; those with the same ops are computed together."""
+        groups: dict[tuple, list[tuple[int, list[Any]]]] = {}
+        for row, prim in enumerate(prims):
+            own = self.of(prim.GetPath())
+            ops = UsdGeom.Xformable(prim).GetOrderedXformOps()
+            drawn = [None if op.IsInverseOp() else own.get(op.GetName()) for op in ops]
+            kind = tuple((op.GetOpType(), values is not None) for op, values in zip(ops, drawn))
+            given = [
+                op.GetOpTransform(Usd.TimeCode.Default()) if values is None else values
+                for op, values in zip(ops, drawn)
+            ]
+            groups.setdefault(kind, []).append((row, given))
+        worlds = self.count if any(differs for kind in groups for _, differs in kind) else 1
+        matrices = np.empty((worlds, len(prims), 4, 4))
+        for kind, members in groups.items():
+            rows = [row for row, _ in members]
+            columns = zip(*(given for _, given in members)) if kind else ()
+            matrix: Array = np.broadcast_to(np.eye(4), (1, len(rows), 4, 4))
+            for (op_type, differs), column in zip(kind, columns):
+                if differs:
+                    matrix = applied(op_type, np.stack(column, 1), matrix)
+                else:
+                    matrix = np.array([as_array(each) for each in column]) @ matrix
+            matrices[:, rows] = matrix
+        return matrices
+
+    def parent_to_world(self, prim: Usd.Prim) -> Array:
+        """(worlds, 4, 4) or (1, 4, 4) float64, from the space of the prim's local transform to the world."""
+        matrix: Array = np.eye(4)[None]
+        while not (parent := prim.GetParent()).IsPseudoRoot():
+            if UsdGeom.Xformable(prim) and UsdGeom.Xformable(prim).GetResetXformStack():
+                break
+            prim = parent
+            if UsdGeom.Xformable(prim):
+                matrix = matrix @ self.local_matrices(prim)
+        return matrix
+
+    def local_to_world(self, prim: Usd.Prim) -> Array:
+        """(worlds, 4, 4) or (1, 4, 4) float64, from the prim's own space to the world."""
+        if not UsdGeom.Xformable(prim):
+            return self.parent_to_world(prim)
+        return self.local_matrices(prim) @ self.parent_to_world(prim)
+
+    def author(self, stage: Usd.Stage, world: int) -> None:
+        """Author the values of one world in the edit target of the stage."""
+        with Sdf.ChangeBlock():
+            for path, values in self.values.items():
+                prim = stage.GetPrimAtPath(path)
+                for name, column in values.items():
+                    attribute = prim.GetAttribute(name)
+                    value = column[world]
+                    if name == "visibility":
+                        attribute.Set(UsdGeom.Tokens.inherited if value else UsdGeom.Tokens.invisible)
+                    else:
+                        attribute.Set(_usd_value(attribute, value))
+
+
+def dtype_of(attribute: Usd.Attribute) -> Any:
+    """Return NumPy's type of the numbers of an attribute; None for types that hold no numbers."""
+    kind = attribute.GetTypeName()
+    scalar = str(kind.scalarType.cppTypeName) if kind.isArray else str(kind.cppTypeName)
+    if scalar in _SCALARS:
+        return _SCALARS[scalar]
+    letter = scalar[-1:] if scalar.startswith("Gf") else ""
+    return {"d": np.float64, "f": np.float32, "h": np.float16, "i": np.int32}.get(letter)
+
+
+def _usd_value(attribute: Usd.Attribute, value: Array) -> Any:
+    kind = attribute.GetTypeName()
+    example = kind.defaultValue
+    if isinstance(example, (Gf.Quatd, Gf.Quatf, Gf.Quath)):
+        x, y, z, w = value.tolist()
+        return type(example)(w, x, y, z)
+    if kind.isArray:
+        return type(example).FromNumpy(np.ascontiguousarray(value))
+    return type(example)(*value.tolist()) if value.ndim else value.item()
+
+
+def applied(kind: Any, values: Array, matrix: Array) -> Array:
+    """Return the products of the matrices of xform ops of a type with `matrix`, for row vectors.
+
+    values: (worlds, prims, ...), quaternions as x, y, z, w. matrix: (worlds or 1, prims, 4, 4).
+    """
+    product = np.array(np.broadcast_to(matrix, (*values.shape[:2], 4, 4)))
+    if kind == _OPS.TypeTranslate:
+        product[..., 3, :] += (np.asarray(values, np.float64)[..., None, :] @ matrix[..., :3, :])[..., 0, :]
+    elif kind == _OPS.TypeScale:
+        product[..., :3, :] *= np.asarray(values, np.float64)[..., None]
+    elif kind == _OPS.TypeTransform:
+        return values.astype(np.float64) @ matrix
+    else:
+        product[..., :3, :] = _rotations(kind, values) @ matrix[..., :3, :]
+    return product
+
+
+def _rotations(kind: Any, values: Array) -> Array:
+    if kind == _OPS.TypeOrient:
+        return matrix_from_quat(values)
+    if kind in _SINGLE:
+        angles = np.zeros((*values.shape, 3))
+        angles[..., _SINGLE[kind]] = values
+        return matrix_from_euler(angles)
+    return matrix_from_euler(values, _EULER[kind])
