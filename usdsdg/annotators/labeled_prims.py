@@ -148,23 +148,8 @@ class LabeledPrimReader:
         filters: label filters that will be selected from the result. Filters given here are exact for nested labeled
             prims: rows are added for the groups of gprims that they make.
         """
-        self._invalidate(self._changes.take())
         time = Usd.TimeCode.Default() if time is None else time
-        if time != self._time:
-            self._hulls = {path: hull for path, hull in self._hulls.items() if path in self._static}
-            self._bounds.clear()
-            self._time = time
-            if self._labels.set_time(time):
-                self._ownership = None
-        gprims = tuple(gprims)
-        # Earlier filters are kept, since render products with different filters alternate.
-        self._filters |= dict.fromkeys(filters)
-        self._follow_tables(current().class_tables)
-        owned = self._ownership
-        if owned is None or owned.gprims != gprims or owned.selections.keys() != self._filters.keys():
-            owned = self._ownership = self._assign(gprims)
-            self._bounds.clear()
-            self._divide(gprims)
+        owned = self._owned(tuple(gprims), filters, time)
         cache = UsdGeom.XformCache(time)
         frames = PointFrames(self._stage, cache)
         bounds = [self._bound(owner, group, cache, frames) for owner, group in zip(owned.owners, owned.groups)]
@@ -179,6 +164,33 @@ class LabeledPrimReader:
             owned.selections,
             lambda: self._keypoints.read(owned.gprims, owned.steps, frames, time),
         )
+
+    def names_and_selection(
+        self, gprims: Sequence[str], predicate: str | None, *, time: Usd.TimeCode
+    ) -> tuple[tuple[str, ...], Selection]:
+        """Return the labeled prims under a filter, and their paths, as `read` does, without bounds and poses."""
+        owned = self._owned(tuple(gprims), [predicate], time)
+        selection = owned.selections[predicate]
+        return tuple(owned.owners[row].name for row in selection.rows), selection
+
+    def _owned(self, gprims: tuple[str, ...], filters: Iterable[str | None], time: Usd.TimeCode) -> _Ownership:
+        """Return which prims own gprims now, after what has changed on the stage."""
+        self._invalidate(self._changes.take())
+        if time != self._time:
+            self._hulls = {path: hull for path, hull in self._hulls.items() if path in self._static}
+            self._bounds.clear()
+            self._time = time
+            if self._labels.set_time(time):
+                self._ownership = None
+        # Earlier filters are kept, since render products with different filters alternate.
+        self._filters |= dict.fromkeys(filters)
+        self._follow_tables(current().class_tables)
+        owned = self._ownership
+        if owned is None or owned.gprims != gprims or owned.selections.keys() != self._filters.keys():
+            owned = self._ownership = self._assign(gprims)
+            self._bounds.clear()
+            self._divide(gprims)
+        return owned
 
     def survey(self, filters: Iterable[str | None]) -> None:
         """Number what a frame could show that is not rendered here, as `read` does, so that later ones agree.

@@ -17,6 +17,7 @@ from usdsdg.capture.capture import Capture
 from usdsdg.capture.output import close_writers, drain, in_spite_of_failures
 from usdsdg.capture.render_settings import RenderMode, render_mode
 from usdsdg.capture.requests import is_watched
+from usdsdg.capture.worlds import WorldTap
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 from usdsdg.session.progress import report
@@ -54,7 +55,10 @@ class Orchestrator:
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         """Capture one frame; see `usdsdg.orchestrator.step` for the arguments."""
         with whole_frame():
-            self._step(rt_subframes, pause_timeline, delta_time)
+            if current().worlds is None:
+                self._step(rt_subframes, pause_timeline, delta_time)
+            else:
+                self._step_worlds(rt_subframes, current().worlds)
 
     def _step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         self._start_if_stopped()
@@ -72,6 +76,19 @@ class Orchestrator:
             callback()
         if pause_timeline:
             timeline.hold()
+        self._set_status(Status.STEPPED)
+
+    def _step_worlds(self, rt_subframes: int, tap: WorldTap) -> None:
+        """Capture many worlds, as if they were the next frames; graph and renderer run once for all of them."""
+        self._start_if_stopped()
+        self._set_status(Status.STEPPING)
+        values = tap.draw(self.captures)
+        # The number of sub-frames that triggers ask for is the same for every frame.
+        mode = render_mode(self._subframes(rt_subframes, evaluate.graph().triggers))
+        tap.capture(values, self.captures, mode)
+        self.captures += tap.count
+        for callback in list(self._captured_callbacks):
+            callback()
         self._set_status(Status.STEPPED)
 
     def _advance_and_expose(self, mode: RenderMode, duration: float) -> None:

@@ -21,8 +21,10 @@ from usdsdg.stage.geometry.pixel_masks import PixelMasks
 
 if TYPE_CHECKING:
     from usdsdg.parallel import Later
+    from usdsdg.stage.world_values import WorldValues
     from usdsdg_physics.queries.scene_queries import Overlap, RayHit
     from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
+    from usdsdg_render.labels.label_batch import LabelBatch
     from usdsdg_render.labels.sight import SurfacePoints
     from usdsdg_render.path.film import Film
     from usdsdg_render.settings import PathSettings, ToneSettings
@@ -179,6 +181,14 @@ class Renderer(Protocol):
         *,
         faces: Mapping[int, np.ndarray] = ...,
     ) -> tuple[np.ndarray, np.ndarray]: ...
+
+    def place_worlds(self, values: WorldValues, time: Usd.TimeCode | None = None) -> Any: ...
+
+    def world_labels(self, view: CameraView, aovs: Collection[str]) -> LabelBatch: ...
+
+    def world_pictures(
+        self, view: CameraView, *, samples: int, settings: PathSettings, tone: ToneSettings
+    ) -> dict[str, Any]: ...
 
     def new_film(self, width: int, height: int) -> Film: ...
 

@@ -86,6 +86,7 @@ class Session:
         # By output folder, the first live backend that wrote into it.
         self.backends: WeakValueDictionary[str, Any] = WeakValueDictionary()
         self.tap: Any = None  # a `usdsdg.capture.tap.Tap`, which gets the frames in place of the writers
+        self.worlds: Any = None  # a `usdsdg.capture.worlds.WorldTap`, which gets many worlds at each step
         self.label_filter: str | None = None  # of annotators without one of their own; None: all labels
         self.metadata_seed: int | None = None  # the global seed of the latest captured frame
         # Where output may go while a file that is no program says where, such as a YAML graph; None: anywhere.

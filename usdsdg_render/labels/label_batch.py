@@ -8,11 +8,7 @@ import warp as wp
 
 from usdsdg.parallel import launch_rows
 from usdsdg.readback import read_back
-from usdsdg_render.kernels.labels.label_boxes import WORD_PIXELS, label_boxes, map_labels
-
-# Initial values of a box, of no pixels: pixels, x_min, y_min, x_max, y_max.
-_NO_PIXELS = np.array([0, 1 << 30, 1 << 30, -1, -1], np.int32)
-
+from usdsdg_render.kernels.labels.label_boxes import WORD_PIXELS, clear_boxes, close_boxes, label_boxes, map_labels
 
 @dataclass(frozen=True)
 class LabelBatch:
@@ -43,15 +39,7 @@ class LabelBatch:
         Returns:
             (images, gprims, 5) int32: pixels, x_min, y_min, x_max, y_max (inclusive); -1 bounds for no pixels.
         """
-        shown = self.arrays["instance"]
-        images, height, width = shown.shape
-        boxes = wp.array(np.tile(_NO_PIXELS, (images, gprims, 1)), dtype=wp.int32, device=shown.device)
-        words = (images, height, -(-width // WORD_PIXELS))
-        # On a CPU each thread takes whole images, so that no two threads update one box.
-        launch_rows(label_boxes, words, [shown], [boxes], device=str(shown.device), threads=self.threads, band_rows=1)
-        result = boxes.numpy()
-        result[result[..., 0] == 0, 1:] = -1
-        return result
+        return boxes_of(self.arrays["instance"], gprims, threads=self.threads).numpy()
 
     def masks(self, values: np.ndarray, nothing: int = 0) -> wp.array:
         """(images, height, width) int32: for each pixel the value of the gprim that it shows.
@@ -66,3 +54,22 @@ class LabelBatch:
         masks = wp.empty(shown.shape, dtype=wp.int32, device=device)
         launch_rows(map_labels, shown.shape, [shown, table], [masks], device=device, threads=self.threads, band_rows=1)
         return masks
+
+
+def boxes_of(shown: wp.array, count: int, *, threads: int | None = None) -> wp.array:
+    """Compute the boxes of `LabelBatch.boxes` of the numbers below `count` in (images, height, width) int32.
+
+    Returns:
+        (images, count, 5) int32 on the device of `shown`.
+    """
+    images, height, width = shown.shape
+    device = str(shown.device)
+    boxes = wp.empty((images, count, 5), dtype=wp.int32, device=device)
+    if boxes.size == 0:
+        return boxes
+    wp.launch(clear_boxes, dim=(images, count), outputs=[boxes], device=device)
+    words = (images, height, -(-width // WORD_PIXELS))
+    # On a CPU each thread takes whole images, so that no two threads update one box.
+    launch_rows(label_boxes, words, [shown], [boxes], device=device, threads=threads, band_rows=1)
+    wp.launch(close_boxes, dim=(images, count), outputs=[boxes], device=device)
+    return boxes

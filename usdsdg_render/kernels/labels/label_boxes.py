@@ -37,6 +37,26 @@ def label_boxes(
 
 
 @wp.kernel(enable_backward=False)
+def clear_boxes(boxes: wp.array3d(dtype=wp.int32)):
+    """Fill in boxes of no pixels, for `label_boxes`."""
+    image, gprim = wp.tid()
+    boxes[image, gprim, 0] = 0
+    boxes[image, gprim, 1] = 1 << 30
+    boxes[image, gprim, 2] = 1 << 30
+    boxes[image, gprim, 3] = -1
+    boxes[image, gprim, 4] = -1
+
+
+@wp.kernel(enable_backward=False)
+def close_boxes(boxes: wp.array3d(dtype=wp.int32)):
+    """Set the lower bounds of boxes of no pixels to -1 too."""
+    image, gprim = wp.tid()
+    if boxes[image, gprim, 0] == 0:
+        boxes[image, gprim, 1] = -1
+        boxes[image, gprim, 2] = -1
+
+
+@wp.kernel(enable_backward=False)
 def map_labels(
     shown: wp.array3d(dtype=wp.int32),
     values: wp.array(dtype=wp.int32),  # of each gprim; the last one where no gprim is hit
