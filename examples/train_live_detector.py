@@ -1,7 +1,8 @@
 """Training from memory: a small detector learns from frames that are rendered while it trains.
 
-    python examples/train_live_detector.py [--out FOLDER] [--width PIXELS] [--steps N] [--workers N] [--job CONFIG]
+    python examples/train_live_detector.py [--out FOLDER] [--width PIXELS] [--steps N] [--batch N] [--job SCRIPT]
 
+Every batch is as many worlds of a scene, which are drawn and rendered together and stay on the device.
 One fully convolutional network of 1.3 million parameters finds the centers of boxes, with a heat map for each class,
 and their sizes. Prints how the loss falls and how much of the time it waits for frames; writes detector.pt, and
 detector.png with what it finds in the last pictures, to FOLDER (_out/train_live_detector). Needs torch.
@@ -15,13 +16,14 @@ import torch
 from PIL import Image, ImageDraw
 from torch import nn
 from torch.nn import functional as F
-from torch.utils.data import DataLoader
 
 from usdsdg.torch import LiveDataset
 
-CONFIG = Path(__file__).parent.parent / "configs" / "detection.yaml"
+SCENE = Path(__file__).parent / "scenes" / "moving_shapes.py"
 STRIDE = 8  # pixels of the picture for one of the heat map
 MOST_CLASSES = 32
+LEAST_PIXELS = 20  # of an object that is to be found
+WARM_UP = 3  # batches that are not timed
 
 
 def block(inputs: int, outputs: int, stride: int = 1) -> nn.Sequential:
@@ -45,24 +47,31 @@ class Detector(nn.Module):
         return self.heat(features), self.size(features)
 
 
-def example(sample: dict) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Turn a sample into a picture (3, H, W), heat maps (classes, h, w), and sizes (3, h, w), the last one a mask."""
-    picture = sample["rgb"][..., :3].permute(2, 0, 1).float() / 255.0
-    rows, columns = picture.shape[1] // STRIDE, picture.shape[2] // STRIDE
-    heat, sizes = torch.zeros(MOST_CLASSES, rows, columns), torch.zeros(3, rows, columns)
-    boxes = sample["bounding_box_2d_tight"]  # class ids are small: one for each mesh of the job
-    y, x = torch.meshgrid(torch.arange(rows), torch.arange(columns), indexing="ij")
-    edges = zip(boxes["classId"], boxes["x_min"], boxes["y_min"], boxes["x_max"], boxes["y_max"])
-    for label, left, top, right, bottom in edges:
-        # Edges are of the first and the last pixel.
-        width, height = (right + 1 - left) / STRIDE, (bottom + 1 - top) / STRIDE
-        column = min(int((left + right + 1) / 2 / STRIDE), columns - 1)
-        row = min(int((top + bottom + 1) / 2 / STRIDE), rows - 1)
-        spread = max(float(width), float(height)) / 6 + 0.5
-        bump = torch.exp(-((x - column) ** 2 + (y - row) ** 2) / (2 * spread**2))
-        heat[int(label)] = torch.maximum(heat[int(label)], bump)
-        sizes[:, row, column] = torch.tensor([float(width), float(height), 1.0])
-    return picture, heat, sizes
+def examples(batch: dict) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    """Turn a batch of worlds into pictures (N, 3, H, W), heat maps (N, classes, h, w), and sizes (N, 3, h, w).
+
+    The last one of the sizes is a mask of the cells with a center. All is computed where the batch is.
+    """
+    pictures = batch["rgb"][..., :3].permute(0, 3, 1, 2).float() / 255.0
+    count, rows, columns = len(pictures), pictures.shape[2] // STRIDE, pictures.shape[3] // STRIDE
+    boxes = batch["bounding_box_2d_tight"].float()  # (N, prims, 5): visible pixels, first and last column and row
+    seen = boxes[..., 0] >= LEAST_PIXELS
+    width, height = (boxes[..., 3] + 1 - boxes[..., 1]) / STRIDE, (boxes[..., 4] + 1 - boxes[..., 2]) / STRIDE
+    column = ((boxes[..., 1] + boxes[..., 3] + 1) / 2 / STRIDE).long().clamp(0, columns - 1)
+    row = ((boxes[..., 2] + boxes[..., 4] + 1) / 2 / STRIDE).long().clamp(0, rows - 1)
+    spread = torch.maximum(width, height) / 6 + 0.5
+    x, y = torch.arange(columns, device=boxes.device), torch.arange(rows, device=boxes.device)
+    across = torch.exp(-((x - column[..., None]) ** 2) / (2 * spread[..., None] ** 2))
+    down = torch.exp(-((y - row[..., None]) ** 2) / (2 * spread[..., None] ** 2))
+    bumps = torch.where(seen[..., None, None], down[..., :, None] * across[..., None, :], 0.0)  # (N, prims, h, w)
+    heat = torch.zeros(count, MOST_CLASSES, rows, columns, device=boxes.device)
+    labels = batch["class_ids"][None, :, None, None].expand(count, -1, rows, columns)
+    heat.scatter_reduce_(1, labels, bumps, "amax")
+    sizes = torch.zeros(count, 3, rows, columns, device=boxes.device)
+    world, prim = seen.nonzero(as_tuple=True)
+    values = torch.stack([width, height, torch.ones_like(width)], -1)[world, prim]
+    sizes[world, :, row[world, prim], column[world, prim]] = values
+    return pictures, heat, sizes
 
 
 def loss_of(detector: Detector, pictures: torch.Tensor, heat: torch.Tensor, sizes: torch.Tensor) -> torch.Tensor:
@@ -106,45 +115,46 @@ def save_found(detector: Detector, pictures: torch.Tensor, file: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--job", default=str(CONFIG), help="a configuration or a script")
+    parser.add_argument("--job", default=str(SCENE), help="a script whose arguments are frames and width")
     parser.add_argument("--steps", type=int, default=60, help="batches to train on")
-    parser.add_argument("--batch", type=int, default=4)
+    parser.add_argument("--batch", type=int, default=8, help="worlds, which are the pictures of a batch")
     parser.add_argument("--width", type=int, default=320, help="size of the square pictures [pixels]")
-    parser.add_argument("--workers", type=int, default=1, help="processes that render")
     parser.add_argument("--out", default="_out/train_live_detector", help="folder of the weights")
     options = parser.parse_args()
     device = "cuda" if torch.cuda.is_available() else "cpu"
-    frames = options.steps * options.batch
-    dataset = LiveDataset(
+    batches = LiveDataset(
         options.job,
         ["rgb", "bounding_box_2d_tight"],
-        arguments=[f"num_frames={frames}", f"resolution=[{options.width},{options.width}]"],
-        transform=example,
+        arguments=[str(options.steps * options.batch), str(options.width)],
+        worlds=options.batch,
+        device=device,
     )
-    # Rendering on CUDA needs processes that were not forked.
-    method = "spawn" if device == "cuda" else None
-    loader = DataLoader(dataset, options.batch, num_workers=options.workers, multiprocessing_context=method)
     detector = Detector().to(device)
     optimizer = torch.optim.AdamW(detector.parameters(), 1e-3)
     started = asked = time.perf_counter()
     waited, losses, last = 0.0, [], torch.zeros(0, 3, options.width, options.width)
-    for step, batch in enumerate(loader):
-        if step == 0:
-            started = time.perf_counter()  # from the first picture on
-        else:
+    for step, batch in enumerate(batches):
+        if step == WARM_UP:
+            started = time.perf_counter()  # kernels are compiled, and memory is there
+        elif step > WARM_UP:
             waited += time.perf_counter() - asked
-        loss = loss_of(detector, *(each.to(device) for each in batch))
+        pictures, heat, sizes = examples(batch)
+        loss = loss_of(detector, pictures, heat, sizes)
         optimizer.zero_grad()
         loss.backward()
         optimizer.step()
         losses.append(loss.item())
-        last = batch[0][:4].to(device)
+        last = pictures[:4]
         asked = time.perf_counter()
     seconds = time.perf_counter() - started
+    taken = max(len(losses) - WARM_UP, 1) * options.batch
     tenth = max(len(losses) // 10, 1)
     print(f"{sum(p.numel() for p in detector.parameters()) / 1e6:.1f} million parameters, on {device}")
     print(f"loss: {sum(losses[:tenth]) / tenth:.2f} at first, {sum(losses[-tenth:]) / tenth:.2f} at the end")
-    print(f"{len(losses) * options.batch / seconds:.1f} samples/s; {100 * waited / seconds:.0f} % of the time waiting")
+    print(f"{taken / seconds:.1f} samples/s; {100 * waited / seconds:.0f} % of the time waiting")
+    if device == "cuda":
+        free, total = torch.cuda.mem_get_info()
+        print(f"{(total - free) / 1e9:.2f} GB of device memory in use")
     folder = Path(options.out)
     folder.mkdir(parents=True, exist_ok=True)
     torch.save(detector.state_dict(), folder / "detector.pt")

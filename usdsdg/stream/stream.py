@@ -10,10 +10,11 @@ from pathlib import Path
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.class_table import CLOSED
 from usdsdg.capture.tap import Tap
+from usdsdg.capture.worlds import WorldBatch, WorldTap
 from usdsdg.errors import ArgumentError, GraphError
 from usdsdg.operating_system import around_fork
 from usdsdg.session import engines, session
-from usdsdg.stream.hand_over import HandOver
+from usdsdg.stream.hand_over import HandOver, Item
 from usdsdg.stream.sample import Sample
 from usdsdg.stream.source import Source
 
@@ -70,7 +71,54 @@ def frames(
     source.check()
     for name in annotators:
         named_annotators.get(name)
-    return _stream(source, tuple(annotators), (first, step), ahead, device)
+
+    def begin(put: Callable[[Sample], None]) -> None:
+        # Parts have the same ids only of classes that all of them know.
+        session.current().settings.set(CLOSED, step > 1)
+        session.current().tap = Tap(annotators, lambda frame: frame % step == first, lambda view: put(Sample.of(view)))
+
+    return _run(source, begin, ahead, device)
+
+
+def worlds(
+    job: str | os.PathLike[str],
+    annotators: Sequence[str] = ("rgb",),
+    *,
+    count: int,
+    arguments: Sequence[str] = (),
+    seed: int | None = None,
+    ahead: int = 1,
+    device: str | None = None,
+) -> Iterator[WorldBatch]:
+    """Run a job in a thread of this process as `count` worlds at a time, and yield what they show, on the device.
+
+    World w of the batch with frame k shows what frame k + w of the job shows: the draws of the graph for the next
+    `count` frames are made and rendered together. What a script changes itself between two steps is the same in all
+    worlds of a step. The writers of the job write nothing.
+
+    Args:
+        annotators: rgb, LdrColor, HdrColor, semantic_segmentation, instance_segmentation, bounding_box_2d_tight, and
+            AOVs of the renderer such as distance_to_camera, distance_to_image_plane and normals.
+        count: of worlds.
+        job, arguments, seed, device: as in `frames`.
+        ahead: how many batches are made before they are asked for, beside the one that is being made; at least 1.
+
+    Yields:
+        one WorldBatch for each render product of a step; see `WorldBatch.wait`.
+
+    Raises:
+        ArgumentError: worlds cannot show an annotator, or `count` or `ahead` is below 1.
+        Unsupported: something on the stage or in the graph cannot be drawn for worlds; names the script line.
+        UsdsdgError: as in `frames`.
+    """
+    _checked_part((0, 1), ahead)
+    source = Source(Path(job), tuple(arguments), seed)
+    source.check()
+
+    def begin(put: Callable[[WorldBatch], None]) -> None:
+        session.current().worlds = WorldTap(count, annotators, put)
+
+    return _run(source, begin, ahead, device)
 
 
 def _checked_part(part: tuple[int, int], ahead: int) -> tuple[int, int]:
@@ -82,9 +130,10 @@ def _checked_part(part: tuple[int, int], ahead: int) -> tuple[int, int]:
     return first, step
 
 
-def _stream(
-    source: Source, annotators: tuple[str, ...], part: tuple[int, int], ahead: int, device: str | None
-) -> Iterator[Sample]:
+def _run(
+    source: Source, begin: Callable[[Callable[[Item], None]], None], ahead: int, device: str | None
+) -> Iterator[Item]:
+    """Run a job in a thread, after `begin` with a function that takes the items, and yield these."""
     if not _streaming.acquire(blocking=False):
         raise GraphError("stream: another one runs in this process; end it first, or use a process for each")
     try:
@@ -94,14 +143,9 @@ def _stream(
                 "its own (DataLoader with num_workers=1)"
             )
 
-        def work(put: Callable[[Sample], None]) -> None:
+        def work(put: Callable[[Item], None]) -> None:
             engines.use_device(device)
-            first, step = part
-            # Parts have the same ids only of classes that all of them know.
-            session.current().settings.set(CLOSED, step > 1)
-            session.current().tap = Tap(
-                annotators, lambda frame: frame % step == first, lambda view: put(Sample.of(view))
-            )
+            begin(put)
             source.run()
 
         hand_over = HandOver(work, waiting=ahead)

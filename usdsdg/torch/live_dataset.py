@@ -13,6 +13,7 @@ from torch.utils.data import (  # pyright: ignore[reportMissingImports]
 )
 
 from usdsdg import stream
+from usdsdg.errors import ArgumentError
 from usdsdg.session import session
 from usdsdg.stream import Sample
 from usdsdg.torch.tensors import tensors
@@ -31,6 +32,11 @@ class LiveDataset(IterableDataset):
     its seed; `set_epoch` asks for others. With num_workers=0 the job runs in a thread of the trainer's own process, in
     which no stage may be open, and seeds Python's and NumPy's generators.
 
+    With `worlds=n` a sample is a whole batch: what n worlds show, made together and left on the device, as tensors
+    with a leading axis of worlds (see `usdsdg.stream.worlds`). It has "frame", "render_product", "camera", "classes",
+    "prims" (the paths of the labeled prims), "class_ids" (of these, int64 (prims,)) and the arrays under their names;
+    "bounding_box_2d_tight" is int32 (worlds, prims, 5). `seed` + `epoch` say which. This needs num_workers=0.
+
     Example:
         >>> annotators = ["rgb", "bounding_box_2d_tight"]
         >>> dataset = LiveDataset("configs/detection.yaml", annotators, arguments=["num_frames=64"])
@@ -48,6 +54,7 @@ class LiveDataset(IterableDataset):
         device: Any = "cpu",
         transform: Callable[[dict[str, Any]], Any] | None = None,
         ahead: int = 2,
+        worlds: int | None = None,
     ) -> None:
         """
         job: a configuration of `usdsdg generate`, or a script of `usdsdg run`.
@@ -58,9 +65,11 @@ class LiveDataset(IterableDataset):
             CUDA need the start method "spawn".
         transform: what samples are passed through, in the worker.
         ahead: how many samples a worker makes before they are asked for.
+        worlds: how many worlds a sample is of; None: samples are of one frame each.
         """
         self.job, self.annotators, self.arguments = os.fspath(job), tuple(annotators), tuple(arguments)
         self.seed, self.device, self.transform, self.ahead = int(seed), device, transform, int(ahead)
+        self.worlds = worlds
         self._epoch = torch.zeros((), dtype=torch.int64).share_memory_()  # which workers see change
 
     def set_epoch(self, epoch: int) -> None:
@@ -74,6 +83,9 @@ class LiveDataset(IterableDataset):
             as `usdsdg.stream.frames`.
         """
         worker = get_worker_info()
+        if self.worlds is not None:
+            yield from self._batches(self.worlds, worker)
+            return
         if worker is not None:
             session.restart()  # a forked worker has a copy of the trainer's session
         samples = stream.frames(
@@ -86,6 +98,27 @@ class LiveDataset(IterableDataset):
         )
         for sample in samples:
             yield self._made(sample)
+
+    def _batches(self, count: int, worker: Any) -> Iterator[Any]:
+        if worker is not None:
+            raise ArgumentError(
+                "LiveDataset: worlds stay on the device of the process that trains; use DataLoader(..., num_workers=0)"
+            )
+        device = torch.device(self.device)
+        name = "cpu" if device.type == "cpu" else f"cuda:{device.index or 0}"
+        options: dict[str, Any] = {"arguments": self.arguments, "seed": self.seed + int(self._epoch), "device": name}
+        for batch in stream.worlds(self.job, self.annotators, count=count, ahead=self.ahead, **options):
+            batch.wait()
+            made = {
+                "frame": batch.frame,
+                "render_product": batch.render_product,
+                "camera": batch.camera,
+                "prims": batch.prims,
+                "class_ids": torch.from_numpy(batch.class_ids).to(device),
+                "classes": {number: dict(labels) for number, labels in batch.classes.items()},
+                **{key: torch.from_dlpack(array) for key, array in batch.arrays.items()},
+            }
+            yield made if self.transform is None else self.transform(made)
 
     def _made(self, sample: Sample) -> Any:
         arrays = tensors(sample.arrays, self.device)

@@ -10,6 +10,7 @@ from usdsdg.parallel import launch_rows
 from usdsdg.readback import read_back
 from usdsdg_render.kernels.labels.label_boxes import WORD_PIXELS, clear_boxes, close_boxes, label_boxes, map_labels
 
+
 @dataclass(frozen=True)
 class LabelBatch:
     """AOVs of images of one size on the device that rendered them, by name.
