@@ -20,6 +20,7 @@ from usdsdg.capture.requests import is_watched
 from usdsdg.capture.worlds import WorldTap
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
+from usdsdg.session.device_memory import device_memory
 from usdsdg.session.progress import report
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
@@ -54,7 +55,7 @@ class Orchestrator:
     # --- one frame ---
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         """Capture one frame; see `usdsdg.orchestrator.step` for the arguments."""
-        with whole_frame():
+        with whole_frame(), device_memory():
             if current().worlds is None:
                 self._step(rt_subframes, pause_timeline, delta_time)
             else:

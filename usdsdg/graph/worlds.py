@@ -57,9 +57,7 @@ def executions_at(trigger: Trigger, frames: np.ndarray) -> np.ndarray:
         Unsupported: the trigger does not fire by frames.
     """
     if trigger.kind != "OgnOnFrame":
-        raise Unsupported(
-            f"worlds: {trigger.node.describe()} does not fire by frames, as worlds need. {_REMEDY}"
-        )
+        raise Unsupported(f"worlds: {trigger.node.describe()} does not fire by frames, as worlds need. {_REMEDY}")
     last = frames // int(trigger.node.inputs["interval"])
     return np.minimum(last, trigger.max_execs - 1) if trigger.max_execs > 0 else last
 

@@ -15,7 +15,6 @@ from usdsdg.graph.worlds import in_worlds
 from usdsdg.modify.poses import is_paths, point_of
 from usdsdg.modify.prims import target_prims
 from usdsdg.stage.geometry.instancers import has_posable_instances
-from usdsdg.stage.poses import pivots
 from usdsdg.stage.poses.look_at import look_at_rotations
 from usdsdg.stage.poses.pose_batch import Rotations
 from usdsdg.stage.poses.rotations import (
@@ -30,6 +29,8 @@ from usdsdg.stage.poses.xform_ops import local_euler, local_translation
 from usdsdg.stage.world_values import WorldValues
 
 Array = NDArray[np.float64]
+# Roles whose effect depends on the bounding box that a prim has at that time.
+_BY_BOUNDS = ("pivot", "size")
 _ROTATIONS = {f"xformOp:rotate{order}": order for order in ROTATION_ORDERS}
 
 
@@ -39,10 +40,10 @@ def pose_in_worlds(node: Node, executions: np.ndarray, values: WorldValues) -> N
     drawn = {
         role: _column(role, value, node, executions)
         for role, value in node.inputs.items()
-        if role not in ("attribute", "rotation_order", "look_at", "pivot")
+        if role not in ("attribute", "rotation_order", "look_at", *_BY_BOUNDS)
     }
-    if "pivot" in node.inputs:
-        raise Unsupported("pivot cannot differ between worlds")
+    if given := [role for role in _BY_BOUNDS if role in node.inputs]:
+        raise Unsupported(f"{given[0]} follows the bounds of the prim, which are not measured in worlds; give scale")
     order, source = node.inputs.get("rotation_order", "XYZ"), node.describe()
     for index, prim in enumerate(target_prims(node)):
         if has_posable_instances(prim):
@@ -117,11 +118,6 @@ def _pose(prim: PosedPrim, drawn: dict[str, Any], order: str) -> None:
         prim.set_rotation(degrees if order == "XYZ" else euler_from_matrix(matrix_from_euler(degrees, order)))
     if "scale" in drawn:
         prim.set_vectors("scale", _vectors(drawn["scale"]))
-    elif "size" in drawn:
-        extents = pivots.extents(prim.prim)
-        if not (extents > 0).all():
-            raise Unsupported(f"the size of {prim.prim.GetPath()}, which is flat, cannot differ between worlds")
-        prim.set_vectors("scale", _vectors(drawn["size"]) / extents)
 
 
 def _vectors(column: np.ndarray) -> Array:

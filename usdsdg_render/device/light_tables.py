@@ -34,7 +34,8 @@ class LightTables:
         self._profile_addresses = np.array([*self._upload_profiles(scene.emission_profiles), 0], np.uint64)
         self._link_addresses = np.array([*self._upload_links(scene.light_links), 0], np.uint64)
         own, tables.surface_count = self.rows_of(scene, scene.lights[None])
-        table = np.concatenate([own[0], records(structs.Light, len(emissive))])
+        table = records(structs.Light, count + len(emissive))
+        table[:count] = own[0]
         self._write_emissive(emissive, table[count:])
         tables.instance_light = self._array(_rows_of(emissive, count, len(scene.instances)), wp.int32)
         tables.emissive_count = len(emissive)

@@ -64,7 +64,9 @@ def lights_in_worlds(
         row = _rows(prim, own, matrices, count, differs, meters_per_unit)
         if row is not None:
             rows.append(row)
-    table = np.stack(rows, 1) if rows else np.zeros((count, 0), LIGHT)
+    table = np.zeros((count, len(rows)), LIGHT)
+    for k, row in enumerate(rows):
+        table[:, k] = row
     if table.shape[1] == len(scene.lights):
         for name in ("emission_profile", "links"):
             table[name] = scene.lights[name]

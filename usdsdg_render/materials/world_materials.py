@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
-from pxr import UsdShade
+from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.errors import Unsupported
 from usdsdg.stage.colors import LUMINANCE
@@ -53,43 +54,73 @@ _PREVIEW_SURFACE: dict[str, Rule] = {
     "roughness": ("roughness", _unit),
     "metallic": ("metallic", _unit),
 }
+# Inputs that may differ between worlds, of any shader: edits of these leave the rest of a network as it is.
+INPUTS = frozenset(f"inputs:{name}" for name in (*_OMNI_PBR, *_PREVIEW_SURFACE))
 _RULES = {
     "UsdPreviewSurface": _PREVIEW_SURFACE,
     **dict.fromkeys(("OmniPBR", "OmniPBR_Opacity", "OmniPBR_ClearCoat", "OmniPBR_ClearCoat_Opacity"), _OMNI_PBR),
 }
 
 
-def columns_of(
-    material: UsdShade.Material, shader: UsdShade.Shader, values: dict[str, np.ndarray], row: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Return the columns (worlds, ...) of a material that follow from values of inputs of one of its shaders.
+class _Surface(NamedTuple):
+    """What a shader's inputs are converted with; the rest of its network is the same in all worlds."""
 
-    Args:
-        values: (worlds, ...) by name of the attribute.
-        row: of the material, as the stage has it.
+    shader: UsdShade.Shader
+    network: Network
+    name: str  # of its kind
+    is_read: bool  # False: another shader is the surface of the material
 
-    Raises:
-        Unsupported: an input cannot have other values in each world, or its shader is of another kind.
-    """
-    surface = material.GetSurfaceOutput("mdl")
-    connected = surface.GetValueProducingAttributes() if surface else []
-    surface_path = connected[0].GetPrimPath() if connected else None
-    if surface_path is not None and surface_path != shader.GetPath():
-        return {}  # for viewers without MDL: it is not read
+
+class WorldMaterials:
+    """Converts inputs of shaders, and remembers what it has read of their networks."""
+
+    def __init__(self) -> None:
+        self._surfaces: dict[Sdf.Path, _Surface] = {}
+
+    def forget(self) -> None:
+        """Read networks again: more of them may have changed than the inputs that `INPUTS` names."""
+        self._surfaces.clear()
+
+    def columns(
+        self, stage: Usd.Stage, material: Sdf.Path, shader: Sdf.Path, values: dict[str, np.ndarray], row: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """Return the columns (worlds, ...) of a material that follow from values of inputs of one of its shaders.
+
+        Args:
+            values: (worlds, ...) by name of the attribute.
+            row: of the material, as the stage has it.
+
+        Raises:
+            Unsupported: an input cannot have other values in each world, or its shader is of another kind.
+        """
+        surface = self._surfaces.get(shader)
+        if surface is None:
+            surface = self._surfaces[shader] = _read(stage, material, shader)
+        if not surface.is_read:
+            return {}
+        rules = _RULES.get(surface.name, {})
+        columns = {}
+        for attribute, column in values.items():
+            rule = rules.get(attribute.removeprefix("inputs:"))
+            if rule is None:
+                raise Unsupported(
+                    f"{shader}: {attribute} of {surface.name or 'its shader'} cannot differ between worlds; these can: "
+                    f"{', '.join(rules) or 'none'}"
+                )
+            field, convert = rule
+            if row[f"{field}_texture"] != NO_TEXTURE:
+                raise Unsupported(f"{shader}: {attribute} cannot differ between worlds, since a texture is read")
+            columns[field] = convert(surface.network, surface.shader, np.asarray(column, np.float64))
+        return columns
+
+
+def _read(stage: Usd.Stage, material: Sdf.Path, path: Sdf.Path) -> _Surface:
+    shader, network = UsdShade.Shader(stage.GetPrimAtPath(path)), Network(stage.GetPrimAtPath(material))
+    output = UsdShade.Material(network.material).GetSurfaceOutput("mdl")
+    connected = output.GetValueProducingAttributes() if output else []
+    # A UsdPreviewSurface beside MDL is for other viewers.
+    is_read = not connected or connected[0].GetPrimPath() == path
     name = mdl_name(shader) or shader_id(shader)
-    rules = _RULES.get(name, {})
-    network = Network(material.GetPrim())
-    columns = {}
-    for attribute, column in values.items():
-        rule = rules.get(attribute.removeprefix("inputs:"))
-        if rule is None or (name == "UsdPreviewSurface" and network.number(shader, "useSpecularWorkflow", 0.0)):
-            known = ", ".join(rules) or "none"
-            raise Unsupported(
-                f"{shader.GetPath()}: {attribute} of {name or 'its shader'} cannot differ between worlds; these can: "
-                f"{known}"
-            )
-        field, convert = rule
-        if row[f"{field}_texture"] != NO_TEXTURE:
-            raise Unsupported(f"{shader.GetPath()}: {attribute} cannot differ between worlds, since a texture is read")
-        columns[field] = convert(network, shader, np.asarray(column, np.float64))
-    return columns
+    if name == "UsdPreviewSurface" and network.number(shader, "useSpecularWorkflow", 0.0):
+        name = "UsdPreviewSurface with useSpecularWorkflow"
+    return _Surface(shader, network, name, is_read)

@@ -15,6 +15,7 @@ from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.geometry.prototypes import PrototypeCache
 from usdsdg_render.images.textures import Progress
 from usdsdg_render.lights.stage_lights import StageLights
+from usdsdg_render.materials.world_materials import INPUTS, WorldMaterials
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.scene.worlds import Worlds
 from usdsdg_render.sync.animation import Animation
@@ -51,6 +52,7 @@ class SceneExtractor:
         self._index_of: dict[int, int] = {}  # id of a prototype -> its index in the scene
         self._skinned: set[Sdf.Path] = set()  # gprims that a skeleton deforms
         self._instances = InstanceTable(self.scene)
+        self._world_materials = WorldMaterials()
         self._always_shown: frozenset[Sdf.Path] = frozenset()
         self._toggled: set[Sdf.Path] = set()  # that are now, or were, always shown
         self._lights = StageLights(stage, self.scene)
@@ -85,7 +87,9 @@ class SceneExtractor:
         """
         assert self._tree is not None
         first_slots = self._materials.first_slots
-        parts = Parts(self._stage, self.scene, self._tree, self._gprims, self._instances, first_slots)
+        parts = Parts(
+            self._stage, self.scene, self._tree, self._gprims, self._instances, first_slots, self._world_materials
+        )
         return read_worlds(parts, values)
 
     def node_of(self, path: str) -> int:
@@ -140,6 +144,8 @@ class SceneExtractor:
     def _invalidate(self, dirty: DirtySet) -> None:
         if dirty.skinning:
             self._prototypes.skinning.invalidate()
+        if dirty.materials or dirty.resynced or not all(INPUTS.issuperset(names) for names in dirty.inputs.values()):
+            self._world_materials.forget()
         dirty.stale_materials = self._materials.invalidate(dirty, self._gprims)
         self._gprims.invalidate(dirty)
         self._lights.invalidate(dirty.lights)

@@ -14,7 +14,7 @@ from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.lights.world_lights import lights_in_worlds
 from usdsdg_render.materials.display_color import DisplayColor
 from usdsdg_render.materials.shading import MAX_COLOR
-from usdsdg_render.materials.world_materials import columns_of
+from usdsdg_render.materials.world_materials import WorldMaterials
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.scene.worlds import Worlds
 from usdsdg_render.sync.gprims import Gprim, Gprims
@@ -35,6 +35,7 @@ class Parts(NamedTuple):
     gprims: Gprims
     instances: InstanceTable
     first_slots: Mapping[Sdf.Path, int]
+    materials: WorldMaterials
 
 
 class _Columns(NamedTuple):
@@ -56,8 +57,6 @@ def read_worlds(parts: Parts, values: WorldValues) -> tuple[Worlds, WorldTransfo
     prims = [tree.prims[node] for node in nodes]
     lights = lights_in_worlds(scene, values, prims, transforms.at(np.array(nodes)), meters_per_unit(parts.stage))
     hidden = _hidden(values)
-    table = lights.table
-    color = lights.dome_color
     for path, visible in hidden.items():
         for prim in prims:
             if prim.GetPath().HasPrefix(path) and not visible.all():
@@ -68,8 +67,8 @@ def read_worlds(parts: Parts, values: WorldValues) -> tuple[Worlds, WorldTransfo
         shown=_shown(scene.instances.paths, hidden, values.count),
         materials=materials,
         material_slots=slots,
-        lights=table,
-        dome_color=color,
+        lights=lights.table,
+        dome_color=lights.dome_color,
         dome_from_world=lights.dome_from_world,
     )
     return worlds, transforms
@@ -103,7 +102,9 @@ def _materials(parts: Parts, values: WorldValues) -> tuple[np.ndarray, np.ndarra
     slots = np.tile(scene.material_slots, (count, 1))
     numbers = np.arange(count * len(edited), dtype=np.int32).reshape(count, len(edited))
     slots[:, edited] = len(scene.materials) + numbers
-    return np.concatenate([scene.materials, own.reshape(-1)]), slots
+    rows = np.empty(len(scene.materials) + own.size, scene.materials.dtype)
+    rows[: len(scene.materials)], rows[len(scene.materials) :] = scene.materials, own.reshape(-1)
+    return rows, slots
 
 
 def _edits(parts: Parts, values: WorldValues) -> list[_Columns]:
@@ -127,7 +128,7 @@ def _edits(parts: Parts, values: WorldValues) -> list[_Columns]:
             continue
         try:
             if prim.IsA(UsdShade.Shader):
-                edits += _shader_edits(parts, UsdShade.Shader(prim), own, by_material)
+                edits += _shader_edits(parts, path, own, by_material)
             elif list(own) == [COLOR] and UsdGeom.Gprim(prim):
                 if path in by_path:
                     edits.append(_color_edit(parts, by_path[path], own[COLOR]))
@@ -139,14 +140,14 @@ def _edits(parts: Parts, values: WorldValues) -> list[_Columns]:
 
 
 def _shader_edits(
-    parts: Parts, shader: UsdShade.Shader, own: dict[str, np.ndarray], by_material: Mapping[Sdf.Path, list[int]]
+    parts: Parts, shader: Sdf.Path, own: dict[str, np.ndarray], by_material: Mapping[Sdf.Path, list[int]]
 ) -> list[_Columns]:
-    material = next((path for path in reversed(shader.GetPath().GetPrefixes()) if path in by_material), None)
+    material = next((path for path in reversed(shader.GetPrefixes()) if path in by_material), None)
     if material is None:
         return []  # bound to nothing that is drawn
     slots = by_material[material]
     row = parts.scene.materials[parts.scene.material_slots[slots[0]]]
-    columns = columns_of(UsdShade.Material(parts.stage.GetPrimAtPath(material)), shader, own, row)
+    columns = parts.materials.columns(parts.stage, material, shader, own, row)
     return [_Columns(slots, columns)] if columns else []
 
 
