@@ -54,8 +54,6 @@ _PREVIEW_SURFACE: dict[str, Rule] = {
     "roughness": ("roughness", _unit),
     "metallic": ("metallic", _unit),
 }
-# Inputs that may differ between worlds, of any shader: edits of these leave the rest of a network as it is.
-INPUTS = frozenset(f"inputs:{name}" for name in (*_OMNI_PBR, *_PREVIEW_SURFACE))
 _RULES = {
     "UsdPreviewSurface": _PREVIEW_SURFACE,
     **dict.fromkeys(("OmniPBR", "OmniPBR_Opacity", "OmniPBR_ClearCoat", "OmniPBR_ClearCoat_Opacity"), _OMNI_PBR),
@@ -77,10 +75,6 @@ class WorldMaterials:
     def __init__(self) -> None:
         self._surfaces: dict[Sdf.Path, _Surface] = {}
 
-    def forget(self) -> None:
-        """Read networks again: more of them may have changed than the inputs that `INPUTS` names."""
-        self._surfaces.clear()
-
     def columns(
         self, stage: Usd.Stage, material: Sdf.Path, shader: Sdf.Path, values: dict[str, np.ndarray], row: np.ndarray
     ) -> dict[str, np.ndarray]:
@@ -93,25 +87,32 @@ class WorldMaterials:
         Raises:
             Unsupported: an input cannot have other values in each world, or its shader is of another kind.
         """
-        surface = self._surfaces.get(shader)
-        if surface is None:
-            surface = self._surfaces[shader] = _read(stage, material, shader)
-        if not surface.is_read:
-            return {}
-        rules = _RULES.get(surface.name, {})
-        columns = {}
-        for attribute, column in values.items():
-            rule = rules.get(attribute.removeprefix("inputs:"))
-            if rule is None:
-                raise Unsupported(
-                    f"{shader}: {attribute} of {surface.name or 'its shader'} cannot differ between worlds; these can: "
-                    f"{', '.join(rules) or 'none'}"
-                )
-            field, convert = rule
-            if row[f"{field}_texture"] != NO_TEXTURE:
-                raise Unsupported(f"{shader}: {attribute} cannot differ between worlds, since a texture is read")
-            columns[field] = convert(surface.network, surface.shader, np.asarray(column, np.float64))
-        return columns
+        known = self._surfaces.get(shader)
+        if known is not None:
+            columns = _columns(known, values, row)
+            # What else the columns depend on has changed where they disagree with what the stage shows in world 0.
+            if all(np.allclose(column[0], row[name], rtol=1e-5, atol=1e-7) for name, column in columns.items()):
+                return columns
+        surface = self._surfaces[shader] = _read(stage, material, shader)
+        return _columns(surface, values, row)
+
+
+def _columns(surface: _Surface, values: dict[str, np.ndarray], row: np.ndarray) -> dict[str, np.ndarray]:
+    if not surface.is_read:
+        return {}
+    shader, rules, columns = surface.shader.GetPath(), _RULES.get(surface.name, {}), {}
+    for attribute, column in values.items():
+        rule = rules.get(attribute.removeprefix("inputs:"))
+        if rule is None:
+            raise Unsupported(
+                f"{shader}: {attribute} of {surface.name or 'its shader'} cannot differ between worlds; these can: "
+                f"{', '.join(rules) or 'none'}"
+            )
+        field, convert = rule
+        if row[f"{field}_texture"] != NO_TEXTURE:
+            raise Unsupported(f"{shader}: {attribute} cannot differ between worlds, since a texture is read")
+        columns[field] = convert(surface.network, surface.shader, np.asarray(column, np.float64))
+    return columns
 
 
 def _read(stage: Usd.Stage, material: Sdf.Path, path: Sdf.Path) -> _Surface:

@@ -15,7 +15,7 @@ from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.geometry.prototypes import PrototypeCache
 from usdsdg_render.images.textures import Progress
 from usdsdg_render.lights.stage_lights import StageLights
-from usdsdg_render.materials.world_materials import INPUTS, WorldMaterials
+from usdsdg_render.materials.world_materials import WorldMaterials
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.scene.worlds import Worlds
 from usdsdg_render.sync.animation import Animation
@@ -144,8 +144,6 @@ class SceneExtractor:
     def _invalidate(self, dirty: DirtySet) -> None:
         if dirty.skinning:
             self._prototypes.skinning.invalidate()
-        if dirty.materials or dirty.resynced or not all(INPUTS.issuperset(names) for names in dirty.inputs.values()):
-            self._world_materials.forget()
         dirty.stale_materials = self._materials.invalidate(dirty, self._gprims)
         self._gprims.invalidate(dirty)
         self._lights.invalidate(dirty.lights)
