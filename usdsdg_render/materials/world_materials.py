@@ -43,6 +43,8 @@ def _level(network: Network, shader: UsdShade.Shader, values: np.ndarray) -> np.
     return np.clip(np.repeat(0.08 * np.maximum(values, 0.0)[:, None], 3, axis=1), 0.0, 1.0)
 
 
+# Of a column between 32 bits and 64.
+_ROUNDING = 1e-4
 _OMNI_PBR: dict[str, Rule] = {
     "diffuse_color_constant": ("base_color", _albedo),
     "reflection_roughness_constant": ("roughness", _unit),
@@ -91,7 +93,7 @@ class WorldMaterials:
         if known is not None:
             columns = _columns(known, values, row)
             # What else the columns depend on has changed where they disagree with what the stage shows in world 0.
-            if all(np.allclose(column[0], row[name], rtol=1e-5, atol=1e-7) for name, column in columns.items()):
+            if all(np.abs(column[0] - row[name]).max() < _ROUNDING for name, column in columns.items()):
                 return columns
         surface = self._surfaces[shader] = _read(stage, material, shader)
         return _columns(surface, values, row)
