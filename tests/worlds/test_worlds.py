@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from pxr import Usd
 
 import usdsdg as rep
 from tests.worlds import scenes
-from usdsdg.errors import ArgumentError, Unsupported
+from usdsdg.errors import ArgumentError
 from usdsdg.session import session
-from usdsdg.session.stage_context import current_stage
+from usdsdg.session.stage_context import open_stage
 
 WORLDS, STEPS = 3, 2
 
@@ -48,19 +47,13 @@ def test_each_world_shows_the_frame_of_its_number(build):
 
 def test_a_world_is_written_as_a_stage_that_shows_it(tmp_path):
     (batch,) = scenes.worlds_of(scenes.cameras_and_lights, WORLDS)
-    rgb = batch.arrays["rgb"].numpy()
     batch.save_world(2, str(tmp_path / "world.usda"))
     with pytest.raises(ArgumentError, match="world 3 is none of 0 to 2"):
         batch.save_world(3, str(tmp_path / "none.usda"))
     session.restart()
     rep.set_global_seed(5)
-    session.current().stage = None
-    from usdsdg.session.stage_context import open_stage
-
     open_stage(str(tmp_path / "world.usda"))
     product = rep.create.render_product(batch.camera, scenes.SIZE)
     annotator = rep.annotators.get("distance_to_camera").attach(product)
     rep.orchestrator.step()
-    assert Usd.Stage.Open(str(tmp_path / "world.usda"))
     np.testing.assert_allclose(annotator.get_data(), batch.arrays["distance_to_camera"].numpy()[2], rtol=1e-6)
-    assert rgb.shape == (WORLDS, scenes.SIZE[1], scenes.SIZE[0], 4)

@@ -67,8 +67,8 @@ class Orchestrator:
                 self._step(rt_subframes, pause_timeline, delta_time, ahead)
 
     def _draw_ahead(self) -> PicturesAhead | None:
-        """Draw the next frames together, if the setting asks for it; None if they are drawn one by one."""
-        count = get_settings().get_as_int("/usdsdg/worlds")
+        """Draw the next frames together, where that is asked for; None if they are drawn one by one."""
+        count = current().frames_together
         if count <= 1 or any(trigger.rt_subframes > 1 for trigger in evaluate.graph().triggers):
             return None
         self._start_if_stopped()

@@ -132,7 +132,7 @@ def run(
         seed_everything(seed)
         fix_classes(semantic_classes)
         conditions.apply(script)
-        current().settings.set("/usdsdg/worlds", worlds)
+        current().frames_together = worlds
         with reported_outcome():
             execute_script(script, arguments, last, allow_outside=allow_outside)
             finish_files()

@@ -104,7 +104,7 @@ def _run_twin(node: Node, executions: np.ndarray, values: WorldValues) -> None:
     try:
         twin(node, executions, values)
     except Unsupported as error:
-        raise Unsupported(f"worlds: {node.describe()}: {error}") from error
+        raise Unsupported(f"worlds: {node.describe()}: {error}. {_REMEDY}") from error
     except UsdsdgError as error:
         raise GraphError(f"{node.describe()}: {error}") from error
 

@@ -43,7 +43,7 @@ def pose_in_worlds(node: Node, executions: np.ndarray, values: WorldValues) -> N
         if role not in ("attribute", "rotation_order", "look_at", *_BY_BOUNDS)
     }
     if given := [role for role in _BY_BOUNDS if role in node.inputs]:
-        raise Unsupported(f"{given[0]} follows the bounds of the prim, which are not measured in worlds; give scale")
+        raise Unsupported(f"{given[0]} follows the bounds of the prim, which are not measured in worlds")
     order, source = node.inputs.get("rotation_order", "XYZ"), node.describe()
     for index, prim in enumerate(target_prims(node)):
         if has_posable_instances(prim):

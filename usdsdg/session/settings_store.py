@@ -52,7 +52,6 @@ DEFAULTS: dict[str, Any] = {
     "/usdsdg/labels/record": True,
     "/usdsdg/labels/recordStage": True,
     "/usdsdg/replicator/version": 0,
-    "/usdsdg/worlds": 1,
     "/usdsdg/writers/queueBytes": 1 << 30,
     "/syntheticdata/sensors/perSubsetSegmentation": False,
 }

@@ -61,6 +61,11 @@ class WorldValues:
         self.values.setdefault(prim.GetPath(), {})["visibility"] = visible
         self.sources[prim.GetPath()] = source
 
+    def refusal(self, path: Sdf.Path, error: Exception) -> Unsupported:
+        """Return why values of a prim, or of one above it, cannot differ, with what has drawn them and the remedy."""
+        source = next((self.sources[each] for each in reversed(path.GetPrefixes()) if each in self.sources), "a node")
+        return Unsupported(f"worlds: {source}: {error}. Leave it out, or run without worlds.")
+
     def of(self, path: Sdf.Path) -> dict[str, Array]:
         """Return the values of a prim's attributes by name; none for a prim that is the same in all worlds."""
         return self.values.get(path, {})

@@ -50,20 +50,22 @@ def lights_in_worlds(
         color[:], frame[:] = scene.dome.color, scene.dome.dome_from_world
     domes = [prim for prim in prims if prim.GetTypeName() in DOME_TYPES]
     for k, prim in enumerate(prims):
-        own, matrices = _values_of(prim, values), local_to_world[:, k]
+        matrices = local_to_world[:, k]
         differs = len(matrices) > 1 and not (matrices == matrices[:1]).all()
-        if prim.GetTypeName() in DOME_TYPES:
-            if own or differs:
-                if len(domes) > 1:
-                    raise Unsupported(f"{prim.GetPath()}: of several dome lights none can differ between worlds")
-                if own:
-                    color = emitted_colors(prim, own, count)
-                if differs:
-                    frame[:] = np.stack([dome_frame(prim, each) for each in matrices])
-            continue
-        row = _rows(prim, own, matrices, count, differs, meters_per_unit)
-        if row is not None:
-            rows.append(row)
+        try:
+            own = _values_of(prim, values)
+            if prim.GetTypeName() not in DOME_TYPES:
+                row = _rows(prim, own, matrices, count, differs, meters_per_unit)
+                rows += [row] if row is not None else []
+                continue
+            if (own or differs) and len(domes) > 1:
+                raise Unsupported(f"{prim.GetPath()}: of several dome lights none can differ between worlds")
+            if own:
+                color = emitted_colors(prim, own, count)
+            if differs:
+                frame[:] = np.stack([dome_frame(prim, each) for each in matrices])
+        except Unsupported as error:
+            raise values.refusal(prim.GetPath(), error) from None
     table = np.zeros((count, len(rows)), LIGHT)
     for k, row in enumerate(rows):
         table[:, k] = row

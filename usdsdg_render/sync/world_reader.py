@@ -60,7 +60,8 @@ def read_worlds(parts: Parts, values: WorldValues) -> tuple[Worlds, WorldTransfo
     for path, visible in hidden.items():
         for prim in prims:
             if prim.GetPath().HasPrefix(path) and not visible.all():
-                raise Unsupported(f"the light {prim.GetPath()} cannot be hidden in worlds; draw its intensity instead")
+                error = Unsupported("a light cannot be hidden in worlds, but its intensity can be 0")
+                raise values.refusal(prim.GetPath(), error)
     materials, slots = _materials(parts, values)
     worlds = Worlds(
         local_to_world=parts.instances.in_worlds(transforms),
@@ -135,7 +136,7 @@ def _edits(parts: Parts, values: WorldValues) -> list[_Columns]:
             else:
                 raise Unsupported(f"{path}: {', '.join(own)} cannot differ between worlds")
         except Unsupported as error:
-            raise Unsupported(f"worlds: {values.sources[path]}: {error}. Run without worlds.") from None
+            raise values.refusal(path, error) from None
     return edits
 
 
