@@ -18,6 +18,13 @@ def records(struct: Any, count: int) -> np.ndarray:
     return np.zeros(count, dtype_of(struct))
 
 
+def copy_rows(target: np.ndarray, source: np.ndarray) -> None:
+    """Copy rows of one type as bytes: NumPy copies records field by field."""
+    whole = f"V{target.dtype.itemsize}"
+    assert target.dtype == source.dtype
+    target.view(whole)[:] = source.view(whole)
+
+
 def uploaded(rows: np.ndarray, struct: Any, device: str) -> wp.array:
     """Copy an array of `records` to a device, with the same shape.
 
