@@ -7,7 +7,7 @@ UsdsdgError                     base of all errors; the command line prints it w
 ├── GraphError                  a node, trigger, distribution or event that cannot work as written
 │   └── ArgumentError           an argument of a function that is of the wrong type, shape or value
 ├── PhysicsError                a body or collider that cannot be simulated (NoCollider)
-├── RenderError                 a camera or scene that cannot be rendered
+├── RenderError                 a camera or scene that cannot be rendered (OutOfDeviceMemory)
 ├── AnnotatorError              an annotator that cannot give its data (AnnotatorRegistryError, AugmentationError)
 ├── DatasetError                a folder that contains no dataset
 ├── WriterError                 output that cannot be written (OutputNotWritable, WriterRegistryError)
@@ -110,6 +110,10 @@ class NoCollider(PhysicsError):
 
 class RenderError(UsdsdgError):
     """A camera, light or mesh cannot be rendered as authored."""
+
+
+class OutOfDeviceMemory(RenderError):
+    """What is to be rendered does not fit into the memory of the device."""
 
 
 class AnnotatorError(UsdsdgError):

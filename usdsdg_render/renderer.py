@@ -126,6 +126,11 @@ class WarpRenderer:
 
         None stands for the time of the last call, at first the default time.
         """
+        if self._extractor is not None:
+            self._extractor.always_show(frozenset())
+        self._sync(time)
+
+    def _sync(self, time: Usd.TimeCode | None) -> None:
         paths, local_to_world = self._scene.instances.paths, self._scene.instances.local_to_world.copy()
         if self._extractor is not None:
             self._extractor.update(time)
@@ -337,7 +342,7 @@ class WarpRenderer:
             raise RenderError("worlds need a stage, and this renderer was made of a scene")
         shown = {path for path, own in values.values.items() if "visibility" in own}
         extractor.always_show(shown)
-        self.sync(time)
+        self._sync(time)
         if self._worlds is None:
             self._worlds = WorldRenderer(extractor, self._on_device, self._path_tracer.wavefront)
         self._worlds.place(values)

@@ -4,6 +4,7 @@ Its arguments are the number of frames and the width of the square pictures. `tr
 worlds; `usdsdg run examples/scenes/moving_shapes.py 8 320` writes a few of its frames.
 """
 
+import os
 import sys
 
 import omni.replicator.core as rep
@@ -47,6 +48,6 @@ with rep.new_layer():
             rep.modify.pose(rotation=uniform((-80, -40, 0), (-30, 40, 360)))
 
 writer = rep.WriterRegistry.get("BasicWriter")
-writer.initialize(output_dir="_out/moving_shapes", rgb=True, bounding_box_2d_tight=True)
+writer.initialize(output_dir=os.path.abspath("_out/moving_shapes"), rgb=True, bounding_box_2d_tight=True)
 writer.attach(product)
 rep.orchestrator.run()

@@ -103,7 +103,8 @@ RENDER = {
     "device": "scene geometry memory bvh kernels lights",
     "labels": "scene memory kernels device",
     "path": "settings scene memory kernels device",
-    "renderer": "settings scene sync memory kernels device labels path",
+    "worlds": "settings scene usd sync kernels device labels path",
+    "renderer": "settings scene sync memory kernels device labels path worlds",
     "__init__": "",
 }
 
@@ -116,6 +117,7 @@ LATE = {
         "newton takes seconds to import, warp one",
     ),
     "usdsdg.capture.render_settings": ("usdsdg_render.path", "warp takes a second to import"),
+    "usdsdg.capture.worlds": ("usdsdg_render.labels", "warp takes a second to import"),
     "usdsdg.capture.tiles": ("usdsdg_render.labels", "warp takes a second to import"),
     "usdsdg.session.session": (
         "usdsdg.session usdsdg.articulations usdsdg.graph usdsdg.rng usdsdg.writers usdsdg.capture usdsdg.app "

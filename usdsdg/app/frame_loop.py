@@ -15,11 +15,14 @@ from usdsdg.app.saved_graph import author_run
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.capture.capture import Capture
 from usdsdg.capture.output import close_writers, drain, in_spite_of_failures
+from usdsdg.capture.pictures_ahead import PicturesAhead
 from usdsdg.capture.render_settings import RenderMode, render_mode
 from usdsdg.capture.requests import is_watched
 from usdsdg.capture.worlds import WorldTap
+from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
+from usdsdg.session.device_memory import device_memory
 from usdsdg.session.progress import report
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
@@ -41,6 +44,7 @@ class Orchestrator:
         self._captured_callbacks: list[Callable[[], None]] = []
         self._requested_subframes = self._frames_of_last_run = 0
         self._start_unseen = False
+        self._last: int | None = None  # frame before which the current `run` ends; None: not known
         self.frames_without_end: int | None = None  # of a run that nothing ends; None: an error
 
     def reset(self) -> None:
@@ -54,21 +58,42 @@ class Orchestrator:
     # --- one frame ---
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         """Capture one frame; see `usdsdg.orchestrator.step` for the arguments."""
-        with whole_frame():
-            if current().worlds is None:
-                self._step(rt_subframes, pause_timeline, delta_time)
-            else:
+        with whole_frame(), device_memory():
+            if current().worlds is not None:
                 self._step_worlds(rt_subframes, current().worlds)
+                return
+            ahead = self._draw_ahead()
+            for _ in range(ahead.count if ahead is not None else 1):
+                self._step(rt_subframes, pause_timeline, delta_time, ahead)
 
-    def _step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
+    def _draw_ahead(self) -> PicturesAhead | None:
+        """Draw the next frames together, where that is asked for; None if they are drawn one by one."""
+        count = current().frames_together
+        if count <= 1 or any(trigger.rt_subframes > 1 for trigger in evaluate.graph().triggers):
+            return None
+        self._start_if_stopped()
+        count = count if self._last is None else max(1, min(count, self._last - self.captures))
+        try:
+            return PicturesAhead(self.captures, count)
+        except Unsupported as error:
+            warn_once(f"{error} Frames are rendered one by one.")
+            return None
+
+    def _step(
+        self, rt_subframes: int, pause_timeline: bool, delta_time: float | None, ahead: PicturesAhead | None
+    ) -> None:
         self._start_if_stopped()
         self._set_status(Status.STEPPING)
         timeline = get_timeline()
         timeline.release()
         self._requested_subframes = max(rt_subframes, 0)
-        fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_elapsed_time())
+        if ahead is None:
+            fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_elapsed_time())
+        else:
+            ahead.show(self.captures)
+            fired = []
         mode = render_mode(self._subframes(rt_subframes, fired))
-        self._capture.begin(self.captures)
+        self._capture.begin(self.captures, ahead)
         self._advance_and_expose(mode, self._duration(delta_time))
         self._capture.finish(self.captures, timeline.get_current_time())
         self.captures += 1
@@ -179,14 +204,18 @@ class Orchestrator:
                 )
         self._capture.expected_frames = num_frames
         last = self.captures + (num_frames or 0)
+        self._last = last if num_frames is not None else self.captures + _frames_to_limits(self.captures)
         self._start_unseen = True
         frames_remain = _triggers_remain if num_frames is None else lambda: self.captures < last
-        while frames_remain():
-            if self.status is not Status.PAUSED:
-                self.step(-1, False, None)
-            yield
-            if self.status is Status.STOPPED:
-                return
+        try:
+            while frames_remain():
+                if self.status is not Status.PAUSED:
+                    self.step(-1, False, None)
+                yield
+                if self.status is Status.STOPPED:
+                    return
+        finally:
+            self._last = None
         if num_frames is None:
             report("frames captured", self.captures, self.captures)
         self.finish()
@@ -250,6 +279,14 @@ class Orchestrator:
         self.status = status
         for callback in sorted(self.status_callbacks, key=lambda each: each.number):
             callback.function(status)
+
+
+def _frames_to_limits(frame: int) -> int:
+    """Return how many frames from `frame` on it takes until all frame triggers with `max_execs` have reached it."""
+    limited = [each for each in evaluate.graph().triggers if each.max_execs and each.kind == "OgnOnFrame"]
+    return (
+        max((each.max_execs - 1) * int(each.node.inputs["interval"]) + 1 - frame for each in limited) if limited else 1
+    )
 
 
 def _triggers_remain() -> bool:

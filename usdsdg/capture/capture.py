@@ -15,6 +15,7 @@ from usdsdg.capture.labels import render_labels
 from usdsdg.capture.later_pictures import later_pictures, may_be_later
 from usdsdg.capture.observing import observe
 from usdsdg.capture.output import WriterOutput, append_to_journals
+from usdsdg.capture.pictures_ahead import PicturesAhead
 from usdsdg.capture.render_settings import RenderMode
 from usdsdg.capture.requests import Requests
 from usdsdg.capture.stage_records import StageMoment, StageRecords
@@ -48,10 +49,17 @@ class Capture:
         self._requests = Requests()
         self._cameras: CameraReader | None = None
         self._exposure: Exposure  # of the frame that has begun
+        self._ahead: PicturesAhead | None = None
+        self._frame = 0
+        self._traced: Mapping[str, dict[str, Any]] = {}  # color images of this frame that are there, by product path
         self._later: RenderMode | None = None  # of images that are traced after the labels, beside what follows
 
-    def begin(self, frame: int) -> None:
-        """Collect what annotators and writers request for this frame."""
+    def begin(self, frame: int, ahead: PicturesAhead | None = None) -> None:
+        """Collect what annotators and writers request for this frame.
+
+        ahead: this frame and others, whose color images are traced together at the first of them.
+        """
+        self._ahead, self._frame = ahead, frame
         set_global_seed(get_global_seed())
         self._requests = Requests.collect(frame)
         self._exposure, self._later = Exposure(self._requests, frame, self._camera_reader()), None
@@ -65,7 +73,12 @@ class Capture:
         """Add samples to the film of every product whose path-traced image is requested."""
         if not self._requests.annotators:
             return
-        if may_be_later(self._requests, mode):
+        if self._ahead is not None and self._ahead.frame == self._frame:
+            self._ahead.trace(self._requests, mode)
+        self._traced = {} if self._ahead is None else self._ahead.pictures(self._frame)
+        if self._traced and self._traced.keys() >= {each.path for each in self._requests.traced()}:
+            self._exposure.open_shutter()
+        elif may_be_later(self._requests, mode):
             self._later = mode
             self._exposure.open_shutter()
         else:
@@ -111,7 +124,7 @@ class Capture:
 
         number: seed of the image's noise. seconds: time on the timeline.
         """
-        self._requests = Requests.of_product(path)
+        self._requests, self._ahead = Requests.of_product(path), None
         self._exposure, self._later = Exposure(self._requests, number, self._camera_reader()), None
         self.expose(mode)
         if self._requests.annotators:
@@ -169,6 +182,8 @@ class Capture:
     def _images(self, views: Mapping[str, CameraView | TiledView]) -> Mapping[str, dict[str, Any]]:
         """Return the color images of each product, by path; where they may be later, start to trace them."""
         current().tracing = None
+        if self._traced:
+            return {path: self._traced.get(path, {}) for path in views}
         if self._later is None:
             return {path: self._exposure.images(path, view) for path, view in views.items()}
         pictures = later_pictures(self._exposure, self._later, views)

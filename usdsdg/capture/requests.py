@@ -147,6 +147,10 @@ class Requests:
         """Return the requested render products, oldest first."""
         return [product for product in products() if product.path in self.annotators]
 
+    def traced(self) -> list[HydraTexture]:
+        """Return the requested render products whose color images are."""
+        return [product for product in self.products() if self.requirements(product.path).path_tracing]
+
     def requirements(self, path: str) -> Requirements:
         """Return what the annotators of the product at `path`, and the record of its frame, need rendered."""
         needs = requirements(self.annotators[path])

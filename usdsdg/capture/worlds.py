@@ -14,7 +14,7 @@ from usdsdg.annotators.labeled_prims import LabeledPrimReader, Selection
 from usdsdg.capture.render_settings import RenderMode, glass_labels, path_settings, tone_settings
 from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.graph.evaluate import graph
-from usdsdg.graph.worlds import evaluate_worlds
+from usdsdg.graph.worlds import WorldDraws
 from usdsdg.session import engines
 from usdsdg.session.progress import report
 from usdsdg.session.render_products import HydraTexture, products
@@ -108,11 +108,14 @@ class WorldTap:
         """Run the graph for the worlds that begin with `frame`.
 
         Raises:
-            Unsupported: the timeline plays, or as `evaluate_worlds`.
+            Unsupported: the timeline plays, or as `WorldDraws`.
         """
         if get_timeline().is_playing():
             raise Unsupported(f"worlds: the timeline plays, and worlds have no physics and no time. {_REMEDY}")
-        return evaluate_worlds(graph(), frame, self.count)
+        draws = WorldDraws(graph(), frame, self.count)
+        values = draws.values()
+        draws.count_triggers()
+        return values
 
     def capture(self, values: WorldValues, frame: int, mode: RenderMode) -> None:
         """Render the worlds, and hand them over.

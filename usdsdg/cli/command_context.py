@@ -19,6 +19,7 @@ from usdsdg.cli.interrupts import INTERRUPTED, let_commands_be_interrupted
 from usdsdg.cli.thread_limit import limit_threads
 from usdsdg.errors import UsdsdgError, UsdsdgWarning, described
 from usdsdg.session import progress, termination
+from usdsdg.session.device_memory import device_memory
 
 if TYPE_CHECKING:
     from pxr import Sdf
@@ -75,7 +76,8 @@ def command_context(
 
             let_commands_be_interrupted()
             snapshot = _set_up(assets_root, device, save_stage)
-            yield
+            with device_memory():
+                yield
             finish_files()
             _close_run(complete=True)
             if snapshot is not None:

@@ -89,6 +89,14 @@ def run(
     assets_root: AssetsRoot = None,
     device: Device = None,
     threads: Threads = None,
+    worlds: Annotated[
+        int,
+        typer.Option(
+            min=1,
+            help="Draw and path-trace so many frames together, where the graph alone decides what they show; the files "
+            "are the same. A script that captures frame by frame makes so many at each step.",
+        ),
+    ] = 1,
     seed: Seed = 0,
     allow_outside: AllowOutside = False,
     save_stage: SaveStage = None,
@@ -110,6 +118,7 @@ def run(
         raise typer.Exit(1)
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage):
         from usdsdg.cli.script.outcome import reported_outcome
+        from usdsdg.session.session import current
 
         check_kind(script, FileKind.SCRIPT, FileKind.REPLICATOR_YAML)
         if stage is not None:
@@ -123,6 +132,7 @@ def run(
         seed_everything(seed)
         fix_classes(semantic_classes)
         conditions.apply(script)
+        current().frames_together = worlds
         with reported_outcome():
             execute_script(script, arguments, last, allow_outside=allow_outside)
             finish_files()

@@ -15,8 +15,8 @@ from usdsdg.distribution.of_numbers import LogUniform, Normal, Uniform, log_unif
 
 __all__ = [
     "Choice", "Combine", "Distribution", "LogUniform", "Normal", "Sequence_", "Uniform", "choice", "combine", "draw",
-    "draw_scalars", "draw_worlds", "from_inputs", "is_vector", "log_uniform", "normal", "one_of", "options_of", "register",
-    "sequence", "uniform",
+    "draw_scalars", "draw_worlds", "from_inputs", "is_vector", "log_uniform", "normal", "one_of", "options_of",
+    "register", "sequence", "uniform",
 ]  # fmt: skip
 
 

@@ -84,11 +84,11 @@ def uniforms(seed: int, node: str, execution: int | np.ndarray, prims: Sequence[
         (len(prims), components) float64 in [0, 1), with 53 random bits each; (executions, len(prims), components) for
         an array of executions.
     """
-    if np.ndim(execution):
+    if isinstance(execution, np.ndarray):
         node_state = np.array(_node_state(seed, node), np.uint64)
-        state = _mixed_array(node_state, np.asarray(execution, np.uint64))[:, None]
+        state = _mixed_array(node_state, execution.astype(np.uint64))[:, None]
     else:
-        state = np.array(_state(seed, node, int(execution)), np.uint64)
+        state = np.array(_state(seed, node, execution), np.uint64)
     per_prim = _mixed_array(state, _hashes(tuple(prims)))
     bits = _mixed_array(per_prim[..., None], _columns(components))
     bits >>= _11

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from pxr import Usd
 
 from usdsdg.errors import GraphError, Unsupported, UsdsdgError
 from usdsdg.graph.evaluate import Graph, Trigger, run
@@ -32,22 +33,56 @@ def in_worlds(kind: str) -> Callable[[Twin], Twin]:
     return register
 
 
-def evaluate_worlds(graph: Graph, frame: int, count: int) -> WorldValues:
-    """Run pending nodes, author what frame `frame` shows on the stage, and return the values of worlds.
+class WorldDraws:
+    """The draws of the graph for frame `frame` and those that follow, one for each of `count` worlds.
 
-    World w is frame `frame + w` of a run of single frames: its values, samples and labels are the same.
+    Making one runs pending nodes, and authors what frame `frame` shows.
 
     Raises:
-        Unsupported: a trigger does not fire by frames, or a node has no twin for worlds; names the script line.
+        Unsupported: a trigger does not fire by frames; nothing has been run then.
         GraphError: a node failed; the message names the script line that made it.
     """
-    impulses, graph.impulses = graph.impulses, []
-    for node in impulses:
-        run(node)
-    values = WorldValues(count)
-    for trigger in graph.triggers:
-        _fire(trigger, executions_at(trigger, frame + np.arange(count)), values)
-    return values
+
+    def __init__(self, graph: Graph, frame: int, count: int) -> None:
+        frames = frame + np.arange(count)
+        self._fired = [(trigger, executions_at(trigger, frames)) for trigger in graph.triggers]
+        self.count = count
+        impulses, graph.impulses = graph.impulses, []
+        for node in impulses:
+            run(node)
+        for trigger, executions in self._fired:
+            for node in trigger.nodes:
+                if node.executions != executions[0] + 1:
+                    node.executions = int(executions[0])
+                    run(node)
+            trigger.executions = int(executions[0]) + 1
+
+    def values(self) -> WorldValues:
+        """Return what the worlds have instead of what the stage has.
+
+        Raises:
+            Unsupported: a node has no twin for worlds, or its twin cannot do this; names the script line.
+            GraphError: a node failed, likewise.
+        """
+        values = WorldValues(self.count)
+        for trigger, executions in self._fired:
+            if executions[-1] > executions[0]:
+                for node in trigger.nodes:
+                    _run_twin(node, executions, values)
+        return values
+
+    def count_triggers(self) -> None:
+        """Count the firings of all worlds, of which the stage shows the first."""
+        for trigger, executions in self._fired:
+            trigger.executions = int(executions[-1]) + 1
+
+    def author(self, values: WorldValues, stage: Usd.Stage, world: int) -> None:
+        """Author what a world shows, and count firings and executions up to it."""
+        values.author(stage, world)
+        for trigger, executions in self._fired:
+            trigger.executions = int(executions[world]) + 1
+            for node in trigger.nodes:
+                node.executions = trigger.executions
 
 
 def executions_at(trigger: Trigger, frames: np.ndarray) -> np.ndarray:
@@ -62,17 +97,6 @@ def executions_at(trigger: Trigger, frames: np.ndarray) -> np.ndarray:
     return np.minimum(last, trigger.max_execs - 1) if trigger.max_execs > 0 else last
 
 
-def _fire(trigger: Trigger, executions: np.ndarray, values: WorldValues) -> None:
-    first, last = int(executions[0]), int(executions[-1])
-    for node in trigger.nodes:
-        if node.executions != first + 1:
-            node.executions = first
-            run(node)
-        if last > first:
-            _run_twin(node, executions, values)
-    trigger.executions = last + 1
-
-
 def _run_twin(node: Node, executions: np.ndarray, values: WorldValues) -> None:
     twin = _TWINS.get(node.kind)
     if twin is None:
@@ -80,7 +104,7 @@ def _run_twin(node: Node, executions: np.ndarray, values: WorldValues) -> None:
     try:
         twin(node, executions, values)
     except Unsupported as error:
-        raise Unsupported(f"worlds: {node.describe()}: {error}") from error
+        raise Unsupported(f"worlds: {node.describe()}: {error}. {_REMEDY}") from error
     except UsdsdgError as error:
         raise GraphError(f"{node.describe()}: {error}") from error
 

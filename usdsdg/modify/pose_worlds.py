@@ -15,7 +15,6 @@ from usdsdg.graph.worlds import in_worlds
 from usdsdg.modify.poses import is_paths, point_of
 from usdsdg.modify.prims import target_prims
 from usdsdg.stage.geometry.instancers import has_posable_instances
-from usdsdg.stage.poses import pivots
 from usdsdg.stage.poses.look_at import look_at_rotations
 from usdsdg.stage.poses.pose_batch import Rotations
 from usdsdg.stage.poses.rotations import (
@@ -27,9 +26,13 @@ from usdsdg.stage.poses.rotations import (
 )
 from usdsdg.stage.poses.transforms import as_array, up_axis, up_vector
 from usdsdg.stage.poses.xform_ops import local_euler, local_translation
-from usdsdg.stage.world_values import WorldValues
+from usdsdg.stage.world_values import Targets, WorldValues
 
 Array = NDArray[np.float64]
+# Roles whose effect depends on the bounding box that a prim has at that time.
+_BY_BOUNDS = ("pivot", "size")
+# Ops that hold whole parts of a pose as they are given.
+_OPS = {"position": "xformOp:translate", "rotation": "xformOp:rotateXYZ", "scale": "xformOp:scale"}
 _ROTATIONS = {f"xformOp:rotate{order}": order for order in ROTATION_ORDERS}
 
 
@@ -39,11 +42,13 @@ def pose_in_worlds(node: Node, executions: np.ndarray, values: WorldValues) -> N
     drawn = {
         role: _column(role, value, node, executions)
         for role, value in node.inputs.items()
-        if role not in ("attribute", "rotation_order", "look_at", "pivot")
+        if role not in ("attribute", "rotation_order", "look_at", *_BY_BOUNDS)
     }
-    if "pivot" in node.inputs:
-        raise Unsupported("pivot cannot differ between worlds")
+    if given := [role for role in _BY_BOUNDS if role in node.inputs]:
+        raise Unsupported(f"{given[0]} follows the bounds of the prim, which are not measured in worlds")
     order, source = node.inputs.get("rotation_order", "XYZ"), node.describe()
+    if order == "XYZ" and _pose_together(node, drawn, values):
+        return
     for index, prim in enumerate(target_prims(node)):
         if has_posable_instances(prim):
             raise Unsupported(f"the point instances of {prim.GetPath()} cannot be posed in worlds")
@@ -51,6 +56,47 @@ def pose_in_worlds(node: Node, executions: np.ndarray, values: WorldValues) -> N
         _pose(PosedPrim(prim, values, source), own, order)
         if "look_at" in node.inputs:
             _look_at(PosedPrim(prim, values, source), _targets(node, executions, index, values), own)
+
+
+def _pose_together(node: Node, drawn: dict[str, np.ndarray], values: WorldValues) -> bool:
+    """Set position, rotation and scale of all prims at once; return False, setting nothing, for other inputs."""
+    if not drawn.keys() <= _OPS.keys() or "look_at" in node.inputs:
+        return False
+    prims = target_prims(node)
+    orders = [prim.GetAttribute("xformOpOrder").Get() for prim in prims]
+    known = node.state.get("in worlds")
+    if known is None or known[0] != orders:
+        known = node.state["in worlds"] = (orders, {role: _targets_of(prims, role) for role in drawn})
+    targets = known[1]
+    blocks = {role: _block(column) for role, column in drawn.items()}
+    if any(block is None for block in blocks.values()) or any(targets.get(role) is None for role in drawn):
+        return False
+    for role, block in blocks.items():
+        values.set_block(targets[role], np.broadcast_to(block, (values.count, *block.shape[1:])), node.describe())
+    return True
+
+
+def _targets_of(prims: list[Usd.Prim], role: str) -> Targets | None:
+    """Return the ops of prims that hold a part of their poses; None where they are not all of one kind."""
+    if any(has_posable_instances(prim) for prim in prims) or len(set(prims)) < len(prims):
+        return None
+    found = [{op.GetOpName(): op for op in UsdGeom.Xformable(prim).GetOrderedXformOps()} for prim in prims]
+    if not all(_OPS[role] in ops for ops in found):
+        return None
+    try:
+        return Targets([ops[_OPS[role]].GetAttr() for ops in found])
+    except ValueError:
+        return None
+
+
+def _block(column: np.ndarray) -> Array | None:
+    """(worlds, prims, 3) numbers, of which one may stand for all three; None for others."""
+    if column.dtype.kind not in "fiu":
+        return None
+    numbers = np.asarray(column, np.float64)
+    if numbers.ndim == 2:
+        numbers = np.repeat(numbers[..., None], 3, axis=2)
+    return numbers if numbers.ndim == 3 and numbers.shape[2] == 3 else None
 
 
 def _column(role: str, value: Any, node: Node, executions: np.ndarray) -> np.ndarray:
@@ -117,11 +163,6 @@ def _pose(prim: PosedPrim, drawn: dict[str, Any], order: str) -> None:
         prim.set_rotation(degrees if order == "XYZ" else euler_from_matrix(matrix_from_euler(degrees, order)))
     if "scale" in drawn:
         prim.set_vectors("scale", _vectors(drawn["scale"]))
-    elif "size" in drawn:
-        extents = pivots.extents(prim.prim)
-        if not (extents > 0).all():
-            raise Unsupported(f"the size of {prim.prim.GetPath()}, which is flat, cannot differ between worlds")
-        prim.set_vectors("scale", _vectors(drawn["size"]) / extents)
 
 
 def _vectors(column: np.ndarray) -> Array:

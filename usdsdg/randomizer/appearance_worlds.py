@@ -16,12 +16,14 @@ from usdsdg.randomizer.appearance import gprims_below
 from usdsdg.randomizer.rotations import uniform_quaternions
 from usdsdg.stage.geometry.instancers import has_posable_instances
 from usdsdg.stage.poses.rotations import euler_xyz_from_quat
-from usdsdg.stage.world_values import WorldValues
+from usdsdg.stage.world_values import Targets, WorldValues
 
 
 @in_worlds("OgnColor")
 def _colors_in_worlds(node: Node, executions: np.ndarray, values: WorldValues) -> None:
     drawn = draw_worlds(node.inputs["diffuse_color_constant"], node, executions, "diffuse_color_constant")
+    if _color_together(node, drawn, values):
+        return
     for index, path in enumerate(node.prims):
         for target in gprims_below(path) if node.inputs.get("perSubMesh") else [path]:
             shader = node.state["shaders"][target].GetPrim()
@@ -30,6 +32,22 @@ def _colors_in_worlds(node: Node, executions: np.ndarray, values: WorldValues) -
                 shader.GetAttribute("inputs:diffuse_color_constant"), preview.GetAttribute("inputs:diffuseColor"),
             ):  # fmt: skip
                 set_in_worlds(attribute, drawn[:, index], values, node.describe())
+
+
+def _color_together(node: Node, drawn: np.ndarray, values: WorldValues) -> bool:
+    """Set the colors of all prims at once; return False, setting nothing, for other inputs."""
+    shaders = [node.state["shaders"].get(path) for path in node.prims]
+    if node.inputs.get("perSubMesh") or drawn.ndim != 3 or drawn.shape[2] != 3 or not all(shaders):
+        return False
+    known = node.state.get("in worlds")
+    if known is None or known[0] != shaders:
+        prims = [shader.GetPrim() for shader in shaders]
+        constants = Targets([prim.GetAttribute("inputs:diffuse_color_constant") for prim in prims])
+        previews = [prim.GetParent().GetChild("PreviewSurface").GetAttribute("inputs:diffuseColor") for prim in prims]
+        known = node.state["in worlds"] = (shaders, constants, Targets(previews))
+    for targets in known[1:]:
+        values.set_block(targets, drawn, node.describe())
+    return True
 
 
 @in_worlds("OgnRotation")

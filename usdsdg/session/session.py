@@ -87,6 +87,9 @@ class Session:
         self.backends: WeakValueDictionary[str, Any] = WeakValueDictionary()
         self.tap: Any = None  # a `usdsdg.capture.tap.Tap`, which gets the frames in place of the writers
         self.worlds: Any = None  # a `usdsdg.capture.worlds.WorldTap`, which gets many worlds at each step
+        self.frames_together = (
+            1  # frames that are drawn and path-traced together, where the graph alone decides on them
+        )
         self.label_filter: str | None = None  # of annotators without one of their own; None: all labels
         self.metadata_seed: int | None = None  # the global seed of the latest captured frame
         # Where output may go while a file that is no program says where, such as a YAML graph; None: anywhere.

@@ -27,6 +27,38 @@ _EULER = {getattr(_OPS, f"TypeRotate{order}"): order for order in ROTATION_ORDER
 _SINGLE = {getattr(_OPS, f"TypeRotate{axis}"): "XYZ".index(axis) for axis in "XYZ"}
 
 
+class Targets:
+    """Attributes of one type, of which values are set together.
+
+    Raises:
+        ValueError: the types differ, or hold no numbers.
+    """
+
+    def __init__(self, attributes: Sequence[Usd.Attribute]) -> None:
+        self.paths = [attribute.GetPrimPath() for attribute in attributes]
+        self.names = [attribute.GetName() for attribute in attributes]
+        types = {dtype_of(attribute) for attribute in attributes}
+        if len(types) != 1 or None in types:
+            raise ValueError("the attributes are not of one type that holds numbers")
+        self.dtype = types.pop()
+
+
+class OpLayouts:
+    """The xform ops of prims, looked up once, and again where a prim has others."""
+
+    def __init__(self) -> None:
+        self._known: dict[Sdf.Path, tuple[Any, list[UsdGeom.XformOp]]] = {}
+
+    def ops(self, prim: Usd.Prim) -> list[UsdGeom.XformOp]:
+        """Return the ops of a prim in order."""
+        path, attribute = prim.GetPath(), prim.GetAttribute("xformOpOrder")
+        order = attribute.Get() if attribute else None
+        known = self._known.get(path)
+        if known is None or known[0] != order or (known[1] and not known[1][0].GetAttr()):
+            known = self._known[path] = (order, UsdGeom.Xformable(prim).GetOrderedXformOps())
+        return known[1]
+
+
 class WorldValues:
     """Values in worlds, by prim path and name of the attribute.
 
@@ -56,10 +88,22 @@ class WorldValues:
         self.values.setdefault(path.GetPrimPath(), {})[path.name] = np.asarray(values).astype(dtype)
         self.sources[path.GetPrimPath()] = source
 
+    def set_block(self, targets: Targets, block: Array, source: str) -> None:
+        """Set the values of many attributes, (worlds, attributes, ...), as `set` does."""
+        rounded = block.astype(targets.dtype)
+        for k, (path, name) in enumerate(zip(targets.paths, targets.names)):
+            self.values.setdefault(path, {})[name] = rounded[:, k]
+            self.sources[path] = source
+
     def set_visible(self, prim: Usd.Prim, visible: Array, source: str) -> None:
         """Set in which worlds a prim is shown, (worlds,) bool."""
         self.values.setdefault(prim.GetPath(), {})["visibility"] = visible
         self.sources[prim.GetPath()] = source
+
+    def refusal(self, path: Sdf.Path, error: Exception) -> Unsupported:
+        """Return why values of a prim, or of one above it, cannot differ, with what has drawn them and the remedy."""
+        source = next((self.sources[each] for each in reversed(path.GetPrefixes()) if each in self.sources), "a node")
+        return Unsupported(f"worlds: {source}: {error}. Leave it out, or run without worlds.")
 
     def of(self, path: Sdf.Path) -> dict[str, Array]:
         """Return the values of a prim's attributes by name; none for a prim that is the same in all worlds."""
@@ -73,12 +117,13 @@ class WorldValues:
         """(worlds, 4, 4) float64, the prim's local transforms for row vectors; (1, 4, 4) if they are the same."""
         return self.local_matrices_of([prim])[:, 0]
 
-    def local_matrices_of(self, prims: Sequence[Usd.Prim]) -> Array:
+    def local_matrices_of(self, prims: Sequence[Usd.Prim], layouts: OpLayouts | None = None) -> Array:
         """(worlds or 1, prims, 4, 4) `local_matrices` of many prims; those with the same ops are computed together."""
+        layouts = OpLayouts() if layouts is None else layouts
         groups: dict[tuple, list[tuple[int, list[Any]]]] = {}
         for row, prim in enumerate(prims):
             own = self.of(prim.GetPath())
-            ops = UsdGeom.Xformable(prim).GetOrderedXformOps()
+            ops = layouts.ops(prim)
             drawn = [None if op.IsInverseOp() else own.get(op.GetName()) for op in ops]
             kind = tuple((op.GetOpType(), values is not None) for op, values in zip(ops, drawn))
             given = [
@@ -91,13 +136,17 @@ class WorldValues:
         for kind, members in groups.items():
             rows = [row for row, _ in members]
             columns = zip(*(given for _, given in members)) if kind else ()
-            matrix: Array = np.broadcast_to(np.eye(4), (1, len(rows), 4, 4))
+            matrix: Array | None = None
             for (op_type, differs), column in zip(kind, columns):
                 if differs:
                     matrix = applied(op_type, np.stack(column, 1), matrix)
-                else:
-                    matrix = np.array([as_array(each) for each in column]) @ matrix
-            matrices[:, rows] = matrix
+                    continue
+                same = np.array([as_array(each) for each in column])
+                if matrix is None:
+                    matrix = same[None]
+                elif not (same == np.eye(4)).all():
+                    matrix = same @ matrix
+            matrices[:, rows] = np.eye(4) if matrix is None else matrix
         return matrices
 
     def parent_to_world(self, prim: Usd.Prim) -> Array:
@@ -152,21 +201,32 @@ def _usd_value(attribute: Usd.Attribute, value: Array) -> Any:
     return type(example)(*value.tolist()) if value.ndim else value.item()
 
 
-def applied(kind: Any, values: Array, matrix: Array) -> Array:
+def applied(kind: Any, values: Array, matrix: Array | None) -> Array:
     """Return the products of the matrices of xform ops of a type with `matrix`, for row vectors.
 
-    values: (worlds, prims, ...), quaternions as x, y, z, w. matrix: (worlds or 1, prims, 4, 4).
+    values: (worlds, prims, ...), quaternions as x, y, z, w. matrix: (worlds or 1, prims, 4, 4); None: the identity.
     """
-    product = np.array(np.broadcast_to(matrix, (*values.shape[:2], 4, 4)))
+    worlds, prims = values.shape[:2]
+    if kind == _OPS.TypeTransform:
+        own = values.astype(np.float64)
+        return own if matrix is None else own @ matrix
+    product = np.empty((worlds, prims, 4, 4))
+    product[:] = np.eye(4) if matrix is None else matrix
+    numbers = np.asarray(values, np.float64)
     if kind == _OPS.TypeTranslate:
-        product[..., 3, :] += (np.asarray(values, np.float64)[..., None, :] @ matrix[..., :3, :])[..., 0, :]
+        product[..., 3, :3] += numbers if matrix is None else (numbers[..., None, :] @ matrix[..., :3, :3])[..., 0, :]
     elif kind == _OPS.TypeScale:
-        product[..., :3, :] *= np.asarray(values, np.float64)[..., None]
-    elif kind == _OPS.TypeTransform:
-        return values.astype(np.float64) @ matrix
+        product[..., :3, :3] *= numbers[..., None]
+    elif matrix is None or _only_moves(matrix):
+        product[..., :3, :3] = _rotations(kind, numbers)
     else:
-        product[..., :3, :] = _rotations(kind, values) @ matrix[..., :3, :]
+        product[..., :3, :3] = _rotations(kind, numbers) @ matrix[..., :3, :3]
     return product
+
+
+def _only_moves(matrix: Array) -> bool:
+    """Whether matrices have no rotation and no scale."""
+    return bool((matrix[..., :3, :3] == np.eye(3)).all())
 
 
 def _rotations(kind: Any, values: Array) -> Array:
@@ -176,4 +236,18 @@ def _rotations(kind: Any, values: Array) -> Array:
         angles = np.zeros((*values.shape, 3))
         angles[..., _SINGLE[kind]] = values
         return matrix_from_euler(angles)
+    if _EULER[kind] == "XYZ":
+        return _xyz_rotations(values)
     return matrix_from_euler(values, _EULER[kind])
+
+
+def _xyz_rotations(degrees: Array) -> Array:
+    """Return `matrix_from_euler`, but for the last bit, without products of matrices."""
+    angles = np.radians(np.moveaxis(degrees, -1, 0))
+    (cx, cy, cz), (sx, sy, sz) = np.cos(angles), np.sin(angles)
+    matrices = np.empty((*degrees.shape[:-1], 3, 3))
+    sxsy, cxsy = sx * sy, cx * sy
+    matrices[..., 0, 0], matrices[..., 0, 1], matrices[..., 0, 2] = cy * cz, cy * sz, -sy
+    matrices[..., 1, 0], matrices[..., 1, 1], matrices[..., 1, 2] = sxsy * cz - cx * sz, sxsy * sz + cx * cz, sx * cy
+    matrices[..., 2, 0], matrices[..., 2, 1], matrices[..., 2, 2] = cxsy * cz + sx * sz, cxsy * sz - sx * cz, cx * cy
+    return matrices

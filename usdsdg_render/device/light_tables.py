@@ -34,7 +34,6 @@ class LightTables:
         self._profile_addresses = np.array([*self._upload_profiles(scene.emission_profiles), 0], np.uint64)
         self._link_addresses = np.array([*self._upload_links(scene.light_links), 0], np.uint64)
         own, tables.surface_count = self.rows_of(scene, scene.lights[None])
-        # Not by `np.concatenate`, which leaves out the padding of records.
         table = records(structs.Light, count + len(emissive))
         table[:count] = own[0]
         self._write_emissive(emissive, table[count:])

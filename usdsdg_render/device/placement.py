@@ -26,12 +26,13 @@ class Placement:
         prototype: (N,) row of `supports` of each.
         supports: (prototypes, *SUPPORT_SHAPE) tables of support functions.
         filled: (N,) bool: whether it has triangles.
+        version: how often these were set.
         lower, upper: (N, 3) float32 corners of boxes in the world.
         placed: (N,) bool: whether rays can hit it.
     """
 
     def __init__(self, device: str) -> None:
-        self.device = device
+        self.device, self.version = device, 0
         self._fit(0, 0)
 
     def set_instances(self, rows: np.ndarray, prototype: np.ndarray, supports: np.ndarray, filled: np.ndarray) -> None:
@@ -41,6 +42,7 @@ class Placement:
         """
         if (len(rows), len(supports)) != (len(self.rows), len(self.supports)):
             self._fit(len(rows), len(supports))
+        self.version += 1
         self.rows[:], self.prototype[:], self.supports[:], self.filled[:] = rows, prototype, supports, filled
 
     def set_transforms(self, tlas: Any, local_to_world: np.ndarray, paths: tuple[str, ...]) -> None:

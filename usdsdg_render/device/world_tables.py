@@ -21,7 +21,7 @@ from usdsdg_render.memory.frame_memory import FrameMemory, Table
 from usdsdg_render.memory.staging_buffer import shared
 from usdsdg_render.scene import structs
 from usdsdg_render.scene.scene import MATERIAL, Scene
-from usdsdg_render.scene.struct_rows import dtype_of
+from usdsdg_render.scene.struct_rows import copy_rows, dtype_of
 from usdsdg_render.scene.worlds import Worlds
 
 # Instances whose matrices one CPU thread writes at a time, at least.
@@ -55,15 +55,18 @@ class DeviceWorlds:
             )
         count, instances = worlds.shown.shape
         lights, surface_count = self._base.lights.rows_of(scene, worlds.lights)
-        sizes = (count, instances, len(worlds.materials), worlds.material_slots.size, lights.size)
+        materials = len(scene.materials) + worlds.own_materials.size
+        sizes = (count, instances, materials, worlds.material_slots.size, lights.size)
         if sizes != self._sizes:
             self._fit(*sizes)
         memory = self._memory
         memory.begin()
         self._place_instances(scene, worlds)
-        memory.host("materials")[:] = worlds.materials
+        rows = memory.host("materials")
+        copy_rows(rows[: len(scene.materials)], scene.materials)
+        copy_rows(rows[len(scene.materials) :], worlds.own_materials.reshape(-1))
         memory.host("slots")[:] = worlds.material_slots.reshape(-1)
-        memory.host("lights")[:] = lights.reshape(-1)
+        copy_rows(memory.host("lights"), lights.reshape(-1))
         self._fill_worlds(scene, worlds)
         memory.upload()
         self._fill_tables(scene, worlds, surface_count)
@@ -83,6 +86,7 @@ class DeviceWorlds:
             },
             self.device,
         )
+        self._written: dict[int, tuple[int, int]] = {}  # what the instances were last written from, by turn
         self._forest = ForestBuilder(count, instances, self.device)
         self._invertible = np.zeros(total, np.uint8)
 
@@ -91,9 +95,12 @@ class DeviceWorlds:
         count, instances = worlds.shown.shape
         base, memory = self._base.placement, self._memory
         rows = memory.host("instances").reshape(count, instances)
-        rows[:] = base.rows
         slots_of_world = worlds.material_slots.shape[1]
-        rows["slot_offset"] += (np.arange(count, dtype=np.int32) * slots_of_world)[:, None]
+        if self._written.get(memory.turn) != (base.version, slots_of_world):
+            # All but the transforms, which are written for every frame.
+            self._written[memory.turn] = (base.version, slots_of_world)
+            copy_rows(rows, np.broadcast_to(base.rows, rows.shape))
+            rows["slot_offset"] += (np.arange(count, dtype=np.int32) * slots_of_world)[:, None]
         matrices = np.ascontiguousarray(worlds.local_to_world).reshape(-1, 4, 4)
         prototype = np.tile(base.prototype, count)
         transforms = InstanceTransforms()

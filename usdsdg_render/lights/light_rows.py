@@ -90,9 +90,15 @@ def radiance_factor(prim: Usd.Prim, row: np.ndarray, scale: np.ndarray) -> float
 
 
 def light_axes(local_to_world: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return `_frame` of (N, 4, 4) matrices: (N, 3, 3) axes as rows, and (N, 3) scales."""
-    frames = [_frame(matrix) for matrix in local_to_world]
-    return np.stack([np.eye(3) if axes is None else axes for axes, _ in frames]), np.stack([s for _, s in frames])
+    """Return `_frame` of (N, 4, 4) matrices with inverses: (N, 3, 3) axes as rows, and (N, 3) scales."""
+    rows = local_to_world[:, :3, :3]
+    scale = np.linalg.norm(rows, axis=2)
+    z = rows[:, 2] / scale[:, 2:]
+    x = rows[:, 0] - z * (rows[:, 0] * z).sum(1, keepdims=True)
+    x = x / np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-30)
+    y = rows[:, 1] - z * (rows[:, 1] * z).sum(1, keepdims=True)
+    y = y - x * (y * x).sum(1, keepdims=True)
+    return np.stack([x, y / np.linalg.norm(y, axis=1, keepdims=True), z], 1), scale
 
 
 def _frame(local_to_world: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:

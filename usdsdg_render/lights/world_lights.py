@@ -50,21 +50,25 @@ def lights_in_worlds(
         color[:], frame[:] = scene.dome.color, scene.dome.dome_from_world
     domes = [prim for prim in prims if prim.GetTypeName() in DOME_TYPES]
     for k, prim in enumerate(prims):
-        own, matrices = _values_of(prim, values), local_to_world[:, k]
+        matrices = local_to_world[:, k]
         differs = len(matrices) > 1 and not (matrices == matrices[:1]).all()
-        if prim.GetTypeName() in DOME_TYPES:
-            if own or differs:
-                if len(domes) > 1:
-                    raise Unsupported(f"{prim.GetPath()}: of several dome lights none can differ between worlds")
-                if own:
-                    color = emitted_colors(prim, own, count)
-                if differs:
-                    frame[:] = np.stack([dome_frame(prim, each) for each in matrices])
-            continue
-        row = _rows(prim, own, matrices, count, differs, meters_per_unit)
-        if row is not None:
-            rows.append(row)
-    table = np.stack(rows, 1) if rows else np.zeros((count, 0), LIGHT)
+        try:
+            own = _values_of(prim, values)
+            if prim.GetTypeName() not in DOME_TYPES:
+                row = _rows(prim, own, matrices, count, differs, meters_per_unit)
+                rows += [row] if row is not None else []
+                continue
+            if (own or differs) and len(domes) > 1:
+                raise Unsupported(f"{prim.GetPath()}: of several dome lights none can differ between worlds")
+            if own:
+                color = emitted_colors(prim, own, count)
+            if differs:
+                frame[:] = np.stack([dome_frame(prim, each) for each in matrices])
+        except Unsupported as error:
+            raise values.refusal(prim.GetPath(), error) from None
+    table = np.zeros((count, len(rows)), LIGHT)
+    for k, row in enumerate(rows):
+        table[:, k] = row
     if table.shape[1] == len(scene.lights):
         for name in ("emission_profile", "links"):
             table[name] = scene.lights[name]

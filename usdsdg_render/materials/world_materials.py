@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
-from pxr import UsdShade
+from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.errors import Unsupported
 from usdsdg.stage.colors import LUMINANCE
@@ -13,83 +14,92 @@ from usdsdg_render.materials.mdl import mdl_name
 from usdsdg_render.materials.mdl_inputs import WHITE
 from usdsdg_render.materials.network import Network, shader_id
 from usdsdg_render.materials.shading import MAX_COLOR
-from usdsdg_render.scene.scene import NO_TEXTURE
 
-# A column, and from the network, the shader and an input's values (worlds, ...) those of the column.
-Rule = tuple[str, Callable[[Network, UsdShade.Shader, np.ndarray], np.ndarray]]
+# What a column depends on besides the input itself, of each shader.
+Constants = Sequence[tuple[float, ...]]
 
 
-def _unit(network: Network, shader: UsdShade.Shader, values: np.ndarray) -> np.ndarray:
+class Rule(NamedTuple):
+    """How an input becomes a column."""
+
+    column: str
+    # From the values (worlds, shaders, ...) of an input to the column's.
+    convert: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    # What `convert` gets of each shader as its second argument, (shaders, numbers).
+    constants: Callable[[Network, UsdShade.Shader], tuple[float, ...]] = lambda network, shader: ()
+
+
+def _unit(values: np.ndarray, constants: np.ndarray) -> np.ndarray:
     return np.clip(values, 0.0, 1.0)
 
 
-def _albedo(network: Network, shader: UsdShade.Shader, values: np.ndarray) -> np.ndarray:
-    """As `omni_pbr` for a material without a texture."""
-    tint = np.array(network.floats(shader, "diffuse_tint", WHITE))
-    brightness, add = network.number(shader, "albedo_brightness", 1.0), network.number(shader, "albedo_add", 0.0)
-    desaturation = network.number(shader, "albedo_desaturation", 0.0)
-    red, green, blue = LUMINANCE.tolist()
-    gray = (red * values[:, 0] + green * values[:, 1] + blue * values[:, 2])[:, None]
-    color = np.maximum(((values + desaturation * (gray - values)) * brightness + add) * tint, 0.0)
-    return np.minimum(color, MAX_COLOR)
-
-
-def _color(network: Network, shader: UsdShade.Shader, values: np.ndarray) -> np.ndarray:
+def _color(values: np.ndarray, constants: np.ndarray) -> np.ndarray:
     return np.clip(values, 0.0, MAX_COLOR)
 
 
-def _level(network: Network, shader: UsdShade.Shader, values: np.ndarray) -> np.ndarray:
-    return np.clip(np.repeat(0.08 * np.maximum(values, 0.0)[:, None], 3, axis=1), 0.0, 1.0)
+def _level(values: np.ndarray, constants: np.ndarray) -> np.ndarray:
+    return np.clip(np.repeat(0.08 * np.maximum(values, 0.0)[..., None], 3, axis=-1), 0.0, 1.0)
 
 
-_OMNI_PBR: dict[str, Rule] = {
-    "diffuse_color_constant": ("base_color", _albedo),
-    "reflection_roughness_constant": ("roughness", _unit),
-    "metallic_constant": ("metallic", _unit),
-    "specular_level": ("specular", _level),
+def _albedo(values: np.ndarray, constants: np.ndarray) -> np.ndarray:
+    """As `omni_pbr` for a material without a texture."""
+    brightness, add, desaturation, tint = constants[:, :1], constants[:, 1:2], constants[:, 2:3], constants[:, 3:]
+    color = values
+    if desaturation.any():
+        red, green, blue = LUMINANCE.tolist()
+        gray = (red * values[..., 0] + green * values[..., 1] + blue * values[..., 2])[..., None]
+        color = values + desaturation * (gray - values)
+    if (brightness != 1.0).any() or add.any() or (tint != 1.0).any():
+        color = (color * brightness + add) * tint
+    return np.clip(color, 0.0, MAX_COLOR)
+
+
+def _albedo_constants(network: Network, shader: UsdShade.Shader) -> tuple[float, ...]:
+    numbers = (("albedo_brightness", 1.0), ("albedo_add", 0.0), ("albedo_desaturation", 0.0))
+    tint = network.floats(shader, "diffuse_tint", WHITE)
+    return (*(network.number(shader, name, default) for name, default in numbers), *tint)
+
+
+_OMNI_PBR = {
+    "diffuse_color_constant": Rule("base_color", _albedo, _albedo_constants),
+    "reflection_roughness_constant": Rule("roughness", _unit),
+    "metallic_constant": Rule("metallic", _unit),
+    "specular_level": Rule("specular", _level),
 }
-_PREVIEW_SURFACE: dict[str, Rule] = {
-    "diffuseColor": ("base_color", _color),
-    "roughness": ("roughness", _unit),
-    "metallic": ("metallic", _unit),
+_PREVIEW_SURFACE = {
+    "diffuseColor": Rule("base_color", _color),
+    "roughness": Rule("roughness", _unit),
+    "metallic": Rule("metallic", _unit),
 }
 _RULES = {
     "UsdPreviewSurface": _PREVIEW_SURFACE,
     **dict.fromkeys(("OmniPBR", "OmniPBR_Opacity", "OmniPBR_ClearCoat", "OmniPBR_ClearCoat_Opacity"), _OMNI_PBR),
 }
+# Of a displayColor.
+DISPLAY_COLOR = Rule("base_color", _color)
 
 
-def columns_of(
-    material: UsdShade.Material, shader: UsdShade.Shader, values: dict[str, np.ndarray], row: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Return the columns (worlds, ...) of a material that follow from values of inputs of one of its shaders.
-
-    Args:
-        values: (worlds, ...) by name of the attribute.
-        row: of the material, as the stage has it.
+def rule_of(
+    stage: Usd.Stage, material: Sdf.Path, shader: Sdf.Path, attribute: str
+) -> tuple[Rule, tuple[float, ...]] | None:
+    """Return the rule for an input of a shader of a material, and its constants; None where it is not read.
 
     Raises:
-        Unsupported: an input cannot have other values in each world, or its shader is of another kind.
+        Unsupported: it cannot have other values in each world, or its shader is of another kind.
     """
-    surface = material.GetSurfaceOutput("mdl")
-    connected = surface.GetValueProducingAttributes() if surface else []
-    surface_path = connected[0].GetPrimPath() if connected else None
-    if surface_path is not None and surface_path != shader.GetPath():
-        return {}  # for viewers without MDL: it is not read
-    name = mdl_name(shader) or shader_id(shader)
+    surface, network = UsdShade.Shader(stage.GetPrimAtPath(shader)), Network(stage.GetPrimAtPath(material))
+    output = UsdShade.Material(network.material).GetSurfaceOutput("mdl")
+    connected = output.GetValueProducingAttributes() if output else []
+    if connected and connected[0].GetPrimPath() != shader:
+        return None  # for viewers without MDL
+    name = mdl_name(surface) or shader_id(surface)
+    if name == "UsdPreviewSurface" and network.number(surface, "useSpecularWorkflow", 0.0):
+        name = "UsdPreviewSurface with useSpecularWorkflow"
     rules = _RULES.get(name, {})
-    network = Network(material.GetPrim())
-    columns = {}
-    for attribute, column in values.items():
-        rule = rules.get(attribute.removeprefix("inputs:"))
-        if rule is None or (name == "UsdPreviewSurface" and network.number(shader, "useSpecularWorkflow", 0.0)):
-            known = ", ".join(rules) or "none"
-            raise Unsupported(
-                f"{shader.GetPath()}: {attribute} of {name or 'its shader'} cannot differ between worlds; these can: "
-                f"{known}"
-            )
-        field, convert = rule
-        if row[f"{field}_texture"] != NO_TEXTURE:
-            raise Unsupported(f"{shader.GetPath()}: {attribute} cannot differ between worlds, since a texture is read")
-        columns[field] = convert(network, shader, np.asarray(column, np.float64))
-    return columns
+    rule = rules.get(attribute.removeprefix("inputs:"))
+    if rule is None:
+        raise Unsupported(
+            f"{shader}: {attribute} of {name or 'its shader'} cannot differ between worlds; these can: "
+            f"{', '.join(rules) or 'none'}"
+        )
+    return rule, rule.constants(network, surface)

@@ -42,13 +42,13 @@ class FrameMemory:
             self._host = [source.numpy() for source in self._sources]
             self._device = wp.empty(size, dtype=wp.uint8, device=device)
             self._events = [wp.Event(device) for _ in range(2)]
-        self._turn = 0
+        self.turn = 0  # which of the host's tables are filled now
 
     def begin(self) -> None:
         """Begin to fill the tables: of the last frame but one on CUDA, of the last one on a CPU."""
         if self._sources:
-            self._turn = 1 - self._turn
-            wp.synchronize_event(self._events[self._turn])
+            self.turn = 1 - self.turn
+            wp.synchronize_event(self._events[self.turn])
 
     def host(self, name: str) -> np.ndarray:
         """Return a table as it is to be filled: an array of its rows."""
@@ -56,7 +56,7 @@ class FrameMemory:
         dtype = np.dtype(table.numpy)
         count = table.count * int(np.prod(table.shape, dtype=np.int64))
         start = self._offsets[name]
-        bytes_ = self._host[self._turn][start : start + count * dtype.itemsize]
+        bytes_ = self._host[self.turn][start : start + count * dtype.itemsize]
         return bytes_.view(dtype).reshape(table.count, *table.shape)
 
     def address(self, name: str) -> int:
@@ -72,5 +72,5 @@ class FrameMemory:
     def upload(self) -> None:
         """Copy all tables to the device."""
         if self._sources:
-            wp.copy(self._device, self._sources[self._turn])
-            wp.record_event(self._events[self._turn])
+            wp.copy(self._device, self._sources[self.turn])
+            wp.record_event(self._events[self.turn])

@@ -59,8 +59,8 @@ class FilmBatch:
         if self.has_features and tone.denoise is not False:
             if tone.denoiser != "wavelet" or tone.denoiser_blend != 0.0:
                 raise Unsupported(
-                    f"worlds: the denoiser {tone.denoiser!r}, blend factor {tone.denoiser_blend:g}, cleans one image at "
-                    "a time. Set /usdsdg/denoiser to 'wavelet' and blendFactor to 0, or switch denoising off."
+                    f"worlds: the denoiser {tone.denoiser!r}, blend factor {tone.denoiser_blend:g}, cleans one image "
+                    "at a time. Set /usdsdg/denoiser to 'wavelet' and blendFactor to 0, or switch denoising off."
                 )
             radiance = wavelet_denoiser.denoise(self.arrays, self.device, images=self.images, threads=threads)
         images = tone_mapped(radiance, self.arrays.color, tone, threads)

@@ -18,12 +18,20 @@ def records(struct: Any, count: int) -> np.ndarray:
     return np.zeros(count, dtype_of(struct))
 
 
+def copy_rows(target: np.ndarray, source: np.ndarray) -> None:
+    """Copy rows of one type as bytes: NumPy copies records field by field."""
+    whole = f"V{target.dtype.itemsize}"
+    assert target.dtype == source.dtype
+    target.view(whole)[:] = source.view(whole)
+
+
 def uploaded(rows: np.ndarray, struct: Any, device: str) -> wp.array:
     """Copy an array of `records` to a device, with the same shape.
 
     Equals wp.array(rows, dtype=struct), which is far slower because it derives the layout of the struct each time.
     """
     if rows.dtype.itemsize != dtype_of(struct).itemsize or not rows.flags.c_contiguous:
+        # Such as by `np.concatenate`, which leaves out padding.
         raise ValueError(f"rows of {rows.dtype.itemsize} bytes do not have the memory layout of {struct.key}")
     target = wp.empty(rows.shape, dtype=struct, device=device)
     if rows.size:

@@ -16,8 +16,8 @@ class Worlds:
     Attributes:
         local_to_world: (worlds, instances, 4, 4) float64.
         shown: (worlds, instances) bool.
-        materials: rows of `scene.MATERIAL`: those of the scene, then those of the worlds.
-        material_slots: (worlds, slots) int32 rows of `materials`.
+        own_materials: (worlds, rows) of `scene.MATERIAL`, beside those of the scene.
+        material_slots: (worlds, slots) int32, rows of the scene's materials followed by the own ones, world by world.
         lights: (worlds, lights) rows of `scene.LIGHT`.
         dome_color: (worlds, 3) float64 radiance of a texel of 1 [nits].
         dome_from_world: (worlds, 3, 3) float32.
@@ -25,7 +25,7 @@ class Worlds:
 
     local_to_world: np.ndarray
     shown: np.ndarray
-    materials: np.ndarray
+    own_materials: np.ndarray
     material_slots: np.ndarray
     lights: np.ndarray
     dome_color: np.ndarray

@@ -23,6 +23,7 @@ from usdsdg_render.sync.gprims import Gprim, Gprims
 from usdsdg_render.sync.instance_table import InstanceTable
 from usdsdg_render.sync.invalidation import DirtySet, DirtySetBuilder
 from usdsdg_render.sync.world_reader import Parts, read_worlds
+from usdsdg_render.sync.world_slots import WorldSlots
 from usdsdg_render.usd.prim_kinds import MESH, SHAPE, is_below
 from usdsdg_render.usd.stage_tree import StageTree
 from usdsdg_render.usd.time_code import time_context
@@ -51,6 +52,7 @@ class SceneExtractor:
         self._index_of: dict[int, int] = {}  # id of a prototype -> its index in the scene
         self._skinned: set[Sdf.Path] = set()  # gprims that a skeleton deforms
         self._instances = InstanceTable(self.scene)
+        self._world_slots = WorldSlots()
         self._always_shown: frozenset[Sdf.Path] = frozenset()
         self._toggled: set[Sdf.Path] = set()  # that are now, or were, always shown
         self._lights = StageLights(stage, self.scene)
@@ -85,7 +87,9 @@ class SceneExtractor:
         """
         assert self._tree is not None
         first_slots = self._materials.first_slots
-        parts = Parts(self._stage, self.scene, self._tree, self._gprims, self._instances, first_slots)
+        parts = Parts(
+            self._stage, self.scene, self._tree, self._gprims, self._instances, first_slots, self._world_slots
+        )
         return read_worlds(parts, values)
 
     def node_of(self, path: str) -> int:

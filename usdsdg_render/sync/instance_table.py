@@ -62,7 +62,9 @@ class InstanceTable:
 
     def in_worlds(self, world: WorldTransforms) -> np.ndarray:
         """(worlds, instances, 4, 4) transforms of the instances as last written."""
-        matrices = np.array(np.broadcast_to(world.at(self._nodes[self._drawn]), (world.count, len(self._drawn), 4, 4)))
+        matrices = world.at(self._nodes[self._drawn])
+        if len(matrices) != world.count:
+            matrices = np.repeat(matrices, world.count, axis=0)
         of_point = np.isin(self._drawn, self._point_instances)
         if of_point.any():
             to_instancer = self._to_instancer[np.searchsorted(self._point_instances, self._drawn[of_point])]

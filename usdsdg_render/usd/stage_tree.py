@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
-from usdsdg.stage.world_values import WorldValues
+from usdsdg.stage.world_values import OpLayouts, WorldValues
 from usdsdg_render.usd import prim_kinds
 from usdsdg_render.usd.prim_kinds import is_below, is_material_subset, kind_of, purpose_of, schemas_of, warn_unsupported
 from usdsdg_render.usd.transforms import Levels, TransformHierarchy
@@ -64,6 +64,7 @@ class StageTree:
         self.varying_visibility: dict[Sdf.Path, Usd.Attribute] = {}
         self.skel_roots: set[Sdf.Path] = set()
         self._handles = handles
+        self._layouts = OpLayouts()
         self._stage = stage
         self._other_kinds: dict[Sdf.Path, int] = {}  # of prims that are not in the tree, such as shaders
         self._children_of: dict[Sdf.Path, dict[str, int]] = {}  # during one `resync`
@@ -260,7 +261,7 @@ class StageTree:
     def in_worlds(self, values: WorldValues) -> WorldTransforms:
         """Return the world matrices of nodes where attributes have these values."""
         moved = sorted(node for path in values.moved() if (node := self.index.get(path)) is not None)
-        local = values.local_matrices_of([self.prims[node] for node in moved])
+        local = values.local_matrices_of([self.prims[node] for node in moved], self._layouts)
         ends = [self._subtree_end(node) for node in moved]
         return self._transforms.in_worlds(values.count, moved, local, ends)
 

@@ -42,6 +42,11 @@ class WorldTransforms:
         self._compose(roots, None, local, moved, resets)
         for children, parents in levels:
             here = self._row[children] >= 0
+            # Most prims that stand still are gprims at the origin of what carries them: they are where that is.
+            carried = here & (self._moved[children] < 0) & ~resets[children]
+            carried[carried] = (local[children[carried]] == _IDENTITY).all((1, 2))
+            self._row[children[carried]] = self._row[parents[carried]]
+            here &= ~carried
             if here.any():
                 self._compose(children[here], parents[here], local, moved, resets)
 
@@ -54,15 +59,12 @@ class WorldTransforms:
         else:
             above = self.at(parents)
         still = nodes[~has_moved]
-        # Most prims that stand still are gprims at the origin of what carries them.
-        if (local[still] == _IDENTITY).all():
-            self._matrices[:, self._row[still]] = above[:, ~has_moved]
-        else:
+        if len(still):
             self._matrices[:, self._row[still]] = matrix_product(local[still], above[:, ~has_moved])
-        own = moved[:, self._moved[nodes[has_moved]]]
-        carried = above[:, has_moved]
-        product = own if (carried == _IDENTITY).all() else matrix_product(own, carried)
-        self._matrices[:, self._row[nodes[has_moved]]] = product
+        if has_moved.any():
+            own, carried = moved[:, self._moved[nodes[has_moved]]], above[:, has_moved]
+            product = own if (carried == _IDENTITY).all() else matrix_product(own, carried)
+            self._matrices[:, self._row[nodes[has_moved]]] = product
         for node in nodes[resets[nodes]]:
             alone = moved[:, self._moved[node]] if self._moved[node] >= 0 else local[node]
             self._matrices[:, self._row[node]] = alone
@@ -74,7 +76,7 @@ class WorldTransforms:
         if not (rows >= 0).any():
             return self._world[nodes][None]
         if (rows >= 0).all():
-            return self._matrices[:, rows]
+            return np.take(self._matrices, rows, axis=1)
         found = np.empty((self.count, len(nodes), 4, 4))
         found[:] = self._world[nodes]
         found[:, rows >= 0] = self._matrices[:, rows[rows >= 0]]

@@ -154,9 +154,9 @@ def shade(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wa
         return
     number = wavefront.ray_queue[segment % 2, i]
     hit = load_hit(wavefront.hits, number)
-    arriving = load_path(wavefront.paths, number)
     sample = sample_of(wavefront, options, views, number)
     tables = in_world(tables, sample.world)
+    arriving = load_path(wavefront.paths, number)
     update = add_emission(tables, options, arriving, light_aovs_of(wavefront, number), hit, segment)
     path = update.path
     light_aovs = update.light_aovs

@@ -1,0 +1,1 @@
+"""Many worlds at once: what each shows, what is refused, and what its arrays are."""

@@ -1,0 +1,117 @@
+"""Scenes that worlds can draw, each of other randomizers, and what their frames and their worlds show."""
+
+import numpy as np
+
+import usdsdg as rep
+from usdsdg.capture.worlds import WorldTap
+from usdsdg.session import session
+from usdsdg.session.stage_context import new_stage
+
+SIZE = (40, 30)
+NAMES = ("rgb", "distance_to_camera", "semantic_segmentation", "instance_segmentation", "bounding_box_2d_tight")
+uniform, choice = rep.distribution.uniform, rep.distribution.choice
+
+
+def poses_and_colors():
+    """Poses and colors of shapes, under a dome and a fixed camera."""
+    rep.create.light(light_type="dome", intensity=1000)
+    shapes = rep.create.cube(count=4, semantics=[("class", "cube")])
+    others = rep.create.torus(count=2, semantics=[("class", "torus")])
+    rep.create.plane(scale=10, position=(0, 0, -2))
+    with rep.trigger.on_frame():
+        with shapes:
+            rep.modify.pose(position=uniform((-2, -2, -1), (2, 2, 2)), rotation=uniform((0, 0, 0), (360, 360, 360)))
+            rep.randomizer.color(colors=uniform((0, 0, 0), (1, 1, 1)))
+        with others:
+            rep.randomizer.rotation()
+            rep.modify.pose(position=rep.distribution.combine([uniform(-2, 2), 0.5, rep.distribution.normal(0, 1)]))
+            rep.modify.visibility()
+    return rep.create.camera(position=(7, 1, 3), look_at=(0, 0, 0))
+
+
+def cameras_and_lights():
+    """A camera that looks at a moving object, and lights of other brightness, color and direction; an interval."""
+    dome = rep.create.light(light_type="dome", intensity=300)
+    sun = rep.create.light(light_type="distant", intensity=1000)
+    lamp = rep.create.light(light_type="sphere", intensity=20000, position=(0, 2, 3), scale=0.5)
+    ball = rep.create.sphere(semantics=[("class", "ball")])
+    rep.create.cube(position=(0, 2, 0), semantics=[("class", "cube")])
+    rep.create.plane(scale=10, position=(0, 0, -1))
+    camera = rep.create.camera(position=(7, 1, 3))
+    with rep.trigger.on_frame(interval=2):
+        with dome:
+            rep.modify.attribute("intensity", uniform(100, 500))
+            rep.modify.pose(rotation=uniform((0, 0, 0), (0, 0, 360)))
+        with sun:
+            rep.modify.attribute("color", uniform((0.5, 0.5, 0.5), (1, 1, 1)))
+            rep.modify.pose(rotation=uniform((-60, -30, 0), (-30, 30, 0)))
+    with rep.trigger.on_frame():
+        with ball:
+            rep.modify.pose(position_z=uniform(-1, 1), scale=uniform(0.5, 1.5))
+        with camera:
+            rep.modify.pose(
+                position=uniform((6, -2, 1), (8, 2, 4)), look_at=str(ball.get_output_prims()["prims"][0].GetPath())
+            )
+        with lamp:
+            rep.modify.pose(position=choice([(0, 2, 3), (2, -2, 3)]))
+            rep.modify.attribute("intensity", choice([0.0, 10000.0, 30000.0]))
+    return camera
+
+
+def materials_and_lists():
+    """Inputs of materials, display colors, choices and sequences, and sizes."""
+    rep.create.light(light_type="dome", intensity=800)
+    steel = rep.create.material_omnipbr(diffuse=(0.5, 0.5, 0.6), metallic=0.2, roughness=0.3)
+    bodies = rep.create.sphere(count=3, material=steel, semantics=[("class", "ball")])
+    blocks = rep.create.cube(count=2, semantics=[("class", "cube")])
+    shader = f"{steel.prims[0]}/Shader"
+    with rep.trigger.on_frame(max_execs=4):
+        rep.modify.attribute("inputs:reflection_roughness_constant", uniform(0, 1), input_prims=shader)
+        rep.modify.attribute("inputs:metallic_constant", choice([0.0, 1.0]), input_prims=shader)
+        with bodies:
+            rep.modify.pose(position=rep.distribution.sequence([(0, -2, 0), (0, 0, 0), (0, 2, 0), (0, 0, 2)]))
+        with blocks:
+            rep.modify.attribute("primvars:displayColor", uniform((0, 0, 0), (1, 1, 1)))
+            rep.modify.pose(
+                scale=uniform(0.5, 1.5), rotation_z=uniform(0, 90), position=uniform((1, -3, -2), (2, 3, -1))
+            )
+    return rep.create.camera(position=(9, 0, 2), look_at=(0, 0, 0))
+
+
+def begin(build):
+    """Open a new stage with a scene; return its render product."""
+    session.restart()
+    rep.set_global_seed(5)
+    new_stage()
+    return rep.create.render_product(build(), SIZE)
+
+
+def frames_of(build, count):
+    """What annotators give of so many frames of a scene, one by one."""
+    product = begin(build)
+    annotators = {
+        name: rep.annotators.get(name, init_params={"colorize": False} if "segmentation" in name else None).attach(
+            product
+        )
+        for name in NAMES
+    }
+    found = []
+    for _ in range(count):
+        rep.orchestrator.step()
+        found.append({name: annotator.get_data() for name, annotator in annotators.items()})
+    return found
+
+
+def worlds_of(build, count, steps=1, names=NAMES):
+    """The batches of so many steps of a scene, of `count` worlds each."""
+    begin(build)
+    batches = []
+    session.current().worlds = WorldTap(count, names, batches.append)
+    for _ in range(steps):
+        rep.orchestrator.step()
+    return batches
+
+
+def plain(data):
+    """The array of what `get_data` returns."""
+    return np.asarray(data["data"] if isinstance(data, dict) else data)

@@ -1,0 +1,84 @@
+"""What worlds cannot draw is refused in one line, which names it and the script line."""
+
+import pytest
+
+import usdsdg as rep
+from tests.worlds import scenes
+from usdsdg.capture.worlds import WorldTap
+from usdsdg.errors import ArgumentError, OutOfDeviceMemory, Unsupported
+from usdsdg.session import session
+from usdsdg.session.device_memory import device_memory
+from usdsdg.session.timeline import get_timeline
+
+uniform = rep.distribution.uniform
+
+
+@pytest.fixture(autouse=True)
+def _session():
+    yield
+    session.restart()
+
+
+def scene(edit, trigger=None):
+    """A scene of which a node under a trigger changes a cube, a lamp or the camera."""
+
+    def build():
+        rep.create.light(light_type="dome", intensity=500)
+        parts = {
+            "cube": rep.create.cube(semantics=[("class", "cube")]),
+            "lamp": rep.create.light(light_type="sphere", intensity=500, position=(0, 0, 5)),
+            "floor": rep.create.plane(scale=4),
+            "camera": rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)),
+        }
+        with (trigger or rep.trigger.on_frame)():
+            edit(parts)
+        return parts["camera"]
+
+    return build
+
+
+CASES = {
+    "OgnScatter2D": lambda p: rep.randomizer.scatter_2d(p["floor"], input_prims=p["cube"]),
+    "pivot": lambda p: rep.modify.pose(position=uniform((0, 0, 0), (1, 1, 1)), pivot=(0, 0, -1), input_prims=p["cube"]),
+    "size": lambda p: rep.modify.pose(size=uniform(1, 2), input_prims=p["cube"]),
+    "focalLength": lambda p: rep.modify.attribute("focalLength", uniform(10, 30), input_prims=p["camera"]),
+    "inputs:radius": lambda p: rep.modify.attribute("radius", uniform(0.1, 1), input_prims=p["lamp"]),
+    "scale of a light": lambda p: rep.modify.pose(scale=uniform(0.1, 1), input_prims=p["lamp"]),
+    "look_at": lambda p: rep.modify.pose(look_at=rep.distribution.choice(p["cube"]), input_prims=p["camera"]),
+}
+
+
+@pytest.mark.parametrize("what", CASES)
+def test_what_cannot_differ_is_named_with_its_line(what):
+    with pytest.raises(Unsupported, match=rf"^worlds: Ogn\w+ \(made at test_refusals.py:\d+\)") as refused:
+        scenes.worlds_of(scene(CASES[what]), 2, names=("distance_to_camera",))
+    assert what in str(refused.value)
+    assert "\n" not in str(refused.value)
+    assert str(refused.value).endswith("Leave it out, or run without worlds.")
+
+
+def test_triggers_of_time_and_a_playing_timeline_are_refused():
+    moves = lambda p: rep.modify.pose(rotation_z=uniform(0, 90), input_prims=p["cube"])  # noqa: E731
+    with pytest.raises(Unsupported, match=r"OgnOnTime \(made at test_refusals.py:\d+\) does not fire by frames"):
+        scenes.worlds_of(scene(moves, rep.trigger.on_time), 2)
+    scenes.begin(scene(moves))
+    session.current().worlds = WorldTap(2, ["rgb"], print)
+    get_timeline().play()
+    with pytest.raises(Unsupported, match="the timeline plays, and worlds have no physics"):
+        rep.orchestrator.step()
+
+
+def test_annotators_and_numbers_of_worlds_are_checked():
+    with pytest.raises(ArgumentError, match="cannot show skeleton_data; they can show rgb"):
+        WorldTap(2, ["rgb", "skeleton_data"], print)
+    with pytest.raises(ArgumentError, match="0 is no number of worlds"):
+        WorldTap(0, ["rgb"], print)
+
+
+def test_memory_that_is_used_up_is_one_line_with_the_remedy():
+    with pytest.raises(OutOfDeviceMemory, match="does not suffice for 2.50 GB more. Render fewer worlds") as raised:
+        with device_memory():
+            raise RuntimeError("Failed to allocate 2500000000 bytes on device 'cpu'")
+    assert "\n" not in str(raised.value)
+    with pytest.raises(RuntimeError, match="another failure"), device_memory():
+        raise RuntimeError("another failure")

@@ -1,0 +1,73 @@
+"""`usdsdg run --worlds N` writes the files of `usdsdg run`, whose frames it draws and traces together."""
+
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+from usdsdg.capture.pictures_ahead import PicturesAhead
+from usdsdg.cli.commands import app
+from usdsdg.session import session
+
+SCRIPT = Path(__file__).parents[2] / "examples/scenes/moving_shapes.py"
+FRAMES = 5
+
+
+def files_of(folder, monkeypatch, *options):
+    """Bytes of the files that the script writes, by name."""
+    session.restart()
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    done = CliRunner().invoke(app, ["run", "-q", "--device", "cpu", *options, str(SCRIPT), str(FRAMES), "24"])
+    session.restart()
+    assert done.exit_code == 0, done.output
+    written = [file for file in folder.rglob("*") if file.is_file() and file.suffix in (".png", ".npy", ".json")]
+    return {str(file.relative_to(folder)): file.read_bytes() for file in written}
+
+
+def test_the_files_are_the_same(tmp_path, monkeypatch):
+    traced = []
+    pictures = PicturesAhead.pictures
+
+    def noted(self, frame):
+        found = pictures(self, frame)
+        traced.append((self.frame, frame, len(found)))
+        return found
+
+    one_by_one = files_of(tmp_path / "single", monkeypatch)
+    monkeypatch.setattr(PicturesAhead, "pictures", noted)
+    assert files_of(tmp_path / "together", monkeypatch, "--worlds", "3") == one_by_one
+    assert sum(name.endswith(".png") for name in one_by_one) == FRAMES
+    assert traced == [(0, 0, 1), (0, 1, 1), (0, 2, 1), (3, 3, 1), (3, 4, 1)]
+
+
+SCATTERED = """
+import omni.replicator.core as rep
+
+with rep.new_layer():
+    floor = rep.create.plane(scale=4)
+    cube = rep.create.cube(scale=0.3, semantics=[("class", "cube")])
+    rep.create.light(light_type="dome", intensity=500)
+    product = rep.create.render_product(rep.create.camera(position=(5, 0, 4), look_at=(0, 0, 0)), (24, 16))
+    with rep.trigger.on_frame(max_execs=3), cube:
+        rep.randomizer.scatter_2d(floor)
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir="{folder}", rgb=True)
+writer.attach(product)
+rep.orchestrator.run()
+"""
+
+
+def test_what_worlds_cannot_draw_is_rendered_one_by_one_with_a_warning(tmp_path):
+    found = []
+    for name, options in (("single", []), ("together", ["--worlds", "4"])):
+        session.restart()
+        script = tmp_path / f"{name}.py"
+        script.write_text(SCATTERED.format(folder=tmp_path / name))
+        done = CliRunner().invoke(app, ["run", "-q", "--device", "cpu", *options, str(script)])
+        assert done.exit_code == 0, done.output
+        found.append({file.name: file.read_bytes() for file in (tmp_path / name).glob("rgb*.png")})
+    session.restart()
+    assert len(found[0]) == 3
+    assert found[0] == found[1]
+    assert "OgnScatter2D" in done.output
+    assert "Frames are rendered one by one" in done.output

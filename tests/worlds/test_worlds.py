@@ -1,0 +1,59 @@
+"""World w of the step that begins with frame k shows what frame k + w of a run of single frames shows."""
+
+import numpy as np
+import pytest
+
+import usdsdg as rep
+from tests.worlds import scenes
+from usdsdg.errors import ArgumentError
+from usdsdg.session import session
+from usdsdg.session.stage_context import open_stage
+
+WORLDS, STEPS = 3, 2
+
+
+@pytest.fixture(autouse=True)
+def _session():
+    yield
+    session.restart()
+
+
+def boxes_of(frame):
+    """By prim path, the box of `bounding_box_2d_tight`."""
+    found = frame["bounding_box_2d_tight"]
+    rows = found["data"]
+    names = [f"{each}_{corner}" for corner in ("min", "max") for each in "xy"]
+    return {path: [int(row[name]) for name in names] for path, row in zip(found["info"]["primPaths"], rows)}
+
+
+@pytest.mark.parametrize("build", [scenes.poses_and_colors, scenes.cameras_and_lights, scenes.materials_and_lists])
+def test_each_world_shows_the_frame_of_its_number(build):
+    frames = scenes.frames_of(build, WORLDS * STEPS)
+    batches = scenes.worlds_of(build, WORLDS, STEPS)
+    assert [batch.frame for batch in batches] == [0, WORLDS]
+    pictures = []
+    for batch in batches:
+        arrays = {name: array.numpy() for name, array in batch.arrays.items()}
+        for world in range(WORLDS):
+            frame = frames[batch.frame + world]
+            for name in ("rgb", "distance_to_camera", "semantic_segmentation", "instance_segmentation"):
+                np.testing.assert_array_equal(arrays[name][world], scenes.plain(frame[name]), err_msg=name)
+            boxes = dict(zip(batch.prims, arrays["bounding_box_2d_tight"][world].tolist()))
+            assert {path: box[1:] for path, box in boxes.items() if box[0] > 0} == boxes_of(frame)
+            assert all(box == [0, -1, -1, -1, -1] for box in boxes.values() if box[0] == 0)
+            pictures.append(arrays["rgb"][world].tobytes())
+    assert len(set(pictures)) > WORLDS  # the draws differ
+
+
+def test_a_world_is_written_as_a_stage_that_shows_it(tmp_path):
+    (batch,) = scenes.worlds_of(scenes.cameras_and_lights, WORLDS)
+    batch.save_world(2, str(tmp_path / "world.usda"))
+    with pytest.raises(ArgumentError, match="world 3 is none of 0 to 2"):
+        batch.save_world(3, str(tmp_path / "none.usda"))
+    session.restart()
+    rep.set_global_seed(5)
+    open_stage(str(tmp_path / "world.usda"))
+    product = rep.create.render_product(batch.camera, scenes.SIZE)
+    annotator = rep.annotators.get("distance_to_camera").attach(product)
+    rep.orchestrator.step()
+    np.testing.assert_allclose(annotator.get_data(), batch.arrays["distance_to_camera"].numpy()[2], rtol=1e-6)
