@@ -18,12 +18,13 @@ def records(struct: Any, count: int) -> np.ndarray:
     return np.zeros(count, dtype_of(struct))
 
 
-def uploaded(rows: np.ndarray, struct: Any, device: str) -> wp.array:
-    """Copy an array of `records` to a device, with the same shape.
+def uploaded(rows: np.ndarray, struct: Any, device: str, *, into: wp.array | None = None) -> wp.array:
+    """Copy an array of `records` to a device, with the same shape; `into` an earlier result, if that has this shape.
 
     Equals wp.array(rows, dtype=struct), which is far slower because it derives the layout of the struct each time.
     """
-    target = wp.empty(rows.shape, dtype=struct, device=device)
+    fits = into is not None and into.shape == rows.shape
+    target = into if fits else wp.empty(rows.shape, dtype=struct, device=device)
     if rows.size:
         source = wp.array(ptr=rows.ctypes.data, shape=rows.shape, dtype=struct, device="cpu", copy=False)
         wp.copy(target, source)
