@@ -24,10 +24,15 @@ def one_of(options: Any, seed: int | None) -> Distribution:
 
 def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
     """Return one value per prim of `node` for its input `role`: a constant, a list per prim, or a distribution."""
+    return list(draw_column(value, node, execution, role))
+
+
+def draw_column(value: Any, node: Node, execution: int, role: str) -> list[Any] | np.ndarray:
+    """As `draw`, as an array with a row for each prim where a distribution draws numbers."""
     count = len(node.prims)
     if isinstance(value, Distribution):
         consumer = f"{node.key}/{value.node.name or role}"
-        return list(value.sample(consumer, execution, node.prims))
+        return value.sample(consumer, execution, node.prims)
     if isinstance(value, np.ndarray):
         value = list(value) if value.ndim else value.item()
     if isinstance(value, list) and len(value) == count and not is_vector(value):

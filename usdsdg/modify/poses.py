@@ -8,7 +8,7 @@ from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
-from usdsdg.distribution import Distribution, draw
+from usdsdg.distribution import Distribution, draw_column
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
@@ -107,26 +107,36 @@ def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
 def write_pose(node: Node, execution: int) -> None:
     """Write the poses that an "OgnWritePose" node samples for one execution."""
     order = node.inputs.get("rotation_order", "XYZ")
-    prims = target_prims(node)
-    instancers = [prim for prim in prims if has_posable_instances(prim)]
+    prims, instancers, are_distinct = _targets(node)
     for instancer in instancers:
         pose_instances(instancer, node, execution, order)
     drawn = {
         role: _column(role, value, node, execution) for role, value in node.inputs.items() if role not in _SETTINGS
     }
-    if not instancers and _pose_all(prims, drawn, order):
+    if are_distinct and not instancers and _pose_all(prims, drawn, order):
         return
     for index, prim in enumerate(prims):
         if prim not in instancers:
             _pose_one(prim, {role: column[index] for role, column in drawn.items()}, order)
 
 
+def _targets(node: Node) -> tuple[list[Usd.Prim], list[Usd.Prim], bool]:
+    """Return the prims of a node, those of them that have posable instances, and whether they are all different ones.
+
+    It is what they are when they are looked up: no prim gets posable instances later.
+    """
+    prims = target_prims(node)
+    targets = node.state.get("targets")
+    if targets is None or targets[0] is not prims:
+        instancers = [prim for prim in prims if has_posable_instances(prim)]
+        targets = node.state["targets"] = prims, instancers, len(set(prims)) == len(prims)
+    return targets
+
+
 def _pose_all(prims: list[Usd.Prim], drawn: dict[str, Any], order: str) -> bool:
     """Write position, rotation and scale of all prims in one batch; return False, writing nothing, for other inputs."""
     columns = {role: _rows(column) for role, column in drawn.items() if role in _BATCHED}
     if len(columns) < len(drawn) or order != "XYZ" or any(column is None for column in columns.values()):
-        return False
-    if len(set(prims)) < len(prims):
         return False
     rotation = columns.get("rotation")
     author_poses(
@@ -156,7 +166,7 @@ def _column(role: str, value: Any, node: Node, execution: int) -> Sequence[Any] 
     # Several prims are one target, their mean position, even if there is one of them per posed prim.
     if role == "look_at" and is_paths(value):
         return [value] * len(node.prims)
-    return draw(value, node, execution, role)
+    return draw_column(value, node, execution, role)
 
 
 def is_paths(value: Any) -> bool:

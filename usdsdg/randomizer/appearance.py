@@ -7,7 +7,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
-from usdsdg.distribution import Distribution, draw, is_vector, one_of
+from usdsdg.distribution import Distribution, draw_column, is_vector, one_of
 from usdsdg.errors import AssetNotFound
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
@@ -83,7 +83,7 @@ def _material_node(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_
 @action("OgnTexture")
 @action("OgnColor")
 def _write_materials(node: Node, execution: int) -> None:
-    drawn = {name: draw(value, node, execution, name) for name, value in node.inputs.items() if name in _INPUTS}
+    drawn = {name: draw_column(value, node, execution, name) for name, value in node.inputs.items() if name in _INPUTS}
     shaders: dict[str, UsdShade.Shader] = node.state.setdefault("shaders", {})
     if _write_colors(node, shaders, drawn):
         return
@@ -95,7 +95,7 @@ def _write_materials(node: Node, execution: int) -> None:
                 _write_inputs(shaders[target], {name: column[index] for name, column in drawn.items()})
 
 
-def _write_colors(node: Node, shaders: dict[str, UsdShade.Shader], drawn: dict[str, list[Any]]) -> bool:
+def _write_colors(node: Node, shaders: dict[str, UsdShade.Shader], drawn: dict[str, Any]) -> bool:
     """Write the colors of existing materials in one batch; return False, writing nothing, in all other cases."""
     if list(drawn) != ["diffuse_color_constant"] or not all(path in shaders for path in node.prims):
         return False
@@ -109,9 +109,10 @@ def _write_colors(node: Node, shaders: dict[str, UsdShade.Shader], drawn: dict[s
         bound = [shaders[path].GetPrim().GetParent() for path in node.prims]
         return [each.GetChild("PreviewSurface").GetAttribute("inputs:diffuseColor") for each in bound]
 
-    return write_batch(node.state, "constants", constants, colors) and write_batch(
-        node.state, "previews", previews, colors
-    )
+    with Sdf.ChangeBlock():
+        return write_batch(node.state, "constants", constants, colors) and write_batch(
+            node.state, "previews", previews, colors
+        )
 
 
 def _existing_shader(path: str) -> UsdShade.Shader | None:

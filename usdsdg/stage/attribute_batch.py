@@ -4,6 +4,7 @@ USD resolves and notifies at every `Set`; here the Sdf specs are looked up once 
 """
 
 from collections.abc import Callable, Sequence
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,9 @@ _STORAGE = {
     f"{role}3f{array}": f"float3{array}" for role in ("color", "vector", "point", "normal") for array in ("", "[]")
 }
 _STORAGE["texCoord2f[]"] = "float2[]"
+
+
+_is_expired = attrgetter("expired")
 
 
 class AttributeBatch:
@@ -57,7 +61,7 @@ class AttributeBatch:
     @property
     def is_current(self) -> bool:
         """Whether the edit target is unchanged and all specs still exist."""
-        return self._stage.GetEditTarget() == self._target and not any(spec.expired for spec in self._specs)
+        return self._stage.GetEditTarget() == self._target and not any(map(_is_expired, self._specs))
 
     def write(self, values: Any) -> bool:
         """Set one value per attribute; return False, with nothing written, for values that need `Usd.Attribute.Set`."""

@@ -1,10 +1,13 @@
 """Tracking of stage edits: what has changed since a reader last asked."""
 
-from collections.abc import Callable, Iterator, Mapping
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, ClassVar
+from weakref import ReferenceType, WeakKeyDictionary, ref
 
 from pxr import Sdf, Tf, Usd
 
@@ -51,8 +54,8 @@ class ChangeTracker:
         self._changed: set[Sdf.Path] = set()
         self._reapplied: set[Sdf.Path] = set()  # prims of which only the applied schemas changed
         self._muted = 0
-        # pxr holds the method weakly, so that the listener does not keep the tracker alive.
-        self._listener: Tf.Notice.Listener | None = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._record, stage)
+        self._source: _Notices | None = _Notices.of(stage)
+        self._source.add(self)
 
     def take(
         self, *, is_relevant: Callable[[Sdf.Path], bool] | None = None, handles: Mapping[Sdf.Path, Any] | None = None
@@ -101,18 +104,55 @@ class ChangeTracker:
 
     def close(self) -> None:
         """Stop listening; what was recorded can still be taken."""
-        if self._listener is not None:
-            self._listener.Revoke()
-            self._listener = None
+        if self._source is not None:
+            self._source.remove(self)
+            self._source = None
 
-    def _record(self, notice: Usd.Notice.ObjectsChanged, sender: Usd.Stage) -> None:
+    def record(self, changed: Sequence[Sdf.Path], resynced: Sequence[Sdf.Path], reapplied: Sequence[Sdf.Path]) -> None:
+        """Add the paths of one notice, unless muted."""
         if self._muted:
             return
-        self._changed.update(notice.GetChangedInfoOnlyPaths())
+        self._changed.update(changed)
+        if resynced or reapplied:
+            self._resynced.update(resynced)
+            self._reapplied.update(reapplied)
+
+
+class _Notices:
+    """The listener to one stage, which its trackers share: reading the paths of a notice is most of what it costs."""
+
+    _of_stages: ClassVar[WeakKeyDictionary[Usd.Stage, ReferenceType[_Notices]]] = WeakKeyDictionary()
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._readers: list[ReferenceType[ChangeTracker]] = []
+        # pxr holds the method weakly, so that the listener ends with the last tracker.
+        self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._read, stage)
+
+    @classmethod
+    def of(cls, stage: Usd.Stage) -> _Notices:
+        """Return the listener to a stage, a new one if no tracker has it."""
+        known = cls._of_stages.get(stage)
+        found = None if known is None else known()
+        if found is None:
+            found = cls(stage)
+            cls._of_stages[stage] = ref(found)
+        return found
+
+    def add(self, reader: ChangeTracker) -> None:
+        self._readers = [ref(reader), *(known for known in self._readers if known() is not None)]
+
+    def remove(self, reader: ChangeTracker) -> None:
+        self._readers = [known for known in self._readers if known() is not reader]
+
+    def _read(self, notice: Usd.Notice.ObjectsChanged, sender: Usd.Stage) -> None:
+        changed = notice.GetChangedInfoOnlyPaths()
+        resynced = list(notice.GetResolvedAssetPathsResyncedPaths())
+        reapplied: list[Sdf.Path] = []
         for path in notice.GetResyncedPaths():
-            (self._reapplied if notice.GetChangedFields(path) == ["apiSchemas"] else self._resynced).add(path)
-        if resolved := notice.GetResolvedAssetPathsResyncedPaths():
-            self._resynced.update(resolved)
+            (reapplied if notice.GetChangedFields(path) == ["apiSchemas"] else resynced).append(path)
+        for known in self._readers:
+            if (reader := known()) is not None:
+                reader.record(changed, resynced, reapplied)
 
 
 def _has_prefix(path: Sdf.Path, roots: set[Sdf.Path]) -> bool:

@@ -45,7 +45,11 @@ class DeviceScene:
         self._prototypes: dict[int, _PrototypeMemory] = {}
         self._textures: dict[int, tuple[Texture, wp.array]] = {}
         self._tile_tables: list[wp.array] = []
-        self._cutouts = np.zeros(0, bool)
+        self._cutouts = np.zeros(0, bool)  # of each instance
+        self._transparent = np.zeros(0, bool)  # of each material
+        self._has_emission = False
+        self._materials: wp.array | None = None
+        self._slots = np.zeros(0, np.int32)
         self.lit = False  # whether anything emits light
         self.has_local_and_environment_light = False
         self.has_glass = False
@@ -63,24 +67,24 @@ class DeviceScene:
             self._upload_materials(scene)
         if "prototypes" in changed:
             self._upload_prototypes(scene)
-        cutouts = self._cutouts
+        cutouts, slots = self._cutouts, self._slots
         if changed & {"prototypes", "instances", "materials"}:
             self._cutouts = self._find_cutouts(scene)
         # Materials concern the records of instances only by what rays may pass through.
         replaced = bool(changed & {"prototypes", "instances"}) or not np.array_equal(cutouts, self._cutouts)
         if replaced:
             self._upload_instances(scene)
-        if "materials" in changed or replaced:
-            self.tables.slots = self._array(scene.material_slots, wp.int32)
+        if not np.array_equal(slots, scene.material_slots):
+            self._slots = scene.material_slots.copy()
+            self.tables.slots = self._array(self._slots, wp.int32)
         if "transforms" in changed or replaced:
             self.set_transforms(scene, scene.instances.local_to_world)
-        has_emission = bool((scene.materials["emission"] > 0).any())
-        if "lights" in changed or ((has_emission or self.tables.emissive_count > 0) and changed):
+        if "lights" in changed or ((self._has_emission or self.tables.emissive_count > 0) and changed):
             self.lights.upload(scene, self.tables)
         if "dome" in changed:
             self.tables.dome = self._environment.upload(scene.dome)
         far = self.lights.distant_strength + self.tables.dome.strength
-        self.lit = has_emission or self.lights.local_strength + far > 0
+        self.lit = self._has_emission or self.lights.local_strength + far > 0
         self.has_local_and_environment_light = self.lights.local_strength > 0 and far > 0
         self._versions = dict(scene.versions)
 
@@ -109,9 +113,13 @@ class DeviceScene:
         return wp.array(words, dtype=wp.uint32, device=self.device, copy=self.device != "cpu")
 
     def _upload_materials(self, scene: Scene) -> None:
-        self.tables.materials = uploaded(scene.materials, structs.Material, self.device)
-        self.tables.cutouts = int(_may_be_transparent(scene).any())
-        self.has_glass = bool((scene.materials["transmission"] > 0).any())
+        materials = scene.materials
+        self._materials = uploaded(materials, structs.Material, self.device, into=self._materials)
+        self.tables.materials = self._materials
+        self._transparent = _may_be_transparent(materials)
+        self.tables.cutouts = int(self._transparent.any())
+        self.has_glass = bool((materials["transmission"] > 0).any())
+        self._has_emission = bool((materials["emission"] > 0).any())
 
     def _upload_prototypes(self, scene: Scene) -> None:
         kept = {}
@@ -123,12 +131,12 @@ class DeviceScene:
 
     def _find_cutouts(self, scene: Scene) -> np.ndarray:
         """Return for each instance whether rays may pass through a part of it."""
+        instances = scene.instances
+        if not self._transparent.any():
+            return np.zeros(len(instances.prototype), bool)
         memories = [self._prototypes.get(id(prototype)) for prototype in scene.prototypes]
         slots = np.array([0 if memory is None else memory.slots for memory in memories], np.int64)
-        instances = scene.instances
-        return _any_of(
-            _may_be_transparent(scene)[scene.material_slots], instances.slot_offset, slots[instances.prototype]
-        )
+        return _any_of(self._transparent[scene.material_slots], instances.slot_offset, slots[instances.prototype])
 
     def _upload_instances(self, scene: Scene) -> None:
         """Upload the instances' records, without their transforms."""
@@ -201,9 +209,8 @@ def _triangle_records(prototype: Prototype) -> np.ndarray:
     return rows
 
 
-def _may_be_transparent(scene: Scene) -> np.ndarray:
+def _may_be_transparent(rows: np.ndarray) -> np.ndarray:
     """Return for each material whether rays may pass through it."""
-    rows = scene.materials
     return (rows["opacity"] < 1.0) | (rows["opacity_texture"] >= 0) | (rows["transmission"] > 0.0)
 
 

@@ -13,6 +13,7 @@ from usdsdg_render.materials.network import Network, Reading, shader_id
 from usdsdg_render.materials.preview_surface import read_preview_surface
 from usdsdg_render.materials.shading import Material
 from usdsdg_render.usd.prim_kinds import is_below
+from usdsdg_render.usd.time_code import current_values
 
 
 @dataclass
@@ -121,13 +122,10 @@ class MaterialLibrary:
         """
         updates: dict[Sdf.Path, Update] = {}
         others: set[Sdf.Path] = set()
-        for each in plain:
-            made = each.reading.read_alone() if each.entry.users == 1 else None
-            if made is None:
-                changed = {**changed, each.prim: {*changed.get(each.prim, ()), each.name}}
-            else:
-                (name,) = each.reading.fields
-                self._replace(each.material, each.entry, {name: made}, updates)
+        if unusual := self._update_plain(plain, updates):
+            changed = {prim: set(names) for prim, names in changed.items()}
+            for each in unusual:
+                changed.setdefault(each.prim, set()).add(each.name)
         for prim, names in changed.items():
             found = self._readers.get(prim, ())
             if not found and self._is_unread_shader(prim):
@@ -147,14 +145,36 @@ class MaterialLibrary:
                     self._note_plain_inputs(prim, names, path, entry)
         return updates, others
 
+    def _update_plain(self, plain: Sequence[PlainInput], updates: dict[Sdf.Path, Update]) -> list[PlainInput]:
+        """Update what plain inputs make; return those that are not plain any more."""
+        others: list[PlainInput] = []
+        by_make: dict[Any, list[PlainInput]] = {}
+        for each in plain:
+            if each.entry.users == 1 and each.reading.is_alone:
+                by_make.setdefault(each.reading.alone, []).append(each)
+            else:
+                others.append(each)
+        for make, inputs in by_make.items():
+            values = current_values([each.reading.attribute for each in inputs])
+            for each, value, made in zip(inputs, values, make(values)):
+                if made is None:
+                    others.append(each)
+                    continue
+                each.reading.value = value
+                (name,) = each.reading.fields
+                self._replace(each.material, each.entry, {name: made}, updates)
+        return others
+
     def _replace(self, path: Sdf.Path, entry: _Entry, fields: dict[str, Any], updates: dict[Sdf.Path, Update]) -> None:
         """Replace fields of a material, and note that in `updates`."""
         before, earlier = entry.material, updates.get(path)
         assert before is not None  # whoever calls this has read some of its fields
-        entry.material = before.with_fields(fields)
+        after = entry.material = before.with_fields(fields)
         self._unshare(entry)
-        known = {*fields, *earlier.names} if earlier else fields.keys()
-        updates[path] = Update(earlier.before if earlier else before, entry.material, known)
+        if earlier is None:
+            updates[path] = Update(before, after, fields)
+        else:
+            updates[path] = Update(earlier.before, after, {*fields, *earlier.names})
 
     def _note_plain_inputs(self, prim: Sdf.Path, names: Iterable[str], path: Sdf.Path, entry: _Entry) -> None:
         for name in names:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -34,18 +34,13 @@ class Reading:
     attribute: Usd.Attribute
     value: Any
     fields: set[str] = field(default_factory=set)
-    # Makes its only field of a value, where that field depends on nothing else; returns None for unusable values.
-    alone: Callable[[Any], Any] | None = None
+    # Makes its only field, where that field depends on nothing else, for many values; None for those not usable.
+    alone: Callable[[Sequence[Any]], Sequence[Any]] | None = None
 
-    def read_alone(self) -> Any:
-        """Return the only field that was read of it, made of its value of now; None if more depends on it."""
-        if self.alone is None or len(self.fields) != 1 or self.attribute.HasAuthoredConnections():
-            return None
-        value = current_value(self.attribute)
-        made = None if value is None else self.alone(value)
-        if made is not None:
-            self.value = value
-        return made
+    @property
+    def is_alone(self) -> bool:
+        """Whether its own value still makes its only field by itself."""
+        return self.alone is not None and len(self.fields) == 1 and not self.attribute.HasAuthoredConnections()
 
 
 @dataclass
@@ -100,10 +95,10 @@ class Network:
             stale |= reading.fields
         return {name: self._read_field(name) for name in stale}
 
-    def note_alone(self, shader: UsdShade.Shader, name: str, make: Callable[[Any], Any]) -> None:
+    def note_alone(self, shader: UsdShade.Shader, name: str, make: Callable[[Sequence[Any]], Sequence[Any]]) -> None:
         """Note that the field that is being read depends on this input only, while the others are as they are.
 
-        make: returns the field for a value of the input, None if the value is not usable.
+        make: returns the field for each of some values of the input, None for those that are not usable.
         """
         reading = self._noted(shader, name)[1]
         if reading is not None and reading.fields == {self._field}:

@@ -3,11 +3,12 @@
 Mirrors https://docs.omniverse.nvidia.com/materials-and-rendering/latest/templates/OmniPBR.html
 """
 
-import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from pxr import UsdShade
+import numpy as np
+from pxr import Gf, UsdShade, Vt
 
 from usdsdg.stage.colors import LUMINANCE
 from usdsdg_render.images.textures import TextureUse
@@ -25,7 +26,6 @@ from usdsdg_render.materials.network import Network
 from usdsdg_render.materials.preview_surface import reflectance
 from usdsdg_render.materials.shading import Input, Material
 from usdsdg_render.scene.scene import UvTransform
-from usdsdg_render.usd.authored_values import as_floats
 
 COAT_IOR = 1.56
 
@@ -90,7 +90,7 @@ def _albedo(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input
     use = texture(network, shader, "diffuse_texture", color=True, transform=uv)
     if use is None:
         if tint == WHITE and (brightness, add, desaturation) == (1.0, 0.0, 0.0):
-            network.note_alone(shader, "diffuse_color_constant", _plain_albedo)
+            network.note_alone(shader, "diffuse_color_constant", _plain_albedos)
         return Input(untextured)
     use = replace(use, desaturation=desaturation)
     if not add:
@@ -98,12 +98,17 @@ def _albedo(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input
     return Input(tint, replace(use, scale=(brightness,) * 3 + (1.0,), bias=(add,) * 3 + (0.0,)), 0, untextured)
 
 
-def _plain_albedo(color: Any) -> Input | None:
-    """Make `_albedo` of the constant where nothing else changes it."""
-    numbers = as_floats(color, 3)
-    if numbers is None or not all(map(math.isfinite, numbers)):
-        return None
-    return Input(tuple(c if c > 0.0 else 0.0 for c in numbers))
+def _plain_albedos(colors: Sequence[Any]) -> list[Input | None]:
+    """Make `_albedo` of constants that nothing else changes."""
+    if any(type(color) is not Gf.Vec3f for color in colors):
+        return [None] * len(colors)
+    rows = np.array(Vt.Vec3fArray(colors), np.float64)
+    # Adding zero makes a positive one of a negative one.
+    return _inputs(np.maximum(rows, 0.0) + 0.0, np.isfinite(rows).all(axis=1))
+
+
+def _inputs(rows: np.ndarray, usable: np.ndarray) -> list[Input | None]:
+    return [Input(tuple(row)) if good else None for row, good in zip(rows.tolist(), usable.tolist())]
 
 
 def _blended(
@@ -123,17 +128,19 @@ def _blended(
     constant = network.number(shader, f"{name}_constant", default)
     own = None if orm is not None else texture(network, shader, texture_name, color=False, transform=uv)
     if orm is None and own is None:
-        network.note_alone(shader, f"{name}_constant", _plain_number)
+        network.note_alone(shader, f"{name}_constant", _plain_numbers)
     influence = network.number(shader, f"{name}_texture_influence", 1.0)
     if orm is not None:
         return blended(constant, orm, orm_channel, influence)
     return blended(constant, own, 0, influence)
 
 
-def _plain_number(value: Any) -> Input | None:
-    """Make `_blended` of the constant where there is no texture."""
-    numbers = as_floats(value, 1)
-    return None if numbers is None or not math.isfinite(numbers[0]) else Input(numbers)
+def _plain_numbers(values: Sequence[Any]) -> list[Input | None]:
+    """Make `_blended` of constants where there are no textures."""
+    if any(type(value) is not float for value in values):
+        return [None] * len(values)
+    rows = np.array(values).reshape(-1, 1)
+    return _inputs(rows, np.isfinite(rows[:, 0]))
 
 
 def _opacity(network: Network, shader: UsdShade.Shader, uv: UvTransform, *, enabled: bool) -> Input:

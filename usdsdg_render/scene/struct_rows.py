@@ -25,15 +25,16 @@ def copy_rows(target: np.ndarray, source: np.ndarray) -> None:
     target.view(whole)[:] = source.view(whole)
 
 
-def uploaded(rows: np.ndarray, struct: Any, device: str) -> wp.array:
-    """Copy an array of `records` to a device, with the same shape.
+def uploaded(rows: np.ndarray, struct: Any, device: str, *, into: wp.array | None = None) -> wp.array:
+    """Copy an array of `records` to a device, with the same shape; `into` an earlier result, if that has this shape.
 
     Equals wp.array(rows, dtype=struct), which is far slower because it derives the layout of the struct each time.
     """
     if rows.dtype.itemsize != dtype_of(struct).itemsize or not rows.flags.c_contiguous:
         # Such as by `np.concatenate`, which leaves out padding.
         raise ValueError(f"rows of {rows.dtype.itemsize} bytes do not have the memory layout of {struct.key}")
-    target = wp.empty(rows.shape, dtype=struct, device=device)
+    fits = into is not None and into.shape == rows.shape
+    target = into if fits else wp.empty(rows.shape, dtype=struct, device=device)
     if rows.size:
         source = wp.array(ptr=rows.ctypes.data, shape=rows.shape, dtype=struct, device="cpu", copy=False)
         wp.copy(target, source)

@@ -82,6 +82,8 @@ class GprimMaterials:
 
     def read(self, gprims: Sequence[Gprim], time: Usd.TimeCode) -> None:
         """Read the material of each slot of gprims."""
+        if not gprims:
+            return
         bound = [[None if path is None else self._library.at(path) for path in gprim.bound] for gprim in gprims]
         shown = [g for g, own in zip(gprims, bound) if any(m is None or m.reads_display_color for m in own)]
         _read_shown(shown, time)
