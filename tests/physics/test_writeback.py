@@ -202,6 +202,20 @@ def test_only_bodies_that_moved_are_written():
     engine.advance(1 / 60)
     listener.Revoke()
     assert {path.GetPrimPath() for path in written} == {falling.GetPath()}
+    # What falls keeps its rotation and its spin.
+    assert {path.name for path in written} == {"xformOp:translate", "physics:velocity"}
+
+
+def test_a_rotation_is_written_when_a_body_only_turns():
+    stage = new_stage()
+    prim = add(stage, "/World/box", rotate=(0, 0, 0), gravity=False)
+    set_value(prim, "physics:angularVelocity", Gf.Vec3f(0, 0, 60))
+    engine = playing(stage)
+    engine.advance(0.5)
+    set_value(prim, "physics:velocity", Gf.Vec3f(1, 0, 0))
+    engine.advance(0.25)
+    assert np.array(prim.GetAttribute("xformOp:rotateXYZ").Get()) == pytest.approx([0, 0, 45], abs=0.1)
+    assert position(prim) == pytest.approx([0.25, 0, 0], abs=1e-3)
 
 
 def test_body_below_a_moving_body():

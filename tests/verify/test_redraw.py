@@ -4,13 +4,14 @@ import shutil
 
 import numpy as np
 import pytest
-from pxr import UsdGeom
+from pxr import Sdf, UsdGeom, UsdShade
 from typer.testing import CliRunner
 
 from tests.verify import datasets, faults_above
 from usdsdg.annotators.ownership import LabeledStage
 from usdsdg.capture import subsets
 from usdsdg.cli.commands import app
+from usdsdg.datasets.folder import Folder
 from usdsdg.session import session
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
@@ -93,6 +94,47 @@ def test_labels_of_subsets_that_are_others_on_the_stage_are_found(tmp_path, monk
         folder = datasets.make(tmp_path, ("basic_ids",), frames=2, edit=divide) / "basic_ids"
     found = [fault.what for fault in verify(folder, render=2).faults]
     assert "/World/Board/Door belongs to" in found
+
+
+def repaint(frame: int) -> None:
+    """Give one thing a labeled paint, then a labeled glaze, which at last is invisible."""
+    stage, paths = current_stage(), ("/World/Looks/Paint", "/World/Looks/Glaze")
+    if frame == 0:
+        for path in paths:
+            material = UsdShade.Material.Define(stage, path)
+            shader = UsdShade.Shader.Define(stage, f"{path}/Shader")
+            shader.CreateIdAttr("UsdPreviewSurface")
+            shader.CreateInput("opacity", Sdf.ValueTypeNames.Float).Set(1.0)
+            shader.CreateInput("opacityThreshold", Sdf.ValueTypeNames.Float).Set(0.5)
+            material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
+            add_labels(material.GetPrim(), {"finish": [material.GetPrim().GetName()]})
+    if frame < 2:
+        body = stage.GetPrimAtPath("/World/Thing_0/Body")
+        UsdShade.MaterialBindingAPI.Apply(body).Bind(UsdShade.Material.Get(stage, paths[frame]))
+    else:
+        stage.GetAttributeAtPath(f"{paths[1]}/Shader.inputs:opacity").Set(0.0)
+
+
+def test_frames_whose_materials_change_render_again_as_they_were(tmp_path):
+    folder = datasets.make(tmp_path, ("basic_ids",), frames=3, edit=repaint) / "basic_ids"
+    report = verify(folder, render=3)
+    assert report.faults == []
+    assert report.rendered == 3
+    finishes = [
+        labels.get("finish")
+        for record in Folder(folder).records
+        for selection in record.products[0].selections.values()
+        for labels in map(dict, selection.labels)
+    ]
+    assert {"paint", "glaze"} <= set(finishes)
+
+
+def test_labels_of_materials_that_are_others_on_the_stage_are_found(tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        patch.setattr(LabeledStage, "_materials", lambda self, gprims: {})
+        folder = datasets.make(tmp_path, ("basic_ids",), frames=1, edit=repaint) / "basic_ids"
+    found = [(fault.what, fault.expected) for fault in verify(folder, render=1).faults]
+    assert any("paint" in str(expected) or "Body" in str(expected) for _, expected in found)
 
 
 def test_frames_are_chosen_by_number(clean):

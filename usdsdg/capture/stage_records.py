@@ -28,6 +28,9 @@ FREELY, EVERY = 8, 50
 # Prims that no label depends on.
 _IGNORED = tuple(map(Sdf.Path, ("/Render", "/Replicator/SDGPipeline", "/OmniverseKit_Persp")))
 _IGNORED_NAMES = ("inputs:", "outputs:", "info:", "primvars:displayColor", "physics:", "drive:", "state:", "ui:")
+# Parts of names of inputs on which it depends what rays meet, and the relationships that do so.
+_OPACITY = ("opacity", "cutout", "alpha", "transmission")
+_BINDINGS = "material:binding"
 _NO_FOLDER = Path("/nonexistent")  # from which no relative path leads to an asset, so that all become absolute
 
 
@@ -37,7 +40,8 @@ class StageMoment:
 
     base: str  # path of the file of the stage below the output folder
     content: bytes  # of that file
-    edits: tuple[tuple[Sdf.Path, Any, Any], ...]  # attribute, its type and value: what has changed since
+    # Attribute, its type and value, or relationship, None and its targets: what has changed since.
+    edits: tuple[tuple[Sdf.Path, Any, Any], ...]
     facts: dict[str, Any]  # time code, and settings on which labels depend
 
     @cached_property
@@ -48,8 +52,13 @@ class StageMoment:
             layer.Clear()
             with Sdf.ChangeBlock():
                 for path, kind, value in self.edits:
-                    Sdf.JustCreatePrimAttributeInLayer(layer, path, kind)
-                    layer.GetAttributeAtPath(path).default = value
+                    if kind is None:
+                        owner = Sdf.CreatePrimInLayer(layer, path.GetPrimPath())
+                        spec = Sdf.RelationshipSpec(owner, path.name, custom=False)
+                        spec.targetPathList.explicitItems = value
+                    else:
+                        Sdf.JustCreatePrimAttributeInLayer(layer, path, kind)
+                        layer.GetAttributeAtPath(path).default = value
             return layer.ExportToString().encode()
 
 
@@ -70,8 +79,9 @@ class StageRecords:
         self._tracker = ChangeTracker(stage)
         self._base: tuple[str, bytes] | None = None
         self._captures = self._copies = 0
-        self._changed: dict[Sdf.Path, tuple[Usd.Attribute, Any]] = {}  # attributes and their types, since the base
-        self._in_order: list[tuple[Sdf.Path, Any, Usd.Attribute]] | None = None  # of them; None: not known
+        # Since the base: attributes and their types, relationships and None.
+        self._changed: dict[Sdf.Path, tuple[Usd.Property, Any]] = {}
+        self._in_order: list[tuple[Sdf.Path, Any, Any]] | None = None  # of them; None: not known
         self._noted: dict[Sdf.Path, set[str]] = {}  # names by prim that were looked at since the base
 
     def take(self, time: Usd.TimeCode) -> StageMoment | None:
@@ -82,7 +92,11 @@ class StageRecords:
         if self._in_order is None:
             # Sorted, since changes come in an order that differs from process to process.
             self._in_order = [(path, kind, each) for path, (each, kind) in sorted(self._changed.items())]
-        edits = [(path, kind, each.Get(time)) for path, kind, each in self._in_order if each]
+        edits = [
+            (path, kind, each.GetTargets() if kind is None else each.Get(time))
+            for path, kind, each in self._in_order
+            if each
+        ]
         facts = {
             "time": None if time.IsDefault() else time.GetValue(),
             "glass": glass_labels(),
@@ -111,15 +125,25 @@ class StageRecords:
             if noted is not None and names <= noted:
                 continue
             if _matters(prim):
-                for name in sorted(name for name in names if name and not name.startswith(_IGNORED_NAMES)):
+                for name in sorted(filter(_decides_labels, names)):
                     path = prim.AppendProperty(name)
-                    if path not in self._changed and (attribute := self._stage.GetAttributeAtPath(path)):
+                    if path in self._changed:
+                        continue
+                    if attribute := self._stage.GetAttributeAtPath(path):
                         self._changed[path], self._in_order = (attribute, attribute.GetTypeName()), None
+                    elif name.startswith(_BINDINGS) and (binding := self._stage.GetRelationshipAtPath(path)):
+                        self._changed[path], self._in_order = (binding, None), None
             self._noted[prim] = names if noted is None else noted | names
 
 
 def _matters(path: Sdf.Path) -> bool:
     return not path.HasPrefix(_IGNORED[0]) and not any(path.HasPrefix(each) for each in _IGNORED[1:])
+
+
+def _decides_labels(name: str) -> bool:
+    """Return whether labels may depend on the property of a name; the empty name is metadata of the prim."""
+    is_opacity = name.startswith("inputs:") and any(part in name.lower() for part in _OPACITY)
+    return bool(name) and (is_opacity or not name.startswith(_IGNORED_NAMES))
 
 
 def _base(stage: Usd.Stage) -> tuple[str, bytes] | None:

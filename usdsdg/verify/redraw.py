@@ -110,9 +110,9 @@ def _product(record: FrameRecord, product: ProductRecord, stage: Usd.Stage, time
     yield from _poses(file, frame, product, stage, time, divided=divided)
     if product.gprim_image is None:
         return
-    yield from _labels(file, frame, product, stage, time)
+    entries = _entries(stage, time, divided=divided)
+    yield from _labels(file, frame, product, stage, time, everything=entries.names)
     if len(views) == 1:
-        entries = _entries(stage, time, divided=divided)
         yield from _images(file, frame, product, views[0], entries)
 
 
@@ -192,43 +192,86 @@ def _poses(
             yield Fault(file, frame, f"the box of {name} is another on the stage", text(expected), text(recorded))
 
 
-def _labels(file: str, frame: str, product: ProductRecord, stage: Usd.Stage, time: Usd.TimeCode) -> Faults:
-    """Every visible gprim belongs to its nearest labeled ancestor, with the labels of all above it."""
-    if any(is_labeled(prim) for prim in stage.TraverseAll() if prim.IsA(UsdShade.Material)):
-        return
+def _labels(
+    file: str, frame: str, product: ProductRecord, stage: Usd.Stage, time: Usd.TimeCode, *, everything: Sequence[str]
+) -> Faults:
+    """Every visible gprim belongs to its nearest labeled ancestor, with the labels of all above it, and of materials.
+
+    everything: the gprims of the stage, since a prim has the labels of the materials of all its gprims, seen or not.
+    """
+    shown = _materials(stage, everything, time)
     for key, selection in product.selections.items():
         # Without cases, as labels are compared.
         label_filter = LabelFilter(key.lower()) if key else None
+        owners = {path: _owner(stage.GetPrimAtPath(path), label_filter, time, shown.get(path)) for path in shown}
         for gprim, member in zip(product.gprims, selection.member_of_gprim.tolist()):
             # A point instance has no prim.
             prim = None if "[" in gprim else stage.GetPrimAtPath(gprim)
             if not prim:
                 continue
             recorded = product.prims[selection.rows[member]] if member >= 0 else "nothing labeled"
-            owner, labels = _owner(prim, label_filter, time)
+            owner = _owner(prim, label_filter, time, shown.get(gprim))
             expected = str(owner.GetPath()) if owner else "nothing labeled"
             if recorded != expected:
                 yield Fault(file, frame, f"{gprim} belongs to", expected, recorded)
-            elif member >= 0 and dict(selection.labels[member]) != labels:
-                yield Fault(file, frame, f"the labels of {recorded}", str(labels), str(dict(selection.labels[member])))
+                continue
+            if owner is None:
+                continue
+            labels = _chain(owner, time) + [of for path, (_, of) in shown.items() if owners[path] == owner]
+            expected_labels = _output(labels, label_filter)
+            if dict(selection.labels[member]) != expected_labels:
+                yield Fault(
+                    file, frame, f"the labels of {recorded}", str(expected_labels), str(dict(selection.labels[member]))
+                )  # fmt: skip
+
+
+_Labels = dict[str, list[str]]  # by type
+
+
+def _materials(stage: Usd.Stage, gprims: Sequence[str], time: Usd.TimeCode) -> dict[str, tuple[Usd.Prim, _Labels]]:
+    """Return for each of the gprims with a labeled material the prim that binds it, and the material's labels."""
+    if not any(is_labeled(prim) for prim in stage.TraverseAll() if prim.IsA(UsdShade.Material)):
+        return {}
+    found = {}
+    for path in gprims:
+        prim = None if "[" in path else stage.GetPrimAtPath(path)
+        if prim:
+            material, binding = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+            if material and (labels := _lower(material.GetPrim(), time)):
+                found[path] = binding.GetPrim(), labels
+    return found
 
 
 def _owner(
-    prim: Usd.Prim, label_filter: LabelFilter | None, time: Usd.TimeCode
-) -> tuple[Usd.Prim | None, dict[str, str]]:
-    """Return the nearest prim, at or above one, with labels that pass, and all labels above it by type."""
-    owner = None
-    chain: list[dict[str, list[str]]] = []
+    prim: Usd.Prim, label_filter: LabelFilter | None, time: Usd.TimeCode, shown: tuple[Usd.Prim, _Labels] | None
+) -> Usd.Prim | None:
+    """Return the nearest prim, at or above one, with labels that pass; those that it shows are of who binds them."""
     while prim and not prim.IsPseudoRoot():
-        own = {kind: [each.lower() for each in labels] for kind, labels in get_labels(prim, time).items()}
-        if owner is None and own and (label_filter is None or label_filter.select(own)):
-            owner = prim
-        if owner is not None:
-            chain.insert(0, own)
+        own = [_lower(prim, time)] + ([shown[1]] if shown is not None and shown[0] == prim else [])
+        if any(own) and _output(own, label_filter):
+            return prim
         prim = prim.GetParent()
-    merged: dict[str, list[str]] = {}
+    return None
+
+
+def _chain(prim: Usd.Prim, time: Usd.TimeCode) -> list[_Labels]:
+    """Return the labels of a prim and all above it, outermost first."""
+    chain: list[_Labels] = []
+    while prim and not prim.IsPseudoRoot():
+        chain.insert(0, _lower(prim, time))
+        prim = prim.GetParent()
+    return chain
+
+
+def _lower(prim: Usd.Prim, time: Usd.TimeCode) -> _Labels:
+    return {kind: [each.lower() for each in labels] for kind, labels in get_labels(prim, time).items()}
+
+
+def _output(chain: Sequence[_Labels], label_filter: LabelFilter | None) -> dict[str, str]:
+    """Return the labels of all that pass, as annotators output them."""
+    merged: _Labels = {}
     for own in chain:
         for kind, labels in own.items():
             merged.setdefault(kind, []).extend(each for each in labels if each not in merged.get(kind, []))
     kept = merged if label_filter is None else label_filter.select(merged)
-    return owner, {kind: ",".join(dict.fromkeys(labels)) for kind, labels in kept.items()}
+    return {kind: ",".join(dict.fromkeys(labels)) for kind, labels in kept.items()}

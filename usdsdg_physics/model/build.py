@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from usdsdg.errors import warn_once
+from usdsdg_physics.model.hull_edges import hull_edges_found_once
 from usdsdg_physics.model.joints import BuiltJoints, add_joints, scene_trees
 from usdsdg_physics.model.mass import MassProperties, body_mass
 from usdsdg_physics.model.mesh_boundaries import mesh_boundaries_left_out
@@ -132,7 +133,7 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
         builder.add_shape_collision_filter_pair(shape_index[a], shape_index[b])
 
     # Our inertias are already positive and balanced; Newton's check would only compile another kernel.
-    with mesh_boundaries_left_out():
+    with mesh_boundaries_left_out(), hull_edges_found_once():
         model = builder.finalize(device=device, skip_validation_inertia=True)
     model.set_gravity(scene.gravity)
     return BuiltModel(

@@ -158,7 +158,7 @@ class StepCorrections:
         if self.loads is not None:
             self.loads.apply(after, observed.body_parent_f)
         if self.locked_axes is not None:
-            self.locked_axes.apply(before, after, h)
+            self.locked_axes.apply(before, after)
         squeezes = self.squeezes
         self.stabilization.apply(
             before, after, h, asleep=self.sleeping.asleep, squeezed=squeezes.squeezed, neighbors=squeezes.neighbors

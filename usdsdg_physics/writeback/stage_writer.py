@@ -50,6 +50,7 @@ class StageWriter:
         self._meters_per_unit = meters_per_unit
         self._target = stage.GetEditTarget()
         self._backup = backup
+        self._is_strongest = _is_strongest(stage, self._target)
         self._channels: defaultdict[tuple[str, str], _Channel] = defaultdict(_Channel)
         self._rows = {path: row for row, path in enumerate(bodies)}
         self._sorted = sorted(bodies)
@@ -95,17 +96,32 @@ class StageWriter:
         self._poses, self._velocities = poses.astype(np.float32), velocities.astype(np.float32)
 
     def write(self, poses: np.ndarray, velocities: np.ndarray) -> None:
-        """Author poses (N, 7) and velocities (N, 6) [SI] of the bodies whose values changed since the last call."""
-        moved = (poses != self._poses).any(axis=1)
-        accelerated = (velocities != self._velocities).any(axis=1)
-        for row, ancestor, _, _ in self._nested:
-            moved[row] |= moved[ancestor]
+        """Author what changed since the last call of poses (N, 7) and velocities (N, 6) [SI].
+
+        That is less than all of what moves: what falls keeps its spin, and what slides its rotation.
+        """
+        changed = self._changed(poses, velocities)
         values = self._values(poses, velocities)
         with Sdf.ChangeBlock():
             for (role, kind), channel in self._channels.items():
-                mask = accelerated if role in (VELOCITY, ANGULAR_VELOCITY) else moved
-                _write_channel(channel, mask, values[role, kind], _TO_VALUES[kind])
+                _write_channel(channel, changed.get(role, changed["rotate"]), values[role, kind], _TO_VALUES[kind])
         self._poses, self._velocities = poses.copy(), velocities.copy()
+
+    def _changed(self, poses: np.ndarray, velocities: np.ndarray) -> dict[str, np.ndarray]:
+        """Return (N,) bool for roles of channels, "rotate" for all of rotations: of which bodies the value changed."""
+        turned = (poses[:, 3:] != self._poses[:, 3:]).any(axis=1)
+        moved = turned | (poses[:, :3] != self._poses[:, :3]).any(axis=1)
+        for row, ancestor, _, _ in self._nested:
+            turned[row] |= turned[ancestor]
+            moved[row] |= moved[ancestor]
+        differs = velocities != self._velocities
+        return {
+            "rotate": turned,
+            "translate": moved,
+            "matrix": moved,
+            VELOCITY: differs[:, :3].any(axis=1),
+            ANGULAR_VELOCITY: differs[:, 3:].any(axis=1),
+        }
 
     def _values(self, poses: np.ndarray, velocities: np.ndarray) -> dict[tuple[str, str], np.ndarray]:
         """Return for every channel its numbers for all bodies."""
@@ -185,10 +201,21 @@ class StageWriter:
         self._backup.keep(self._target.GetLayer(), self._target.MapToSpecPath(attribute.GetPath()))
         channel = self._channels[role, str(attribute.GetTypeName())]
         spec = attribute_spec(self._target, attribute)
-        _warn_if_overridden(attribute, spec)
+        if not self._is_strongest:
+            _warn_if_overridden(attribute, spec)
         channel.rows.append(row)
         channel.specs.append(spec)
         self._specs[str(prim.GetPath())].append(spec)
+
+
+def _is_strongest(stage: Usd.Stage, target: Usd.EditTarget) -> bool:
+    """Return whether no layer with any prim is stronger than the edit target."""
+    for layer in stage.GetLayerStack():
+        if layer == target.GetLayer():
+            return target.GetMapFunction().isIdentity
+        if layer.rootPrims:
+            return False
+    return False
 
 
 def _warn_if_overridden(attribute: Usd.Attribute, spec: Sdf.AttributeSpec) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdsdg.annotators.pixels.launch import Pixels, channels_of, new, run
+from usdsdg.annotators.pixels.launch import Pixels, channels_of, new, run_over_pixels
 
 HALF_MAX = float(np.finfo(np.float16).max)
 _NO_FLOATS, _NO_IDS = np.zeros(0, np.float32), np.zeros(0, np.int32)
@@ -24,7 +24,7 @@ def halves(image: Pixels, *, limit: float = np.inf, plus: Pixels = _NO_FLOATS, i
 
     found, pixels = _image_like(image, 4, np.float16)
     inputs = [_floats(image), channels_of(image), _floats(plus), instance, limit]
-    run(kernels.halves, pixels, inputs, [found])
+    run_over_pixels(kernels.halves, pixels, inputs, [found])
     return found
 
 
@@ -33,7 +33,7 @@ def floats(image: Pixels, fourth: float) -> Pixels:
     from usdsdg.annotators.pixels import encoding_kernels as kernels
 
     found, pixels = _image_like(image, 4, np.float32)
-    run(kernels.floats, pixels, [_floats(image), channels_of(image), fourth], [found])
+    run_over_pixels(kernels.floats, pixels, [_floats(image), channels_of(image), fourth], [found])
     return found
 
 
@@ -42,7 +42,7 @@ def eight_bits(image: Pixels) -> Pixels:
     from usdsdg.annotators.pixels import encoding_kernels as kernels
 
     found, pixels = _image_like(image, 4, np.uint8)
-    run(kernels.eight_bits, pixels, [_floats(image), channels_of(image)], [found])
+    run_over_pixels(kernels.eight_bits, pixels, [_floats(image), channels_of(image)], [found])
     return found
 
 
@@ -51,7 +51,7 @@ def without_alpha(image: Pixels) -> Pixels:
     from usdsdg.annotators.pixels import encoding_kernels as kernels
 
     found, pixels = _image_like(image, 3, np.uint8)
-    run(kernels.without_alpha, pixels, [image], [found])
+    run_over_pixels(kernels.without_alpha, pixels, [image], [found])
     return found
 
 
@@ -61,14 +61,14 @@ def behind_everything(color: Pixels, instance: Pixels) -> Pixels:
 
     found, pixels = _image_like(instance, 4, np.float16)
     color = color.astype(np.float16, copy=False) if isinstance(color, np.ndarray) else color
-    run(kernels.behind_everything, pixels, [color, instance], [found])
+    run_over_pixels(kernels.behind_everything, pixels, [color, instance], [found])
     return found
 
 
-def _image_like(image: Pixels, channels: int, dtype: type[np.generic]) -> tuple[Pixels, tuple[int]]:
-    """Return an array for the result, and the number of pixels as a shape."""
+def _image_like(image: Pixels, channels: int, dtype: type[np.generic]) -> tuple[Pixels, int]:
+    """Return an array for the result, and the number of pixels."""
     height, width = image.shape[:2]
-    return new((height, width, channels), dtype, image), (height * width,)
+    return new((height, width, channels), dtype, image), height * width
 
 
 def _floats(image: Pixels) -> Pixels:

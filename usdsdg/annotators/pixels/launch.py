@@ -24,6 +24,8 @@ Pixels: TypeAlias = Any
 
 # Pixels that a thread takes at least: to hand out fewer takes longer than most kernels need for them.
 BAND_PIXELS = 1 << 18
+# Pixels that a thread of a CPU goes through in one call of a kernel that takes their number.
+RUN_PIXELS = 1 << 12
 # Masks that a thread takes at a time.
 MASKS = 64
 
@@ -78,6 +80,13 @@ def run(
     given = [_on_device(each, kind, device) for each, kind in zip(inputs, types[: len(inputs)], strict=True)]
     results = [_on_device(each, kind, device) for each, kind in zip(outputs, types[len(inputs) + 1 :], strict=True)]
     launch_rows(kernel, shape, given, results, device=device, band_rows=band)
+
+
+def run_over_pixels(kernel: Any, count: int, inputs: Sequence[Any], outputs: Sequence[Pixels]) -> None:
+    """Run a kernel over the pixels of images; its argument after the inputs is how many each of its threads takes."""
+    pixels = RUN_PIXELS if isinstance(outputs[0], np.ndarray) or outputs[0].device.is_cpu else 1
+    threads = -(-count // pixels)
+    run(kernel, (threads,), [*inputs, pixels], outputs, band=band_of(threads, pixels))
 
 
 def band_of(count: int, pixels: int) -> int:

@@ -6,10 +6,75 @@
 
 import warp as wp
 
+from usdsdg.annotators.pixels.pixel_runs import begin_of, end_of
+
 
 @wp.func
 def entry_of(instance: int, entries: int):
     return wp.where(instance < 0, entries - 1, instance)
+
+
+# Loops in C++ over the pixels of a thread, as those of the encodings.
+_ENTRY = "auto entry_of = [&](int i) { return instance.data[i] < 0 ? entries - 1 : instance.data[i]; };"
+
+
+@wp.func_native(
+    f"""
+    const int entries = table.shape[0] / words;
+    {_ENTRY}
+    """
+    + "".join(
+        f"""
+        if ({condition}) {{
+            for (int i = begin; i < end; ++i) {{
+                const unsigned int* entry = table.data + entry_of(i) * {count};
+                for (int k = 0; k < {count}; ++k) values.data[i * {count} + k] = entry[k];
+            }}
+            return;
+        }}
+        """
+        for condition, count in (*((f"words == {n}", n) for n in range(1, 5)), ("true", "words"))
+    )
+)
+def write_entries(
+    instance: wp.array(dtype=wp.int32),
+    table: wp.array(dtype=wp.uint32),
+    words: int,
+    begin: int,
+    end: int,
+    values: wp.array(dtype=wp.uint32),
+):
+    """Write the entry of each pixel."""
+
+
+@wp.func_native(f"""
+    const int entries = colors.shape[0];
+    {_ENTRY}
+    const float lx = light[0], ly = light[1], lz = light[2];
+    for (int i = begin; i < end; ++i) {{
+        const wp::vec_t<3, float>& n = normals.data[i];
+        const float x = n[0] * lx, y = n[1] * ly, z = n[2] * lz;
+        const float xy = x + y;
+        const float cosine = xy + z;
+        const float lit = (1.0f - darkest) * (cosine + 1.0f);
+        const float half_lit = lit / 2.0f;
+        const float brightness = wp::clamp(darkest + half_lit, 0.0f, 1.0f);
+        const wp::vec_t<3, float>& color = colors.data[entry_of(i)];
+        const float r = color[0] * brightness, g = color[1] * brightness, b = color[2] * brightness;
+        image.data[i] = wp::vec_t<3, wp::uint8>((unsigned char)r, (unsigned char)g, (unsigned char)b);
+    }}
+""")
+def write_shaded(
+    instance: wp.array(dtype=wp.int32),
+    normals: wp.array(dtype=wp.vec3),
+    colors: wp.array(dtype=wp.vec3),
+    light: wp.vec3,
+    darkest: float,
+    begin: int,
+    end: int,
+    image: wp.array(dtype=wp.vec3ub),
+):
+    """Write the color of each pixel, times its brightness."""
 
 
 @wp.kernel(enable_backward=False, module="unique")
@@ -17,15 +82,13 @@ def look_up(
     instance: wp.array(dtype=wp.int32),
     table: wp.array(dtype=wp.uint32),
     words: int,  # of an entry
+    pixels: int,  # of a thread
     first: int,
     # out
     values: wp.array(dtype=wp.uint32),
 ):
-    i = wp.tid()
-    i += first
-    entry = entry_of(instance[i], table.shape[0] // words)
-    for k in range(words):
-        values[i * words + k] = table[entry * words + k]
+    begin = begin_of(wp.tid() + first, pixels)
+    write_entries(instance, table, words, begin, end_of(begin, pixels, instance.shape[0]), values)
 
 
 @wp.kernel(enable_backward=False, module="unique")
@@ -35,17 +98,13 @@ def shade(
     colors: wp.array(dtype=wp.vec3),  # table, 0 to 255
     light: wp.vec3,  # unit vector
     darkest: float,
+    pixels: int,  # of a thread
     first: int,
     # out
     image: wp.array(dtype=wp.vec3ub),
 ):
-    i = wp.tid()
-    i += first
-    n = normals[i]
-    cosine = n[0] * light[0] + n[1] * light[1] + n[2] * light[2]
-    brightness = wp.clamp(darkest + (1.0 - darkest) * (cosine + 1.0) / 2.0, 0.0, 1.0)
-    color = colors[entry_of(instance[i], colors.shape[0])] * brightness
-    image[i] = wp.vec3ub(wp.uint8(color[0]), wp.uint8(color[1]), wp.uint8(color[2]))
+    begin = begin_of(wp.tid() + first, pixels)
+    write_shaded(instance, normals, colors, light, darkest, begin, end_of(begin, pixels, instance.shape[0]), image)
 
 
 @wp.kernel(enable_backward=False, module="unique")
@@ -127,6 +186,34 @@ def gather_points(
             i += 1
 
 
+@wp.func_native("""
+    const wp::vec_t<4, float> nothing(0.0f);
+    for (int i = begin; i < end; ++i) {
+        const int entry = entries.data[i];
+        if (entry < 0 || is_mapped.data[entry] == 0) {
+            mapped.data[i] = nothing;
+            continue;
+        }
+        // The product of Warp, whose sums are in the same order everywhere.
+        const wp::vec_t<3, float> turned = wp::mul(matrices.data[entry], points.data[i]);
+        const wp::vec_t<3, float> p = wp::add(turned, offsets.data[entry]);
+        mapped.data[i] = wp::vec_t<4, float>(
+            wp::clamp(p[0], 0.0f, 1.0f), wp::clamp(p[1], 0.0f, 1.0f), wp::clamp(p[2], 0.0f, 1.0f), 1.0f);
+    }
+""")
+def write_mapped(
+    entries: wp.array(dtype=wp.int32),
+    points: wp.array(dtype=wp.vec3),
+    matrices: wp.array(dtype=wp.mat33),
+    offsets: wp.array(dtype=wp.vec3),
+    is_mapped: wp.array(dtype=wp.int32),
+    begin: int,
+    end: int,
+    mapped: wp.array(dtype=wp.vec4),
+):
+    """Write each point under the matrix of its entry."""
+
+
 @wp.kernel(enable_backward=False, module="unique")
 def map_points(
     entries: wp.array(dtype=wp.int32),  # of each pixel
@@ -134,15 +221,11 @@ def map_points(
     matrices: wp.array(dtype=wp.mat33),  # of each entry; the last one is of entry -1
     offsets: wp.array(dtype=wp.vec3),
     is_mapped: wp.array(dtype=wp.int32),
+    pixels: int,  # of a thread
     first: int,
     # out
     mapped: wp.array(dtype=wp.vec4),
 ):
-    i = wp.tid()
-    i += first
-    entry = entries[i]
-    if entry < 0 or is_mapped[entry] == 0:
-        mapped[i] = wp.vec4(0.0)
-        return
-    p = matrices[entry] * points[i] + offsets[entry]
-    mapped[i] = wp.vec4(wp.clamp(p[0], 0.0, 1.0), wp.clamp(p[1], 0.0, 1.0), wp.clamp(p[2], 0.0, 1.0), 1.0)
+    begin = begin_of(wp.tid() + first, pixels)
+    end = end_of(begin, pixels, entries.shape[0])
+    write_mapped(entries, points, matrices, offsets, is_mapped, begin, end, mapped)

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from usdsdg.annotators.pixels.launch import Pixels, band_of, in_a_row, new, on_host, placed, run
+from usdsdg.annotators.pixels.launch import Pixels, band_of, in_a_row, new, on_host, placed, run, run_over_pixels
 
 # Columns of sums.
 PIXELS, X_MIN, Y_MIN, X_MAX, Y_MAX = range(5)
@@ -26,7 +26,7 @@ def look_up(instance: Pixels, table: np.ndarray) -> Pixels:
     table = np.ascontiguousarray(table)
     words = table.nbytes // len(table) // 4
     values = new((*instance.shape, *table.shape[1:]), table.dtype, instance)
-    run(kernels.look_up, (instance.size,), [instance, _words(table), words], [_words(values)])
+    run_over_pixels(kernels.look_up, instance.size, [instance, _words(table), words], [_words(values)])
     return values
 
 
@@ -73,7 +73,7 @@ def shade(instance: Pixels, normals: Pixels, colors: np.ndarray, light: np.ndarr
 
     image = new((*instance.shape, 3), np.uint8, instance)
     inputs = [instance, normals, colors.astype(np.float32), kernels.wp.vec3(*light.tolist()), darkest]
-    run(kernels.shade, (instance.size,), inputs, [image])
+    run_over_pixels(kernels.shade, instance.size, inputs, [image])
     return image
 
 
@@ -112,7 +112,7 @@ def map_points(instance: Pixels, points: Pixels, matrices: np.ndarray, is_mapped
     mapped = new((*instance.shape, 4), np.float32, instance)
     linear = np.ascontiguousarray(matrices[:, :3, :3].transpose(0, 2, 1), np.float32)
     inputs = [instance, points, linear, matrices[:, 3, :3].astype(np.float32), is_mapped.astype(np.int32)]
-    run(kernels.map_points, (instance.size,), inputs, [mapped])
+    run_over_pixels(kernels.map_points, instance.size, inputs, [mapped])
     return mapped
 
 

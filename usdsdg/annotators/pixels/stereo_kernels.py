@@ -6,10 +6,30 @@
 
 import warp as wp
 
+from usdsdg.annotators.pixels.pixel_runs import begin_of, end_of
 
-@wp.func
-def smooth(before: float, here: float, after: float):
-    return float(wp.float64(here) * wp.float64(2.0) + (wp.float64(before) + wp.float64(after)))
+
+# Loops in C++ over the pixels of a thread, as those of the encodings; arrays are contiguous.
+@wp.func_native("""
+    for (int i = begin; i < end; ++i) {
+        // Products of a byte and a float are exact in double, so that each step is rounded once.
+        float total = 0.0f;
+        for (int c = 0; c < 3; ++c) {
+            const double product = double(color.data[i * channels + c]) * double(weights[c]);
+            total = (float)(product + double(total));
+        }
+        gray.data[i] = total;
+    }
+""")
+def write_gray(
+    color: wp.array(dtype=wp.uint8),
+    channels: int,
+    weights: wp.vec3,
+    begin: int,
+    end: int,
+    gray: wp.array(dtype=wp.float32),
+):
+    """Write the luminance of each pixel."""
 
 
 @wp.kernel(enable_backward=False, module="unique")
@@ -17,17 +37,45 @@ def weigh_colors(
     color: wp.array(dtype=wp.uint8),
     channels: int,
     weights: wp.vec3,
+    pixels: int,  # of a thread
     first: int,
     # out
     gray: wp.array(dtype=wp.float32),
 ):
-    i = wp.tid()
-    i += first
-    # Products of a byte and a float are exact in float64, so that each step is rounded once.
-    total = float(0.0)
-    for c in range(3):
-        total = float(wp.float64(color[i * channels + c]) * wp.float64(weights[c]) + wp.float64(total))
-    gray[i] = total
+    begin = begin_of(wp.tid() + first, pixels)
+    write_gray(color, channels, weights, begin, end_of(begin, pixels, gray.shape[0]), gray)
+
+
+@wp.func_native("""
+    const int width = gray.shape[1], last = width - 1;
+    const float* here = gray.data + y * width;
+    const float* above = y > 0 ? here - width : here;
+    const float* below = y + 1 < gray.shape[0] ? here + width : here;
+    float* lengths = texture.shape[0] > 0 ? texture.data + y * width : nullptr;
+    bool* found = is_textured.data + y * width;
+    auto smooth = [](float before, float middle, float after) {
+        const double ends = double(before) + double(after);
+        return (float)(double(middle) * 2.0 + ends);  // twice a float is exact
+    };
+    for (int x = 0; x < width; ++x) {
+        const int left = x > 0 ? x - 1 : 0, right = x < last ? x + 1 : last;
+        const double sy = smooth(below[left] - above[left], below[x] - above[x], below[right] - above[right]);
+        const double sx = smooth(above[right] - above[left], here[right] - here[left], below[right] - below[left]);
+        const double square_y = sy * sy, square_x = sx * sx;
+        const double sum = square_y + square_x;
+        const float length = wp::min((float)wp::sqrt(sum), 1.0f);
+        found[x] = length >= least;
+        if (lengths) lengths[x] = length;
+    }
+""")
+def write_texture(
+    gray: wp.array2d(dtype=wp.float32),
+    least: float,
+    y: int,
+    texture: wp.array2d(dtype=wp.float32),
+    is_textured: wp.array2d(dtype=wp.bool),
+):
+    """Write a row."""
 
 
 @wp.kernel(enable_backward=False, module="unique")
@@ -39,29 +87,7 @@ def find_texture(
     texture: wp.array2d(dtype=wp.float32),  # empty for none
     is_textured: wp.array2d(dtype=wp.bool),  # whether it is at least that
 ):
-    y = wp.tid() + first
-    last = gray.shape[1] - 1
-    above = wp.max(y - 1, 0)
-    below = wp.min(y + 1, gray.shape[0] - 1)
-    before = gray[below, 0] - gray[above, 0]
-    here = before
-    for x in range(last + 1):
-        left = wp.max(x - 1, 0)
-        right = wp.min(x + 1, last)
-        after = gray[below, right] - gray[above, right]
-        sy = wp.float64(smooth(before, here, after))
-        across = smooth(
-            gray[above, right] - gray[above, left],
-            gray[y, right] - gray[y, left],
-            gray[below, right] - gray[below, left],
-        )
-        sx = wp.float64(across)
-        length = wp.min(float(wp.sqrt(sy * sy + sx * sx)), 1.0)
-        is_textured[y, x] = length >= least
-        if texture.shape[0] > 0:
-            texture[y, x] = length
-        before = here
-        here = after
+    write_texture(gray, least, wp.tid() + first, texture, is_textured)
 
 
 @wp.struct
@@ -79,13 +105,72 @@ class Pair:
     most_disparity: wp.float64  # of the sensor
 
 
-@wp.func
-def rounded(x: wp.float64):
-    """Return `wp.rint` of a number that is not negative, without a call: above this, numbers have no fractions."""
-    whole = wp.float64(4503599627370496.0)
-    if x < whole:
-        return (x + whole) - whole
-    return x
+@wp.func_native("""
+    const int width = depth.shape[1];
+    const float* z_of = depth.data + y * width;
+    const bool* is_confident = confident.data + y * width;
+    double* noisy_of = disparity.data + y * width;
+    double* read_of = distance.data + y * width;
+    float* nearest_of = nearest.data + y * width;
+    int* source_of = source.data + y * width;
+    const double whole = 4503599627370496.0;  // above this, numbers have no fractions
+    const double largest = pair.most_disparity * double(width);
+    const double* deviation_of = nullptr;
+    if (pair.step != 0.0) deviation_of = deviations.data + (int)(double(y) / pair.block) * deviations.shape[1];
+    for (int x = 0; x < width; ++x) {
+        nearest_of[x] = infinity;
+        source_of[x] = -1;
+    }
+    for (int x = 0; x < width; ++x) {
+        const float z = z_of[x] > 0.0f ? z_of[x] : infinity;
+        const double exact = pair.disparity_times_depth / double(z);
+        noisy_of[x] = exact;
+        // Of several pixels that move to one, the nearest is seen.
+        const double shift = pair.baseline < 0.0 ? -exact : exact;
+        const double column = double(x) + 0.5 - shift;
+        if (column >= 0.0 && column < double(width)) {
+            const int target = (int)column;
+            if (z <= nearest_of[target]) {
+                nearest_of[target] = z;
+                source_of[target] = x;
+            }
+        }
+    }
+    for (int x = 0; deviation_of && x < width; ++x) {
+        const double deviation = deviation_of[pair.block != 1.0 ? (int)(double(x) / pair.block) : x] * pair.sigma;
+        const double steps = noisy_of[x] / pair.step;
+        // As `rint`, of a number that is not negative, without a call.
+        const double rounded = steps < whole ? (steps + whole) - whole : steps;
+        const double stepped = rounded * pair.step;
+        noisy_of[x] = wp::max(stepped + deviation, 0.0);
+    }
+    for (int x = 0; x < width; ++x) {
+        const float z = z_of[x] > 0.0f ? z_of[x] : infinity;
+        const double read = pair.disparity_times_depth / noisy_of[x];
+        const double of_sensor = noisy_of[x] * pair.sensor_size;
+        // No distance is infinite, so what is below infinity is finite.
+        const bool within = read >= pair.least && read <= pair.most && wp::isfinite(read) && z < infinity;
+        read_of[x] = within && is_confident[x] && of_sensor <= largest ? read : -1.0;
+    }
+    // Points that cannot be measured still occlude others, so they are removed only now.
+    for (int x = 0; x < width; ++x) {
+        const int s = source_of[x];
+        if (s >= 0) source_of[x] = read_of[s] >= 0.0 ? y * width + s : -1;
+    }
+""")
+def match_row(
+    pair: Pair,
+    depth: wp.array2d(dtype=wp.float32),
+    confident: wp.array2d(dtype=wp.bool),
+    deviations: wp.array2d(dtype=wp.float64),
+    infinity: float,
+    y: int,
+    disparity: wp.array2d(dtype=wp.float64),
+    distance: wp.array2d(dtype=wp.float64),
+    nearest: wp.array2d(dtype=wp.float32),
+    source: wp.array2d(dtype=wp.int32),
+):
+    """Match a row."""
 
 
 @wp.kernel(enable_backward=False, module="unique")
@@ -101,89 +186,62 @@ def match_rows(
     nearest: wp.array2d(dtype=wp.float32),  # scratch
     source: wp.array2d(dtype=wp.int32),  # the camera's pixel that each pixel of the second imager shows; -1 for none
 ):
-    y = wp.tid() + first
-    width = depth.shape[1]
-    row_of_block = int(wp.float64(y) / pair.block)
-    for x in range(width):
-        nearest[y, x] = wp.inf
-        source[y, x] = -1
-    for x in range(width):
-        z = depth[y, x]
-        if not (z > 0.0):
-            z = wp.inf
-        exact = pair.disparity_times_depth / wp.float64(z)
-        # Of several pixels that move to one, the nearest is seen.
-        shift = wp.where(pair.baseline < wp.float64(0.0), -exact, exact)
-        column = wp.float64(x) + wp.float64(0.5) - shift
-        if column >= wp.float64(0.0) and column < wp.float64(width):
-            target = int(column)
-            if z <= nearest[y, target]:
-                nearest[y, target] = z
-                source[y, target] = x
-        noisy = exact
-        if pair.step != wp.float64(0.0):
-            column_of_block = x
-            if pair.block != wp.float64(1.0):
-                column_of_block = int(wp.float64(x) / pair.block)
-            deviation = deviations[row_of_block, column_of_block] * pair.sigma
-            noisy = wp.max(rounded(exact / pair.step) * pair.step + deviation, wp.float64(0.0))
-        disparity[y, x] = noisy
-        read = pair.disparity_times_depth / noisy
-        within = read >= pair.least and read <= pair.most and wp.isfinite(read) and wp.isfinite(z)
-        within = within and confident[y, x] and noisy * pair.sensor_size <= pair.most_disparity * wp.float64(width)
-        distance[y, x] = wp.where(within, read, wp.float64(-1.0))
-    # Points that cannot be measured still occlude others, so they are removed only now.
-    for x in range(width):
-        s = source[y, x]
-        if s >= 0:
-            source[y, x] = wp.where(distance[y, s] >= wp.float64(0.0), y * width + s, -1)
+    match_row(pair, depth, confident, deviations, float(wp.inf), wp.tid() + first, disparity, distance, nearest, source)
 
 
-@wp.func
-def mended_source(source: wp.array2d(dtype=wp.int32), distance: wp.array(dtype=wp.float64), y: int, x: int):
-    """Return a pixel's source, that of a neighbor where it is a gap of one column, or -1 where it is alone."""
-    height = source.shape[0]
-    width = source.shape[1]
-    s = source[y, x]
-    if s < 0:
-        if x > 0 and x < width - 1:
-            before = source[y, x - 1]
-            after = source[y, x + 1]
-            if before >= 0 and after >= 0:
-                return wp.where(distance[before] >= distance[after], before, after)
-        return s
-    # Most pixels have a neighbor in their row.
-    for column in range(wp.max(x - 1, 0), wp.min(x + 2, width)):
-        if column != x and source[y, column] >= 0:
-            return s
-    for row in range(wp.max(y - 1, 0), wp.min(y + 2, height)):
-        if row != y:
-            for column in range(wp.max(x - 1, 0), wp.min(x + 2, width)):
-                if source[row, column] >= 0:
-                    return s
-    return int(-1)
+@wp.func_native("""
+    const int* found = source.data;
+    for (int i = begin; i < end; ++i) {
+        int s = found[i];
+        if (mends != 0) {
+            const int y = i / width, x = i - y * width;
+            if (s < 0 && x > 0 && x < width - 1) {
+                const int before = found[i - 1], after = found[i + 1];
+                if (before >= 0 && after >= 0) s = distance.data[before] >= distance.data[after] ? before : after;
+            } else if (s >= 0) {
+                // Most pixels have a neighbor in their row.
+                const int left = x > 0 ? x - 1 : x, right = x < width - 1 ? x + 1 : x;
+                bool alone = (left == x || found[i - 1] < 0) && (right == x || found[i + 1] < 0);
+                for (int row = y - 1; alone && row <= y + 1; row += 2)
+                    for (int column = left; row >= 0 && row < height && column <= right; ++column)
+                        alone = alone && found[row * width + column] < 0;
+                if (alone) s = -1;
+            }
+        }
+        mended.data[i] = s;
+        measured.data[i] = s >= 0 ? (float)distance.data[s] : 0.0f;
+    }
+""")
+def write_distances(
+    source: wp.array(dtype=wp.int32),
+    distance: wp.array(dtype=wp.float64),
+    mends: int,
+    height: int,
+    width: int,
+    begin: int,
+    end: int,
+    mended: wp.array(dtype=wp.int32),
+    measured: wp.array(dtype=wp.float32),
+):
+    """Write the source of each pixel, that of a neighbor where it is a gap of one column, or -1 where it is alone."""
 
 
 @wp.kernel(enable_backward=False, module="unique")
 def read_distances(
-    source: wp.array2d(dtype=wp.int32),
+    source: wp.array(dtype=wp.int32),
     distance: wp.array(dtype=wp.float64),  # of the camera's pixels
     mends: int,  # whether isolated pixels are mended
+    height: int,
+    width: int,
+    pixels: int,  # of a thread
     first: int,
     # out
-    mended: wp.array2d(dtype=wp.int32),
-    measured: wp.array2d(dtype=wp.float32),  # distance of each pixel of the second imager, 0 for none
+    mended: wp.array(dtype=wp.int32),
+    measured: wp.array(dtype=wp.float32),  # distance of each pixel of the second imager, 0 for none
 ):
-    y, x = wp.tid()
-    y += first
-    s = source[y, x]
-    if mends != 0:
-        s = mended_source(source, distance, y, x)
-    mended[y, x] = s
-    read = float(0.0)
-    if s >= 0:
-        read = float(distance[s])
-    measured[y, x] = read
+    begin = begin_of(wp.tid() + first, pixels)
+    end = end_of(begin, pixels, source.shape[0])
+    write_distances(source, distance, mends, height, width, begin, end, mended, measured)
 
 
 @wp.kernel(enable_backward=False, module="unique")

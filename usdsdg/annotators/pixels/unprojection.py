@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from usdsdg.annotators.pixels.launch import Pixels, new, run
+from usdsdg.annotators.pixels.launch import Pixels, new, run_over_pixels
 from usdsdg.stage.cameras.camera_view import CameraView
 
 
@@ -18,6 +18,6 @@ def unproject(camera: CameraView, depth: Pixels) -> Pixels:
     points = new((*depth.shape, 3), np.float32, depth)
     pair = kernels.wp.vec2d
     lens = [pair(camera.cx, camera.cy), pair(camera.fx, camera.fy), int(camera.projection_type == "orthographic")]
-    inputs = [depth, *lens, float(camera.meters_per_unit)]
-    run(kernels.unproject, depth.shape, inputs, [points])
+    inputs = [depth, depth.shape[1], *lens, float(camera.meters_per_unit)]
+    run_over_pixels(kernels.unproject, depth.size, inputs, [points])
     return points.reshape((-1, 3))

@@ -44,8 +44,8 @@ class LockedAxes:
             device=self._model.device,
         )
 
-    def apply(self, before: newton.State, after: newton.State, dt: float) -> None:
-        """Correct the state `after` the solver's step of `dt` seconds."""
+    def apply(self, before: newton.State, after: newton.State) -> None:
+        """Correct the state `after` the solver's step."""
         import warp as wp
 
         from usdsdg_physics.corrections.bodies.locked_axes_kernels import lock_axes
@@ -60,7 +60,6 @@ class LockedAxes:
                 self._dof,
                 self._model.body_com,
                 before.body_q,
-                dt,
             ],
             outputs=[after.joint_q, after.joint_qd, after.body_q, after.body_qd],
             device=self._model.device,

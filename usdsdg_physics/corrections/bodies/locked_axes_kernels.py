@@ -38,7 +38,6 @@ def lock_axes(
     dof: wp.array[wp.int32],
     center: wp.array[wp.vec3],
     previous_body_q: wp.array[wp.transform],
-    dt: wp.float32,
     # out
     joint_q: wp.array[wp.float32],
     joint_qd: wp.array[wp.float32],
@@ -68,10 +67,27 @@ def lock_axes(
         if (rotations & (1 << axis)) != 0:
             angular[axis] = 0.0
     if rotations != 0:
+        # By how far the solver turned it, which the velocity does not tell where it also pushed bodies apart.
+        turn = rotation_vector(rotation * wp.quat_inverse(wp.transform_get_rotation(before)))
+        for axis in range(3):
+            if (rotations & (1 << axis)) != 0:
+                turn[axis] = 0.0
         rotation = wp.transform_get_rotation(before)
-        angle = wp.length(angular) * dt
+        angle = wp.length(turn)
         if angle > 0.0:
-            rotation = wp.normalize(wp.quat_from_axis_angle(wp.normalize(angular), angle) * rotation)
+            rotation = wp.normalize(wp.quat_from_axis_angle(wp.normalize(turn), angle) * rotation)
     position = end - wp.quat_rotate(rotation, center[body])
     pose = wp.transform(position, rotation)
     set_free_body(body, pose, velocity, angular, coordinate, dof, joint_q, joint_qd, body_q, body_qd)
+
+
+@wp.func
+def rotation_vector(rotation: wp.quat):
+    """Return the axis of a rotation times its angle [rad], which is at most pi."""
+    axis = wp.vec3(rotation[0], rotation[1], rotation[2])
+    size = wp.length(axis)
+    if size == 0.0:
+        return axis
+    if rotation[3] < 0.0:
+        axis = -axis
+    return axis * (2.0 * wp.atan2(size, wp.abs(rotation[3])) / size)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdsdg.annotators.pixels.launch import Pixels, band_of, channels_of, new, on_host, placed, run
+from usdsdg.annotators.pixels.launch import Pixels, band_of, channels_of, new, on_host, placed, run, run_over_pixels
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.colors import LUMINANCE
 
@@ -81,7 +81,9 @@ def _read(source: Pixels, distance: Pixels, *, mends: bool) -> tuple[Pixels, Pix
     from usdsdg.annotators.pixels import stereo_kernels as kernels
 
     mended, measured = (new(source.shape, kind, source) for kind in (np.int32, np.float32))
-    run(kernels.read_distances, source.shape, [source, distance, int(mends)], [mended, measured])
+    run_over_pixels(
+        kernels.read_distances, source.size, [source, distance, int(mends), *source.shape], [mended, measured]
+    )
     return mended, measured
 
 
@@ -130,7 +132,8 @@ def luminance(color: Pixels) -> Pixels:
     from usdsdg.annotators.pixels import stereo_kernels as kernels
 
     gray = new(color.shape[:2], np.float32, color)
-    run(kernels.weigh_colors, (gray.size,), [color, channels_of(color), kernels.wp.vec3(*LUMINANCE.tolist())], [gray])
+    inputs = [color, channels_of(color), kernels.wp.vec3(*LUMINANCE.tolist())]
+    run_over_pixels(kernels.weigh_colors, gray.size, inputs, [gray])
     return gray
 
 

@@ -1,0 +1,18 @@
+"""Warp functions of kernels whose threads take a number of pixels after each other."""
+
+# The code of Warp kernels is not Python to a type checker.
+# pyright: reportOperatorIssue=false, reportArgumentType=false, reportCallIssue=false
+
+import warp as wp
+
+
+@wp.func
+def begin_of(thread: int, pixels: int):
+    """Return the first pixel of a thread that takes so many."""
+    return thread * pixels
+
+
+@wp.func
+def end_of(begin: int, pixels: int, count: int):
+    """Return the pixel after the last one of a thread, of an image with `count`."""
+    return wp.min(begin + pixels, count)
