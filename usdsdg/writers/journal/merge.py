@@ -15,7 +15,8 @@ from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.journal import journal
 from usdsdg.writers.journal.facts import joined
 from usdsdg.writers.journal.folders import AGGREGATES, SPOOL
-from usdsdg.writers.journal.journal import FACTS, FRAME, NAME, SHARED
+from usdsdg.writers.journal.journal import NAME
+from usdsdg.writers.journal.lines import FACTS, FRAME, SHARED, is_count, parsed_record
 from usdsdg.writers.journal.place import PARTS, Place
 
 
@@ -95,7 +96,9 @@ def _by_frame(path: Path) -> Iterator[tuple[int, list[bytes]]]:
     with open(path, "rb") as file:
         for line in file:
             lines.append(line)
-            content = json.loads(line)
+            content = parsed_record(line)
+            if content is None or (FRAME in content and not is_count(content[FRAME])):
+                raise DatasetError(f"{path} is damaged; remove the part with --overwrite, and make it again")
             if FRAME in content:
                 yield content[FRAME], lines
                 lines = []
