@@ -8,11 +8,14 @@ from contextlib import suppress
 
 import pytest
 
+from tests.cli.datasets import content
 from tests.writers.journal.test_folders import recipe, run, write_frame
-from usdsdg.errors import UsdsdgError
+from usdsdg.errors import DatasetError, UsdsdgError
 from usdsdg.session import session
 from usdsdg.verify import verify
 from usdsdg.workers.plan import plan
+from usdsdg.writers import parts
+from usdsdg.writers.journal import merge
 from usdsdg.writers.journal import recipe as recipe_file
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.place import FolderPlace
@@ -122,4 +125,50 @@ def test_what_was_tampered_with_is_refused_or_used_but_never_a_crash(datasets, t
             finally:
                 session.current().run.release()
             assert [each.name for each in (tmp_path / str(seed)).iterdir()] == ["out"]
+    session.restart()
+
+
+def parts_in(folder, names, frames):
+    for name, portion in names.items():
+        part = DatasetFolder(FolderPlace(folder), recipe(), Mode.NEW, portion)
+        for number in frames.get(name, ()):
+            write_frame(part, number)
+        part.close(complete=True)
+
+
+def test_a_shard_that_is_missing_is_named_though_no_frame_is(tmp_path):
+    shards = {f"{each}/3": Portion.of_shard(f"{each}/3") for each in (0, 1)}
+    parts_in(tmp_path / "out", shards, {"0/3": [0], "1/3": [1]})
+    with pytest.raises(DatasetError, match="shards 2/3 are missing"):
+        join_parts(FolderPlace(tmp_path / "out"))
+    parts_in(tmp_path / "out", {"2/3": Portion.of_shard("2/3")}, {})
+    assert join_parts(FolderPlace(tmp_path / "out")) == 2
+    session.restart()
+
+
+def test_a_merge_that_died_at_any_step_is_gone_on_with(datasets, tmp_path, monkeypatch):
+    class Died(BaseException):
+        """As a signal that cannot be caught."""
+
+    shutil.copytree(datasets / "parts", tmp_path / "whole")
+    join_parts(FolderPlace(tmp_path / "whole"))
+    joined = merge.JOINED.rpartition("/")[2]
+    steps = {"journal.jsonl": (merge, "write_whole"), joined: (merge.os, "replace"), "": (parts, "finish_run")}
+    for word, (module, name) in steps.items():
+        folder = tmp_path / f"{name} {word}"
+        shutil.copytree(datasets / "parts", folder)
+        goes_on = getattr(module, name)
+
+        def dies(*paths, word=word, goes_on=goes_on, **options):
+            if any(str(each).endswith(word) for each in paths) or not word:
+                raise Died
+            return goes_on(*paths, **options)
+
+        with monkeypatch.context() as patched:
+            patched.setattr(module, name, dies)
+            with pytest.raises(Died):
+                join_parts(FolderPlace(folder))
+        session.current().run.release()
+        assert join_parts(FolderPlace(folder)) == 4
+        assert content(folder) == content(tmp_path / "whole")
     session.restart()
