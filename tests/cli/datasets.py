@@ -1,5 +1,6 @@
 """A small job with physics and two cameras, run by the command line, and the files that it leaves."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -37,9 +38,10 @@ def run(command: list[str]) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=280)
 
 
-def merge(output: Path) -> subprocess.CompletedProcess[str]:
-    """Join the parts in a folder."""
-    return run([sys.executable, "-m", "usdsdg", "merge", str(output)])
+def merge(output: Path | str) -> subprocess.CompletedProcess[str]:
+    """Join the parts in a folder, which is given relative to the working directory, or at a URL."""
+    place = output if isinstance(output, str) else os.path.relpath(output, ROOT)
+    return run([sys.executable, "-m", "usdsdg", "merge", place])
 
 
 def content(folder: Path) -> dict[str, bytes]:

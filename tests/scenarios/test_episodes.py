@@ -3,6 +3,7 @@
 import pytest
 
 from tests.cli.datasets import content, generate, merge, write_job
+from usdsdg.cli.generate import make_part
 from usdsdg.scenarios.episodes import Episode, episodes
 
 
@@ -33,3 +34,14 @@ def test_a_part_passes_over_the_episodes_of_others(tmp_path, writer):
     assert content(tmp_path / "out") == content(tmp_path / "whole")
     pictures = [data for name, data in content(tmp_path / "whole").items() if name.endswith(".png")]
     assert len(set(pictures)) > 1
+
+
+def test_a_part_without_the_last_episode_has_come_to_its_end(tmp_path):
+    job = write_job(tmp_path, "BasicWriter", rgb=False, semantic_segmentation=True)
+    given = ["generate", "-q", str(job), "--device", "cpu", "--set", f"writer_kwargs.output_dir={tmp_path}/out"]
+    keys = ("--set", "num_frames=2", "--set", "frames_per_episode=1", "--set", "path_tracing.every=0")
+    for shard in ("0/2", "1/2"):
+        code, said = make_part([*given, *keys, "--shard", shard])
+        assert code == 0, said
+    assert merge(tmp_path / "out").returncode == 0
+    assert len(list((tmp_path / "out").glob("semantic_segmentation_*.png"))) == 2 * 2

@@ -10,14 +10,16 @@ from PIL import Image
 from pxr import Usd, UsdGeom, UsdUtils
 
 import usdsdg as rep
+from usdsdg.calibration.files import read_calibration
 from usdsdg.datasets.folder import Folder
-from usdsdg.errors import ArgumentError, AssetUnreadable, ConfigError
+from usdsdg.errors import ArgumentError, AssetUnreadable, ConfigError, UsdsdgError
 from usdsdg.inspect.report import inspect
 from usdsdg.replicator_yaml import run_file
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.config_file import read_config
 from usdsdg.session.stage_context import open_stage
 from usdsdg.stage.assets import check_file
+from usdsdg.stage.semantics.semantic_classes import read_semantic_classes
 from usdsdg_render.images import image_files
 
 
@@ -123,6 +125,34 @@ YAML = {
 }  # fmt: skip
 
 
+def test_a_character_that_yaml_does_not_have_is_told_with_its_line(tmp_path):
+    (tmp_path / "graph.yaml").write_text("a:\n  create.cube:\n    count: \x7f1\n")
+    with pytest.raises(ConfigError, match=r"graph.yaml, line 3: the character #x007f is not allowed"):
+        run_file(tmp_path / "graph.yaml")
+
+
+READERS = {
+    "configuration": lambda file: read_config(file, (), ObjectBasedConfig),
+    "graph": run_file,
+    "calibration": read_calibration,
+    "classes": read_semantic_classes,
+}
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_settings_are_read_of_files_only_and_of_small_ones(tmp_path, name):
+    os.mkfifo(tmp_path / "pipe.yaml")
+    with pytest.raises(UsdsdgError, match=r"pipe.yaml is a device, pipe or socket"):
+        READERS[name](tmp_path / "pipe.yaml")
+    with open(tmp_path / "large.yaml", "wb") as file:
+        file.truncate(1 << 40)
+    with pytest.raises(UsdsdgError, match=r"large.yaml .*has more than \d+ MB"):
+        READERS[name](tmp_path / "large.yaml")
+    (tmp_path / "deep.yaml").write_text("[" * 1500)
+    with pytest.raises(UsdsdgError, match=r"deep.yaml"):
+        READERS[name](tmp_path / "deep.yaml")
+
+
 @pytest.mark.parametrize("name", YAML)
 def test_yaml_is_limited(tmp_path, name):
     (tmp_path / "job.yaml").write_text(YAML[name])
@@ -149,6 +179,16 @@ def test_the_page_of_inspect_escapes_what_a_dataset_is_called(tmp_path):
     assert "<script>alert(1)" not in page
     assert page.count("{{images}} {{data}}") >= 1
     assert page.rstrip().endswith("</html>")
+
+
+def test_prims_that_are_too_deep_in_each_other_are_refused(tmp_path):
+    """USD's own reader takes minutes for 40,000, and 100,000 end the process."""
+    for count in (3000, 100_000):
+        text = "#usda 1.0\n" + 'def Xform "a" {\n' * count + "}\n" * count
+        (tmp_path / f"{count}.usda").write_text(text)
+    check_file(str(tmp_path / "3000.usda"))
+    with pytest.raises(AssetUnreadable, match=r"100000.usda has prims 100000 deep in each other"):
+        open_stage(tmp_path / "100000.usda")
 
 
 def test_a_crate_of_which_the_table_of_contents_is_damaged_is_refused(tmp_path):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.cli.datasets import write_job
 from usdsdg import stream
 from usdsdg.errors import AnnotatorRegistryError, ArgumentError, ConfigError, GraphError
 
@@ -20,6 +21,7 @@ SCENE = HERE / "scene.py"
 # Prints what each stream of a list of arguments yields, in one process.
 STREAMS = """
 import hashlib, json, sys
+from tests.cli.datasets import write_job
 from usdsdg import stream
 from usdsdg.errors import UsdsdgError
 
@@ -100,6 +102,7 @@ def test_a_stream_that_is_closed_early_leaves_the_process_as_it_was(tmp_path):
 def test_a_process_that_was_forked_after_rendering_renders(tmp_path):
     code = """
 import hashlib, os, sys
+from tests.cli.datasets import write_job
 from usdsdg import stream
 def digest():
     samples = stream.frames(sys.argv[1], arguments=["2"], seed=3)
@@ -147,3 +150,13 @@ def test_class_ids_are_those_of_the_dataset_not_of_the_frame():
     classes = {2: {"class": "gear"}, 3: {"size": "m4", "class": "bolt"}, 7: {"class": "nut"}}
     sample = stream.Sample(0, "Replicator", "/Camera", {"boxes": rows}, infos, classes)
     assert sample.class_ids("boxes").tolist() == [3, 7, 3]
+
+
+def test_frames_are_counted_over_the_episodes_of_a_job(tmp_path):
+    job = write_job(tmp_path, "BasicWriter")
+    keys = ["num_frames=3", "frames_per_episode=1", "path_tracing.every=0", "num_cameras=1"]
+    common = {"job": str(job), "annotators": ["distance_to_camera"], "arguments": keys}
+    (whole, failure), (odd, _) = streams(tmp_path, common, {**common, "part": [1, 2]})
+    assert failure is None
+    assert [row[0] for row in whole] == [0, 1, 2]
+    assert odd == whole[1::2]

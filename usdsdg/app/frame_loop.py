@@ -221,7 +221,10 @@ class Orchestrator:
         self.finish()
 
     def expect_frames(self, count: int | None, *, before: int = 0) -> None:
-        """Set the total number of frames for progress reports, None if it is not known, and those captured before."""
+        """Set how many frames a job has, for progress reports, None if it is not known, and how many are before.
+
+        before: frames of the job on earlier stages, after which the frames of this one are counted.
+        """
         self._capture.expected_frames, self._capture.frames_before = count, before
 
     def pass_over(self, frames: int) -> None:

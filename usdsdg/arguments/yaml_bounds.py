@@ -15,6 +15,7 @@ from typing import Any
 import yaml
 
 from usdsdg.errors import ConfigError
+from usdsdg.stage.assets.file_checks import check_regular
 
 MAX_BYTES = 1 << 20
 MAX_DEPTH = 50  # of mappings and lists in each other
@@ -40,15 +41,27 @@ def read_bounded(path: Path) -> str:
 
     Raises:
         TooLarge: it exceeds one of them.
+        AssetUnreadable, OSError, UnicodeDecodeError: it cannot be read.
+    """
+    text = read_small(path)
+    check_yaml(text, str(path))
+    return text
+
+
+def read_small(path: Path) -> str:
+    """Return the UTF-8 text of a file of settings.
+
+    Raises:
+        AssetUnreadable: it is a device or a pipe, which may never end or never begin.
+        TooLarge: it has more than `MAX_BYTES`.
         OSError, UnicodeDecodeError: it cannot be read.
     """
+    check_regular(str(path))
     with path.open("rb") as file:
         data = file.read(MAX_BYTES + 1)
     if len(data) > MAX_BYTES:
         raise TooLarge(f"{path} has more than {MAX_BYTES >> 20} MB, too much for a file of settings")
-    text = data.decode("utf-8")
-    check_yaml(text, str(path))
-    return text
+    return data.decode("utf-8")
 
 
 def check_yaml(text: str, name: str) -> None:

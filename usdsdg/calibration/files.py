@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from usdsdg.arguments.yaml_bounds import TooLarge, check_yaml
+from usdsdg.arguments.yaml_bounds import TooLarge, check_yaml, read_small
 from usdsdg.arguments.yaml_numbers import NumbersLoader
 from usdsdg.calibration import forms
 from usdsdg.calibration.calibration import Calibration
@@ -103,7 +103,7 @@ def _calibration_of(file: Path, given: Any, where: str) -> Calibration:
 
 def _values(file: Path) -> dict[str, Any]:
     try:
-        text = file.read_text(encoding="utf-8")
+        text = read_small(file)
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{file}: the calibration cannot be read: {error}") from error
     if text.lstrip().startswith("<?xml"):

@@ -40,7 +40,7 @@ class Capture:
 
     def __init__(self) -> None:
         self.expected_frames: int | None = None  # for progress reports; None: not known
-        self.frames_before = 0  # those of earlier stages, for progress reports
+        self.frames_before = 0  # those of the same job on earlier stages
         self._output = WriterOutput()
         self._labeled_prims: LabeledPrimReader | None = None
         self._earlier = EarlierPoints()
@@ -61,7 +61,7 @@ class Capture:
         """
         self._ahead, self._frame = ahead, frame
         set_global_seed(get_global_seed())
-        self._requests = Requests.collect(frame)
+        self._requests = Requests.collect(self.frames_before + frame)
         self._exposure, self._later = Exposure(self._requests, frame, self._camera_reader()), None
 
     def open_shutter(self) -> None:
@@ -90,6 +90,7 @@ class Capture:
             if self._requests.is_recorded:
                 self._stages_of_record().follow()
             self._skip({})
+            current().observations.frames += bool(self._requests.skipped)
             return
         self._moment = self._stage_moment()
         frames = self._frames(frame, seconds)
@@ -99,7 +100,7 @@ class Capture:
         for writer in self._requests.writers:
             self._output.write(writer, frames, self._requests, self._moment)
         if (tap := current().tap) is not None:
-            tap.take(frames, self._requests.tapped)
+            tap.take(frames, self._requests.tapped, number=self.frames_before + frame)
         if self._requests.files is not None:
             get_run().see_stage(current_stage())
             self._requests.files.release()

@@ -46,7 +46,7 @@ class Requests:
 
     @classmethod
     def collect(cls, frame: int) -> Requests:
-        """Collect the requests of all attached annotators and writers for a frame.
+        """Collect the requests of all attached annotators and writers for a frame of the job.
 
         Raises:
             Unsupported: an annotator that needs one camera is attached to a tiled product.

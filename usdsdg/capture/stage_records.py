@@ -7,7 +7,7 @@ import os
 import threading
 import zlib
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -47,9 +47,8 @@ class StageMoment:
     @cached_property
     def layer(self) -> bytes:
         """The edits as the text of a layer."""
-        with _writing:
-            layer = _scratch_layer()
-            layer.Clear()
+        layer = _scratch_layer()
+        try:
             with Sdf.ChangeBlock():
                 for path, kind, value in self.edits:
                     if kind is None:
@@ -60,15 +59,19 @@ class StageMoment:
                         Sdf.JustCreatePrimAttributeInLayer(layer, path, kind)
                         layer.GetAttributeAtPath(path).default = value
             return layer.ExportToString().encode()
+        finally:
+            layer.Clear()
 
 
-# Layers that end leave the handles of their specs in memory (USD 26.11), so that one layer serves all moments.
-_writing = threading.Lock()
+# Layers that end leave the handles of their specs in memory (USD 26.11), so one of each thread serves all moments.
+_of_thread = threading.local()
 
 
-@cache
 def _scratch_layer() -> Sdf.Layer:
-    return Sdf.Layer.CreateAnonymous(".usda")
+    """Return the empty layer of this thread."""
+    if not hasattr(_of_thread, "layer"):
+        _of_thread.layer = Sdf.Layer.CreateAnonymous(".usda")
+    return _of_thread.layer
 
 
 class StageRecords:

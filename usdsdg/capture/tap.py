@@ -20,7 +20,7 @@ Receive = Callable[["TappedView"], None]
 class TappedView:
     """The annotations of one render product in one frame."""
 
-    frame: int  # index of the capture, from 0
+    frame: int  # index of the capture, from 0, over all stages of a job
     render_product: str  # its name
     camera: str  # prim path; of the first one of a tiled product
     annotations: Mapping[str, Annotation]  # by annotator name; NumPy arrays, shared, which must not be written into
@@ -47,8 +47,11 @@ class Tap:
         """What is computed for every render product."""
         return list(self._annotators)
 
-    def take(self, frames: Mapping[str, Frame], paths: Sequence[str]) -> None:
-        """Compute the annotations of the frames at the render products `paths`; hand them out, in this order."""
+    def take(self, frames: Mapping[str, Frame], paths: Sequence[str], *, number: int) -> None:
+        """Compute the annotations of the frames at the render products `paths`; hand them out, in this order.
+
+        number: of the frame in its job.
+        """
         for path in paths:
             frame = frames[path]
             computed = {annotator.get_name(): annotator.compute(frame) for annotator in self._annotators}
@@ -57,9 +60,9 @@ class Tap:
             annotations = {
                 name: delivered(each, None, copy=False, fetch=frame.on_host) for name, each in computed.items()
             }
-            if self._is_wanted(frame.index):
+            if self._is_wanted(number):
                 name, camera = path.rsplit("/", 1)[-1], frame.view.prim_path
-                self._receive(TappedView(frame.index, name, camera, annotations, self._classes()))
+                self._receive(TappedView(number, name, camera, annotations, self._classes()))
 
     def _classes(self) -> dict[int, dict[str, str]]:
         reading = [annotator for annotator in self._annotators if annotator.reads_labels]

@@ -17,7 +17,9 @@ Inspect = Annotated[bool, typer.Option("--inspect", help="Make a page of the dat
 
 
 def inspect(
-    folder: Annotated[Path, typer.Argument(help="A dataset in any format that usdsdg writes, or a folder of several.")],
+    folder: Annotated[
+        str, typer.Argument(help="A dataset in any format that usdsdg writes, or a folder or URL of several.")
+    ],
     output: Annotated[Path | None, typer.Option(help="File of the page.", show_default="FOLDER/inspect.html")] = None,
 ) -> None:
     """Make one self-contained HTML page: images with their labels drawn over them, counts and histograms.
@@ -28,11 +30,21 @@ def inspect(
         _make_page(folder, output)
 
 
-def _make_page(folder: Path, output: Path | None = None) -> None:
+def _make_page(folder: str, output: Path | None = None) -> None:
+    from usdsdg.datasets.on_disk import RECORDS, on_disk
     from usdsdg.inspect import inspect as make_page
 
     problems: list[str] = []
-    page = make_page(folder, output, report=lambda problem: problems.append(f"{problem.kind}: {problem.text}"))
+    with on_disk(folder) as dataset:
+        dataset.fetch(lambda name: not name.startswith(RECORDS))
+        page: Path | str = make_page(
+            dataset.path,
+            output,
+            name=dataset.name if dataset.is_copy else None,
+            report=lambda problem: problems.append(f"{problem.kind}: {problem.text}"),
+        )
+        if output is None:
+            page = dataset.keep(page)
     for problem in problems[:_PRINTED]:
         print(problem, file=sys.stderr)
     if len(problems) > _PRINTED:
@@ -56,7 +68,7 @@ def show_written(*, inspect: bool) -> None:
     failures = []
     for folder in folders:
         try:
-            _make_page(folder)
+            _make_page(str(folder))
         except DatasetError as error:
             failures.append(str(error))
     if len(failures) == len(folders):

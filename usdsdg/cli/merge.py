@@ -1,5 +1,6 @@
 """`usdsdg merge DIR`: join the parts of a dataset that several processes have made."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -9,7 +10,10 @@ from usdsdg.cli.command_context import Quiet, command_context
 
 def merge(
     place: Annotated[
-        str, typer.Argument(metavar="DIR", help="The output folder or URL of `--frames A:B` or `--shard i/n`.")
+        str,
+        typer.Argument(
+            metavar="DIR", help="The folder or URL of `--frames A:B` or `--shard i/n`, or a folder of several."
+        ),
     ],
     quiet: Quiet = False,
 ) -> None:
@@ -21,4 +25,15 @@ def merge(
         from usdsdg.writers.journal.place import place_of
         from usdsdg.writers.parts import join_parts
 
-        print(f"{join_parts(place_of(place))} frames joined in {place}")
+        for each in _datasets(place):
+            print(f"{join_parts(place_of(each))} frames joined in {each}")
+
+
+def _datasets(place: str) -> list[str]:
+    """Return the datasets in a folder, as where a job has written several formats; of a URL itself."""
+    from usdsdg.stores.addresses import is_url
+    from usdsdg.writers.journal.recipe import FILE
+
+    if is_url(place) or Path(place, FILE).is_file():
+        return [place]
+    return sorted(str(each.parents[1]) for each in Path(place).glob(f"*/{FILE}")) or [place]

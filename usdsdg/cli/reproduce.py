@@ -23,14 +23,17 @@ from usdsdg.cli.command_context import (
 )
 from usdsdg.cli.thread_limit import Threads
 from usdsdg.errors import BadValue, DatasetError
+from usdsdg.stage.semantics.semantic_classes import BESIDE
 
 if TYPE_CHECKING:
+    from usdsdg.datasets.on_disk import OnDisk
     from usdsdg.verify.reproduced import Comparison
+    from usdsdg.writers.journal.portion import Portion
     from usdsdg.writers.journal.recipe import Recipe
 
 
 def reproduce(
-    folder: Annotated[Path, typer.Argument(help="A folder with a recipe (.usdsdg/recipe.json).")],
+    folder: Annotated[str, typer.Argument(help="A folder or URL with a recipe (.usdsdg/recipe.json).")],
     frames: Annotated[
         str | None, typer.Option(help="The frames to make again, as 0:10 or 3,7.", show_default="all")
     ] = None,
@@ -52,35 +55,46 @@ def reproduce(
     tolerance. Prints a line for each file that differs; the exit code is 1 if there are any.
     """
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet):
-        from usdsdg.session.session import current
-        from usdsdg.verify.reproduced import compare, counterpart
-        from usdsdg.writers.aggregates import finish_run
-        from usdsdg.writers.journal.folders import Mode
+        from usdsdg.datasets.on_disk import RECORDS, on_disk
         from usdsdg.writers.journal.portion import Portion
-        from usdsdg.writers.journal.recipe import GENERATE
 
-        recipe = _recipe_of(folder)
-        file = _source_of(folder, recipe, source)
         portion = Portion.of_numbers(frames) if frames is not None else None
-        differences = _now(recipe).differences({**recipe.values(), "classes": None})
-        for each in differences:
-            print(f"note: made with {each.replace(' there', '')}", file=sys.stderr)
-        run = current().run
-        with tempfile.TemporaryDirectory(prefix="usdsdg-reproduce-") as scratch:
-            run.scratch = Path(scratch).resolve()
-            run.begin(_now(recipe), Mode.OVERWRITE, portion, file)
-            with redirect_stdout(sys.stderr if recipe.command != GENERATE else StringIO()):  # which names its folder
-                _make(recipe, file, folder, stage, run.scratch)
-            finish_files()
-            finish_run(complete=True)
-            made = counterpart(folder, [each.path for each in run.folders])
-            if made is None:
-                raise DatasetError(f"{folder}: no file of it was made again by {file}")
-            result = compare(folder, made, portion, exact=not differences)
-            count = len(portion.numbers) if portion is not None and portion.numbers is not None else None
-            _print(result, folder, count)
+        with on_disk(folder) as dataset:
+            dataset.fetch(lambda name: name.startswith(f"{BESIDE}/") and not name.startswith(RECORDS))
+            result = _reproduce(dataset, portion, source, stage)
+        count = len(portion.numbers) if portion is not None and portion.numbers is not None else None
+        _print(result, dataset.name, count)
     if result.faults:
         raise typer.Exit(1)
+
+
+def _reproduce(dataset: OnDisk, portion: Portion | None, source: Path | None, stage: Path | None) -> Comparison:
+    """Make the frames of a portion again, None: all, and compare them."""
+    from usdsdg.session.session import current
+    from usdsdg.verify.reproduced import compare, counterpart, files_of
+    from usdsdg.writers.aggregates import finish_run
+    from usdsdg.writers.journal.folders import Mode
+    from usdsdg.writers.journal.recipe import GENERATE
+
+    folder = dataset.path
+    recipe = _recipe_of(folder)
+    file = _source_of(folder, recipe, source)
+    differences = _now(recipe).differences({**recipe.values(), "classes": None})
+    for each in differences:
+        print(f"note: made with {each.replace(' there', '')}", file=sys.stderr)
+    run = current().run
+    with tempfile.TemporaryDirectory(prefix="usdsdg-reproduce-") as scratch:
+        run.scratch = Path(scratch).resolve()
+        run.begin(_now(recipe), Mode.OVERWRITE, portion, file)
+        with redirect_stdout(sys.stderr if recipe.command != GENERATE else StringIO()):  # which names its folder
+            _make(recipe, file, folder, stage, run.scratch)
+        finish_files()
+        finish_run(complete=True)
+        made = counterpart(folder, [each.path for each in run.folders])
+        if made is None:
+            raise DatasetError(f"{folder}: no file of it was made again by {file}")
+        dataset.fetch(files_of(folder, portion).__contains__)
+        return compare(folder, made, portion, exact=not differences)
 
 
 def _recipe_of(folder: Path) -> Recipe:
@@ -153,13 +167,16 @@ def _run(file: Path, arguments: list[str], recipe: Recipe, stage: Path | None) -
     wanted: Any = recipe.options.get("stage")
     if wanted is not None and (stage is None or stage.name != wanted):
         raise BadValue(f"the run had --stage {wanted}: say where that file is with --stage")
-    conditions = Conditions.of_facts(recipe.options, stage)
+    try:
+        conditions = Conditions.of_facts(recipe.options, stage)
+    except (ValueError, TypeError) as error:
+        raise DatasetError(f"the recipe has options that `usdsdg run` does not have: {error}") from None
     seed_everything(recipe.seed or 0)
     conditions.apply(file)
     execute_script(file, arguments, conditions.frames, allow_outside=True)
 
 
-def _print(result: Comparison, folder: Path, frames: int | None) -> None:
+def _print(result: Comparison, folder: str, frames: int | None) -> None:
     for fault in result.faults:
         print(fault.line())
     if result.unknown:

@@ -18,10 +18,11 @@ from usdsdg.cli.command_context import (
     fix_classes,
     seed_everything,
 )
-from usdsdg.cli.dataset_options import AllowOutside, Overwrite, Resume, Shard, begin_run
+from usdsdg.cli.dataset_options import AllowOutside, Overwrite, Resume, Shard, Workers, begin_run
 from usdsdg.cli.file_kinds import FileKind, check_kind
 from usdsdg.cli.inspect import Inspect, show_written
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
+from usdsdg.cli.script.workers import ScriptWorkers
 from usdsdg.cli.thread_limit import Threads
 from usdsdg.errors import BadValue
 
@@ -60,6 +61,8 @@ def run(
         ),
     ] = None,
     shard: Shard = None,
+    part: Annotated[str | None, typer.Option(hidden=True, help="A:B, as --frames, of a process of --workers.")] = None,
+    workers: Workers = None,
     resume: Resume = False,
     overwrite: Overwrite = False,
     map_: Annotated[
@@ -124,6 +127,9 @@ def run(
         if stage is not None:
             check_kind(stage, FileKind.STAGE)
         last, portion = _frames(frames)
+        portion = part or portion
+        if workers is not None and (portion or shard or save_stage):
+            raise BadValue("--workers makes all frames: it cannot be given with --frames A:B, --shard or --save-stage")
         conditions = Conditions(stage, new_stage, last, replicator, map_ or (), missing_assets, lenient)
         begin_run(
             "run", script, arguments=arguments, options=conditions.facts(), seed=seed, classes=semantic_classes,
@@ -131,11 +137,19 @@ def run(
         )  # fmt: skip
         seed_everything(seed)
         fix_classes(semantic_classes)
+        maker = None
+        if workers is not None:
+            others = {"semantic_classes": semantic_classes, "assets_root": assets_root, "device": device, "seed": seed}
+            maker = ScriptWorkers(
+                script, arguments, workers, conditions, threads=threads, allow_outside=allow_outside, **others
+            )
         conditions.apply(script)
         current().frames_together = worlds
         with reported_outcome():
             execute_script(script, arguments, last, allow_outside=allow_outside)
             finish_files()
+        if maker is not None:
+            maker.make()
         if inspect:
             show_written(inspect=True)
 

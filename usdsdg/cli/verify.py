@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -18,7 +17,9 @@ RENDERED = 10  # frames, where none are named
 
 
 def verify(
-    folder: Annotated[Path, typer.Argument(help="A folder that a writer wrote to, or one with several datasets.")],
+    folder: Annotated[
+        str, typer.Argument(help="A folder or URL that a writer wrote to, or one with several datasets.")
+    ],
     files: Annotated[
         bool, typer.Option("--files", help="Only compare the files with the journal, by size and hash.")
     ] = False,
@@ -39,16 +40,22 @@ def verify(
     Prints a line for every fault, and one for each dataset in the folder; the exit code is 1 if there are any faults.
     """
     with command_context(assets_root=assets_root, device=device, quiet=quiet or as_json):
+        from usdsdg.datasets.on_disk import on_disk
         from usdsdg.session.progress import report as progress
         from usdsdg.verify import verify_all
 
         if files and (render or frames is not None):
             raise BadValue("--files reads no images, and --render compares them: give only one of them")
-        reports = verify_all(folder, labels=not files, render=_chosen(render, frames), progress=progress)
+        chosen = _chosen(render, frames)
+        with on_disk(folder) as dataset:
+            dataset.fetch()
+            reports = verify_all(dataset.path, labels=not files, render=chosen, progress=progress)
+            for each in reports:
+                each.folder = dataset.named(each.folder)
         is_clean = all(each.is_clean for each in reports)
     if as_json:
         values = [each.values() for each in reports]
-        several = {"folder": str(folder), "clean": is_clean, "datasets": values}
+        several = {"folder": folder, "clean": is_clean, "datasets": values}
         print(json.dumps(values[0] if len(values) == 1 else several, indent=1))
     else:
         for each in reports:

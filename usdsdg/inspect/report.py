@@ -31,12 +31,14 @@ def inspect(
     folder: str | os.PathLike[str],
     output: str | os.PathLike[str] | None = None,
     *,
+    name: str | None = None,
     budget: int = BUDGET,
     progress: Progress | None = None,
     report: Callable[[Problem], None] | None = None,
 ) -> Path:
     """Write one HTML page about the datasets in `folder`; return its path (default `folder`/inspect.html).
 
+    `name` is what the page calls the folder, instead of its path: the URL of which it is a copy.
     `budget` limits the bytes of all images on the page; beyond it images are downscaled or omitted.
     `report` is called with each problem that the page lists.
 
@@ -47,21 +49,22 @@ def inspect(
     dataset = read_dataset(Path(folder))
     embedding = embed(dataset, budget=budget, progress=progress)
     target = Path(output) if output is not None else Path(folder) / "inspect.html"
-    _write(target, page(dataset, embedding))
+    _write(target, page(dataset, embedding, name))
     if report is not None:
         for problem in dataset.problems:
             report(problem)
     return target
 
 
-def page(dataset: Dataset, embedding: Embedding) -> str:
-    """Return the page as text."""
+def page(dataset: Dataset, embedding: Embedding, name: str | None = None) -> str:
+    """Return the page as text; name: of the dataset, in place of the path of its folder."""
+    name = _text(dataset.path.resolve()) if name is None else name
     template, *_ = parts = [_part(name) for name in ("page.html", "page.css", "charts.js", "viewer.js")]
-    values, images = _values(dataset, embedding)
+    values, images = _values(dataset, embedding, name)
     # A label or path could hold "</script>".
     data = json.dumps(values, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     filled = {
-        "{{title}}": html.escape(f"{_text(dataset.path.resolve().name)} – usdsdg inspect"),
+        "{{title}}": html.escape(f"{_last(name)} – usdsdg inspect"),
         "{{style}}": parts[1],
         "{{script}}": parts[2] + parts[3],
         "{{data}}": data,
@@ -80,15 +83,20 @@ def _part(name: str) -> str:
     return (resources.files("usdsdg.inspect") / "page" / name).read_text(encoding="utf-8")
 
 
-def _values(dataset: Dataset, embedding: Embedding) -> tuple[dict[str, Any], list[str]]:
+def _last(name: str) -> str:
+    """Return the last part of a path or URL."""
+    return name.replace(os.sep, "/").rstrip("/").rpartition("/")[2]
+
+
+def _values(dataset: Dataset, embedding: Embedding, name: str) -> tuple[dict[str, Any], list[str]]:
     """Return the page's values, and the images that these refer to by index."""
     classes = statistics.classes(dataset)
     names = [each["name"] for each in classes]
     images: list[str] = []
     views = sorted({frame.view for frame in dataset.frames})
     values = {
-        "title": _text(dataset.path.resolve().name),
-        "folder": _text(dataset.path.resolve()),
+        "title": _last(name),
+        "folder": name,
         "writers": dataset.writers,
         "metadata": dataset.metadata,
         "views": views,

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from yaml.reader import ReaderError
 
 from usdsdg.arguments.registry import near_misses
 from usdsdg.arguments.yaml_bounds import TooLarge, read_bounded
@@ -171,14 +172,24 @@ def _read(path: Path) -> dict[str, yaml.Node]:
         raise ParserError(f"Error parsing {error}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise ParserError(f"Error parsing {path}: it cannot be read: {error}") from error
-    loader = NumbersLoader(text)
-    loader.name = str(path)
     try:
-        root = loader.get_single_node()
+        root = _root(text, str(path))
+    except ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        raise ParserError(
+            f"Error parsing {path}, line {line}: the character #x{error.character:04x} is not allowed"
+        ) from error
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f", line {mark.line + 1}" if mark else ""
         raise ParserError(f"Error parsing {path}{where}: {getattr(error, 'problem', error)}") from error
+    return {} if root is None else entries(root, "the file")
+
+
+def _root(text: str, name: str) -> yaml.Node | None:
+    loader = NumbersLoader(text)
+    loader.name = name
+    try:
+        return loader.get_single_node()
     finally:
         loader.dispose()
-    return {} if root is None else entries(root, "the file")

@@ -5,6 +5,7 @@ Physics is a history, so an episode is the smallest part of a job that can be ma
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from usdsdg.capture.frame_records import folder_of
@@ -26,27 +27,34 @@ class Episode:
     seed: int
 
 
-def episodes(seed: int, frames: int, frames_per_episode: int) -> list[Episode]:
+def episodes(seed: int, frames: int, frames_per_episode: int, scenario: str = "object_based") -> list[Episode]:
     """Return the episodes of a job; frames_per_episode: 0 makes all frames one, with the job's own seed."""
     if not frames_per_episode or frames_per_episode >= frames:
         return [Episode(0, frames, seed)]
     get_run().aggregates_wait = get_run().recipe is not None and current().tap is None
     firsts = range(0, frames, frames_per_episode)
     return [
-        Episode(first, min(frames_per_episode, frames - first), _seed(seed, number))
+        Episode(first, min(frames_per_episode, frames - first), _seed(seed, scenario, number))
         for number, first in enumerate(firsts)
     ]
 
 
-def can_be_passed_over(writer: Writer | None, episode: Episode) -> bool:
-    """Return whether no frame of an episode is this process's to make, and the writer can count it unseen."""
-    if writer is None or current().tap is not None or writer.annotators_to_skip():
-        return False
+def can_be_passed_over(writers: Sequence[Writer], episode: Episode) -> bool:
+    """Return whether no frame of an episode is this process's to make, and all writers can count it unseen."""
+    if (tap := current().tap) is not None:
+        return not any(tap.needs(frame) for frame in range(episode.first, episode.first + episode.frames))
+    return bool(writers) and not any(_looks_at(writer, episode) for writer in writers)
+
+
+def _looks_at(writer: Writer, episode: Episode) -> bool:
+    """Return whether a writer has to see an episode."""
+    if writer.annotators_to_skip():
+        return True
     # A writer that compares frames may need the last ones of the episode before.
     ahead = max((history_of(each) for each in writer.annotators if not isinstance(each, str)), default=0)
-    run, folder = get_run(), folder_of(writer)
-    return not run.is_wanted_soon(folder, run.captures, episode.frames - 1 + ahead)
+    run = get_run()
+    return run.is_wanted_soon(folder_of(writer), run.captures, episode.frames - 1 + ahead)
 
 
-def _seed(seed: int, number: int) -> int:
-    return int(sampling.generator(seed, "object_based/episode", number).integers(_SEEDS))
+def _seed(seed: int, scenario: str, number: int) -> int:
+    return int(sampling.generator(seed, f"{scenario}/episode", number).integers(_SEEDS))

@@ -43,7 +43,7 @@ class Job:
 
     def episode(self, config: Any) -> int:
         """Return the number of frames of an episode; 1 where all frames are one, which any cut divides alike."""
-        return getattr(config, "frames_per_episode", 0) or 1
+        return config.frames_per_episode or 1
 
 
 def _of_object_based(config: ObjectBasedConfig) -> list[Writer]:

@@ -58,8 +58,9 @@ def run(config: ObjectBasedConfig) -> Summary:
     planned = episodes(config.seed, config.num_frames, config.frames_per_episode)
     with warnings_remembered():  # all episodes are of one configuration
         for episode in planned:
-            if len(planned) > 1 and can_be_passed_over(writer, episode):
+            if len(planned) > 1 and can_be_passed_over([writer] if writer else [], episode):
                 _pass_over(config, episode, writer)
+                frames = episode.first + episode.frames
                 continue
             captured, seconds = _run_episode(config, episode, writer)
             frames, simulated = episode.first + captured, simulated + seconds

@@ -266,6 +266,8 @@ def use_device(device: str | None) -> None:
 
 def renderer_device_kind() -> str:
     """Return "cpu" or "cuda": on which kind of device the renderer runs, or will run."""
+    if current().engines.device == "cpu":
+        return "cpu"  # a process that lets others render needs no renderer for that
     quiet_warp()
     from usdsdg_render.renderer import chosen_device
 

@@ -7,7 +7,7 @@ class Observations:
     """Counts of what was captured in this process, on all stages; the capture fills it, the command line reads it."""
 
     def __init__(self) -> None:
-        self.frames = 0  # captured with at least one annotator or writer
+        self.frames = 0  # captured with at least one annotator or writer, here or by another process
         self.pictures = 0  # color images
         self.label_frames = 0  # images of render products of which labels were requested
         self.light_seen = False  # a color image was not black

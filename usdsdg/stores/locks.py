@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from usdsdg.operating_system import BINARY, IS_WINDOWS, lock
+
+# What systems say of a lock that another process has.
+_HELD = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK)
 
 
 class Locked(OSError):
@@ -31,6 +35,8 @@ class FileLock:
                 lock(descriptor, shared=shared, wait=False)
             except OSError as error:
                 os.close(descriptor)
+                if error.errno not in _HELD:
+                    raise  # such as a file system without locks
                 raise Locked(str(path)) from error
             if _is_at(descriptor, path):
                 self._descriptor = descriptor

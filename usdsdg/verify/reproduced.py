@@ -43,7 +43,7 @@ def compare(folder: Path, made: Path, portion: Portion | None, *, exact: bool) -
     portion: those frames; None: all, and then files about all frames are compared, too.
     exact: whether a file with other bytes is a fault; False: one beyond the tolerance is.
     """
-    wanted, again = _files(folder, portion), _files(made, portion)
+    wanted, again = files_of(folder, portion), files_of(made, portion)
     result = Comparison()
     for name in sorted(wanted.keys() | again.keys()):
         if name not in again or name not in wanted:
@@ -81,7 +81,7 @@ def _compare_within_tolerance(folder: Path, made: Path, name: str, frame: str, r
         result.faults.append(Fault(name, frame, f"is made otherwise: {said}"))
 
 
-def _files(folder: Path, portion: Portion | None) -> dict[str, ListedFile]:
+def files_of(folder: Path, portion: Portion | None) -> dict[str, ListedFile]:
     """Return the files of the frames of a portion; None: all files."""
     listing = read_listing(folder)
     files = listing.files if listing is not None else {}

@@ -11,8 +11,10 @@ from usdsdg.workers import local, ray_cluster
 from usdsdg.workers.plan import Part, plan
 from usdsdg.workers.progress import PartsProgress
 from usdsdg.workers.ray_cluster import MakePart, Resources
+from usdsdg.writers.journal.folders import DatasetFolder, shared_lock
 from usdsdg.writers.parts import join_parts
 
+FRAMES = "--frames"
 MakeParts = Callable[[Sequence[Part], Callable[[], None]], None]
 
 
@@ -31,30 +33,38 @@ def make_dataset(places: Sequence[str], frames: int, count: int, make: MakeParts
         raise BadValue("several processes need an output folder that all of them see; this job writes to none")
     for each in places:
         current().run.claim(each)  # removes an earlier run, or goes on with it, as the options say
-    claimed = [each.place for each in current().run.folders]
-    done = [each.was_complete for each in current().run.folders]
+    claimed = current().run.folders
     current().run.release()
-    if all(done):
+    make_claimed(claimed, frames, count, make, unit=unit)
+
+
+def make_claimed(folders: Sequence[DatasetFolder], frames: int, count: int, make: MakeParts, *, unit: int = 1) -> None:
+    """As `make_dataset`, in folders that the run has claimed and released."""
+    if all(each.was_complete for each in folders):
         return
-    locks = [place.shared_lock() for place in claimed]
+    places = [each.place for each in folders]
+    locks = []
     try:
-        parts = plan(claimed, frames, count, unit=unit)
-        make(parts, PartsProgress(claimed[0], frames).tick)
+        for place in places:
+            locks.append(shared_lock(place))
+        parts = plan(places, frames, count, unit=unit)
+        make(parts, PartsProgress(places[0], frames).tick)
     finally:
         for lock in locks:
             lock.release()
-    for place in claimed:
+    for place in places:
         join_parts(place)
 
 
-def on_this_machine(arguments: Sequence[str], count: int) -> MakeParts:
+def on_this_machine(arguments: Sequence[str], count: int, *, option: str = FRAMES) -> MakeParts:
     """Return what makes parts with processes of this machine.
 
-    arguments: of `usdsdg`, without those that say which frames.
+    arguments: of `usdsdg`, with the name of a command first, without those that say which frames. option: that does.
     """
 
     def make(parts: Sequence[Part], tick: Callable[[], None]) -> None:
-        local.make_parts(lambda part: _command(arguments, part), parts, count, tick)
+        start = [sys.executable, "-m", "usdsdg"]
+        local.make_parts(lambda part: [*start, *_of_part(arguments, part, option)], parts, count, tick)
 
     return make
 
@@ -69,15 +79,14 @@ def on_ray(
 
     def make(parts: Sequence[Part], tick: Callable[[], None]) -> None:
         ray_cluster.make_parts(
-            lambda part: _of_part(arguments, part), parts, count, tick, make_part, address=address, resources=resources
-        )
+            lambda part: _of_part(arguments, part, FRAMES), parts, count, tick, make_part,
+            address=address, resources=resources,
+        )  # fmt: skip
 
     return make
 
 
-def _command(arguments: Sequence[str], part: Part) -> list[str]:
-    return [sys.executable, "-m", "usdsdg", *_of_part(arguments, part)]
-
-
-def _of_part(arguments: Sequence[str], part: Part) -> list[str]:
-    return [*arguments, "--frames", part.frames, "--resume", "--quiet"]
+def _of_part(arguments: Sequence[str], part: Part, option: str) -> list[str]:
+    """Return the arguments for a part: options come before those that belong to a script."""
+    command, *rest = arguments
+    return [command, option, part.frames, "--resume", "--quiet", *rest]

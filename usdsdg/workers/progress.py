@@ -8,7 +8,8 @@ from pathlib import Path
 
 from usdsdg.errors import StoreError
 from usdsdg.session.progress import report
-from usdsdg.writers.journal.journal import FRAME, NAME
+from usdsdg.writers.journal.journal import NAME
+from usdsdg.writers.journal.lines import FRAME
 from usdsdg.writers.journal.place import PARTS, Place
 
 SECONDS = 1.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from pathlib import Path
 
-from usdsdg.errors import WriterError
+from usdsdg.errors import UsdsdgError, WriterError
 from usdsdg.session.session import current
 from usdsdg.writers import spool
 from usdsdg.writers.aggregate import Aggregate
@@ -44,8 +44,16 @@ def write_all(place: Place, spools: Path) -> None:
         if kind not in MODULES:
             raise WriterError(f"{path}: files of the kind {kind!r} are not known to this version of usdsdg.")
         of_kind: type[Aggregate] = getattr(importlib.import_module(MODULES[kind]), kind)
-        of_kind.schedule(spool.read(path), backend)
-    backend.wait_until_done()
+        try:
+            of_kind.schedule(spool.read(path), backend)
+            backend.wait_until_done()
+        except UsdsdgError:
+            raise
+        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+            raise WriterError(
+                f"{path}: its records are not such as {kind} are made of ({type(error).__name__}: {error}); "
+                "`usdsdg verify` tells which files are whole."
+            ) from error
 
 
 def finish_run(*, complete: bool) -> None:
@@ -54,6 +62,8 @@ def finish_run(*, complete: bool) -> None:
     complete: the run has come to its end.
     """
     run = get_run()
+    if run.is_closed:
+        return
     if not run.is_part:
         for folder in run.folders:
             if folder.goes_on or run.aggregates_wait:

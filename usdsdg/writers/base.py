@@ -95,6 +95,13 @@ class Writer(ABC):
         """
         counters.advance(self)
 
+    def survey(self) -> None:  # noqa: B027 - optional
+        """Note the objects of the current stage, which has each kind of them that frames may show.
+
+        Jobs that build a stage for every few frames call it before the first one, so that numbers of models do not
+        depend on which kinds are seen first.
+        """
+
     def on_final_frame(self) -> None:  # noqa: B027 - optional
         """Called when the run ends, after the last `write`."""
 

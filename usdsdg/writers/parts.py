@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 from usdsdg.errors import DatasetError
@@ -32,4 +33,5 @@ def join_parts(place: Place) -> int:
     run.begin(wanted, Mode.RESUME, None)
     run.adopt(claimed)
     finish_run(complete=True)
+    shutil.rmtree(place.path / merge.JOINED, ignore_errors=True)
     return claimed.journal.count

@@ -258,7 +258,7 @@ def read(path: Path) -> Records:
 
 def _parsed(data: bytes) -> dict[str, Any] | None:
     """Return a line, or None if it is none: without its end, or no JSON."""
-    with contextlib.suppress(ValueError):
+    with contextlib.suppress(ValueError, RecursionError):
         line = json.loads(data) if data.endswith(b"\n") else None
         return line if isinstance(line, dict) else None
     return None

@@ -14,12 +14,15 @@ from tests.scenarios.jobs.own_meshes import write_three
 from tests.scenarios.jobs.readme import documented
 from tests.scenarios.jobs.test_detection import digests, usdsdg
 from usdsdg.cli.commands import app
+from usdsdg.cli.generate import make_part
 from usdsdg.errors import ConfigError
+from usdsdg.scenarios.bin_picking import job
 from usdsdg.scenarios.bin_picking.bin import suiting
 from usdsdg.scenarios.bin_picking.cameras import add_cameras
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.jobs import load_job
 from usdsdg.scenarios.shared.mesh_folder import files_by_label, read_assets
+from usdsdg.scenarios.shared.runs import begin
 from usdsdg.stage.cameras.camera_view import read_camera
 
 CONFIG = Path(__file__).parents[3] / "configs" / "bin_picking.yaml"
@@ -106,6 +109,44 @@ def test_the_same_command_writes_the_same_bytes(dataset, tmp_path):
     again = generate(tmp_path)
     for part in ("train_pbr", "val_pbr", "models"):
         assert digests(dataset / part) == digests(again / part)
+
+
+def test_a_process_builds_and_fills_only_the_drops_of_its_frames(dataset, tmp_path, monkeypatch):
+    write_three(tmp_path / "parts")
+    (tmp_path / "lens.yaml").write_text(yaml.safe_dump(LENS))
+    monkeypatch.chdir(tmp_path)
+    overrides = [each for item in ["meshes=parts", *SMALL] for each in ("--set", item)]
+    filled, fill = [], job._fill
+
+    def noted(scene, config, draws, drop):
+        filled.append(drop)
+        fill(scene, config, draws, drop)
+
+    monkeypatch.setattr(job, "_fill", noted)
+    for frames, drops in (("2:4", [1]), ("0:1", [0]), ("1:2", [0])):
+        filled.clear()
+        code, said = make_part(["generate", str(CONFIG), *overrides, "--frames", frames])
+        assert code == 0, said
+        assert filled == drops
+    usdsdg("merge", "_out_bin_picking", cwd=tmp_path)
+    assert digests(tmp_path / "_out_bin_picking" / "bop") == digests(dataset)
+
+
+def test_shapes_of_a_class_have_the_same_models_in_every_drop(stage, tmp_path):
+    write_three(tmp_path / "parts")
+    names = [file.stem for file in sorted((tmp_path / "parts").glob("*.obj"))]
+    changes = [f"meshes={tmp_path / 'parts'}", f"labels={{{', '.join(f'{name}: thing' for name in names)}}}"]
+    _, config = load_job(CONFIG, [*changes, "drops=3", "parts.per_bin=[1,1]", f"output_dir={tmp_path / 'out'}"])
+    by_label, writers = begin(config, frames_per_scene=config.frames_per_drop)
+    assets, (_, writer) = read_assets(by_label, "auto"), writers[0]
+    job._survey(config, assets, [writer])
+    kinds, found = job.kinds_of(assets), []
+    assert kinds == [("thing", 0), ("thing", 1), ("thing", 2)]
+    for kind in (kinds[2], kinds[0], kinds[1]):  # on a new stage each, at the same path
+        job.build(config, [kind], assets)
+        writer.survey()
+        found += [obj_id for _, obj_id in writer._models._now.values()]
+    assert found == [2001, 1, 1001]
 
 
 def chain(folder: Path, distortion: list[float]) -> Path:

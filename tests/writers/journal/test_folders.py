@@ -1,5 +1,6 @@
 """Output folders: one run at a time, and none is lost by another."""
 
+import errno
 import json
 import subprocess
 import sys
@@ -7,9 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from usdsdg.errors import DatasetInTheWay
+from usdsdg.errors import DatasetInTheWay, OutputNotWritable
+from usdsdg.stores import locks
 from usdsdg.stores.locks import FileLock, Locked
-from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.folders import DatasetFolder, Mode, shared_lock
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
@@ -132,6 +134,25 @@ def test_a_lock_ends_with_its_process(tmp_path):
     holder.kill()
     holder.wait()
     FileLock(path).release()
+
+
+def test_a_file_system_without_locks_is_told_as_such(tmp_path, monkeypatch):
+    def refused(*_, **__):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(locks, "lock", refused)
+    with pytest.raises(OutputNotWritable, match="No locks available"):
+        DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.NEW, None)
+    with pytest.raises(OutputNotWritable, match="No locks available"):
+        shared_lock(FolderPlace(tmp_path))
+
+
+def test_a_process_that_lets_others_make_parts_needs_a_dataset_that_none_makes_alone(tmp_path):
+    alone = DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.NEW, None)
+    with pytest.raises(DatasetInTheWay, match="another process"):
+        shared_lock(FolderPlace(tmp_path))
+    alone.release()
+    shared_lock(FolderPlace(tmp_path)).release()
 
 
 def test_a_file_that_is_replaced_is_locked_anew(tmp_path):

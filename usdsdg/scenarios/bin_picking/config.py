@@ -115,3 +115,8 @@ class BinPickingConfig(JobConfig):
     def num_frames(self) -> int:
         """Number of frames of each camera."""
         return self.drops * self.frames_per_drop
+
+    @property
+    def frames_per_episode(self) -> int:
+        """Number of frames of each camera on one stage: each drop has a new one."""
+        return self.frames_per_drop

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdPhysics
+from pxr import Gf, Usd, UsdPhysics
 
 import usdsdg as rep
 from usdsdg.errors import warn_once
@@ -27,12 +27,12 @@ class Part:
     body: Body
     colliders: list[Usd.Prim]
 
-    def enable(self, enabled: bool) -> None:
-        """Show it and let it collide and move, or none of these."""
-        self.body.show(enabled)
-        UsdPhysics.RigidBodyAPI(self.body.prim).GetRigidBodyEnabledAttr().Set(enabled)
+    def take_away(self) -> None:
+        """Hide it, and let it neither collide nor move."""
+        self.body.show(False)
+        UsdPhysics.RigidBodyAPI(self.body.prim).GetRigidBodyEnabledAttr().Set(False)
         for prim in self.colliders:
-            UsdPhysics.CollisionAPI(prim).GetCollisionEnabledAttr().Set(enabled)
+            UsdPhysics.CollisionAPI(prim).GetCollisionEnabledAttr().Set(False)
 
 
 def make_part(body: Body, approximation: str) -> Part:
@@ -43,25 +43,21 @@ def make_part(body: Body, approximation: str) -> Part:
     return Part(body, colliders)
 
 
-def fill(bin_: StageBin, parts: Sequence[Part], generator: np.random.Generator, *, max_time: float) -> list[Part]:
-    """Drop parts into the bin; return those that lie in it. Others are taken off the stage."""
+def fill(bin_: StageBin, parts: Sequence[Part], generator: np.random.Generator, *, max_time: float) -> None:
+    """Drop parts into the bin; those that do not lie in it then are taken away."""
     height = _place_above(bin_, parts, generator)
     bin_.set_funnel(True)
     rep.functional.physics.simulate(math.sqrt(2.0 * height / GRAVITY) + _SETTLED)
     moving = set(rep.functional.physics.simulate_until_rest([part.body.prim for part in parts], max_time=max_time))
     bin_.set_funnel(False)
-    kept = []
     for part in parts:
-        if bin_.size.holds(_middle(part.body)):
-            kept.append(part)
-        else:
-            part.enable(False)
+        if not bin_.size.holds(_middle(part.body)):
+            part.take_away()
     if moving:
         warn_once(
             f"{len(moving)} of {len(parts)} parts had not come to rest after {max_time:g} s; their pictures show them "
             "where they were then. Raise parts.max_time"
         )
-    return kept
 
 
 def _place_above(bin_: StageBin, parts: Sequence[Part], generator: np.random.Generator) -> float:
@@ -79,17 +75,9 @@ def _place_above(bin_: StageBin, parts: Sequence[Part], generator: np.random.Gen
         y = (row + 0.5) * steps[1] - bin_.size.depth / 2.0 + generator.uniform(-free[1], free[1])
         top = (layer + 0.5) * cell + 0.3 * bin_.size.height
         part = parts[index]
-        part.enable(True)
-        _stop(part.body.prim)
         w, i, j, k = generator.normal(size=4)
         part.body.place(np.array((x, y, top)), Gf.Quatd(w, i, j, k).GetNormalized())
     return top
-
-
-def _stop(prim: Usd.Prim) -> None:
-    """Take the velocities of the drop before away."""
-    for name in ("physics:velocity", "physics:angularVelocity"):
-        prim.CreateAttribute(name, Sdf.ValueTypeNames.Vector3f, custom=False).Set(Gf.Vec3f(0.0))
 
 
 def _middle(body: Body) -> Gf.Vec3d:

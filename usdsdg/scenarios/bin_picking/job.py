@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
+import gc
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Gf, Usd, UsdGeom
 
 import usdsdg as rep
+from usdsdg.errors import warnings_remembered
+from usdsdg.graph.sampling import set_global_seed
+from usdsdg.orchestrator import get_orchestrator
 from usdsdg.scenarios.bin_picking.bin import BinSize, StageBin, suiting
 from usdsdg.scenarios.bin_picking.cameras import BinCamerasOnStage, add_cameras
 from usdsdg.scenarios.bin_picking.config import BinPickingConfig
 from usdsdg.scenarios.bin_picking.drop import Part, fill, make_part
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.environment import add_physics_scene
+from usdsdg.scenarios.episodes import can_be_passed_over, episodes
 from usdsdg.scenarios.shared.bodies import add_asset
 from usdsdg.scenarios.shared.decks import deal, variants
 from usdsdg.scenarios.shared.lighting import Brightness, Lighting
 from usdsdg.scenarios.shared.mesh_folder import MeshAsset, read_assets
 from usdsdg.scenarios.shared.patterns import pattern_folder
 from usdsdg.scenarios.shared.pictures import Picture, pictures_in, skies_in
-from usdsdg.scenarios.shared.runs import Summary, begin, capture
+from usdsdg.scenarios.shared.runs import Arranged, Summary, begin, capture
 from usdsdg.session import stage_context
+from usdsdg.writers import Writer
 
 Kind = tuple[str, int]  # class and number of the shape
 
@@ -33,7 +40,7 @@ class Scene:
     """Prims of the bin picking job."""
 
     bin: StageBin
-    parts: dict[Kind, list[Part]]
+    parts: list[Part]
     cameras: BinCamerasOnStage
     lighting: Lighting
     pictures: list[Picture]
@@ -49,28 +56,62 @@ def run(config: BinPickingConfig) -> Summary:
         WriterError: an option of a format has a wrong value, or its files cannot be written.
     """
     by_label, writers = begin(config, frames_per_scene=config.frames_per_drop)
-    draws, assets = Draws(config.seed, "bin_picking"), read_assets(by_label, config.mesh_unit)
+    assets = read_assets(by_label, config.mesh_unit)
+    with warnings_remembered():  # all drops are of one configuration
+        views = _survey(config, assets, [writer for _, writer in writers])
+        drops = _drops(config, assets, [writer for _, writer in writers])
+        return capture(config.num_frames, drops, config.rendering, views=views, writers=writers)
+
+
+def _survey(config: BinPickingConfig, assets: Sequence[MeshAsset], writers: Sequence[Writer]) -> int:
+    """Show the writers a stage with one part of each kind; return the number of pictures of a frame.
+
+    It stays for drops that are passed over.
+    """
+    scene = build(config, kinds_of(assets), assets)
+    for part in scene.parts:
+        part.body.place(np.zeros(3), Gf.Quatd(1.0))  # which gives it its size
+    _attach(scene, writers)
+    for writer in writers:
+        writer.survey()
+    return len(scene.cameras.cameras)
+
+
+def _drops(config: BinPickingConfig, assets: Sequence[MeshAsset], writers: Sequence[Writer]) -> Iterator[Arranged]:
+    """Build a stage for each drop of which this process makes a frame, fill the bin, and yield its frames."""
+    draws = Draws(config.seed, "bin_picking")
     hands = _hands(config, draws, assets)
-    scene = build(config, hands, assets)
+    planned = episodes(config.seed, config.num_frames, config.frames_per_episode, "bin_picking")
+    for drop, episode in enumerate(planned):
+        set_global_seed(episode.seed)
+        if len(planned) > 1 and can_be_passed_over(writers, episode):
+            get_orchestrator().pass_over(episode.frames)
+            continue
+        scene = build(config, hands[drop], assets)
+        _attach(scene, writers)
+        _fill(scene, config, draws, drop)
+        yield Arranged(range(episode.first, episode.first + episode.frames), partial(_look, scene, config, draws))
+        del scene
+        gc.collect()  # its stage, which refers to itself, and would stay for some drops more
+
+
+def _attach(scene: Scene, writers: Sequence[Writer]) -> None:
     products = [
         rep.create.render_product(str(camera.GetPath()), size)
         for camera, size in zip(scene.cameras.cameras, scene.cameras.sizes, strict=True)
     ]
-    for _, writer in writers:
+    for writer in writers:
         writer.attach(products)
 
-    def prepare(frame: int) -> None:
-        drop, view = divmod(frame, config.frames_per_drop)
-        if view == 0:
-            _fill(scene, config, draws, drop, hands[drop])
-        scene.cameras.randomize(draws, frame, scene.bin.size, config.cameras)
-        scene.lighting.randomize(draws, frame)
 
-    return capture(config.num_frames, prepare, config.rendering, views=len(products), writers=writers)
+def _look(scene: Scene, config: BinPickingConfig, draws: Draws, frame: int) -> None:
+    """Place the cameras, and light the bin."""
+    scene.cameras.randomize(draws, frame, scene.bin.size, config.cameras)
+    scene.lighting.randomize(draws, frame)
 
 
-def build(config: BinPickingConfig, hands: Sequence[Sequence[Kind]], assets: Sequence[MeshAsset]) -> Scene:
-    """Create the stage with as many parts of each kind as some drop has."""
+def build(config: BinPickingConfig, hand: Sequence[Kind], assets: Sequence[MeshAsset]) -> Scene:
+    """Create a stage with an empty bin and the parts of a hand, in its order."""
     stage = stage_context.new_stage()
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -81,26 +122,26 @@ def build(config: BinPickingConfig, hands: Sequence[Sequence[Kind]], assets: Seq
     brightness = Brightness(config.lights.sky, config.lights.lamps, config.lights.lamp_count)
     return Scene(
         StageBin(stage, size, config.bin.thickness, pictures[0]),
-        _parts(stage, config, hands, assets),
+        _parts(stage, config, hand, assets),
         add_cameras(stage, config.cameras, config.resolution, size.radius),
         Lighting(stage, skies_in(config.skies), brightness),
         pictures,
     )
 
 
-def _parts(
-    stage: Usd.Stage, config: BinPickingConfig, hands: Sequence[Sequence[Kind]], assets: Sequence[MeshAsset]
-) -> dict[Kind, list[Part]]:
-    most: Counter[Kind] = Counter()
-    for hand in hands:
-        most |= Counter(hand)
-    parent, parts, shapes = stage.DefinePrim("/World/Parts", "Xform"), {}, Counter()
+def _parts(stage: Usd.Stage, config: BinPickingConfig, hand: Sequence[Kind], assets: Sequence[MeshAsset]) -> list[Part]:
+    parent, by_kind = stage.DefinePrim("/World/Parts", "Xform"), dict(zip(kinds_of(assets), assets, strict=True))
+    return [make_part(add_asset(parent, by_kind[kind], labeled=True), config.parts.collider) for kind in hand]
+
+
+def kinds_of(assets: Sequence[MeshAsset]) -> list[Kind]:
+    """Return the kind of each asset: its class, and which one of that class it is."""
+    shapes: Counter[str] = Counter()
+    found = []
     for asset in assets:
-        kind = asset.label, shapes[asset.label]
+        found.append((asset.label, shapes[asset.label]))
         shapes[asset.label] += 1
-        made = [make_part(add_asset(parent, asset, labeled=True), config.parts.collider) for _ in range(most[kind])]
-        parts[kind] = made
-    return parts
+    return found
 
 
 def _hands(config: BinPickingConfig, draws: Draws, assets: Sequence[MeshAsset]) -> list[list[Kind]]:
@@ -116,13 +157,10 @@ def _hands(config: BinPickingConfig, draws: Draws, assets: Sequence[MeshAsset]) 
     return variants(hands, Counter(asset.label for asset in assets))
 
 
-def _fill(scene: Scene, config: BinPickingConfig, draws: Draws, drop: int, hand: Sequence[Kind]) -> None:
-    """Empty the bin, draw colors and table, and drop the parts of a hand."""
-    for part in (part for parts in scene.parts.values() for part in parts):
-        part.enable(False)
+def _fill(scene: Scene, config: BinPickingConfig, draws: Draws, drop: int) -> None:
+    """Draw colors and table, and drop the parts."""
     generator = draws.generator("bin", drop)
     scene.bin.paint(generator)
     picture = scene.pictures[int(np.asarray(generator.integers(len(scene.pictures))))]
     scene.bin.table.show(picture, generator)
-    free = {kind: list(parts) for kind, parts in scene.parts.items()}
-    fill(scene.bin, [free[kind].pop() for kind in hand], draws.generator("drop", drop), max_time=config.parts.max_time)
+    fill(scene.bin, scene.parts, draws.generator("drop", drop), max_time=config.parts.max_time)

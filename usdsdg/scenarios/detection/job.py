@@ -12,7 +12,7 @@ from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.shared.bodies import Body
 from usdsdg.scenarios.shared.decks import deal, variants
 from usdsdg.scenarios.shared.mesh_folder import read_assets
-from usdsdg.scenarios.shared.runs import Summary, begin, capture
+from usdsdg.scenarios.shared.runs import Arranged, Summary, begin, capture
 from usdsdg.session import engines
 from usdsdg.stage.poses.xform_ops import author_pose
 
@@ -48,7 +48,8 @@ def run(config: DetectionConfig) -> Summary:
         far = arranger.arrange(frame, objects, distractors)
         _choose_background(scene, config, draws, frame, far * _BEHIND)
 
-    return capture(config.num_frames, prepare, config.rendering, views=1, writers=writers)
+    arranged = [Arranged(range(config.num_frames), prepare)]
+    return capture(config.num_frames, arranged, config.rendering, views=1, writers=writers)
 
 
 def _counts(config: DetectionConfig, draws: Draws) -> list[int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import usdsdg as rep
@@ -22,6 +22,14 @@ from usdsdg.writers.journal.run import get_run
 MIN_SAMPLES = 4
 # Samples of a path-traced picture that a filter cleans well.
 _PATH_TRACED = 128
+
+
+@dataclass(frozen=True)
+class Arranged:
+    """Frames of one stage, the current one, and what prepares the stage for each of them."""
+
+    frames: range
+    prepare: Callable[[int], None]
 
 
 @dataclass(frozen=True)
@@ -62,7 +70,7 @@ def _apply_rendering(rendering: Rendering) -> None:
 
 def capture(
     frames: int,
-    prepare: Callable[[int], None],
+    stages: Iterable[Arranged],
     rendering: Rendering,
     *,
     views: int,
@@ -70,30 +78,41 @@ def capture(
 ) -> Summary:
     """Prepare and capture each frame; after Ctrl-C end with the frame, and raise KeyboardInterrupt.
 
+    frames: of the job. stages: builds one stage after the other; frames that it leaves out are made elsewhere.
     views: pictures of a frame.
     """
-    get_orchestrator().expect_frames(frames)
-    started, done = time.perf_counter(), 0
-    try:
-        with stop_request() as stop_requested:
-            for frame in range(frames):
-                prepare(frame)
-                rep.orchestrator.step(
-                    delta_time=0.0, rt_subframes=rendering.samples - MIN_SAMPLES, pause_timeline=False
-                )
-                done = frame + 1
-                if get_run().is_over:
-                    done = frames
-                if done == frames or stop_requested():
-                    break
-    finally:
-        rep.orchestrator.wait_until_complete()
+    started, done = time.perf_counter(), frames
+    with stop_request() as stop_requested:
+        for stage in stages:
+            done = _capture_stage(stage, frames, rendering, stop_requested)
+            if get_run().is_over:
+                done = frames
+            if done == frames or stop_requested():
+                break
+            done = frames  # unless another stage follows
+            del stage  # which can be freed before the next one is built
     summary = Summary(done, done * views, time.perf_counter() - started, tuple(folders(list(writers))))
     if current().tap is None:  # else nothing was written
         _print_summary(summary)
     if done < frames:
         raise KeyboardInterrupt
     return summary
+
+
+def _capture_stage(stage: Arranged, frames: int, rendering: Rendering, stop_requested: Callable[[], bool]) -> int:
+    """Capture the frames of a stage; return how many frames of the job are done then."""
+    get_orchestrator().expect_frames(frames, before=stage.frames.start)
+    done = stage.frames.start
+    try:
+        for frame in stage.frames:
+            stage.prepare(frame)
+            rep.orchestrator.step(delta_time=0.0, rt_subframes=rendering.samples - MIN_SAMPLES, pause_timeline=False)
+            done = frame + 1
+            if get_run().is_over or stop_requested():
+                break
+    finally:
+        rep.orchestrator.wait_until_complete()
+    return done
 
 
 def _print_summary(summary: Summary) -> None:

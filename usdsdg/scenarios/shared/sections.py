@@ -114,6 +114,11 @@ class JobConfig(Section):
             as_value_error(files_by_label, mesh_folder(info.data["meshes"]), labels)
         return labels
 
+    @property
+    def frames_per_episode(self) -> int:
+        """Number of frames after which a new stage is built; 0: all frames have one."""
+        return 0
+
     @field_validator("meshes")
     @classmethod
     def _has_meshes(cls, folder: str) -> str:

@@ -8,12 +8,14 @@ import struct
 import zipfile
 from functools import lru_cache
 
+import numpy as np
 from pxr import Sdf
 
 from usdsdg.errors import AssetUnreadable
 
 PACKAGE = ".usdz"
 _CRATES, _CRATE = (".usd", ".usdc"), b"PXR-USDC"
+_TEXTS, _DEEPEST = (".usd", ".usda"), 4000
 _POINTER = b"version https://git-lfs"
 
 
@@ -41,11 +43,12 @@ def check_file(path: str) -> None:
     if path.lower().endswith(PACKAGE) and os.path.isfile(path):
         if why := not_a_file_of_its_own(path):
             raise AssetUnreadable(f"{path} {why}")
-        status = os.stat(path)
-        if said := _damage(path, status.st_mtime_ns, status.st_size):
+        if said := _damage(path, *_version(path)):
             raise AssetUnreadable(f"{path} is damaged: {said}. Copy or export it again.")
     elif path.lower().endswith(_CRATES) and os.path.isfile(path) and not _has_contents(path):
         raise AssetUnreadable(f"{path} cannot be opened as USD: its table of contents is damaged or cut off")
+    elif path.lower().endswith(_TEXTS) and os.path.isfile(path):
+        _check_nesting(path)
 
 
 def not_a_file_of_its_own(file: str | os.PathLike[str]) -> str:
@@ -70,6 +73,33 @@ def check_neighbors(layer: Sdf.Layer) -> None:
         check_file(layer.ComputeAbsolutePath(each) if each else "")
 
 
+def _version(path: str) -> tuple[int, int]:
+    """Return what tells versions of a file apart, so that each is checked once."""
+    status = os.stat(path)
+    return status.st_mtime_ns, status.st_size
+
+
+def _check_nesting(path: str) -> None:
+    if (depth := _nesting(path, *_version(path))) > _DEEPEST:
+        raise AssetUnreadable(
+            f"{path} has prims {depth} deep in each other, at which USD's reader does not end or ends the process; "
+            f"{_DEEPEST} are read"
+        )
+
+
+@lru_cache(maxsize=4096)
+def _nesting(path: str, modified: int, size: int) -> int:
+    """Return how deep the braces of a text are in each other, at most; those in strings count, too."""
+    with open(path, "rb") as file:
+        if size <= _DEEPEST or (start := file.read(len(_CRATE))) == _CRATE:
+            return 0
+        data = start + file.read()
+    if data.count(b"{") <= _DEEPEST:
+        return 0
+    letters = np.frombuffer(data, np.uint8)
+    return int(np.cumsum((letters == ord("{")).astype(np.int32) - (letters == ord("}"))).max())
+
+
 def _has_contents(path: str) -> bool:
     """Return whether the table of contents of a crate lies in the file, which USD does not ask before it reads it.
 
@@ -89,7 +119,7 @@ def _has_contents(path: str) -> bool:
 
 @lru_cache(maxsize=256)
 def _damage(path: str, modified: int, size: int) -> str | None:
-    """Return what is wrong with a package; None if nothing is. modified, size: of the file, so that it is read once."""
+    """Return what is wrong with a package; None if nothing is."""
     try:
         with zipfile.ZipFile(path) as package:
             if packed := [each.filename for each in package.infolist() if each.compress_type != zipfile.ZIP_STORED]:

@@ -11,11 +11,13 @@ from typing import Any
 import yaml
 
 from usdsdg.errors import ConfigError
+from usdsdg.stage.assets.file_checks import check_regular
 
 BESIDE = ".usdsdg"  # folder in a dataset with what usdsdg notes about it
 FILE = "classes.json"
 FIRST_ID = 2  # 0 is the background, 1 is what has no label
 MAX_ID = 65535  # what a 16-bit mask holds
+MAX_BYTES = 16 << 20  # of a file
 
 _FORM = (
     "expected names such as ['apple', 'pear'], ids {'apple': 2, 'pear': 3}, {'apple': {'id': 2, 'color': [255, 0, "
@@ -62,12 +64,15 @@ def read_semantic_classes(given: Any) -> tuple[GivenClass, ...]:
 def _content(path: Path) -> Any:
     """Return the content of a class file, or of the one of a dataset."""
     file = next((each for each in (path / BESIDE / FILE, path / FILE) if each.is_file()), path)
+    check_regular(str(file))
     try:
+        if file.stat().st_size > MAX_BYTES:
+            raise ValueError(f"it has more than {MAX_BYTES >> 20} MB")
         text = file.read_text(encoding="utf-8")
         if file.suffix == ".txt":
             return [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
         return json.loads(text) if file.suffix == ".json" else yaml.safe_load(text)
-    except (OSError, ValueError, yaml.YAMLError) as error:
+    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
         raise ConfigError(
             f"semantic_classes: {file} cannot be read: {error}. {_FORM[0].upper()}{_FORM[1:]}."
         ) from error

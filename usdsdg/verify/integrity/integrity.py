@@ -20,7 +20,9 @@ from usdsdg.verify.integrity.listing import ListedFile, Listing, read_listing
 Progress = Callable[[str, int, int | None], None]
 PAGE = "inspect.html"  # which `usdsdg inspect` puts beside the data
 # Beside the data: what has no line in the journal.
-_OWN = re.compile(rf"{re.escape(BESIDE)}/(recipe\.json|journal\.jsonl|.*\.lock|parts/.*|aggregates/samples/.*)")
+_OWN = re.compile(
+    rf"{re.escape(BESIDE)}/(recipe\.json|journal\.jsonl|.*\.lock|parts/.*|joined/.*|aggregates/samples/.*)"
+)
 _SPOOLS = f"{BESIDE}/aggregates/"
 _OF_SYSTEMS = re.compile(r"\.DS_Store|Thumbs\.db|desktop\.ini|\.nfs[0-9a-f]+|\.directory")
 

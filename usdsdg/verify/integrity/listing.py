@@ -7,11 +7,10 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from usdsdg.datasets.faults import Fault
 from usdsdg.stage.semantics.semantic_classes import BESIDE
-from usdsdg.writers.journal import journal, recipe
+from usdsdg.writers.journal import lines, recipe
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.merge import parts_of
@@ -67,7 +66,7 @@ def _check_recipe(folder: Path, listing: Listing) -> str | None:
         return None
     try:
         values = json.loads(data)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         values, said = None, str(error)
     else:
         said = "it is no table"
@@ -80,37 +79,37 @@ def _read_journal(path: Path, name: str, listing: Listing, recipe_hash: str | No
     """Add the files of a journal; recipe_hash: of the dataset's recipe, where it has one."""
     digest, numbers, closing, closing_data = hashlib.sha256(), [], None, b""
     for place, data in _lines(path):
-        line = journal.parsed_record(data)
+        line = lines.parsed(data)
         if closing is not None:  # of a run that went on
             digest.update(closing_data)
-            _add(listing, closing[journal.SHARED], "all")
+            _add(listing, closing[lines.SHARED], "all")
             closing = None
-        if line is None or not _is_sound(line):
+        if line is None:
             listing.is_damaged = True
             listing.faults.append(Fault(name, "?", f"line {place} is damaged"))
-        elif journal.FRAMES in line:
+        elif lines.FRAMES in line:
             closing, closing_data = line, data
         else:
             digest.update(data)
-            if journal.FRAME in line:
-                numbers.append(line[journal.FRAME])
-                _add(listing, line[journal.FILES], str(line[journal.FRAME]))
-            _add(listing, line.get(journal.SHARED, {}), "all")
+            if lines.FRAME in line:
+                numbers.append(line[lines.FRAME])
+                _add(listing, line[lines.FILES], str(line[lines.FRAME]))
+            _add(listing, line.get(lines.SHARED, {}), "all")
     _check_order(name, numbers, listing)
-    if closing is None or not closing.get(journal.COMPLETE):
+    if closing is None or not closing.get(lines.COMPLETE):
         listing.faults.append(Fault(name, "all", f"the run is unfinished: {len(numbers)} frames are whole (--resume)"))
-        _add(listing, closing[journal.SHARED] if closing else {}, "all")
+        _add(listing, closing[lines.SHARED] if closing else {}, "all")
         return
-    _add(listing, closing[journal.SHARED], "all")
+    _add(listing, closing[lines.SHARED], "all")
     listing.is_complete = True
-    if closing[journal.FRAMES] != len(numbers):
+    if closing[lines.FRAMES] != len(numbers):
         listing.is_damaged = True
         listing.faults.append(
-            Fault(name, "all", "frames are missing or doubled", str(closing[journal.FRAMES]), str(len(numbers)))
+            Fault(name, "all", "frames are missing or doubled", str(closing[lines.FRAMES]), str(len(numbers)))
         )
-    if closing.get(journal.LINES) != digest.hexdigest():
+    if closing.get(lines.LINES) != digest.hexdigest():
         listing.faults.append(Fault(name, "all", "its lines are not those that the run wrote"))
-    if recipe_hash is not None and closing.get(journal.RECIPE) not in (None, recipe_hash):
+    if recipe_hash is not None and closing.get(lines.RECIPE) not in (None, recipe_hash):
         listing.faults.append(Fault(recipe.FILE, "all", "was changed after the run"))
 
 
@@ -130,22 +129,6 @@ def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
     """Yield the lines with their numbers, from 1."""
     with open(path, "rb") as file:
         yield from enumerate(file, 1)
-
-
-def _is_sound(line: dict[str, Any]) -> bool:
-    """Return whether a line has what lines of journals have."""
-    if journal.FRAMES in line:
-        return isinstance(line[journal.FRAMES], int) and _are_files(line.get(journal.SHARED))
-    if journal.FRAME in line:
-        return isinstance(line[journal.FRAME], int) and _are_files(line.get(journal.FILES))
-    return _are_files(line.get(journal.SHARED))
-
-
-def _are_files(value: Any) -> bool:
-    return isinstance(value, dict) and all(
-        isinstance(facts, list) and len(facts) == 2 and isinstance(facts[0], int) and isinstance(facts[1], str)
-        for facts in value.values()
-    )
 
 
 def _add(listing: Listing, files: dict[str, FileFacts], frame: str) -> None:

@@ -8,9 +8,10 @@ import mimetypes
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from usdsdg.errors import ALLOW_OUTSIDE, OutputNotWritable, StoreError, Unsupported, WriterError, warn_once
+from usdsdg.errors import ALLOW_OUTSIDE, OutputNotWritable, StoreError, WriterError, warn_once
 from usdsdg.session.session import current
 from usdsdg.stores.addresses import Address, address_of
+from usdsdg.stores.folder import FolderStore
 from usdsdg.stores.object_store import ObjectStore
 from usdsdg.stores.paths import checked_path
 from usdsdg.stores.retries import retry_seconds
@@ -26,6 +27,7 @@ class StoreBackend(BaseBackend):
     """A backend that writes files to a URL, as to "gs://bucket/runs/7"."""
 
     ends_run = False  # as of `DiskBackend`
+    _store: ObjectStore | FolderStore
     keeps_journal = True  # a copy beside a folder has none: the folder's journal tells which frames are whole
 
     def __init__(
@@ -55,8 +57,10 @@ class StoreBackend(BaseBackend):
             raise OutputNotWritable(
                 f"{address.url} is outside of {limit}, below which the output of such files goes. {ALLOW_OUTSIDE}"
             )
-        if current().run.scratch is not None:
-            raise Unsupported(f"{address.url}: frames of a dataset in a bucket cannot be made again for a comparison.")
+        if (scratch := current().run.scratch) is not None:  # frames that are made again for a comparison
+            self._store = FolderStore(scratch / address.kind / address.host / address.path)
+            current().run.check(self._store.url)
+            return
         options: dict[str, Any] = {"region": region, "endpoint_url": endpoint_url}
         try:
             patience = retry_seconds()
@@ -124,7 +128,10 @@ class StoreBackend(BaseBackend):
     def _write(self, path: str, data: bytes | Iterable[bytes | memoryview]) -> None:
         key, run = checked_path(path, self.output_dir), current().run
         claimed = run.claim(self.output_dir) if self.keeps_journal else None
-        self._store.put(key, data, kind=_kind_of(path))
+        if isinstance(self._store, ObjectStore):
+            self._store.put(key, data, kind=_kind_of(path))
+        else:
+            self._store.put(key, data)
         if claimed is not None:
             run.note(self.output_dir, key, _facts(data), current().io_queue.files_in_hand())
 

@@ -15,11 +15,11 @@ from usdsdg.errors import DatasetInTheWay, WriterError, warn_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.locks import Locked
 from usdsdg.stores.whole_file import facts_of, not_writable
-from usdsdg.writers.journal import journal, recipe
+from usdsdg.writers.journal import journal, lines, recipe
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME, Contents, Journal
-from usdsdg.writers.journal.place import PARTS, Place
+from usdsdg.writers.journal.place import PARTS, Lock, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 
@@ -66,7 +66,7 @@ class DatasetFolder:
             home.mkdir(parents=True, exist_ok=True)
             self._locks = place.locks(portion)
         except Locked as held:
-            raise DatasetInTheWay(f"{place.name}: another process is writing to this dataset ({held}).") from None
+            raise _held(place, held) from None
         except OSError as error:
             raise not_writable(path, error) from error
         try:
@@ -112,7 +112,7 @@ class DatasetFolder:
         """Append frames to the journal, after their files and spools are on the disk; errors are those of `Journal`."""
         shared, self._shared = self._shared, {}
         facts, self._facts = self._facts, {}
-        names = [*shared, *(name for line in frames for name in line[journal.FILES])]
+        names = [*shared, *(name for line in frames for name in line[lines.FILES])]
         self.place.sync([*names, *(each.relative_to(self.path).as_posix() for each in self._spools())])
         self.place.push()
         self.journal.append(frames, shared, facts)
@@ -161,12 +161,31 @@ class DatasetFolder:
             end = place = 0
             with open(path, "rb") as file:
                 for data in file:
-                    line = journal.parsed_record(data)
+                    line = lines.parsed_record(data)
                     place += len(data)
                     if line is None or ("frame" in line and line["frame"] not in self.journal.contents.frames):
                         break
                     end = place if "frame" in line else end
             os.truncate(path, end) if end else path.unlink()
+
+
+def shared_lock(place: Place) -> Lock:
+    """Take the lock of a process that lets others make parts.
+
+    Raises:
+        DatasetInTheWay: a process makes all frames there.
+        OutputNotWritable: the place cannot be locked.
+    """
+    try:
+        return place.shared_lock()
+    except Locked as held:
+        raise _held(place, held) from None
+    except OSError as error:
+        raise not_writable(place.path, error) from error
+
+
+def _held(place: Place, held: Locked) -> DatasetInTheWay:
+    return DatasetInTheWay(f"{place.name}: another process is writing to this dataset ({held}).")
 
 
 def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None) -> None:
@@ -239,7 +258,7 @@ def _remove_files(place: Place, listed: Path) -> None:
         place.remove(
             name
             for line in journal.lines(listed)
-            for name in (*line.get(journal.FILES, ()), *line.get(journal.SHARED, ()))
+            for name in (*line.get(lines.FILES, ()), *line.get(lines.SHARED, ()))
             if name != own
         )
     os.truncate(listed, 0)

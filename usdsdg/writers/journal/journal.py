@@ -21,11 +21,10 @@ from usdsdg.errors import WriterError
 from usdsdg.stores.whole_file import not_writable, synced, write_whole
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
+from usdsdg.writers.journal.lines import COMPLETE, FACTS, FRAME, FRAMES, LINES, RECIPE, SHARED, STATE, parsed
 from usdsdg.writers.journal.place import JOURNAL
 
 NAME = JOURNAL
-FRAME, FILES, STATE, SHARED, FRAMES, COMPLETE = "frame", "files", "state", "shared", "frames", "complete"
-LINES, RECIPE, FACTS = "lines", "recipe", "facts"
 
 
 @dataclass
@@ -150,7 +149,7 @@ def _placed(path: Path) -> Iterator[tuple[dict[str, Any], int]]:
     place = 0
     with open(path, "rb") as file:
         for data in file:
-            line = _parsed(data)
+            line = parsed(data)
             if line is None:
                 if file.read(1):
                     raise WriterError(
@@ -160,23 +159,6 @@ def _placed(path: Path) -> Iterator[tuple[dict[str, Any], int]]:
                 return
             place += len(data)
             yield line, place
-
-
-def parsed_record(data: bytes) -> dict[str, Any] | None:
-    """Return a line of JSON, or None if it is unfinished or damaged."""
-    if not data.endswith(b"\n"):
-        return None
-    try:
-        line = json.loads(data)
-    except ValueError:
-        return None
-    return line if isinstance(line, dict) else None
-
-
-def _parsed(data: bytes) -> dict[str, Any] | None:
-    """Return a line of a journal, or None if it is none."""
-    line = parsed_record(data)
-    return line if line is not None and (FRAME in line or SHARED in line) else None
 
 
 def encoded(line: Mapping[str, Any]) -> bytes:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import heapq
 import json
+import os
+import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -15,8 +17,13 @@ from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.journal import journal
 from usdsdg.writers.journal.facts import joined
 from usdsdg.writers.journal.folders import AGGREGATES, SPOOL
-from usdsdg.writers.journal.journal import FACTS, FRAME, NAME, SHARED
+from usdsdg.writers.journal.journal import NAME
+from usdsdg.writers.journal.lines import FACTS, FRAME, SHARED, is_count, parsed_record
 from usdsdg.writers.journal.place import PARTS, Place
+
+JOINED = f"{BESIDE}/joined"
+_SHARD = re.compile(r"\d+-of-(\d+)")
+MAX_SHARDS = 100_000
 
 
 def parts_of(folder: Path) -> list[Path]:
@@ -27,13 +34,18 @@ def parts_of(folder: Path) -> list[Path]:
 def join(place: Place) -> int:
     """Join the journals and spools of the parts to those of one run; return the number of frames.
 
+    The parts stay, as `JOINED`, until the caller has closed the journal: a process that died before is gone on with.
+
     Raises:
         DatasetError: there are no parts, one is unfinished, or frames are missing or there twice.
     """
     folder = place.path
     parts = parts_of(folder)
+    if not parts and (folder / JOINED).is_dir():
+        return len(journal.read(folder / BESIDE / NAME).frames)
     if not parts:
         raise DatasetError(f"{place.name} has no parts to be joined: there is no {PARTS}")
+    _check_shards(place.name, {part.name for part in parts})
     contents = {part.name: journal.read(part / NAME) for part in parts}
     unfinished = [name for name, each in contents.items() if not each.is_complete]
     if unfinished:
@@ -43,8 +55,20 @@ def join(place: Place) -> int:
         pieces = [part / AGGREGATES / spool for part in parts if (part / AGGREGATES / spool).is_file()]
         write_whole(folder / BESIDE / AGGREGATES / spool, _joined_spool(pieces))
     write_whole(folder / BESIDE / NAME, _joined_journal(parts))
-    shutil.rmtree(folder / PARTS)
+    shutil.rmtree(folder / JOINED, ignore_errors=True)
+    os.replace(folder / PARTS, folder / JOINED)  # at once: parts of which some are gone could not be joined again
     return sum(len(each.frames) for each in contents.values())
+
+
+def _check_shards(where: str, names: set[str]) -> None:
+    """Check that all of n shards are there, also those after the last frame of the others."""
+    for name in sorted(names):
+        if match := _SHARD.fullmatch(name):
+            count = min(int(match[1]), MAX_SHARDS)
+            missing = [f"{each}/{match[1]}" for each in range(count) if f"{each}-of-{match[1]}" not in names]
+            if missing:
+                listed = ", ".join(missing[:8]) + (", ..." if len(missing) > 8 else "")
+                raise DatasetError(f"{where}: shards {listed} are missing; make them with --shard")
 
 
 def _check_frames(where: str, frames: dict[str, set[int]]) -> None:
@@ -95,7 +119,9 @@ def _by_frame(path: Path) -> Iterator[tuple[int, list[bytes]]]:
     with open(path, "rb") as file:
         for line in file:
             lines.append(line)
-            content = json.loads(line)
+            content = parsed_record(line)
+            if content is None or (FRAME in content and not is_count(content[FRAME])):
+                raise DatasetError(f"{path} is damaged; remove the part with --overwrite, and make it again")
             if FRAME in content:
                 yield content[FRAME], lines
                 lines = []

@@ -84,13 +84,13 @@ class Place(Protocol):
 
 
 def place_of(name: str | os.PathLike[str]) -> Place:
-    """Return the place with a path or URL.
+    """Return the place with a path, relative to the working directory, or with a URL.
 
     Raises:
         StoreError: the URL names no store.
     """
     if not is_url(name):
-        return FolderPlace(Path(name))
+        return FolderPlace(Path(name).absolute())
     store = open_store(name)
     return StorePlace(store) if is_url(store.url) else FolderPlace(Path(store.url))
 
@@ -229,6 +229,11 @@ class StorePlace:
         lease = Lease(self.store, path, rivals=rivals)
         self._leases.append(lease)
         return lease
+
+
+def is_kept_as_data(name: str) -> bool:
+    """Return whether a file of a store is one object, as pictures are: neither mirrored, nor a lease."""
+    return not _is_mirrored(name) and not name.startswith(f"{_LEASES}/")
 
 
 def _is_mirrored(name: str) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from usdsdg.stage.semantics.semantic_classes import FILE as CLASS_FILE
 from usdsdg.stores.addresses import is_url
 from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.journal.facts import ASSETS, SETTINGS, WRITERS, Facts
+from usdsdg.writers.journal.lines import is_count
 
 FILE, FORMAT = f"{BESIDE}/recipe.json", 1
 SOURCE = f"{BESIDE}/source"  # folder of a copy of the configuration or script
@@ -73,8 +74,13 @@ class Recipe:
         """
         known = {each.name for each in fields(cls)}
         unknown = values.keys() - known - {"format"}
-        if values.get("format") != FORMAT or unknown or not isinstance(values.get("source"), dict):
+        if values.get("format") != FORMAT or unknown:
             raise DatasetError(f"{folder / FILE} is not a recipe that this version of usdsdg reads")
+        wrong = [name for name, is_right in _RIGHT.items() if name in values and not is_right(values[name])]
+        if missing := [name for name in ("command", "source") if name not in values]:
+            wrong += missing
+        if wrong:
+            raise DatasetError(f"{folder / FILE} is damaged: it has no sound {', '.join(wrong)}")
         return cls(**{name: value for name, value in values.items() if name in known})
 
     def of(self, place: str) -> Recipe:
@@ -122,6 +128,29 @@ class Recipe:
         return hashlib.sha256(data).hexdigest()
 
 
+def _are_texts(value: Any) -> bool:
+    return isinstance(value, dict) and all(isinstance(each, str) for each in value.values())
+
+
+def _is_source(value: Any) -> bool:
+    """Whether a value names a file, without a folder, and its hash."""
+    name = value.get("name") if _are_texts(value) else None
+    return bool(name) and name not in (".", "..") and not {"/", "\\", "\0"} & set(name) and "sha256" in value
+
+
+# What is read of a recipe, with what it may be.
+_RIGHT: dict[str, Callable[[Any], bool]] = {
+    "command": lambda value: value in (GENERATE, RUN, SCRIPT),
+    "source": _is_source,
+    "arguments": lambda value: isinstance(value, list) and all(isinstance(each, str) for each in value),
+    "options": lambda value: isinstance(value, dict),
+    "seed": lambda value: value is None or is_count(value),
+    "versions": _are_texts,
+    "device": lambda value: isinstance(value, str),
+    "settings": lambda value: isinstance(value, dict),
+}
+
+
 def _class_names(table: bytes | None) -> dict[str, list[str]]:
     """Return the names of the classes by label filter, from the class table beside the data; empty without one."""
     try:
@@ -164,7 +193,7 @@ def parsed(data: bytes | None, where: str) -> dict[str, Any] | None:
         return None
     try:
         values = json.loads(data)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise WriterError(f"{where}/{FILE} cannot be read: {error}. Remove that run with --overwrite.") from None
     if not isinstance(values, dict):
         raise WriterError(f"{where}/{FILE} is no recipe. Remove that run with --overwrite.")

@@ -17,7 +17,7 @@ from usdsdg.session import engines
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.stores.whole_file import facts_of
-from usdsdg.writers.journal import folders, journal
+from usdsdg.writers.journal import folders, lines
 from usdsdg.writers.journal import recipe as recipe_file
 from usdsdg.writers.journal.facts import ASSETS, SETTINGS, WRITERS, AssetFacts, plain, settings_facts
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
@@ -41,6 +41,7 @@ class Run:
         self.mode = Mode.REPLACE
         self.portion: Portion | None = None
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
+        self.counts_only = False  # frames are counted here, and made by other processes
         self.captures = 0  # at which a writer was due
         self.scratch: Path | None = None  # folder below which all files go that would go to other places
         self._places: dict[str, Place] = {}
@@ -136,7 +137,12 @@ class Run:
     @property
     def is_part(self) -> bool:
         """Whether other processes make other frames, so that files about all frames are made when all are there."""
-        return self.portion is not None
+        return self.portion is not None or self.counts_only
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether the journals are closed."""
+        return self._is_closed
 
     # Frames
 
@@ -242,7 +248,7 @@ class Run:
         return self._places[name]
 
     def _is_wanted(self, folder: str | None, number: int) -> bool:
-        if self.portion is not None and not self.portion.has(number):
+        if self.counts_only or (self.portion is not None and not self.portion.has(number)):
             return False
         claimed = self.claim(folder) if folder is not None else None
         return claimed is None or not claimed.has(number)
@@ -259,8 +265,8 @@ class Run:
 
 
 def _line(frame: FrameFiles, folder: str) -> dict[str, object]:
-    line: dict[str, object] = {journal.FRAME: frame.number, journal.FILES: dict(sorted(frame.folders[folder].items()))}
-    return line | ({journal.STATE: states} if (states := frame.states.get(folder)) else {})
+    line: dict[str, object] = {lines.FRAME: frame.number, lines.FILES: dict(sorted(frame.folders[folder].items()))}
+    return line | ({lines.STATE: states} if (states := frame.states.get(folder)) else {})
 
 
 def _main_script() -> Path | None:

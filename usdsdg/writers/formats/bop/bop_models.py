@@ -78,6 +78,12 @@ class Models:
         self._stretches = Stretches()
         self._now: dict[str, tuple[np.ndarray, int | None]] = {}  # stretch and id of each prim in this frame
 
+    def forget_prims(self) -> None:
+        """Forget which prim has which model, as for a new stage, where others may be at the same paths."""
+        self._known.clear()
+        self._now.clear()
+        self._stretches = Stretches()
+
     def survey(
         self, prims: LabeledSurvey, numbers_of: Callable[[Sequence[dict[str, str]]], np.ndarray], millimeters: float
     ) -> None:

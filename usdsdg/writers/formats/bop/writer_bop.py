@@ -98,13 +98,13 @@ class BopWriter(Writer):
         self._frame_id = self._scene_count = 0
 
     def skip(self, data: dict[str, Any]) -> None:
-        self._survey_models()
+        self.survey()
         for product in data["renderProducts"]:
             self._scene_of(product)
         self._frame_id += 1
 
     def write(self, data: dict[str, Any]) -> None:
-        self._survey_models()
+        self.survey()
         models: set[int] = set()
         for product, seen in data["renderProducts"].items():
             models |= self._write_picture(self._scene_of(product), seen)
@@ -135,11 +135,12 @@ class BopWriter(Writer):
             self._scene_count += 1
         return scene
 
-    def _survey_models(self) -> None:
+    def survey(self) -> None:
         """Give ids to the models of all labeled prims, also of a frame that other processes write."""
         stage, label_filter = current_stage(), self.get_annotator(BOXES_3D).label_filter
         if self._survey is None or self._survey.stage is not stage:
             self._survey = LabeledSurvey(stage, label_filter)
+            self._models.forget_prims()
         table = class_places.table_of(label_filter)
         millimeters = meters_per_unit(stage) * files.MILLIMETERS
         self._models.survey(self._survey, lambda labels: class_places.places(table, labels) + 1, millimeters)

@@ -167,16 +167,16 @@ class YCBVideoWriter(Writer):
         return [each for each in self.annotators if self._has_poses and each.get_name() in self._for_poses]
 
     def skip(self, data: dict[str, Any]) -> None:
-        self._survey_models()
+        self.survey()
         metas = [self._meta(seen, with_map=False) for seen in data["renderProducts"].values() if self._has_poses]
         self._frame_id += self._left_out.note(self._shows_any(metas))
 
     def receive_made(self, data: dict[str, Any]) -> None:
         super().receive_made(data)
-        self._survey_models()
+        self.survey()
 
     def write(self, data: dict[str, Any]) -> None:
-        self._survey_models()
+        self.survey()
         seen_by = data["renderProducts"]
         metas = {product: self._meta(seen) for product, seen in seen_by.items()} if self._has_poses else {}
         if not self._left_out.note(self._shows_any(list(metas.values()))):
@@ -206,13 +206,14 @@ class YCBVideoWriter(Writer):
         if self.backend is not None:
             self._list.write()
 
-    def _survey_models(self) -> None:
+    def survey(self) -> None:
         """Note the shapes of the classes, also of a frame that other processes write."""
         if not (self._has_poses and self._exact):
             return
         stage = current_stage()
         if self._survey is None or self._survey.stage is not stage:
             self._survey = LabeledSurvey(stage, self.get_annotator(BOXES).label_filter)
+            self._models.forget_prims()
         self._models.survey(self._survey, self._indices)
 
     def _shows_any(self, metas: Sequence[Mapping[str, np.ndarray]]) -> bool:

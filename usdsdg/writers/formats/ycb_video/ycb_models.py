@@ -26,6 +26,11 @@ class Models:
         self._points: dict[str, np.ndarray | None] = {}
         self._compared: set[tuple[str, str, bytes]] = set()
 
+    def forget_prims(self) -> None:
+        """Forget which prims were compared, as for a new stage, where others may be at the same paths."""
+        self._compared.clear()
+        self._stretches = Stretches()
+
     def survey(self, prims: LabeledSurvey, indices: Mapping[str, int]) -> None:
         """Note the shapes of all labeled prims, in the order of the stage. indices: of the classes that have models."""
         meters = meters_per_unit(prims.stage)
