@@ -50,8 +50,12 @@ class Browser:
 
     def visit(self, url: str, *, width: int = 1280, height: int = 900) -> None:
         """Show an address in a window of a size."""
-        self._do("POST", "/window/rect", {"width": width, "height": height})
+        self.resize(width, height)
         self._do("POST", "/url", {"url": url})
+
+    def resize(self, width: int, height: int) -> None:
+        """Change the size of the window."""
+        self._do("POST", "/window/rect", {"width": width, "height": height})
 
     def run(self, script: str) -> Any:
         """Return what a script returns."""
@@ -92,9 +96,9 @@ class Browser:
         """Return what the window shows."""
         return Image.open(io.BytesIO(base64.b64decode(self._do("GET", "/screenshot")))).convert("RGB")
 
-    def until(self, script: str) -> None:
+    def until(self, script: str, *, seconds: float = _SECONDS) -> None:
         """Wait until a script returns true."""
-        give_up = time.monotonic() + _SECONDS
+        give_up = time.monotonic() + seconds
         while not self.run(script):
             assert time.monotonic() < give_up, f"never true: {script}"
             time.sleep(0.02)

@@ -36,7 +36,7 @@ class OpenPage:
         self._changes = 0  # of camera, mode, size and selection
         self._moved_at = self._small_at = -1e9
         self._drawn: Any = None  # key of the latest picture
-        self._facts_of = -1  # version of the scene that the page's facts are of
+        self._facts_of: Any = None  # what the page's facts are of
         self._paths = ProgressivePaths()
         self._small: dict[str, Any] = {}  # key of the small picture of each camera
         self._told: dict[str, Any] = {}
@@ -109,7 +109,6 @@ class OpenPage:
     def _pick(self, place: tuple[float, float] | None) -> None:
         picked = None if place is None else pick(self._scene, self._view(), place)
         self._picked, self._hit = picked or (None, {})
-        self._facts_of = -1
         self._changed()
 
     def _changed(self) -> None:
@@ -139,12 +138,12 @@ class OpenPage:
         if not self.channel.wants_pictures:
             return False
         try:
-            drew = self._draw_view(is_moving) or self._tell_facts() or self._draw_small(is_moving)
+            self._tell_facts()
+            return self._draw_view(is_moving) or self._draw_small(is_moving)
         except UsdsdgError as error:
             self._drawn = self._key(quick=False)
             self.tell_error(error)
             return False
-        return drew
 
     @property
     def seconds_to_wait(self) -> float:
@@ -185,15 +184,14 @@ class OpenPage:
         width, height = _fitted(self._camera, self._size)
         return self._scene.camera_view(self._camera.path, (max(width // divisor, 1), max(height // divisor, 1)))
 
-    def _tell_facts(self) -> bool:
+    def _tell_facts(self) -> None:
         """Tell the page of the selected thing, where it may have changed."""
-        if self._facts_of == self._scene.version:
-            return False
-        self._facts_of = self._scene.version
-        facts = None if self._picked is None else self._picked.facts(self._scene) | self._hit
         through = None if self._camera is None else self._camera.path
-        self.tell(selection=facts, through=through)
-        return False
+        key = self._scene.version, self._picked, through
+        if key != self._facts_of:
+            self._facts_of = key
+            facts = None if self._picked is None else self._picked.facts(self._scene) | self._hit
+            self.tell(selection=facts, through=through)
 
     def _draw_small(self, is_moving: bool) -> bool:
         """Draw the small picture of one camera that is out of date."""
