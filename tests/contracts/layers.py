@@ -65,6 +65,7 @@ USDSDG = {
     "workers": "errors operating_system stage stores session writers",
     "stream": "errors operating_system session annotators capture scenarios replicator_yaml cli __init__",
     "torch": "session stream",
+    "view": "errors stage session graph annotators capture app orchestrator inspect stream",
     "__main__": "cli",
     "__init__": "",
 }
@@ -160,6 +161,7 @@ LATE = {
         COMMAND,
     ),
     "usdsdg.cli.simulate": ("usdsdg_physics.__init__", COMMAND),
+    "usdsdg.cli.view": ("usdsdg.view", COMMAND),
 }
 
 # Packages that need what is not installed with usdsdg, by the name of what they need.

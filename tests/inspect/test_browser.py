@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.inspect.browser import Browser, browser, missing
+from tests.browser import Browser, browser, missing
 from tests.inspect.datasets import BasicFolder, picture, pose_object, write_pose
 from usdsdg.inspect import inspect
 

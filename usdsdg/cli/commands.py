@@ -1,5 +1,5 @@
-"""The commands `usdsdg run | generate | render | simulate | inspect | verify | merge | convert | compat | assets |
-warmup | doctor`.
+"""The commands `usdsdg run | generate | render | simulate | view | inspect | verify | merge | convert | compat |
+assets | warmup | doctor`.
 
 They are light to import.
 """
@@ -24,6 +24,7 @@ from usdsdg.cli.reproduce import reproduce
 from usdsdg.cli.run import run
 from usdsdg.cli.simulate import simulate
 from usdsdg.cli.verify import verify
+from usdsdg.cli.view import view
 from usdsdg.cli.warmup import warmup
 
 app = typer.Typer(
@@ -32,7 +33,7 @@ app = typer.Typer(
 )  # fmt: skip
 # Options after the script's name belong to the script.
 app.command(context_settings={"allow_interspersed_args": False})(run)
-for command in (generate, render, simulate, inspect, verify, reproduce, merge, convert, compat, warmup, doctor):
+for command in (generate, render, simulate, view, inspect, verify, reproduce, merge, convert, compat, warmup, doctor):
     app.command()(command)
 app.add_typer(assets.app, name="assets")
 

@@ -57,7 +57,12 @@ def depth(values: np.ndarray, longest: int) -> Encoded:
     The ends are the 1st and 99th percentile, so that a few far pixels do not compress the scale.
     """
     values = np.asarray(values, np.float32).reshape(values.shape[:2])
-    values = values[:: _stride(values.shape, longest), :: _stride(values.shape, longest)]
+    colored, ends = depth_colors(values[:: _stride(values.shape, longest), :: _stride(values.shape, longest)])
+    return Encoded("image/jpeg", _saved(Image.fromarray(colored), "JPEG", quality=80), ends)
+
+
+def depth_colors(values: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
+    """Return the colors (H, W, 3) uint8 of depth (H, W), as in `depth`, and its nearest and farthest value."""
     hit = np.isfinite(values) & (values > 0)
     near, far = (float(part) for part in np.percentile(values[hit], (1, 99))) if hit.any() else (0.0, 0.0)
     fraction = np.zeros(values.shape, np.float32)
@@ -65,7 +70,7 @@ def depth(values: np.ndarray, longest: int) -> Encoded:
         fraction[hit] = np.log(np.clip(values[hit], near, far) / near) / np.log(far / near)
     colored = _depth_table()[(fraction * 255).astype(np.uint8)]
     colored[~hit] = 0
-    return Encoded("image/jpeg", _saved(Image.fromarray(colored), "JPEG", quality=80), (near, far))
+    return colored, (near, far)
 
 
 def _bytes(image: np.ndarray) -> np.ndarray:

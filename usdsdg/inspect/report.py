@@ -6,7 +6,7 @@ import os
 import re
 import tempfile
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from usdsdg.errors import OutputNotWritable
 from usdsdg.inspect import statistics
 from usdsdg.inspect.dataset import read_dataset
 from usdsdg.inspect.embedding import BUDGET, Embedding, Progress, Shown, embed
+from usdsdg.inspect.image_encoding import Encoded
 from usdsdg.inspect.layers import KINDS
 from usdsdg.inspect.records import Dataset, Problem
 
@@ -58,17 +59,34 @@ def inspect(
 
 def page(dataset: Dataset, embedding: Embedding, name: str | None = None) -> str:
     """Return the page as text; name: of the dataset, in place of the path of its folder."""
-    name = _text(dataset.path.resolve()) if name is None else name
+    values, images = _values(dataset, embedding, _name(dataset, name))
+    return filled_page(values, [image.uri for image in images])
+
+
+def linked_page(dataset: Dataset, embedding: Embedding, folder: str) -> tuple[str, list[Encoded]]:
+    """Return the page as text, and its images, to which it refers as files 0, 1, ... of a folder."""
+    values, images = _values(dataset, embedding, _name(dataset))
+    return filled_page(values, [f"{folder}/{number}" for number in range(len(images))]), images
+
+
+def script() -> str:
+    """Return what the page has between the tags of its script."""
+    return f"\n{_part('charts.js')}{_part('viewer.js')}\n"
+
+
+def filled_page(values: dict[str, Any], addresses: Sequence[str]) -> str:
+    """Return the page of some values, with the addresses of the images that they refer to by index."""
     template, *_ = parts = [_part(name) for name in ("page.html", "page.css", "charts.js", "viewer.js")]
-    values, images = _values(dataset, embedding, name)
     # A label or path could hold "</script>".
     data = json.dumps(values, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     filled = {
-        "{{title}}": html.escape(f"{_last(name)} – usdsdg inspect"),
+        "{{title}}": html.escape(f"{values['title']} – usdsdg inspect"),
         "{{style}}": parts[1],
         "{{script}}": parts[2] + parts[3],
         "{{data}}": data,
-        "{{images}}": "\n".join(f'<script type="text/plain" id="i{i}">{uri}</script>' for i, uri in enumerate(images)),
+        "{{images}}": "\n".join(
+            f'<script type="text/plain" id="i{i}">{address}</script>' for i, address in enumerate(addresses)
+        ),
     }
     # At once: what is filled in may hold such a token itself, as the name of a folder.
     return re.sub("|".join(map(re.escape, filled)), lambda token: filled[token[0]], template)
@@ -83,16 +101,20 @@ def _part(name: str) -> str:
     return (resources.files("usdsdg.inspect") / "page" / name).read_text(encoding="utf-8")
 
 
+def _name(dataset: Dataset, name: str | None = None) -> str:
+    return _text(dataset.path.resolve()) if name is None else name
+
+
 def _last(name: str) -> str:
     """Return the last part of a path or URL."""
     return name.replace(os.sep, "/").rstrip("/").rpartition("/")[2]
 
 
-def _values(dataset: Dataset, embedding: Embedding, name: str) -> tuple[dict[str, Any], list[str]]:
+def _values(dataset: Dataset, embedding: Embedding, name: str) -> tuple[dict[str, Any], list[Encoded]]:
     """Return the page's values, and the images that these refer to by index."""
     classes = statistics.classes(dataset)
     names = [each["name"] for each in classes]
-    images: list[str] = []
+    images: list[Encoded] = []
     views = sorted({frame.view for frame in dataset.frames})
     values = {
         "title": _last(name),
@@ -131,9 +153,9 @@ def _problems(dataset: Dataset) -> list[dict[str, Any]]:
     ]
 
 
-def _frame(shown: Shown, views: list[str], names: list[str], images: list[str]) -> dict[str, Any]:
-    def number(uri: str) -> int:
-        images.append(uri)
+def _frame(shown: Shown, views: list[str], names: list[str], images: list[Encoded]) -> dict[str, Any]:
+    def number(image: Encoded) -> int:
+        images.append(image)
         return len(images) - 1
 
     frame = shown.frame
@@ -141,9 +163,9 @@ def _frame(shown: Shown, views: list[str], names: list[str], images: list[str]) 
         "name": frame.name,
         "view": views.index(frame.view),
         "size": shown.size,
-        "picture": number(shown.picture.uri) if shown.picture else None,
+        "picture": number(shown.picture) if shown.picture else None,
         "layers": {
-            kind: {"image": number(encoded.uri), "values": _rounded(encoded.values), "sharp": encoded.media == _SHARP}
+            kind: {"image": number(encoded), "values": _rounded(encoded.values), "sharp": encoded.media == _SHARP}
             for kind, encoded in shown.layers.items()
         },
         "labeled": frame.labeled,

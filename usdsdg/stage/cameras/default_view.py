@@ -44,15 +44,7 @@ def add_camera(stage: Usd.Stage, aspect: float, time: Usd.TimeCode | None = None
     Raises:
         StageError: there is no visible geometry.
     """
-    low, high = world_bounds(stage, time)
-    center, to_camera = (low + high) / 2, _direction(stage, _TO_CAMERA)
-    to_world = as_array(look_at_matrix(to_camera, (0, 0, 0), up=_axes(stage)[2]))
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (high - low) + low
-    in_camera = (corners - center) @ to_world[:3, :3].T
-    half = _FILL * _APERTURE / _FOCAL_LENGTH / 2 * np.array([1.0, 1.0 / aspect])
-    distance = float((in_camera[:, 2] + (np.abs(in_camera[:, :2]) / half).max(axis=1)).max())
-    to_world[3, :3] = center + distance * to_camera
-    nearest, farthest = distance - in_camera[:, 2].max(), distance - in_camera[:, 2].min()
+    to_world, distance, (nearest, farthest) = looking_at_all(stage, aspect, time)
     with Usd.EditContext(stage, stage.GetSessionLayer()):
         camera = UsdGeom.Camera.Define(stage, CAMERA)
         camera.CreateFocalLengthAttr(_FOCAL_LENGTH)
@@ -62,6 +54,25 @@ def add_camera(stage: Usd.Stage, aspect: float, time: Usd.TimeCode | None = None
         camera.CreateClippingRangeAttr(Gf.Vec2f(nearest / 10, farthest * 10))
         camera.AddTransformOp().Set(Gf.Matrix4d(to_world.tolist()))
     return CAMERA
+
+
+def looking_at_all(
+    stage: Usd.Stage, aspect: float, time: Usd.TimeCode | None = None
+) -> tuple[np.ndarray, float, tuple[float, float]]:
+    """Return the pose (4, 4) of `add_camera`, its distance from the center, and those of the nearest and farthest.
+
+    Raises:
+        StageError: there is no visible geometry.
+    """
+    low, high = world_bounds(stage, time)
+    center, to_camera = (low + high) / 2, _direction(stage, _TO_CAMERA)
+    to_world = as_array(look_at_matrix(to_camera, (0, 0, 0), up=axes(stage)[2]))
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (high - low) + low
+    in_camera = (corners - center) @ to_world[:3, :3].T
+    half = _FILL * _APERTURE / _FOCAL_LENGTH / 2 * np.array([1.0, 1.0 / aspect])
+    distance = float((in_camera[:, 2] + (np.abs(in_camera[:, :2]) / half).max(axis=1)).max())
+    to_world[3, :3] = center + distance * to_camera
+    return to_world, distance, (distance - in_camera[:, 2].max(), distance - in_camera[:, 2].min())
 
 
 def add_sky(stage: Usd.Stage) -> None:
@@ -74,7 +85,7 @@ def add_sky(stage: Usd.Stage) -> None:
         sun.CreateIntensityAttr(_SUN_LUX)
         sun.CreateAngleAttr(_SUN_DEGREES)
         # A distant light shines along its -Z.
-        sun.AddTransformOp().Set(look_at_matrix(_direction(stage, _TO_SUN), (0, 0, 0), up=_axes(stage)[2]))
+        sun.AddTransformOp().Set(look_at_matrix(_direction(stage, _TO_SUN), (0, 0, 0), up=axes(stage)[2]))
 
 
 def world_bounds(stage: Usd.Stage, time: Usd.TimeCode | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -122,12 +133,12 @@ def _prims(stage: Usd.Stage) -> Iterator[Usd.Prim]:
     yield from stage.Traverse(Usd.TraverseInstanceProxies())
 
 
-def _axes(stage: Usd.Stage) -> np.ndarray:
+def axes(stage: Usd.Stage) -> np.ndarray:
     """Return (3, 3) right, front and up: assets face +Z where Y is up, and -Y where Z is up."""
     identity = np.eye(3)
     return np.array([identity[0], -identity[1], identity[2]]) if up_axis(stage) == "Z" else identity[[0, 2, 1]]
 
 
 def _direction(stage: Usd.Stage, parts: tuple[float, float, float]) -> np.ndarray:
-    direction = np.asarray(parts) @ _axes(stage)
+    direction = np.asarray(parts) @ axes(stage)
     return direction / np.linalg.norm(direction)

@@ -46,8 +46,16 @@ class Browser:
 
     def open(self, page: Path, *, width: int = 1280, height: int = 900) -> None:
         """Show a file in a window of a size."""
+        self.visit(page.resolve().as_uri(), width=width, height=height)
+
+    def visit(self, url: str, *, width: int = 1280, height: int = 900) -> None:
+        """Show an address in a window of a size."""
+        self.resize(width, height)
+        self._do("POST", "/url", {"url": url})
+
+    def resize(self, width: int, height: int) -> None:
+        """Change the size of the window."""
         self._do("POST", "/window/rect", {"width": width, "height": height})
-        self._do("POST", "/url", {"url": page.resolve().as_uri()})
 
     def run(self, script: str) -> Any:
         """Return what a script returns."""
@@ -73,13 +81,24 @@ class Browser:
         move = {"type": "pointerMove", "duration": 0, "origin": origin, "x": round(x), "y": round(y)}
         self._do("POST", "/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": [move]}]})
 
+    def drag(self, selector: str, x: float, y: float, *, steps: int = 4) -> None:
+        """Press the mouse in the middle of an element, move it by pixels, and let it go."""
+        origin = {_ELEMENT: self._find(selector)}
+        actions = [{"type": "pointerMove", "duration": 0, "origin": origin, "x": 0, "y": 0}]
+        actions += [{"type": "pointerDown", "button": 0}]
+        for step in range(1, steps + 1):
+            place = {"x": round(x * step / steps), "y": round(y * step / steps)}
+            actions.append({"type": "pointerMove", "duration": 30, "origin": origin, **place})
+        actions.append({"type": "pointerUp", "button": 0})
+        self._do("POST", "/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": actions}]})
+
     def screenshot(self) -> Image.Image:
         """Return what the window shows."""
         return Image.open(io.BytesIO(base64.b64decode(self._do("GET", "/screenshot")))).convert("RGB")
 
-    def until(self, script: str) -> None:
+    def until(self, script: str, *, seconds: float = _SECONDS) -> None:
         """Wait until a script returns true."""
-        give_up = time.monotonic() + _SECONDS
+        give_up = time.monotonic() + seconds
         while not self.run(script):
             assert time.monotonic() < give_up, f"never true: {script}"
             time.sleep(0.02)

@@ -1,0 +1,135 @@
+"""`usdsdg view`: seconds to the first picture, pictures a second while orbiting, and memory over many steps.
+
+    python -m benchmarks.viewer [--steps 2000] [--mode classes] [--scene FILE.usd] [--cores 2]
+
+The command runs in a process of its own; this one is the page: it asks for a turn, waits for the picture, and answers.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from websockets.sync.client import ClientConnection, connect
+
+from benchmarks import report
+
+REPOSITORY = Path(__file__).parents[1]
+TARGETS = {"first": 5.0, "rate": 10.0}
+SIZE = (640, 480)
+SCENE = """
+import sys
+import usdsdg as rep
+from usdsdg.session.stage_context import save_stage
+
+rep.create.cube(position=(0, 0, -0.5), scale=(30, 30, 1))
+for number in range(337):
+    shape = (rep.create.cube, rep.create.sphere, rep.create.cylinder, rep.create.cone)[number % 4]
+    place = (number % 19 - 9, number // 19 - 9, 0.5 + number % 3)
+    shape(position=place, scale=0.6, semantics=[("class", shape.__name__)])
+rep.create.light(light_type="Dome", intensity=800)
+save_stage(sys.argv[1])
+"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--steps", type=int, default=2000, help="of the orbit whose memory is measured")
+    parser.add_argument("--mode", default="classes")
+    parser.add_argument("--scene", type=Path, help="default: 337 labeled objects")
+    parser.add_argument("--cores", type=int, default=2)
+    parser.add_argument("--device", default="cpu")
+    arguments = parser.parse_args()
+    report.begin()
+    with tempfile.TemporaryDirectory() as folder:
+        scene = arguments.scene or Path(folder) / "scene.usdc"
+        if arguments.scene is None:
+            script = Path(folder) / "scene.py"
+            script.write_text(SCENE)
+            subprocess.run([*usdsdg(), "run", "-q", str(script), str(scene)], check=True, env=environment())
+        measure(scene, arguments)
+
+
+def measure(scene: Path, arguments: argparse.Namespace) -> None:
+    started = time.perf_counter()
+    command = [*usdsdg(), "view", "-q", "--device", arguments.device, str(scene)]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=environment(),
+        preexec_fn=lambda: os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: arguments.cores]),
+    )  # fmt: skip
+    try:
+        assert process.stdout is not None
+        address = urlsplit(process.stdout.readline().strip())
+        with connect(
+            f"ws://{address.netloc}{address.path}socket", origin=f"http://{address.netloc}", proxy=None, max_size=None
+        ) as page:
+            ask(page, do="size", width=SIZE[0], height=SIZE[1])
+            picture(page)
+            print(f"first picture after {time.perf_counter() - started:.1f} s (target {TARGETS['first']:g})")
+            ask(page, do="mode", name=arguments.mode)
+            orbit(page, process.pid, arguments)
+    finally:
+        process.terminate()
+        process.wait(30)
+
+
+def orbit(page: ClientConnection, pid: int, arguments: argparse.Namespace) -> None:
+    walls, kilobytes = [], []
+    while picture(page)["mode"] != arguments.mode:
+        pass
+    for step in range(arguments.steps):
+        begun = time.perf_counter()
+        ask(page, do="turn", by=[0.013, 0.004 if step % 200 < 100 else -0.004])
+        picture(page)
+        walls.append(time.perf_counter() - begun)
+        if step % max(arguments.steps // 20, 1) == 0:
+            kilobytes.append(resident(pid))
+    rate = 1.0 / statistics.median(walls)
+    print(f"{arguments.mode} at {SIZE[0]}x{SIZE[1]}: {rate:.1f} pictures/s (target {TARGETS['rate']:g})")
+    warm = kilobytes[len(kilobytes) // 4 :]
+    print(
+        f"{arguments.steps} steps in {sum(walls):.0f} s: {warm[0] / 1024:.0f} MiB after a quarter, "
+        f"{resident(pid) / 1024:.0f} MiB at the end, at most {max(kilobytes) / 1024:.0f} MiB"
+    )
+
+
+def ask(page: ClientConnection, **wish: object) -> None:
+    page.send(json.dumps(wish))
+
+
+def picture(page: ClientConnection) -> dict:
+    """Return the header of the next large picture, and answer it."""
+    while True:
+        message = page.recv(timeout=120)
+        if isinstance(message, str):
+            continue
+        ask(page, do="shown")
+        header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
+        if header["kind"] == "view":
+            return header
+
+
+def resident(pid: int) -> int:
+    """Return the resident memory of a process [KiB]."""
+    lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    return int(next(line for line in lines if line.startswith("VmRSS")).split()[1])
+
+
+def usdsdg() -> list[str]:
+    return [sys.executable, "-m", "usdsdg"]
+
+
+def environment() -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(REPOSITORY)}
+
+
+if __name__ == "__main__":
+    main()

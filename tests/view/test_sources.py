@@ -1,0 +1,142 @@
+"""Scripts and jobs: the viewer stops at each frame, writers write nothing, and draws are those of a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.view.pages import Page
+from usdsdg.errors import ConfigError, GraphError
+from usdsdg.session import engines, session
+from usdsdg.session.stage_context import current_stage, save_stage
+from usdsdg.view import sources
+from usdsdg.view.viewer import Viewer
+
+SCRIPT = """
+import usdsdg as rep
+
+box = rep.create.cube(position=(0, 0, 0.5), semantics=[("class", "box")])
+camera = rep.create.camera(position=(0, -6, 2), look_at=(0, 0, 0.5))
+with rep.trigger.on_frame(), box:
+    rep.modify.pose(position=rep.distribution.uniform((-2, -2, 0), (2, 2, 1)))
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir="written", rgb=True)
+writer.attach(rep.create.render_product(camera, (64, 48)))
+for _ in range(3):
+    rep.orchestrator.step()
+"""
+
+
+class Ended(Exception):
+    """Ends a viewer, as Ctrl-C does."""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    session.restart()
+    engines.use_device("cpu")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "script.py").write_text(SCRIPT)
+    yield tmp_path
+    session.restart()
+
+
+class Watching(Viewer):
+    """A viewer whose page goes on as soon as it has seen a frame, and that ends after the last.
+
+    wishes: what the page asks for at each frame before it goes on.
+    """
+
+    def __init__(self, *wishes: dict) -> None:
+        super().__init__("script.py")
+        self.page, self.wishes, self.frames = Page(self, 32, 24), wishes, []
+        self._pictures = self._turns = 0
+        self.places: list[tuple] = []  # of the box at each frame, as the script has left it
+
+    def run(self, **options):
+        self._pictures, self._turns = len(self.page.pictures), 0
+        boxes = [each for each in current_stage().Traverse() if each.GetName().startswith("Cube_Xform")]
+        self.places += [tuple(each.GetAttribute("xformOp:translate").Get()) for each in boxes]
+        for wish in self.wishes:
+            self.page.ask(**wish)
+        super().run(**options)
+
+    def _turn(self) -> None:
+        super()._turn()
+        self.page.receive()
+        self._turns += 1
+        if self._turns > 3 and len(self.page.pictures) > self._pictures:
+            self._pictures = 1 << 30
+            self.frames.append(self.page.values["state"]["frame"])
+            if self.frames[-1] is None:
+                raise Ended
+            self.page.ask(do="next")
+
+
+def watched(*wishes: dict, seed: int | None = None) -> Watching:
+    """Show the script to its end, in a session of its own."""
+    session.restart()
+    engines.use_device("cpu")
+    viewer = Watching(*wishes)
+    with pytest.raises(Ended):
+        sources.show_job(viewer, Path("script.py"), [], seed)
+    return viewer
+
+
+def test_the_viewer_stops_at_each_frame_and_nothing_is_written(folder):
+    viewer = watched()
+    assert viewer.frames == [0, 1, 2, None]
+    assert not (folder / "written").exists()
+    assert viewer.page.values["scene"]["cameras"][0]["size"] == [64, 48]
+    assert viewer.page.errors == []
+
+
+def test_what_is_randomized_or_played_between_frames_does_not_change_the_draws_of_the_script(folder):
+    undisturbed = watched(seed=3).places[:3]
+    disturbed = watched({"do": "randomize", "seed": 99}, {"do": "step"}, seed=3)
+    assert disturbed.places[:3] == undisturbed
+    assert disturbed.page.errors == []
+    assert watched(seed=4).places[:3] != undisturbed
+
+
+def test_a_script_that_captures_nothing_is_shown_with_its_first_draws(folder):
+    (folder / "script.py").write_text(SCRIPT.replace("range(3)", "range(0)"))
+    viewer = watched()
+    assert viewer.frames == [None]
+    assert viewer.page.pictures[-1][1].std() > 5
+
+
+def test_a_job_is_shown_frame_by_frame(folder):
+    config = Path(__file__).parents[2] / "configs/detection.yaml"
+    viewer = Watching()
+    with pytest.raises(Ended):
+        sources.show_job(viewer, config, ["num_frames=2", "resolution=[64,48]"], None)
+    assert viewer.frames == [0, 1, None]
+    assert not list(folder.rglob("*.jpg")) and not list(folder.rglob("*.png"))
+
+
+def test_a_script_that_fails_ends_the_viewer_with_its_error(folder, capfd):
+    (folder / "script.py").write_text("import usdsdg as rep\nrep.create.nothing()\n")
+    with pytest.raises(GraphError):
+        watched()
+    assert "nothing" in capfd.readouterr().err
+
+
+def test_a_file_that_is_nothing_to_view_is_an_error(folder):
+    (folder / "notes.txt").write_text("x")
+    with pytest.raises(ConfigError, match=r"notes\.txt"):
+        sources.show_job(Viewer("x"), Path("notes.txt"), [], None)
+
+
+def test_a_graph_that_is_saved_in_a_stage_can_be_run(folder):
+    watched()
+    save_stage(folder / "saved.usda")
+    session.restart()
+    engines.use_device("cpu")
+    viewer = Watching({"do": "randomize", "seed": 5})
+    with pytest.raises(Ended):
+        sources.show_stage(viewer, folder / "saved.usda")
+    assert viewer.page.values["scene"]["triggers"] == ["on_frame"]
+    assert viewer.page.values["state"]["seed"] == 5
+    assert viewer.page.errors == []

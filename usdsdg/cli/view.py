@@ -1,0 +1,87 @@
+"""`usdsdg view SOURCE`: look at a stage, at the frames of a script or job, or at a dataset, in a browser."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, command_context
+from usdsdg.cli.file_kinds import FileKind, kind_of
+from usdsdg.cli.thread_limit import Threads
+from usdsdg.errors import ConfigError
+
+Port = Annotated[int, typer.Option(min=0, max=65535, help="Port of the page on 127.0.0.1.", show_default="a free one")]
+
+
+def view(
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SOURCE",
+            help="A USD file, a script, a Replicator YAML file, a configuration of a job, or the folder of a dataset.",
+        ),
+    ],
+    arguments: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="ARGS", help="Arguments of the script, or key=value of the configuration.", show_default=False
+        ),
+    ] = None,
+    port: Port = 0,
+    assets_root: AssetsRoot = None,
+    device: Device = None,
+    threads: Threads = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Seed of the run.", show_default="0, or the configuration's")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Show a stage, the frames of a script or job, or a dataset on a page of this machine, which a browser opens.
+
+    Drag to orbit, click a thing for its labels and pose, run the triggers again, play the physics.
+    Writers write nothing. The address has a random token: nobody else can read the page. Ctrl-C ends it.
+
+    Example: usdsdg view scene.usd
+    """
+    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet):
+        from usdsdg.view.server import check_installed
+
+        check_installed()
+        if not source.exists():
+            raise ConfigError(f"there is no {source}: give a USD file, a script, a configuration or a dataset's folder")
+        if source.is_dir():
+            _show_dataset(source, port)
+        else:
+            _show(source, arguments or [], seed, port)
+
+
+def _show(source: Path, arguments: list[str], seed: int | None, port: int) -> None:
+    from usdsdg.view import sources
+    from usdsdg.view.server import Server
+    from usdsdg.view.viewer import Viewer
+
+    is_stage = kind_of(source) is FileKind.STAGE
+    if is_stage and arguments:
+        raise ConfigError(f"{source} is a stage, which takes no arguments: {' '.join(arguments)}")
+    viewer = Viewer(source.name)
+    server = Server(viewer.opened, viewer.wake, port=port)
+    print(server.address, flush=True)
+    try:
+        if is_stage:
+            sources.show_stage(viewer, source)
+        else:
+            sources.show_job(viewer, source, arguments, seed)
+    finally:
+        server.close()
+
+
+def _show_dataset(folder: Path, port: int) -> None:
+    from usdsdg.view.recorded import dataset_page
+    from usdsdg.view.server import Server
+
+    server = Server(port=port, answers=dataset_page(folder))
+    print(server.address, flush=True)
+    try:
+        server.wait()
+    finally:
+        server.close()
