@@ -1,0 +1,38 @@
+"""Gather the Markdown, pictures and generated pages of the site in one folder, which the site generator reads."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+from docs.site import repository_pages
+from docs.site.repository_pages import ROOT
+
+DOCS = ROOT / "docs"
+COPIED = (".png", ".svg", ".css", ".js")
+
+
+def assemble(target: Path) -> None:
+    """Fill an empty folder with every file that the site is made of."""
+    waiting = {"README.md"}
+    for file in sorted(DOCS.rglob("*")):
+        name = file.relative_to(DOCS)
+        if file.suffix in COPIED:
+            (target / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, target / name)
+        elif file.suffix == ".md":
+            text, needed = repository_pages.relinked(file.read_text(encoding="utf-8"), f"docs/{name.as_posix()}")
+            _write(target / name, text)
+            waiting |= needed
+    done: set[str] = set()
+    while waiting:
+        path = waiting.pop()
+        done.add(path)
+        text, needed = repository_pages.page_text(path)
+        _write(target / repository_pages.page_of(path), text)
+        waiting |= needed - done
+
+
+def _write(file: Path, text: str) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text, encoding="utf-8")
