@@ -19,7 +19,7 @@ from usdsdg.capture.render_settings import RenderMode, render_mode
 from usdsdg.capture.requests import is_watched
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
-from usdsdg.session.progress import report
+from usdsdg.session.progress import FRAMES, report
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.termination import whole_frame
@@ -171,7 +171,7 @@ class Orchestrator:
             if self.status is Status.STOPPED:
                 return
         if num_frames is None:
-            report("frames captured", self.captures, self.captures)
+            report(FRAMES, self.captures, self.captures)
         self.finish()
 
     def expect_frames(self, count: int | None, *, before: int = 0) -> None:

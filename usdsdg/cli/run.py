@@ -126,8 +126,7 @@ def run(
         with reported_outcome():
             execute_script(script, arguments, last, allow_outside=allow_outside)
             finish_files()
-        if inspect:
-            show_written(inspect=True)
+        show_written(inspect=inspect)
 
 
 def execute_script(script: Path, arguments: list[str], frames: int | None, *, allow_outside: bool) -> None:

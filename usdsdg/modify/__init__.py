@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
 from usdsdg.modify.appearance import bind_material, check_material, material, semantics, variant, visibility
 from usdsdg.modify.attributes import apply_or_schedule, attribute, set_attribute
@@ -30,3 +31,6 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
         ValueError: the name is not an identifier, or taken while `override` is False.
     """
     register_function(globals(), "modify", fn, override, fn_name)
+
+
+name_parameters(globals())
