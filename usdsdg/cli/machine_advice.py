@@ -44,8 +44,8 @@ def gpu_line(machine: Machine) -> str:
         return ""
     if machine.driver is None and machine.has_gpu:
         return (
-            "an NVIDIA GPU is here, but no driver can be loaded, so everything runs on the CPU. Install NVIDIA's driver "
-            "(on Ubuntu: sudo ubuntu-drivers install); in a container: docker run --gpus all"
+            "an NVIDIA GPU is here, but no driver can be loaded, so everything runs on the CPU. Install NVIDIA's "
+            "driver (on Ubuntu: sudo ubuntu-drivers install); in a container: docker run --gpus all"
         )
     if machine.driver is None:
         return "no NVIDIA GPU and no driver: everything runs on the CPU"
