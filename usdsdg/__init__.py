@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 
 def _public_names() -> dict[str, tuple[str, str]]:
@@ -32,12 +32,21 @@ __all__ = list(_PUBLIC)  # pyright: ignore[reportUnsupportedDunderAll]
 
 def __getattr__(name: str) -> Any:
     if name not in _PUBLIC:
-        raise AttributeError(f"module 'usdsdg' has no attribute {name!r}")
+        raise AttributeError(f"module 'usdsdg' has no attribute {name!r}{_hint(name)}")
     module, original = _PUBLIC[name]
     if module == "usdsdg":
         return importlib.import_module(f"usdsdg.{original}")
     value = globals()[name] = getattr(importlib.import_module(module), original)
     return value
+
+
+def _hint(name: str) -> str:
+    if name.startswith("_"):  # which Python and others ask for, and need no answer
+        return ""
+    from difflib import get_close_matches
+
+    near = get_close_matches(name, __all__, n=2)
+    return f"; did you mean {' or '.join(map(repr, near))}?" if near else ""
 
 
 def __dir__() -> list[str]:

@@ -1,5 +1,6 @@
 """Backends, which store the files of writers. Mirrors `rep.backends`."""
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.session.session import current
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend
@@ -14,3 +15,5 @@ __all__ = [
     "BackendDispatch", "BackendGroup", "BackendRegistry", "BaseBackend", "DiskBackend", "S3Backend", "Sequential",
     "StoreBackend", "get", "io_queue", "register", "unregister",
 ]  # fmt: skip
+
+name_parameters(globals())

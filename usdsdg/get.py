@@ -9,6 +9,7 @@ from typing import Any
 
 from pxr import Usd
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
 from usdsdg.errors import BadPrim, let_pass, warn_once
 from usdsdg.functional import get as find
@@ -129,3 +130,6 @@ def register(func: Callable[..., Any], override: bool = True, fn_name: str | Non
         ValueError: the name is not an identifier, or taken while `override` is False.
     """
     register_function(globals(), "get", func, override, fn_name)
+
+
+name_parameters(globals())

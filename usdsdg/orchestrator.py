@@ -9,6 +9,7 @@ from typing import Any
 from usdsdg.app.app import get_app
 from usdsdg.app.frame_loop import Orchestrator, get_orchestrator
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.values import whole_number
 from usdsdg.errors import GraphError
 from usdsdg.session.settings_store import get_settings
@@ -203,3 +204,6 @@ def register_status_callback(callback: Callable[[Status], None]) -> StatusCallba
     handle = StatusCallback(callback)
     handle.register()
     return handle
+
+
+name_parameters(globals())

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.graph.sampling import get_global_seed, own_seed
 from usdsdg.session.session import current
 
@@ -79,3 +80,6 @@ def generator_of(rng: ReplicatorRNG | np.random.Generator) -> np.random.Generato
     if not isinstance(generator, np.random.Generator):
         raise TypeError(f"rng is {rng!r}; expected rep.rng.ReplicatorRNG() or numpy.random.default_rng()")
     return generator
+
+
+name_parameters(globals())

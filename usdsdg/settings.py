@@ -5,6 +5,7 @@ from typing import Any
 
 from pxr import UsdGeom
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.errors import ConfigError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import graph
@@ -119,3 +120,6 @@ def set_stage_meters_per_unit(meters_per_unit: float) -> None:
     if not isinstance(meters_per_unit, Real) or not meters_per_unit > 0:
         raise ConfigError(f"meters per unit is {meters_per_unit!r}; expected a number above 0")
     UsdGeom.SetStageMetersPerUnit(current_stage(), float(meters_per_unit))
+
+
+name_parameters(globals())

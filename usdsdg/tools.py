@@ -9,6 +9,7 @@ import numpy as np
 
 from usdsdg.annotators.colors import colors_of_ids, hsv_to_rgb
 from usdsdg.annotators.kinds.amodal import run_lengths
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.errors import ArgumentError
 from usdsdg.writers.formats.writer_basic import colorize_depth, colorize_normals
 
@@ -152,3 +153,6 @@ def _matrix(xform: np.ndarray) -> np.ndarray:
     if np.size(xform) != 9:
         raise ArgumentError(f"xform has to be a 3 x 3 matrix, not of shape {np.shape(xform)}.")
     return np.reshape(xform, (3, 3))
+
+
+name_parameters(globals())

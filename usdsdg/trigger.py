@@ -6,6 +6,7 @@ from collections.abc import Callable
 from numbers import Real
 from typing import Any, TypedDict
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
 from usdsdg.arguments.values import shown, whole_number
 from usdsdg.errors import GraphError, Unsupported
@@ -248,3 +249,6 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
         ValueError: the name is not an identifier, or is taken and `override` is False.
     """
     register_function(globals(), "trigger", fn, override, fn_name)
+
+
+name_parameters(globals())

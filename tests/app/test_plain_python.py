@@ -88,19 +88,33 @@ def test_a_file_that_could_not_be_written_makes_the_program_exit_with_an_error(t
     assert done.stdout.splitlines() == ["script ended", "cleaned up"]
 
 
-def test_files_are_finished_and_their_folder_is_reported_once(tmp_path):
-    done = python(tmp_path, CAMERA + "rep.orchestrator.step()\nrep.orchestrator.step()\n")
-    assert done.stderr.count(f"[usdsdg] BasicWriter writes to {tmp_path / 'out'}") == 1
+def test_a_first_run_has_no_warning_and_ends_with_the_next_commands(tmp_path):
+    # The kernels of so small a picture compile in seconds, which is a line or two.
+    done = python(tmp_path, CAMERA + "rep.orchestrator.run(num_frames=2)\n")
+    lines = [line for line in done.stderr.splitlines() if "compiling" not in line]
+    assert lines[0] == f"[usdsdg] BasicWriter writes to {tmp_path / 'out'}"
+    assert lines[1].startswith("[usdsdg] frames captured: 2/2")
+    assert [line.partition("   (")[0] for line in lines[2:]] == [
+        "[usdsdg] next: usdsdg inspect out",
+        "[usdsdg]       usdsdg verify out ".rstrip(),
+    ]
     assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2
 
 
-def test_demo_assets_are_substituted_and_the_warning_shows_the_script_line(tmp_path):
+def test_a_program_is_silent_where_the_environment_or_a_setting_says_so(tmp_path, monkeypatch):
+    quiet = "rep.settings.carb_settings('/usdsdg/progress', False)\n"
+    assert python(tmp_path, quiet + CAMERA + "rep.orchestrator.step()\n").stderr == ""
+    monkeypatch.setenv("USDSDG_PROGRESS", "0")
+    assert python(tmp_path, CAMERA + "rep.orchestrator.step()\n").stderr == ""
+
+
+def test_demo_assets_are_substituted_and_named_once(tmp_path):
     url = "/Isaac/Props/YCB/Axis_Aligned/008_pudding_box.usd"
-    done = python(tmp_path, f"\n\nrep.create.from_usd({url!r})  # here\n")
-    assert "script.py:" in done.stderr
-    assert "# here" in done.stderr
-    assert "USDSDG_ASSETS_ROOT" in done.stderr
-    assert "set_assets_root" in done.stderr
+    done = python(tmp_path, f"rep.create.from_usd({url!r})\nnew_stage()\nrep.create.from_usd({url!r})\n")
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("[usdsdg] demo assets")
+    assert "USDSDG_ASSETS_ROOT" in line
+    assert "set_assets_root" in line
 
 
 def test_importing_usdsdg_imports_no_engine_or_cli(tmp_path):

@@ -69,12 +69,16 @@ def test_the_command_is_named_for_what_was_written(written, tmp_path, capsys):
         written[str(tmp_path / "all" / name)] = None
     show_written(inspect=False)
     # One command for all datasets that are in a folder of their own.
-    assert capsys.readouterr().out == f"to look at it: usdsdg inspect {tmp_path / 'all'}\n"
+    assert [line.split("   ")[0] for line in capsys.readouterr().out.splitlines()] == [
+        f"next: usdsdg inspect {tmp_path / 'all'}",
+        f"      usdsdg verify {tmp_path / 'all'} ".rstrip(),
+    ]
     write_pose(tmp_path / "all" / "older", 0, [MUG])
     show_written(inspect=False)
-    assert capsys.readouterr().out.splitlines() == [
-        f"to look at it: usdsdg inspect '{tmp_path / 'all' / 'a b'}'",
-        f"to look at it: usdsdg inspect {tmp_path / 'all' / 'c'}",
+    assert [line.split("   ")[0] for line in capsys.readouterr().out.replace("      ", "next: ").splitlines()] == [
+        f"next: usdsdg {command} {path}"
+        for path in (f"'{tmp_path / 'all' / 'a b'}'", tmp_path / "all" / "c")
+        for command in ("inspect", "verify")
     ]
 
 

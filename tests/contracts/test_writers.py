@@ -47,7 +47,7 @@ if not find_spec("pyarrow"):  # of the extra `parquet`
 WITHOUT_FILES = {"FPSWriter", "PytorchWriter"}
 NEEDED = {"class_name_to_index_map", "num_frames"}
 WRONG = [
-    ({"frame_paddign": 3}, "has no option 'frame_paddign'. Did you mean 'frame_padding'? It has: output_dir, "),
+    ({"frame_paddign": 3}, "has no option 'frame_paddign'. Did you mean 'frame_padding'?"),
     ({"frame_padding": "3"}, "frame_padding is '3'; expected a whole number."),
     ({"frame_padding": -1}, "frame_padding is -1"),
     ({"output_dir": 7}, "output_dir is 7; expected text or a path"),

@@ -22,6 +22,7 @@ from usdsdg.annotators.named_annotators import (
     unregister_annotator,
 )
 from usdsdg.annotators.payload import Capture, build_payload, lay_out
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, AugmentationError
 
 __all__ = [
@@ -38,3 +39,5 @@ __all__ = [
     # errors
     "AnnotatorError", "AnnotatorRegistryError", "AugmentationError",
 ]  # fmt: skip
+
+name_parameters(globals())

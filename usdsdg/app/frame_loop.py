@@ -23,7 +23,7 @@ from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 from usdsdg.session.device_memory import device_memory
-from usdsdg.session.progress import report
+from usdsdg.session.progress import FRAMES, report
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.termination import whole_frame
@@ -217,7 +217,7 @@ class Orchestrator:
         finally:
             self._last = None
         if num_frames is None:
-            report("frames captured", self.captures, self.captures)
+            report(FRAMES, self.captures, self.captures)
         self.finish()
 
     def expect_frames(self, count: int | None, *, before: int = 0) -> None:

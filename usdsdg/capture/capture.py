@@ -22,7 +22,7 @@ from usdsdg.capture.stage_records import StageMoment, StageRecords
 from usdsdg.capture.tiles import view_of
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session import engines
-from usdsdg.session.progress import report
+from usdsdg.session.progress import FRAMES, report
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_reader import CameraReader
@@ -106,7 +106,8 @@ class Capture:
             self._requests.files.release()
         append_to_journals()
         self._remember(frames)
-        report("frames captured", self.frames_before + frame + 1, self.expected_frames)
+        if current().tap is None:  # who takes the frames counts them
+            report(FRAMES, self.frames_before + frame + 1, self.expected_frames)
 
     def pass_over(self, frame: int) -> None:
         """Count a frame of which no writer makes files here, without looking at the stage."""

@@ -7,6 +7,7 @@ from typing import Any
 
 from usdsdg.errors import warn_once
 from usdsdg.graph.sampling import get_global_seed
+from usdsdg.session.progress import say_once
 from usdsdg.session.settings_store import get_settings
 from usdsdg_render.settings import PathSettings, ToneSettings
 
@@ -78,9 +79,9 @@ def _denoiser(best: str) -> str:
         better = "Open Image Denoise, which cleans them, needs a processor with SVE on aarch64"
     else:
         better = "pip install 'usdsdg[denoise]' cleans them with Open Image Denoise"
-    warn_once(
+    say_once(
         "path-traced images are cleaned by the filter of the fast mode, which leaves the noise of depth of field and "
-        f"motion blur. {better}; set /usdsdg/denoiser to 'wavelet' to keep this filter without this warning."
+        f"motion blur. {better}"
     )
     return "wavelet"
 

@@ -16,7 +16,7 @@ from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.worlds import WorldDraws
 from usdsdg.session import engines
-from usdsdg.session.progress import report
+from usdsdg.session.progress import FRAMES, report
 from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
@@ -131,7 +131,7 @@ class WorldTap:
         renderer.glass_labels = glass_labels()
         for product in _products():
             self._receive(self._batch(product, values, frame, mode))
-        report("frames captured", frame + self.count, None)
+        report(FRAMES, frame + self.count, None)
 
     def _batch(self, product: HydraTexture, values: WorldValues, frame: int, mode: RenderMode) -> WorldBatch:
         renderer, wanted = engines.renderer(), self._annotators

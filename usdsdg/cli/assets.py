@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from usdsdg.cli.command_context import AssetsRoot, Quiet, command_context
+from usdsdg.cli.examples import epilog
 from usdsdg.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 app = typer.Typer(help="Copy assets of a root that is a URL to this machine, and check the copy.", no_args_is_help=True)
 
 
-@app.command()
+@app.command(epilog=epilog("assets get"))
 def get(
     urls: Annotated[list[str], typer.Argument(metavar="URL...", help="Files, as /Isaac/Props/cup.usd, or URLs.")],
     assets_root: AssetsRoot = None,
@@ -32,7 +33,7 @@ def get(
             print(assets.locate(url))
 
 
-@app.command(name="list")
+@app.command(name="list", epilog=epilog("assets list"))
 def list_(assets_root: AssetsRoot = None) -> None:
     """Print each file that has been copied, with its size and the beginning of its SHA-256."""
     with command_context(assets_root=assets_root, quiet=True):
@@ -44,7 +45,7 @@ def list_(assets_root: AssetsRoot = None) -> None:
         print(f"{len(records)} files of {mirror.url}, {size / 1e6:,.1f} MB, in {mirror.folder}")
 
 
-@app.command()
+@app.command(epilog=epilog("assets check"))
 def check(
     assets_root: AssetsRoot = None,
     repair: Annotated[bool, typer.Option("--repair", help="Copy damaged files again.")] = False,

@@ -1,5 +1,5 @@
-"""The commands `usdsdg run | generate | render | simulate | view | inspect | verify | merge | convert | compat |
-assets | warmup | doctor`.
+"""The commands `usdsdg run | generate | render | simulate | view | inspect | verify | merge | convert | compat | new |
+schema | assets | warmup | doctor`.
 
 They are light to import.
 """
@@ -15,13 +15,16 @@ from usdsdg.cli import assets
 from usdsdg.cli.compat import compat
 from usdsdg.cli.convert import convert
 from usdsdg.cli.doctor import doctor
+from usdsdg.cli.examples import epilog
 from usdsdg.cli.generate import generate
 from usdsdg.cli.inspect import inspect
 from usdsdg.cli.merge import merge
+from usdsdg.cli.new import new
 from usdsdg.cli.optional_values import completed
 from usdsdg.cli.render import render
 from usdsdg.cli.reproduce import reproduce
 from usdsdg.cli.run import run
+from usdsdg.cli.schema import schema
 from usdsdg.cli.simulate import simulate
 from usdsdg.cli.verify import verify
 from usdsdg.cli.view import view
@@ -29,12 +32,14 @@ from usdsdg.cli.warmup import warmup
 
 app = typer.Typer(
     name="usdsdg", help="Synthetic data from USD scenes: the Replicator API on open-source components.",
-    no_args_is_help=True, pretty_exceptions_enable=False, add_completion=False,
+    no_args_is_help=True, pretty_exceptions_enable=False,
 )  # fmt: skip
 # Options after the script's name belong to the script.
-app.command(context_settings={"allow_interspersed_args": False})(run)
-for command in (generate, render, simulate, view, inspect, verify, reproduce, merge, convert, compat, warmup, doctor):
-    app.command()(command)
+app.command(context_settings={"allow_interspersed_args": False}, epilog=epilog("run"))(run)
+for command in (
+    generate, render, simulate, view, inspect, verify, reproduce, merge, convert, compat, new, schema, warmup, doctor,
+):  # fmt: skip
+    app.command(epilog=epilog(command.__name__))(command)
 app.add_typer(assets.app, name="assets")
 
 

@@ -1,5 +1,6 @@
 """Detect files that were given to the wrong command, and name the command that takes them."""
 
+import difflib
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,14 @@ def check_kind(file: Path, *accepted: FileKind) -> None:
     kind = kind_of(file) if file.is_file() else None
     if kind is not None and kind not in accepted:
         raise ConfigError(f"{file} is {kind.value.format(file, file)}")
+
+
+def no_file(file: Path) -> str:
+    """Return the message about a file that is missing, with similar names in its folder."""
+    there = [each.name for each in file.parent.iterdir() if each.is_file()] if file.parent.is_dir() else []
+    near = difflib.get_close_matches(file.name, there, n=2)
+    hint = f"did you mean {' or '.join(str(file.with_name(name)) for name in near)}?" if near else "give its path"
+    return f"there is no file {file}; {hint}"
 
 
 def kind_of(file: Path) -> FileKind | None:

@@ -1,6 +1,5 @@
 """`usdsdg inspect DIR`: make an HTML page that shows a dataset; also at the end of other commands."""
 
-import shlex
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +8,7 @@ import typer
 
 from usdsdg.cli.command_context import command_context
 from usdsdg.errors import DatasetError
+from usdsdg.session.next_commands import next_commands, written_datasets
 
 # Problems that are printed; the page has all.
 _PRINTED = 20
@@ -53,17 +53,15 @@ def _make_page(folder: str, output: Path | None = None) -> None:
 
 
 def show_written(*, inspect: bool) -> None:
-    """Make pages of the datasets that this process has written, or name the command that does.
+    """Make pages of the datasets that this process has written, or name the commands that look at them.
 
     Raises:
         DatasetError: pages are asked for, and there is nothing to show.
     """
-    from usdsdg.session.session import current
-
-    folders = _tops([Path(each) for each in current().written_folders])
+    folders = written_datasets()
     if not inspect:
-        for folder in folders:
-            print(f"to look at it: usdsdg inspect {shlex.quote(str(folder))}")
+        for line in next_commands(folders):
+            print(line)
         return
     failures = []
     for folder in folders:
@@ -75,14 +73,3 @@ def show_written(*, inspect: bool) -> None:
         raise DatasetError("; ".join(failures) or "--inspect: no files were written to a folder")
     for failure in failures:
         print(f"warning: {failure}", file=sys.stderr)
-
-
-def _tops(folders: list[Path]) -> list[Path]:
-    """Return folders without those inside of others; instead of all folders in one, that one."""
-    outer = [each for each in folders if not any(other in each.parents for other in folders)]
-    parents = {each.parent for each in outer}
-    if len(outer) > 1 and len(parents) == 1:
-        (parent,) = parents
-        if {each for each in parent.iterdir() if each.is_dir()} == set(outer):
-            return [parent]
-    return outer

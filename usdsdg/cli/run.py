@@ -19,7 +19,7 @@ from usdsdg.cli.command_context import (
     seed_everything,
 )
 from usdsdg.cli.dataset_options import AllowOutside, Overwrite, Resume, Shard, Workers, begin_run
-from usdsdg.cli.file_kinds import FileKind, check_kind
+from usdsdg.cli.file_kinds import FileKind, check_kind, no_file
 from usdsdg.cli.inspect import Inspect, show_written
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
 from usdsdg.cli.script.workers import ScriptWorkers
@@ -117,7 +117,7 @@ def run(
     assets_root = own.get("--assets-root", assets_root)
     save_stage = Path(own["--save-stage"]) if "--save-stage" in own else save_stage
     if not script.is_file():
-        print(f"error: no script {script}", file=sys.stderr)
+        print(f"error: {no_file(script)}", file=sys.stderr)
         raise typer.Exit(1)
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage):
         from usdsdg.cli.script.outcome import reported_outcome
@@ -150,8 +150,7 @@ def run(
             finish_files()
         if maker is not None:
             maker.make()
-        if inspect:
-            show_written(inspect=True)
+        show_written(inspect=inspect)
 
 
 def execute_script(script: Path, arguments: list[str], frames: int | None, *, allow_outside: bool) -> None:

@@ -7,6 +7,7 @@ import typer
 
 from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, command_context
 from usdsdg.cli.file_kinds import FileKind, check_kind
+from usdsdg.warp_start import quiet_warp
 
 
 def simulate(
@@ -32,7 +33,7 @@ def simulate(
         if output.resolve() == stage.resolve():
             raise OutputNotWritable(f"{output} is the input stage; give the result another name")
         flatten.check_writable(output.absolute())
-        engines.quiet_warp()
+        quiet_warp()
         opened = stage_context.open_stage(stage)
         simulate_stage(opened, seconds, device=engines.physics_device(), progress=report, settle=settle)
         print(stage_context.save_stage(output))

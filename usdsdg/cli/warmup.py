@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from usdsdg.cli.command_context import Device, Quiet, command_context
+from usdsdg.warp_start import quiet_warp
 
 # What Warp keeps for CPUs and for CUDA.
 BINARIES = (".o", ".cubin", ".ptx")
@@ -22,9 +23,7 @@ def warmup(device: Device = None, quiet: Quiet = False) -> None:
     with command_context(device=device, quiet=quiet):
         import warp as wp
 
-        from usdsdg.session import engines
-
-        engines.quiet_warp()
+        quiet_warp()
         wp.init()
         assert wp.config.kernel_cache_dir is not None  # wp.init() sets it
         for line in compile_ahead(_rooms(device), Path(wp.config.kernel_cache_dir)):

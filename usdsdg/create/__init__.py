@@ -7,6 +7,7 @@ light. Constant arguments are written immediately; distributions become nodes un
 from collections.abc import Callable
 from typing import Any
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
 from usdsdg.create.cameras import camera, camera_rig, stereo_camera
 from usdsdg.create.groups import group, xform
@@ -32,3 +33,6 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
         ValueError: the name is not an identifier, or taken while `override` is False.
     """
     register_function(globals(), "create", fn, override, fn_name)
+
+
+name_parameters(globals())

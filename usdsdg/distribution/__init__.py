@@ -6,6 +6,7 @@ Mirrors `rep.distribution`. A distribution is a node that other nodes have as an
 from collections.abc import Callable
 from typing import Any
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
 from usdsdg.distribution.base import Distribution, from_inputs
 from usdsdg.distribution.combination import Combine, combine
@@ -27,3 +28,6 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
         ValueError: the name is not an identifier, or is taken and `override` is False.
     """
     register_function(globals(), "distribution", fn, override, fn_name)
+
+
+name_parameters(globals())

@@ -11,6 +11,7 @@ from typing import Any
 
 from pxr import Usd
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.functional import create_batch
 
 
@@ -59,3 +60,5 @@ material = _single(
 )
 omni_lidar = _single(create_batch.omni_lidar, "Unsupported: usdsdg has no lidar model.")
 omni_radar = _single(create_batch.omni_radar, "Unsupported: usdsdg has no radar model.")
+
+name_parameters(globals())

@@ -10,6 +10,7 @@ from typing import Any
 
 from pxr import Usd
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.values import labels_of, shown
 from usdsdg.errors import ArgumentError
 from usdsdg.session.stage_context import current_stage
@@ -153,3 +154,5 @@ skelanimation = _by_types("skelanimation", ["SkelAnimation"], "Skeleton animatio
 skeleton = _by_types("skeleton", ["Skeleton"], "Skeletons")
 sound = _by_types("sound", ["OmniSound", "SpatialAudio", "Sound"], "Sounds")
 xform = _by_types("xform", ["Xform"], "Transforms")
+
+name_parameters(globals())

@@ -9,6 +9,7 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.prims import one_prim, prims_of
 from usdsdg.arguments.values import labels_per_prim, shown
 from usdsdg.errors import ArgumentError, BadPrim, warn_once
@@ -237,3 +238,6 @@ def variant(prims: Any, name: str, value: Any) -> None:
         if chosen not in known:
             raise BadPrim(f"{prim.GetPath()}: variant set {name!r} has no {chosen!r}; it has {', '.join(known)}")
         sets.GetVariantSet(name).SetVariantSelection(chosen)
+
+
+name_parameters(globals())

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.prims import prims_of
 from usdsdg.arguments.values import shown
 from usdsdg.errors import ArgumentError, BadPrim
@@ -145,3 +146,6 @@ def _prims(value: Any) -> list[Usd.Prim]:
 
 def _generator(rng: ReplicatorRNG | np.random.Generator | None) -> np.random.Generator:
     return generator_of(current().default_generator if rng is None else rng)
+
+
+name_parameters(globals())

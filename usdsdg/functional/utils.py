@@ -4,6 +4,7 @@ from typing import Any
 
 from pxr import Gf
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.prims import one_prim
 from usdsdg.stage.poses.transforms import local_to_world
 
@@ -24,3 +25,6 @@ def get_world_position(prim: Any) -> Gf.Vec3d:
         BadPrim: the prim is not on the stage.
     """
     return local_to_world(one_prim("prim", prim)).ExtractTranslation()
+
+
+name_parameters(globals())

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
 from usdsdg.modify import attribute_worlds as _attribute_worlds  # noqa: F401 - registers twins for worlds
 from usdsdg.modify import pose_worlds as _pose_worlds  # noqa: F401
@@ -32,3 +33,6 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
         ValueError: the name is not an identifier, or taken while `override` is False.
     """
     register_function(globals(), "modify", fn, override, fn_name)
+
+
+name_parameters(globals())

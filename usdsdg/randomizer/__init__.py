@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
 from usdsdg.randomizer import appearance_worlds as _worlds  # noqa: F401 - registers twins for worlds
 from usdsdg.randomizer import spheres as _spheres  # noqa: F401 - registers the actions of its nodes
@@ -21,3 +22,6 @@ def register(fn: Callable[..., Any], override: bool = True, fn_name: str | None 
         ValueError: the name is not an identifier, or taken while `override` is False.
     """
     register_function(globals(), "randomizer", fn, override, fn_name)
+
+
+name_parameters(globals())

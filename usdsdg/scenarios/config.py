@@ -24,8 +24,10 @@ from usdsdg.scenarios.config_values import (
     Shape,
     Text,
 )
+from usdsdg.scenarios.shared.sections import as_value_error
 from usdsdg.session.render_products import size_problem
 from usdsdg.stage.semantics.semantic_classes import read_semantic_classes
+from usdsdg.writers.registry import registered
 
 
 class LaunchConfig(Section):
@@ -143,6 +145,13 @@ class ObjectBasedConfig(Section):
         if problem := size_problem(*resolution):
             raise ValueError(problem)
         return resolution
+
+    @field_validator("writer_type")
+    @classmethod
+    def _is_a_writer(cls, name: str | None) -> str | None:
+        if name is not None:
+            as_value_error(registered.get, name)
+        return name
 
     @field_validator("camera_properties_kwargs")
     @classmethod

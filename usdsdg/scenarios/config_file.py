@@ -152,7 +152,9 @@ def _parse_yaml(file: Path, text: str) -> Any:
         return _load_yaml(text) or {}
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise ConfigError(f"{file}, line {line}: not valid YAML: {error.problem or error.context}") from None
+        problem = str(error.problem or error.context)
+        remedy = "; indent with spaces instead of tabs" if r"'\t'" in problem else ""
+        raise ConfigError(f"{file}, line {line}: not valid YAML: {problem}{remedy}") from None
     except yaml.YAMLError as error:
         raise ConfigError(f"{file}: not valid YAML: {error}") from None
 

@@ -77,7 +77,6 @@ def load_job(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> tup
         return JOBS["object_based"], read_config(path, overrides, ObjectBasedConfig)
     known = [each for each in JOBS if each != "object_based"]
     if name not in known:
-        raise ConfigError(
-            f"{path}: {KEY}: {name!r} is not known{suggestion(str(name), known)}; there are {', '.join(known)}"
-        )
+        hint = suggestion(str(name), known) or f"; there are {', '.join(known)}"
+        raise ConfigError(f"{path}: {KEY}: {name!r} is not known{hint}")
     return JOBS[name], read_config(path, overrides, JOBS[name].model)

@@ -5,7 +5,6 @@ Each engine is created on first use, and only then are newton and warp imported.
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -18,6 +17,7 @@ from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.geometry.pixel_masks import PixelMasks
+from usdsdg.warp_start import quiet_warp
 
 if TYPE_CHECKING:
     from usdsdg.parallel import Later
@@ -319,13 +319,6 @@ def renderer_aovs() -> dict[str, np.dtype]:
     from usdsdg_render.labels.aov import AOVS
 
     return {name: np.dtype(aov.dtype) for name, aov in AOVS.items()}
-
-
-def quiet_warp() -> None:
-    """Turn off Warp's message about each module that it loads; our progress reports show what is compiled."""
-    import warp
-
-    warp.config.log_level = logging.WARNING
 
 
 def subscribe_step(listener: Callable[[float], None], *, before: bool = False) -> Callable[[], None]:

@@ -1,12 +1,19 @@
-"""Progress reports of long tasks: bars with rate and ETA on a terminal, plain lines elsewhere."""
+"""Progress reports of long tasks: bars with rate and ETA of commands on a terminal, plain lines elsewhere."""
 
+import os
 import sys
 import time
 from typing import Any, Protocol, TextIO
 
 from usdsdg.session.session import current
 
-LINE_INTERVAL = 5.0  # seconds between plain lines of one task
+FIRST_LINE = 1.0  # seconds that a task takes before anything is said of it
+LINE_INTERVAL, LONGEST_INTERVAL = 5.0, 60.0  # seconds between plain lines of one task, more the longer it takes
+# The task whose end is always reported; that of others only if they took their time.
+FRAMES = "frames captured"
+# In plain Python 0 or off is silence, as the setting `/usdsdg/progress` is; commands have --quiet.
+VARIABLE = "USDSDG_PROGRESS"
+_OFF = ("0", "off", "false", "no")
 
 
 class Reporter(Protocol):
@@ -35,15 +42,8 @@ class SilentReporter:
     def close(self) -> None: ...
 
 
-class MessageReporter(SilentReporter):
-    """Shows single lines but no progress: the default when usdsdg is used as a library."""
-
-    def say(self, line: str) -> None:
-        print(f"[usdsdg] {line}", file=sys.stderr, flush=True)
-
-
 class LineReporter:
-    """Plain lines for logs: the first and last step of each task, and one every few seconds in between."""
+    """Plain lines for logs: one every few seconds of each task that takes long, and its end."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
         self._stream = stream or sys.stderr
@@ -53,14 +53,21 @@ class LineReporter:
     def __call__(self, label: str, done: int, total: int | None) -> None:
         now = time.monotonic()
         started = self._started.setdefault(label, now)
-        finished = total is not None and done >= total
-        if not finished and now - self._last.get(label, -LINE_INTERVAL) < LINE_INTERVAL:
-            return
-        self._last[label] = now
-        self.say(f"{label}: {described(done, total, now - started)}")
-        if finished:
+        if total is not None and done >= total:
+            if label == FRAMES or label in self._last or now - started >= FIRST_LINE:
+                self.say(f"{label}: {described(done, total, now - started)}")
             self._started.pop(label, None)
             self._last.pop(label, None)
+        elif now >= self._next_line(label):
+            self._last[label] = now
+            self.say(f"{label}: {described(done, total, now - started)}")
+
+    def _next_line(self, label: str) -> float:
+        """Return when the next line of a task is due, by `time.monotonic`."""
+        started, last = self._started[label], self._last.get(label)
+        if last is None:
+            return started + FIRST_LINE
+        return last + min(max(LINE_INTERVAL, (last - started) / 10), LONGEST_INTERVAL)
 
     def say(self, line: str) -> None:
         print(f"[usdsdg] {line}", file=self._stream, flush=True)
@@ -115,10 +122,23 @@ def described(done: int, total: int | None, elapsed: float) -> str:
     return ", ".join(parts)
 
 
+def reporter_of_library() -> Reporter:
+    """Return the reporter of a program that calls usdsdg: lines, unless the environment turns them off.
+
+    There are no bars, which would be drawn over what the program prints.
+    """
+    return SilentReporter() if os.environ.get(VARIABLE, "").lower() in _OFF else LineReporter()
+
+
 def use(reporter: Reporter) -> None:
     """Send the progress of this process to `reporter`."""
     current().reporter.close()
     current().reporter = reporter
+
+
+def use_of_library(shown: bool) -> None:
+    """Show progress and notes as lines, or nothing (the setting `/usdsdg/progress`)."""
+    use(LineReporter() if shown else SilentReporter())
 
 
 def use_default(quiet: bool = False) -> None:
@@ -134,3 +154,10 @@ def report(label: str, done: int, total: int | None) -> None:
 def say(line: str) -> None:
     """Report one line."""
     current().reporter.say(line)
+
+
+def say_once(line: str) -> None:
+    """Report one line, unless it has been reported in this session."""
+    if line not in current().said:
+        current().said.add(line)
+        say(line)

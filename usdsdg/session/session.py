@@ -32,6 +32,13 @@ def _imported(name: str) -> Any:
     return getattr(importlib.import_module(module), attribute)
 
 
+def _tell_of_demo_assets() -> None:
+    _imported("usdsdg.session.progress:say_once")(
+        "demo assets, simple shapes made by code, stand in for Isaac Sim's: no assets root is set "
+        f"(--assets-root, {assets.ROOT_VARIABLE}, or usdsdg.stage.assets.set_assets_root)"
+    )
+
+
 def _part(factory: str) -> Any:
     """Return a lazy member: its first use imports and calls `factory`, given as "module:name"."""
     return cached_property(lambda _session: _imported(factory)())
@@ -45,7 +52,7 @@ class Session:
     """
 
     engines = _part("usdsdg.session.engines:Engines")
-    reporter = _part("usdsdg.session.progress:MessageReporter")
+    reporter = _part("usdsdg.session.progress:reporter_of_library")
     global_seed = _part("usdsdg.graph.sampling:GlobalSeed")
     graph = _part("usdsdg.graph.evaluate:Graph")
     random_generators = _part("weakref:WeakSet")  # every live ReplicatorRNG
@@ -99,7 +106,8 @@ class Session:
         self.written_folders: dict[str, None] = {}  # on disk, in the order of their first file
         self.imported_version = 0  # of Replicator, as the script's imports tell; 0: they do not
         self.failed_at_exit = False  # a file could not be written and no call has raised it
-        assets.set_fallback_root(lambda: _imported("usdsdg.demo:root")())
+        self.said: set[str] = set()  # lines of `progress.say_once`
+        assets.set_fallback_root(lambda: _imported("usdsdg.demo:root")(), _tell_of_demo_assets)
         assets.set_mesh_converter(
             lambda file, label: _imported("usdsdg.meshes.for_stage:converted_for_stage")(file, label)
         )
@@ -116,6 +124,7 @@ class Session:
         settings = _imported("usdsdg.session.settings_store:Settings")()
         settings.on_change("/omni/replicator/globalSeed", self._on_global_seed)
         settings.on_change("/omni/replicator/backends/disk/root_dir", self._on_disk_root)
+        settings.on_change("/usdsdg/progress", _imported("usdsdg.session.progress:use_of_library"))
         backend = "/omni/replicator/backend"
         settings.on_change(f"{backend}/queueSize", lambda jobs: self.io_queue.set_max_queue_size(jobs))
         settings.on_change(f"{backend}/writeThreads", lambda count: self.io_queue.set_threads(count))
@@ -137,6 +146,13 @@ class Session:
             except errors.UsdsdgError as error:
                 print(f"error: {errors.described(error)}", file=sys.stderr)
                 self.failed_at_exit = True
+        if self.written_folders and not self.failed_at_exit:
+            self._name_next_commands()
+
+    def _name_next_commands(self) -> None:
+        folders = _imported("usdsdg.session.next_commands:written_datasets")()
+        for line in _imported("usdsdg.session.next_commands:next_commands")(folders):
+            self.reporter.say(line)
 
     def _made(self, *names: str) -> list[Any]:
         """Return the named members that have been used; the others have no state yet."""

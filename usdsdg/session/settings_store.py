@@ -51,6 +51,7 @@ DEFAULTS: dict[str, Any] = {
     "/usdsdg/labels/closedClasses": False,
     "/usdsdg/labels/record": True,
     "/usdsdg/labels/recordStage": True,
+    "/usdsdg/progress": True,
     "/usdsdg/replicator/version": 0,
     "/usdsdg/writers/queueBytes": 1 << 30,
     "/syntheticdata/sensors/perSubsetSegmentation": False,

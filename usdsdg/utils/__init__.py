@@ -1,5 +1,6 @@
 """Utilities for scripts: `rep.utils`."""
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.utils.files import get_files_group, get_usd_files
 from usdsdg.utils.nodes import (
@@ -28,3 +29,5 @@ __all__ = [
     "get_prims_from_paths", "get_replicator_graph_exists", "get_usd_files", "read_prim_transform", "send_og_event",
     "sequential", "set_target_prims",
 ]  # fmt: skip
+
+name_parameters(globals())

@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from usdsdg.errors import StoreError
-from usdsdg.session.progress import report
+from usdsdg.session.progress import FRAMES, report
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.lines import FRAME
 from usdsdg.writers.journal.place import PARTS, Place
@@ -34,7 +34,7 @@ class PartsProgress:
             self._place.pull()
         for path in (self._place.path / PARTS).glob(f"*/{NAME}"):
             self._count(path)
-        report("frames captured", sum(count for _, count in self._read.values()), self._frames)
+        report(FRAMES, sum(count for _, count in self._read.values()), self._frames)
 
     def _count(self, path: Path) -> None:
         place, count = self._read.get(path, (0, 0))

@@ -1,5 +1,6 @@
 """Writers: annotations to files in the formats of datasets (`rep.writers`, `rep.backends`)."""
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.errors import OutputNotWritable, WriterError, WriterRegistryError
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend, set_disk_root
@@ -51,3 +52,5 @@ __all__ = [
     # errors
     "OutputNotWritable", "WriterError", "WriterRegistryError",
 ]  # fmt: skip
+
+name_parameters(globals())

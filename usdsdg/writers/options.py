@@ -56,8 +56,8 @@ def check_names(writer: str, init: Callable[..., None], options: Collection[str]
         for name in options:
             if name not in known:
                 close = near_misses(name, known)
-                hint = f"Did you mean {' or '.join(map(repr, close))}? " if close else ""
-                raise WriterError(f"{writer} has no option {name!r}. {hint}It has: {', '.join(known) or 'none'}.")
+                hint = f"Did you mean {' or '.join(map(repr, close))}?" if close else f"It has: {', '.join(known)}."
+                raise WriterError(f"{writer} has no option {name!r}. {hint if known else 'It has none.'}")
     needed = [p.name for p in parameters if p.name in known and p.default is p.empty]
     if missing := [name for name in needed if name not in options]:
         raise WriterError(f"{writer} needs {', '.join(missing)}: give it to initialize(...).")

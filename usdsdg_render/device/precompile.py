@@ -34,6 +34,14 @@ def precompile(device: str = "cpu", progress: Progress | None = None, *, everyth
     return len(compiled)
 
 
+def cold_modules(device: str) -> list[str]:
+    """Return the names of the modules that the first image on a device would compile."""
+    loads = module_loads(wp.get_device(device))
+    for load in loads:
+        without_bfloat16(load.module)
+    return [load.module.name for load in loads if not load.is_cached()]
+
+
 def module_loads(target: wp.Device, *, everything: bool = False) -> list[ModuleLoad]:
     """List the modules that rendering on a device needs, each for the device where it runs."""
     cuda, cpu = target.is_cuda, wp.get_device("cpu")

@@ -17,6 +17,7 @@ Errors are those of `modify.pose`; besides ArgumentError for `count` and for val
 parent that is not on the stage or is itself a shape, and Unsupported where a function documents it.
 """
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.functional.create_batch.cameras import camera
 from usdsdg.functional.create_batch.copies import clone, reference
 from usdsdg.functional.create_batch.groups import scope, xform
@@ -37,3 +38,5 @@ __all__ = [
     "dome_light", "material", "omni_lidar", "omni_radar", "plane", "rect_light", "reference", "scope", "sphere",
     "sphere_light", "torus", "xform",
 ]  # fmt: skip
+
+name_parameters(globals())

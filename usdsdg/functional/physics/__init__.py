@@ -3,6 +3,7 @@
 Mirrors `rep.functional.physics`. `prims` is one prim, a path, or a list of these.
 """
 
+from usdsdg.arguments.parameters import name_parameters
 from usdsdg.functional.physics.bodies import (
     apply_collider,
     apply_rigid_body,
@@ -19,3 +20,5 @@ __all__ = [
     "put_to_sleep", "remove_collider", "remove_rigid_body", "reset", "simulate",
     "simulate_until_rest", "wake_up",
 ]  # fmt: skip
+
+name_parameters(globals())

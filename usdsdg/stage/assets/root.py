@@ -33,13 +33,16 @@ class Mirror(Protocol):
 
 _root: str | None = None
 _fallback: Callable[[], str | os.PathLike[str]] | None = None
+_announce: Callable[[], object] | None = None
 _make_mirror: Callable[[str], Mirror] | None = None
 _mirror: Mirror | None = None
 _sites: dict[str, Mirror] = {}
 
 
-def assets_root() -> str:
+def assets_root(*, announce: bool = True) -> str:
     """Return the folder that holds `Isaac` and `NVIDIA`: the one set, else the environment's, else the stand-ins.
+
+    announce: whether the user is told of stand-ins, as where an asset is looked up.
 
     Of a root that is a URL it is the folder of the mirror, in which files appear once `locate` has been asked for them.
 
@@ -55,12 +58,9 @@ def assets_root() -> str:
         return folder
     if _fallback is None:
         raise errors.AssetNotFound(f"no assets root is set. {HOW_TO_SET}")
-    folder = os.fspath(_fallback())
-    errors.warn_once(
-        f"no assets root is set: simple stand-ins made by code, in {folder}, replace the real assets. {HOW_TO_SET}",
-        key="assets.fallback",
-    )
-    return folder
+    if announce and _announce is not None:
+        _announce()
+    return os.fspath(_fallback())
 
 
 def set_assets_root(path: str | os.PathLike[str] | None) -> None:
@@ -69,10 +69,15 @@ def set_assets_root(path: str | os.PathLike[str] | None) -> None:
     _root = None if path is None else os.fspath(path)
 
 
-def set_fallback_root(make: Callable[[], str | os.PathLike[str]] | None) -> None:
-    """Register the function that makes stand-in assets and returns their folder; called if no root is set."""
-    global _fallback
-    _fallback = make
+def set_fallback_root(
+    make: Callable[[], str | os.PathLike[str]] | None, announce: Callable[[], object] | None = None
+) -> None:
+    """Register the function that makes stand-in assets and returns their folder, called if no root is set.
+
+    announce: called before it where the user should know of them.
+    """
+    global _fallback, _announce
+    _fallback, _announce = make, announce
 
 
 def set_mirror_factory(make: Callable[[str], Mirror] | None) -> None:

@@ -8,12 +8,13 @@ igzip_icf_body_h1_gr_bt.asm).
 Source: RFC 1950 (zlib), RFC 1951 (deflate).
 """
 
-import logging
 import threading
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+
+from usdsdg.warp_start import quiet_warp
 
 # Bytes that share their codes.
 BLOCK = 1 << 18
@@ -80,7 +81,7 @@ def _kernel() -> Any:
     import warp as wp
 
     with _loading:
-        wp.config.log_level = logging.WARNING  # no banner, where nothing is rendered
+        quiet_warp()  # where nothing is rendered, it has not started
         from usdsdg.stage.image_files.run_kernels import deflate_runs
 
         deflate_runs.module.load(wp.get_device("cpu"), 1)

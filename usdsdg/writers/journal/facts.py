@@ -80,7 +80,7 @@ class AssetFacts:
 
 def _root() -> str:
     try:
-        return assets_root()
+        return assets_root(announce=False)
     except AssetNotFound:
         return ""
 

@@ -10,7 +10,7 @@ from usdsdg.compat.isaacsim.benchmark.services.datarecorders.interface import (
     MeasurementDataRecorderRegistry,
 )
 from usdsdg.compat.isaacsim.benchmark.services.metrics.measurements import SingleMeasurement
-from usdsdg.session.engines import quiet_warp
+from usdsdg.warp_start import quiet_warp
 
 
 @MeasurementDataRecorderRegistry.register("hardware")

@@ -1,0 +1,190 @@
+"""The most likely mistakes of a first day, and what is said of each.
+
+`python -m tests.cli.likely_mistakes` writes docs/mistakes.md from them; a test makes every one and compares the page.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import sys
+import tempfile
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+import usdsdg as rep
+from usdsdg.errors import forget_warnings
+from usdsdg.scenarios.jobs import load_job
+from usdsdg.session.stage_context import new_stage
+from usdsdg.stage import assets
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "mistakes.md"
+HEAD = """# Likely mistakes, and what is said of them
+
+Each was made as it is written here, in a folder with a `scene.usda` (a cube), a `script.py`, an `empty` folder and the
+`detection.yaml` of `usdsdg new detection`; a test makes them again and compares this page. Messages name what is wrong,
+where, and what to do. Commands print them without a traceback and end with an exit code other than 0; in Python they
+are exceptions below `rep.errors.UsdsdgError`, or Python's own where a function is called wrongly.
+"""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """One mistake.
+
+    kind: "command" (arguments of `usdsdg`), "configuration" (lines of a file) or "script" (lines after `import`).
+    remedy: what the message must have to be of help.
+    """
+
+    kind: str
+    text: str
+    remedy: str
+
+
+MISTAKES = [
+    Mistake("command", "generat detection.yaml", "Did you mean 'generate'"),
+    Mistake("command", "generate", "Missing argument"),
+    Mistake("command", "generate detecton.yaml", "did you mean detection.yaml?"),
+    Mistake("command", "generate detection.yaml --set num_frame=3", "did you mean num_frames"),
+    Mistake("command", "generate detection.yaml --set num_frames", "key=value"),
+    Mistake("command", "generate detection.yaml --sett seed=3", "--set"),
+    Mistake("command", "generate detection.yaml --shard 4/4", "0/4"),
+    Mistake("command", "generate script.py", "usdsdg run"),
+    Mistake("command", "generate detection.yaml --device gpu", "Devices here: cpu"),
+    Mistake("command", "run scene.usda", "usdsdg render"),
+    Mistake("command", "run scrip.py", "script.py"),
+    Mistake("command", "render scene.usd out", "scene.usda"),
+    Mistake("command", "render scene.usda out --camera /World/Camera", "/World/Camera"),
+    Mistake("command", "inspect empty", "empty"),
+    Mistake("command", "verify _out_detecton", "_out_detecton"),
+    Mistake("command", "convert mug.obj mug.usd", "mug.obj"),
+    Mistake("command", "new detection", "give another PATH"),
+    Mistake("configuration", "job: detection\nnum_frmaes: 10", "did you mean num_frames"),
+    Mistake("configuration", "job: detection\nnum_frames: '10'", "is not a whole number"),
+    Mistake("configuration", "job: detection\nobjects: {size_in_image: [0.7, 0.2]}", "the smaller number first"),
+    Mistake("configuration", "job: detection\nformats: {yollo: {}}", "yolo"),
+    Mistake("configuration", "job: detection\nformats: {yolo: {taks: segment}}", "Did you mean 'task'"),
+    Mistake("configuration", "job: detectoin", "did you mean detection?"),
+    Mistake("configuration", "job: detection\n\tnum_frames: 10", "indent with spaces"),
+    Mistake("configuration", "job: detection\nmeshes: part", "part"),
+    Mistake("configuration", "writer_type: PoseWritr", "Did you mean 'PoseWriter'"),
+    Mistake("script", "rep.creat", "did you mean 'create'"),
+    Mistake("script", "rep.create.cube(positon=(0, 0, 1))", "did you mean 'position'"),
+    Mistake("script", "rep.create.cube(position=(0, 0))", "position"),
+    Mistake("script", "rep.create.cube(semantics='cube')", "[('class', 'cube')]"),
+    Mistake("script", "rep.create.light(light_type='Doom')", "dome"),
+    Mistake("script", "rep.create.from_usd('mug.usd')", "USDSDG_ASSETS_ROOT"),
+    Mistake("script", "rep.create.camera(position=(0, 0, 1), look_at=(0, 0, 1))", "move it or the target"),
+    Mistake("script", "rep.create.render_product('/World/Camera', (640, 480))", "/World/Camera"),
+    Mistake("script", "rep.create.render_product(rep.create.camera(), (640, 0))", "640"),
+    Mistake("script", "rep.modify.pose(position=(0, 0, 1))", "with"),
+    Mistake("script", "rep.distribution.choice([])", "choice"),
+    Mistake("script", "rep.writers.get('BasicWritr')", "Did you mean 'BasicWriter'"),
+    Mistake("script", "rep.writers.get('BasicWriter').initialize(output_dir='out', rgbb=True)", "Did you mean 'rgb'"),
+    Mistake("script", "rep.writers.get('BasicWriter').initialize(rgb=True)", "output_dir"),
+    Mistake("script", "rep.annotators.get('bounding_box_2d')", "bounding_box_2d_tight"),
+    Mistake("script", "rep.annotators.get('rgb').get_data()", "attach"),
+    Mistake("script", "rep.orchestrator.run()", "num_frames"),
+]
+
+
+def said(mistake: Mistake, folder: Path) -> str:
+    """Make a mistake in a folder of its own, and return what is said, with that folder left out."""
+    _fill(folder)
+    with _there(folder):
+        if mistake.kind == "command":
+            text = _of_command(mistake.text)
+        elif mistake.kind == "configuration":
+            (folder / "job.yaml").write_text(mistake.text)
+            text = _of(lambda: load_job("job.yaml"))
+        else:
+            new_stage()
+            text = _of(lambda: exec(compile(mistake.text, "script.py", "exec"), {"rep": rep}))
+    for path in {str(folder), os.path.realpath(folder)}:
+        text = text.replace(f"{path}{os.sep}", "").replace(path, "here")
+    return re.sub(r"Devices here: .*", "Devices here: cpu.", text).strip()  # of a machine without GPU
+
+
+def _fill(folder: Path) -> None:
+    from usdsdg.cli.new import Kind, write_starting_point
+
+    (folder / "scene.usda").write_text('#usda 1.0\n(\n    upAxis = "Z"\n)\n\ndef Cube "Cube"\n{\n}\n')
+    (folder / "script.py").write_text("import usdsdg as rep\n")
+    (folder / "empty").mkdir()
+    write_starting_point(Kind.DETECTION, folder / "detection.yaml")
+
+
+@contextlib.contextmanager
+def _there(folder: Path) -> Iterator[None]:
+    """Work in a folder without an assets root, and undo what commands do to the process."""
+    before, hooks = Path.cwd(), (warnings.showwarning, sys.unraisablehook)
+    environment = os.environ.pop(assets.ROOT_VARIABLE, None)
+    os.chdir(folder)
+    forget_warnings()
+    try:
+        yield
+    finally:
+        os.chdir(before)
+        warnings.showwarning, sys.unraisablehook = hooks
+        if environment is not None:
+            os.environ[assets.ROOT_VARIABLE] = environment
+
+
+def _of_command(arguments: str) -> str:
+    from usdsdg.cli.commands import app
+
+    done = CliRunner().invoke(app, arguments.split(), env={"COLUMNS": "400", "TERMINAL_WIDTH": "400"})
+    assert done.exit_code not in (0, None), f"usdsdg {arguments} ended with {done.exit_code}:\n{done.output}"
+    return _plain(done.output)
+
+
+def _plain(text: str) -> str:
+    """Return the text inside of the frames that the library of the command line draws around errors."""
+    lines = [line.strip("│ ") for line in text.splitlines() if not line.startswith(("╭", "╰"))]
+    shown = [line for line in lines if line and not line.startswith(("Usage:", "Try ", "[usdsdg]"))]
+    return "\n".join(shown)
+
+
+def _of(call) -> str:
+    try:
+        call()
+    except Exception as error:  # noqa: BLE001 - whatever it is, it is what is said
+        return f"{type(error).__name__}: {error}"
+    raise AssertionError("nothing was said")
+
+
+def page(texts: dict[Mistake, str]) -> str:
+    """Return the page that shows mistakes with what is said of each."""
+    parts = [HEAD]
+    titles = {
+        "command": "## On the command line",
+        "configuration": "## In configurations",
+        "script": "## In scripts",
+    }
+    languages = {"command": "", "configuration": "yaml", "script": "python"}
+    for kind, title in titles.items():
+        parts.append(title + "\n")
+        for mistake, text in texts.items():
+            if mistake.kind == kind:
+                source = f"usdsdg {mistake.text}" if kind == "command" else mistake.text
+                source = source.replace("\t", "→")
+                parts.append(f"```{languages[kind]}\n{source}\n```\n\n```text\n{text}\n```\n")
+    return "\n".join(parts)
+
+
+def main() -> None:
+    """Write the page."""
+    texts = {}
+    for mistake in MISTAKES:
+        with tempfile.TemporaryDirectory() as folder:
+            texts[mistake] = said(mistake, Path(folder))
+    PAGE.write_text(page(texts), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

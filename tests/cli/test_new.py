@@ -1,0 +1,46 @@
+"""`usdsdg new`: what it writes is read without a problem, and is never written over something else."""
+
+import subprocess
+import sys
+
+import pytest
+import yaml
+from jsonschema import Draft202012Validator
+
+from usdsdg.cli.new import SCHEMA, Kind, write_starting_point
+from usdsdg.errors import OutputNotWritable
+from usdsdg.scenarios.jobs import load_job
+
+
+@pytest.mark.parametrize("kind", [Kind.DETECTION, Kind.BIN_PICKING])
+def test_a_configuration_is_read_and_names_the_schema_beside_it(kind, tmp_path):
+    path = tmp_path / "jobs" / "mine.yaml"
+    assert write_starting_point(kind, path) == [str(path), f"next: usdsdg generate {path}"]
+    _, config = load_job(path)
+    assert config.job == kind.value.replace("-", "_")
+    assert path.read_text().startswith(f"# yaml-language-server: $schema={SCHEMA}\n")
+    schema = yaml.safe_load((path.parent / SCHEMA).read_text())
+    assert list(Draft202012Validator(schema).iter_errors(yaml.safe_load(path.read_text()))) == []
+
+
+def test_a_script_runs_as_it_is(tmp_path):
+    path = tmp_path / "first script.py"
+    assert write_starting_point(Kind.SCRIPT, path) == [str(path), f"next: usdsdg run '{path}'"]
+    text = path.read_text().replace("(320, 240)", "(32, 24)").replace("num_frames=10", "num_frames=2")
+    path.write_text(text.replace('"_out_script"', repr(str(tmp_path / "out"))))
+    done = subprocess.run([sys.executable, str(path)], cwd=tmp_path, capture_output=True, text=True, timeout=200)
+    assert done.returncode == 0, done.stderr
+    assert "warning" not in done.stderr.lower()
+    assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2
+
+
+def test_no_file_is_replaced_and_suffixes_are_those_of_the_kind(tmp_path):
+    path = tmp_path / "a.yaml"
+    path.write_text("mine")
+    with pytest.raises(OutputNotWritable, match="exists and is not replaced"):
+        write_starting_point(Kind.DETECTION, path)
+    assert path.read_text() == "mine"
+    with pytest.raises(OutputNotWritable, match=r"a script is a \.py file"):
+        write_starting_point(Kind.SCRIPT, tmp_path / "b.yaml")
+    with pytest.raises(OutputNotWritable, match="cannot be written"):
+        write_starting_point(Kind.SCRIPT, path / "b.py")

@@ -1,0 +1,48 @@
+"""The commands that follow a run: those that look at the datasets it has written."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Iterable
+from pathlib import Path
+
+from usdsdg.session.session import current
+
+_COMMANDS = {"inspect": "its images and labels on one page", "verify": "checks its files against each other"}
+
+
+def written_datasets() -> list[Path]:
+    """Return the folders that this process has written datasets to, without those inside of others."""
+    return _tops([Path(each) for each in current().written_folders])
+
+
+def next_commands(folders: Iterable[Path]) -> list[str]:
+    """Return a line for each command that looks at these datasets: `usdsdg inspect cubes   (...)`."""
+    pairs = [
+        (f"usdsdg {command} {shlex.quote(_shortest(folder))}", what)
+        for folder in folders
+        for command, what in _COMMANDS.items()
+    ]
+    width = max((len(command) for command, _ in pairs), default=0)
+    return [f"{'next: ' if number == 0 else '      '}{c:{width}}   ({what})" for number, (c, what) in enumerate(pairs)]
+
+
+def _shortest(folder: Path) -> str:
+    """Return how a folder is called from the working directory: what is in it by its name there."""
+    try:
+        inside = folder.resolve().relative_to(Path.cwd())
+    except (OSError, ValueError):
+        return str(folder)
+    return f".{os.sep}{inside}" if str(inside).startswith("-") else str(inside)
+
+
+def _tops(folders: list[Path]) -> list[Path]:
+    """Return folders without those inside of others; instead of all folders in one, that one."""
+    outer = [each for each in folders if not any(other in each.parents for other in folders)]
+    parents = {each.parent for each in outer}
+    if len(outer) > 1 and len(parents) == 1:
+        (parent,) = parents
+        if {each for each in parent.iterdir() if each.is_dir()} == set(outer):
+            return [parent]
+    return outer

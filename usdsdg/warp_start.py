@@ -1,0 +1,104 @@
+"""The start of Warp without messages of its own: none about each module that it loads, and none of a missing driver."""
+
+from __future__ import annotations
+
+import ctypes
+import logging
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+# Of a library that has no logger for it: C code prints this line, to the descriptor of standard error.
+_NO_DRIVER = b"Warp CUDA warning: Could not find or load the NVIDIA CUDA driver."
+_DRIVERS = {"linux": ("libcuda.so", "libcuda.so.1"), "win32": ("nvcuda.dll",)}
+_NVIDIA = "0x10de"  # the vendor, as PCI devices tell it
+_DISPLAY = "0x03"  # the class of display and 3D controllers begins so
+
+
+def quiet_warp() -> None:
+    """Turn off Warp's messages about modules that it loads, and about a driver that a machine without GPU lacks."""
+    import warp
+
+    warp.config.log_level = logging.WARNING
+    _start_without_driver()
+
+
+@cache
+def has_cuda_driver() -> bool:
+    """Return whether the library of NVIDIA's driver can be loaded; True on systems for which Warp looks for none."""
+    names = _DRIVERS.get(sys.platform)
+    return names is None or any(_loads(name) for name in names)
+
+
+def cuda_driver_version() -> tuple[int, int] | None:
+    """Return the newest CUDA that the driver supports, as (12, 4); None where no driver can be loaded."""
+    for name in _DRIVERS.get(sys.platform, ()):
+        if _loads(name):
+            number = ctypes.c_int()
+            if ctypes.CDLL(name).cuDriverGetVersion(ctypes.byref(number)) == 0:
+                return number.value // 1000, number.value % 1000 // 10
+    return None
+
+
+def has_nvidia_gpu() -> bool:
+    """Return whether Linux lists a GPU of NVIDIA, with a driver or without; False where that is not known."""
+    return any(
+        _text(device / "vendor") == _NVIDIA and _text(device / "class").startswith(_DISPLAY)
+        for device in Path("/sys/bus/pci/devices").glob("*")
+    )
+
+
+@cache
+def _start_without_driver() -> None:
+    """Initialize Warp where there is no driver, without its line about that; with one, leave it to the first use.
+
+    A machine that has a GPU but no driver keeps the line: it is what its user should know.
+    """
+    if has_cuda_driver() or has_nvidia_gpu():
+        return
+    import warp
+
+    with _lines_held_back(_NO_DRIVER):
+        warp.init()
+
+
+@contextmanager
+def _lines_held_back(start: bytes) -> Iterator[None]:
+    """Hold back what is written to the descriptor of standard error, then write it but for lines that begin so."""
+    sys.stderr.flush()
+    try:
+        real = os.dup(2)
+    except OSError:  # closed
+        yield
+        return
+    with tempfile.TemporaryFile() as held:
+        os.dup2(held.fileno(), 2)
+        try:
+            yield
+        finally:
+            sys.stderr.flush()
+            os.dup2(real, 2)
+            os.close(real)
+            held.seek(0)
+            for line in held:
+                if not line.startswith(start):
+                    os.write(2, line)
+
+
+def _loads(name: str) -> bool:
+    try:
+        ctypes.CDLL(name)
+    except OSError:
+        return False
+    return True
+
+
+def _text(file: Path) -> str:
+    try:
+        return file.read_text(encoding="ascii").strip()
+    except OSError:
+        return ""
