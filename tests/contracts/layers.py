@@ -49,6 +49,9 @@ USDSDG = {
     "usdsdg_render.settings",
     "app": "errors stage session graph rng distribution create annotators writers trigger capture",
     "orchestrator": "errors session arguments app",
+    # what notebooks show
+    "pictures": "annotators writers",
+    "notebook": "errors session arguments graph create annotators capture pictures",
     "demo": "errors stage",
     "mirror": "errors stores stage session",
     "meshes": "errors stores stage session mirror",
