@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -40,7 +40,7 @@ def rectangles(picture: np.ndarray, annotation: Annotation, camera: Mapping[str,
         corners = np.array([(left, top), (right, top), (right, bottom), (left, bottom)], np.float64)
         for start, end in zip(corners, np.roll(corners, -1, axis=0)):
             canvas.line(start, end, color, width=LINE)
-    return _with_names(canvas.image(), [(row["x_min"], row["y_min"]) for row in rows], names(annotation), colors)
+    return written_names(canvas.image(), [(row["x_min"], row["y_min"]) for row in rows], names(annotation), colors)
 
 
 def cuboids(picture: np.ndarray, annotation: Annotation, camera: Mapping[str, Any]) -> np.ndarray:
@@ -59,7 +59,7 @@ def cuboids(picture: np.ndarray, annotation: Annotation, camera: Mapping[str, An
                 drawn += [a, b]
         ends = np.array(drawn).reshape(-1, 2)
         places.append(tuple(ends.min(axis=0)) if len(ends) else None)
-    return _with_names(canvas.image(), places, names(annotation), colors)
+    return written_names(canvas.image(), places, names(annotation), colors)
 
 
 def points(picture: np.ndarray, annotation: Annotation, camera: Mapping[str, Any]) -> np.ndarray:
@@ -84,8 +84,13 @@ OVERLAYS: dict[str, Draw] = {
 
 def names(annotation: Annotation) -> list[str]:
     """Return the labels of each row of boxes, as "cup" or "cup, fragile"."""
-    labels = {int(key): value for key, value in annotation.info.get("idToLabels", {}).items()}
-    return [", ".join(labels.get(int(row["semanticId"]), {}).values()) for row in _array(annotation)]
+    labels = {int(key): text_of(value) for key, value in annotation.info.get("idToLabels", {}).items()}
+    return [labels.get(int(row["semanticId"]), "") for row in _array(annotation)]
+
+
+def text_of(labels: Any) -> str:
+    """Return labels of an annotator's table, {type: "label"} or a text, as one text."""
+    return ", ".join(map(str, labels.values())) if isinstance(labels, Mapping) else str(labels)
 
 
 def _array(annotation: Annotation) -> np.ndarray:
@@ -100,7 +105,12 @@ def _colors(annotation: Annotation) -> list[tuple[int, int, int]]:
     return [tuple(color) for color in colors_of_ids(ids)[:, :3].tolist()]
 
 
-def _with_names(picture: np.ndarray, places: list, texts: list[str], colors: list[tuple[int, int, int]]) -> np.ndarray:
+def written_names(
+    picture: np.ndarray,
+    places: Sequence[tuple[float, float] | None],
+    texts: list[str],
+    colors: list[tuple[int, int, int]],
+) -> np.ndarray:
     """Write a name at the upper left of each place (x, y), on a ground of its color; None is left out."""
     drawn = Image.fromarray(picture)
     draw, font = ImageDraw.Draw(drawn), ImageFont.load_default(NAME_SIZE)

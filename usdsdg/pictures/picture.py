@@ -27,6 +27,12 @@ class Picture:
         """Width and height [pixels]."""
         return self._pixels.shape[1], self._pixels.shape[0]
 
+    def thumbnail(self, longest: int) -> Picture:
+        """Return the picture with at most that many pixels along its longer side."""
+        image = self.image
+        image.thumbnail((longest, longest), Image.Resampling.LANCZOS)
+        return Picture(np.asarray(image))
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write an image file, in the format that its ending names, such as .png or .jpg.
 
