@@ -68,7 +68,16 @@ def _announce_schemas() -> None:
     os.environ["PXR_PLUGINPATH_NAME"] = os.pathsep.join([*(f"{each}/" for each in folders), *filter(None, [before])])
 
 
+def _show_in_notebooks() -> None:
+    """Let IPython, where it runs, show stages as trees."""
+    if "IPython" in sys.modules:
+        from usdsdg.notebook import formatters
+
+        formatters.register()
+
+
 _announce_schemas()
+_show_in_notebooks()
 if os.environ.get("EAGER_IMPORT"):
     for _name in __all__:
         __getattr__(_name)

@@ -27,9 +27,13 @@ from .annotators import AnnotatorRegistry, NodeConnectionTemplate
 from .app.new_layer import new_layer
 from .backends import BackendDispatch
 from .create import mesh_decal as create_mesh_decal
+from .graph.evaluate import graph as get_graph
 from .graph.sampling import get_global_seed, set_global_seed
+from .notebook.dataset import open_dataset
+from .notebook.preview import preview
 from .orchestrator import run_until_complete_async
-from .session.stage_context import open_stage
+from .session.stage_context import current_stage as get_stage
+from .session.stage_context import open_stage, save_stage
 from .writers import (
     BasicWriter,
     CocoWriter,
@@ -53,7 +57,9 @@ __all__ = [
     "writers", "Writer", "WriterRegistry", "WriterRegistryError", "BasicWriter", "PoseWriter",
     "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter", "writers_default",
     "backends", "BackendDispatch",
+    # the stage and its graph, and a look at them
+    "get_stage", "open_stage", "save_stage", "get_graph", "preview", "open_dataset",
     # what runs it
-    "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "open_stage", "new_layer",
+    "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "new_layer",
     "run_until_complete_async", "errors", "example", "tools",
 ]  # fmt: skip

@@ -55,7 +55,9 @@ USDSDG = {
     "meshes": "errors stores stage session mirror",
     "example": "demo",
     "datasets": "errors stage stores writers record",
-    "inspect": "errors stage writers datasets",
+    "pictures": "annotators writers",
+    "inspect": "errors stage writers datasets pictures",
+    "notebook": "errors stage session arguments graph create annotators capture pictures datasets inspect",
     "verify": "errors parallel stores stage session annotators writers record datasets",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors stores stage session arguments graph calibration create writers capture app orchestrator "
@@ -112,8 +114,16 @@ RENDER = {
 
 # Module -> (what it imports inside functions, why not at its top). Nothing else may be imported there.
 COMMAND = "help and errors of the command line appear before anything heavy is loaded"
+SHOWN = "what a notebook shows of an object is drawn by what stands above it, when it is shown"
 LATE = {
-    "usdsdg": ("usdsdg.stage", "schemas are registered at once only where pxr is loaded already"),
+    "usdsdg": (
+        "usdsdg.stage usdsdg.notebook",
+        "schemas are registered at once only where pxr is loaded already, and stages are shown only where IPython runs",
+    ),
+    "usdsdg.annotators.annotator": ("usdsdg.notebook", SHOWN),
+    "usdsdg.session.render_products": ("usdsdg.notebook", SHOWN),
+    "usdsdg.graph.node": ("usdsdg.notebook", SHOWN),
+    "usdsdg.graph.evaluate": ("usdsdg.notebook", SHOWN),
     "usdsdg.session.engines": (
         "usdsdg_physics.engine usdsdg_render.renderer usdsdg_render.labels",
         "newton takes seconds to import, warp one",

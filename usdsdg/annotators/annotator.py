@@ -124,6 +124,28 @@ class Annotator:
         self._latest = annotation
         return annotation
 
+    # For notebooks
+
+    def held(self) -> Annotation | None:
+        """Return the latest annotation, in NumPy arrays that must not be written into; None before the first.
+
+        Nothing is computed again.
+        """
+        if self._latest is None:
+            return None
+        current().wait_for_pictures()
+        return delivered(self._latest, None, copy=False)
+
+    def _repr_html_(self) -> str:
+        from usdsdg.notebook.annotators import annotator_html
+
+        return annotator_html(self)
+
+    def _repr_png_(self) -> bytes | None:
+        from usdsdg.notebook.annotators import annotator_png
+
+        return annotator_png(self)
+
     # For users
 
     def initialize(self, **init_params: Any) -> Annotator:

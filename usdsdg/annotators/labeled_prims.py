@@ -11,7 +11,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.annotators.bounds import Hull, read_hull
-from usdsdg.annotators.class_table import ClassTable, ClassTables, ids_are_stable
+from usdsdg.annotators.class_table import ClassTable, ids_are_stable
 from usdsdg.annotators.colors import FIRST_LABELED
 from usdsdg.annotators.ownership import (
     LabeledStage,
@@ -120,10 +120,14 @@ class _Ownership:
 
 
 class LabeledPrimReader:
-    """Reads the labeled prims of a stage for every frame, incrementally from stage changes."""
+    """Reads the labeled prims of a stage for every frame, incrementally from stage changes.
 
-    def __init__(self, stage: Usd.Stage) -> None:
+    for_dataset: False gives ids that count what one frame shows, and leaves the class tables of the session alone.
+    """
+
+    def __init__(self, stage: Usd.Stage, *, for_dataset: bool = True) -> None:
         self._stage = stage
+        self._for_dataset = for_dataset
         self._changes = ChangeTracker(stage)
         self._labels = LabeledStage(stage)
         self._hulls: dict[Sdf.Path, Hull | None] = {}
@@ -184,7 +188,7 @@ class LabeledPrimReader:
                 self._ownership = None
         # Earlier filters are kept, since render products with different filters alternate.
         self._filters |= dict.fromkeys(filters)
-        self._follow_tables(current().class_tables)
+        self._follow_tables()
         owned = self._ownership
         if owned is None or owned.gprims != gprims or owned.selections.keys() != self._filters.keys():
             owned = self._ownership = self._assign(gprims)
@@ -199,7 +203,7 @@ class LabeledPrimReader:
         """
         self._invalidate(self._changes.take())
         self._filters |= dict.fromkeys(filters)
-        self._follow_tables(current().class_tables)
+        self._follow_tables()
         for predicate in self._filters:
             self._tables(predicate)
 
@@ -230,9 +234,13 @@ class LabeledPrimReader:
         owners, groups = tuple(owner for owner, _ in row_of), tuple(group for _, group in row_of)
         return _Ownership(gprims, [steps for steps, _ in found], owners, tuple(labels), groups, selections)
 
-    def _follow_tables(self, tables: ClassTables) -> None:
+    def _has_tables(self) -> bool:
+        """Return whether ids are those of the session's class tables."""
+        return self._for_dataset and ids_are_stable()
+
+    def _follow_tables(self) -> None:
         """Assign ids again where the user has changed the classes, or whether ids are stable."""
-        version = tables.version if ids_are_stable() else 0
+        version = current().class_tables.version if self._has_tables() else 0
         if version != self._tables_version:
             self._tables_version, self._ownership = version, None
             self._prims.clear()
@@ -243,7 +251,7 @@ class LabeledPrimReader:
 
         What is in view does not decide, so that processes that render different frames have the same tables.
         """
-        if not ids_are_stable():
+        if not self._has_tables():
             return FrameClasses(), PrimTable()
         classes = current().class_tables.of(predicate)
         if predicate not in self._is_surveyed:

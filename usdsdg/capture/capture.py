@@ -163,7 +163,7 @@ class Capture:
                 aovs=labels[path].aovs | images.get(path, {}),
                 labeled_prims=labels[path].labeled_prims, amodal_masks=labels[path].amodal_masks,
                 reference_time=(round(seconds * TICKS), TICKS),
-                scene=FrameScene(path, view, labels[path].table, labels[path].aovs, self._earlier),
+                scene=FrameScene(path, view, labels[path].table, labels[path].aovs, self._earlier, renderer),
             )
             for path, view in views.items()
         }  # fmt: skip

@@ -72,14 +72,14 @@ class Exposure:
 
     def open_shutter(self) -> None:
         """Read the stage as it is now: the poses at which a motion-blurred exposure begins."""
-        engines.renderer().sync(_now())
+        engines.renderer().sync(stage_time())
 
     def add(self, mode: RenderMode) -> None:
         """Add the samples of `mode` to every film; creates the films at the first call.
 
         With motion blur the samples are distributed over the motion since the last exposure or `open_shutter`.
         """
-        engines.renderer().sync(_now())
+        engines.renderer().sync(stage_time())
         if not mode.motion_blur:
             for step in self.steps(mode):
                 step.run()
@@ -126,6 +126,6 @@ class Exposure:
         return assembled(view, [self._renderer.develop(film, self._tone, fetched=False) for film in films])
 
 
-def _now() -> Usd.TimeCode:
+def stage_time() -> Usd.TimeCode:
     """Return the current time of the timeline as a time code of the stage."""
     return Usd.TimeCode(get_timeline().get_current_time() * current_stage().GetTimeCodesPerSecond())

@@ -50,9 +50,10 @@ class FrameScene:
         table: GprimTable,
         aovs: Mapping[str, Any],
         earlier: EarlierPoints,
+        renderer: engines.Renderer,
     ) -> None:
         self._path, self._view, self._table, self._aovs, self._earlier = path, view, table, aovs, earlier
-        self._renderer = engines.renderer()
+        self._renderer = renderer
 
     @property
     def time(self) -> Usd.TimeCode:

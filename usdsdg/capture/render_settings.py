@@ -53,13 +53,26 @@ def render_mode(rt_subframes: int) -> RenderMode:
         samples = max(total if total > 0 else settings.get_as_int("/rtx/pathtracing/spp"), 1)
         sub_frames = max(settings.get_as_int("/omni/replicator/pathTracedMotionBlurSubSamples"), 1)
         blur = settings.get_as_bool("/omni/replicator/captureMotionBlur")
-        denoise = settings.get_as_bool("/rtx/pathtracing/optixDenoiser/enabled")
-        filtering = {"denoiser": _denoiser("oidn"), "denoiser_blend": _denoiser_blend()} if denoise else {}
-        return RenderMode(True, samples, min(sub_frames, samples), blur, denoise, **filtering)
+        return _path_traced(samples, min(sub_frames, samples), blur)
     if name not in ("RaytracedLighting", "RayTracedLighting", "RealTimePathTracing"):
         warn_once(
             f"/rtx/rendermode {name!r} is not known; using RaytracedLighting. Known: PathTracing, RaytracedLighting."
         )
+    return _fast(rt_subframes)
+
+
+def still_mode(samples: int | None) -> RenderMode:
+    """Return how a picture beside the run is rendered: with so many path-traced samples, or in the fast mode."""
+    return _fast(1) if samples is None else _path_traced(samples, 1, False)
+
+
+def _path_traced(samples: int, sub_frames: int, blur: bool) -> RenderMode:
+    denoise = get_settings().get_as_bool("/rtx/pathtracing/optixDenoiser/enabled")
+    filtering = {"denoiser": _denoiser("oidn"), "denoiser_blend": _denoiser_blend()} if denoise else {}
+    return RenderMode(True, samples, sub_frames, blur, denoise, **filtering)
+
+
+def _fast(rt_subframes: int) -> RenderMode:
     return RenderMode(False, MIN_SAMPLES + rt_subframes, 1, False, True, denoiser=_denoiser("wavelet"))
 
 

@@ -147,6 +147,11 @@ class Graph:
                 trigger.executions += 1
         return due
 
+    def _repr_html_(self) -> str:
+        from usdsdg.notebook.graphs import graph_html
+
+        return graph_html(self)
+
     def restart(self) -> None:
         """Reset draws and execution counts, as when a stopped orchestrator starts."""
         for trigger in self.triggers:

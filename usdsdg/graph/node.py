@@ -171,6 +171,16 @@ class ReplicatorItem:
         """Restore the trigger or prims of the enclosing block."""
         (current().open_groups if self._trigger is None else current().open_triggers).pop()
 
+    @property
+    def trigger(self) -> Any | None:
+        """The trigger (`evaluate.Trigger`) that this is the item of, or None."""
+        return self._trigger
+
+    def _repr_html_(self) -> str:
+        from usdsdg.notebook.graphs import item_html
+
+        return item_html(self)
+
     def __repr__(self) -> str:
         return f"ReplicatorItem({self.node.kind}, {len(self.prims)} prims)"
 

@@ -3,17 +3,12 @@
 import base64
 import io
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from PIL import Image
 
-# Colors of depth from near to far: samples of the reversed Turbo colormap.
-_DEPTH_COLORS = (
-    (122, 4, 3), (183, 29, 2), (224, 73, 12), (246, 117, 26), (254, 163, 49), (235, 207, 53), (199, 239, 52),
-    (147, 254, 77), (78, 248, 122), (30, 229, 181), (40, 188, 235), (70, 134, 251), (65, 69, 171), (48, 18, 59),
-)  # fmt: skip
+from usdsdg.pictures.depth_colors import depth_colors
 
 
 @dataclass(frozen=True)
@@ -56,21 +51,9 @@ def depth(values: np.ndarray, longest: int) -> Encoded:
 
     The ends are the 1st and 99th percentile, so that a few far pixels do not compress the scale.
     """
-    values = np.asarray(values, np.float32).reshape(values.shape[:2])
-    colored, ends = depth_colors(values[:: _stride(values.shape, longest), :: _stride(values.shape, longest)])
+    step = _stride(values.shape, longest)
+    colored, ends = depth_colors(values[::step, ::step])
     return Encoded("image/jpeg", _saved(Image.fromarray(colored), "JPEG", quality=80), ends)
-
-
-def depth_colors(values: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
-    """Return the colors (H, W, 3) uint8 of depth (H, W), as in `depth`, and its nearest and farthest value."""
-    hit = np.isfinite(values) & (values > 0)
-    near, far = (float(part) for part in np.percentile(values[hit], (1, 99))) if hit.any() else (0.0, 0.0)
-    fraction = np.zeros(values.shape, np.float32)
-    if far > near:
-        fraction[hit] = np.log(np.clip(values[hit], near, far) / near) / np.log(far / near)
-    colored = _depth_table()[(fraction * 255).astype(np.uint8)]
-    colored[~hit] = 0
-    return colored, (near, far)
 
 
 def _bytes(image: np.ndarray) -> np.ndarray:
@@ -115,14 +98,6 @@ def _colors_of(ids: np.ndarray) -> np.ndarray:
     colors[ids == 1] = (70, 70, 70, 255)
     colors[ids == 0] = 0
     return colors
-
-
-@lru_cache(maxsize=1)
-def _depth_table() -> np.ndarray:
-    """Return the depth colors (256, 3) from near to far."""
-    anchors = np.linspace(0, 255, len(_DEPTH_COLORS))
-    columns = [np.interp(np.arange(256), anchors, channel) for channel in zip(*_DEPTH_COLORS)]
-    return np.stack(columns, axis=1).astype(np.uint8)
 
 
 def _saved(picture: Image.Image, format: str, **options: Any) -> bytes:

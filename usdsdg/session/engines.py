@@ -306,11 +306,16 @@ def renderer() -> Renderer:
     """Return the renderer of the current stage; create it if there is none."""
     engines = current().engines
     if engines.renderer is None:
-        quiet_warp()
-        from usdsdg_render.renderer import WarpRenderer
-
-        engines.renderer = WarpRenderer(current_stage(), device=engines.device, progress=report)
+        engines.renderer = new_renderer(current_stage())
     return engines.renderer
+
+
+def new_renderer(stage: Usd.Stage) -> Renderer:
+    """Return a renderer of any stage, on the device of this session."""
+    quiet_warp()
+    from usdsdg_render.renderer import WarpRenderer
+
+    return WarpRenderer(stage, device=current().engines.device, progress=report)
 
 
 def renderer_aovs() -> dict[str, np.dtype]:

@@ -108,6 +108,16 @@ class HydraTexture:
         """Remove the product; attached writers and annotators receive no more frames of it."""
         current().render_products.pop(self.path, None)
 
+    def _repr_html_(self) -> str:
+        from usdsdg.notebook.render_products import product_html
+
+        return product_html(self)
+
+    def _repr_png_(self) -> bytes | None:
+        from usdsdg.notebook.render_products import product_png
+
+        return product_png(self)
+
     def __repr__(self) -> str:
         return f"HydraTexture({self.path!r}, camera={self.camera_path!r}, resolution={self.resolution})"
 

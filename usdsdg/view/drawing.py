@@ -10,7 +10,7 @@ import numpy as np
 
 from usdsdg.annotators.colors import colors_of_ids
 from usdsdg.annotators.labeled_prims import Selection
-from usdsdg.inspect.image_encoding import depth_colors
+from usdsdg.pictures.depth_colors import depth_colors
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.view.scene import Scene
 

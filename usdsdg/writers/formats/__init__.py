@@ -8,6 +8,7 @@ from usdsdg.writers.formats.dope.writer_dope import DOPEWriter
 from usdsdg.writers.formats.kitti.writer_kitti import KittiWriter
 from usdsdg.writers.formats.pose.writer_pose import PoseWriter
 from usdsdg.writers.formats.pytorch.writer_pytorch import PytorchWriter
+from usdsdg.writers.formats.rerun.writer_rerun import RerunWriter
 from usdsdg.writers.formats.shards.writer_parquet import ParquetWriter
 from usdsdg.writers.formats.shards.writer_webdataset import WebDatasetWriter
 from usdsdg.writers.formats.voc.writer_voc import VocWriter
@@ -21,4 +22,5 @@ from usdsdg.writers.formats.yolo.writer_yolo import YoloWriter
 DEFAULT_WRITERS = (
     BasicWriter, PoseWriter, CocoWriter, KittiWriter, CosmosWriter, FPSWriter, DataVisualizationWriter, YoloWriter,
     BopWriter, DOPEWriter, YCBVideoWriter, PytorchWriter, WebDatasetWriter, ParquetWriter, VocWriter, CvatWriter,
+    RerunWriter,
 )  # fmt: skip

@@ -1,0 +1,1 @@
+"""What notebooks show: previews, and what annotators, stages, graphs and datasets hold."""
