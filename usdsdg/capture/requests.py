@@ -43,6 +43,7 @@ class Requests:
     keys: dict[int, tuple[str, str | None]] = field(default_factory=dict)  # key and folder of writers by their id
     tapped: list[str] = field(default_factory=list)  # paths of products whose views are handed out in their place
     _recorded: set[str] = field(default_factory=set)  # paths of products of which writers get a record
+    _requirements: dict[str, Requirements] = field(default_factory=dict)  # of `annotators`, where asked for
 
     @classmethod
     def collect(cls, frame: int) -> Requests:
@@ -137,6 +138,7 @@ class Requests:
         elif product.updates_enabled:
             _check_tiles(product, annotators, who)
             self.annotators.setdefault(product.path, []).extend(annotators)
+            self._requirements.pop(product.path, None)
 
     @property
     def is_recorded(self) -> bool:
@@ -153,7 +155,9 @@ class Requests:
 
     def requirements(self, path: str) -> Requirements:
         """Return what the annotators of the product at `path`, and the record of its frame, need rendered."""
-        needs = requirements(self.annotators[path])
+        if path not in self._requirements:
+            self._requirements[path] = requirements(self.annotators[path])
+        needs = self._requirements[path]
         if path in self._recorded and needs.aovs.difference(LIGHT_AOVS):
             return replace(needs, aovs=needs.aovs | recorded_pictures.AOVS)
         return needs

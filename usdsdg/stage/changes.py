@@ -57,6 +57,11 @@ class ChangeTracker:
         self._source: _Notices | None = _Notices.of(stage)
         self._source.add(self)
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was edited since the last `take`."""
+        return not (self._resynced or self._changed or self._reapplied)
+
     def take(
         self, *, is_relevant: Callable[[Sdf.Path], bool] | None = None, handles: Mapping[Sdf.Path, Any] | None = None
     ) -> Changes:

@@ -33,6 +33,8 @@ class CameraReader:
         return known[1]
 
     def _forget_changed(self) -> None:
+        if self._changes.is_empty:
+            return
         changes = self._changes.take()
         if changes.resynced:
             # Of a path above cameras, another one may be the only one now.
