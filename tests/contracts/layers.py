@@ -67,7 +67,7 @@ USDSDG = {
     "cli": "errors operating_system warp_start stage session",
     "workers": "errors operating_system stage stores session writers",
     "stream": "errors operating_system session annotators capture scenarios replicator_yaml cli __init__",
-    "torch": "session stream",
+    "torch": "errors session stream",
     "view": "errors stage session graph annotators capture app orchestrator inspect stream",
     "__main__": "cli",
     "__init__": "",

@@ -17,6 +17,9 @@ SMALLER = {
     "num_frames=10": "num_frames=2",
     '"num_frames=8"': '"num_frames=2", "resolution=[32,24]"',
     '"num_frames=64"': '"num_frames=2", "resolution=[32,24]"',
+    "count=256": "count=2",
+    '["1024", "128"]': '["2", "24"]',
+    '["1024", "320"], worlds=32, device="cuda"': '["2", "24"], worlds=2',
     '"s3://bucket': '"memory://bucket',
     '"gs://bucket': '"memory://other',
 }
@@ -75,12 +78,14 @@ def test_documented_yaml_runs_and_its_images_are_not_black(tmp_path):
     assert len(list((tmp_path / "omni.replicator_out/cubes").glob("rgb_*.png"))) == 10
 
 
-@pytest.mark.parametrize("number", [0, 1])
+@pytest.mark.parametrize("number", [0, 1, 2, 3])
 def test_documented_streams_run(number, tmp_path):
     code = each_block(TRAINING, "python")[number]
     if "torch" in code:
         pytest.importorskip("torch")
-    (tmp_path / "configs").symlink_to(ROOT / "configs")
-    command = [sys.executable, "-c", f"{code}\nassert len(picture.shape) == 3 and len(boxes)"]
+    for folder in ("configs", "examples"):
+        (tmp_path / folder).symlink_to(ROOT / folder)
+    shown = "len(pictures.shape) > 2" if "pictures" in code else "len(picture.shape) == 3"
+    command = [sys.executable, "-c", f"{code}\nassert {shown} and len(boxes)"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stderr

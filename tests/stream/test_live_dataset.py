@@ -73,3 +73,46 @@ def test_ids_and_records_become_tensors_that_share_memory_where_they_can():
     assert isinstance(fields, dict)
     assert sorted(fields) == ["occlusionRatio", "x_min"]
     assert fields["x_min"].tolist() == [3, 4]
+
+
+WORLDS = """
+import json, sys
+import torch
+from torch.utils.data import DataLoader
+from usdsdg.errors import ArgumentError
+from usdsdg.torch import LiveDataset
+
+if __name__ == "__main__":
+    names = ["rgb", "distance_to_camera", "bounding_box_2d_tight"]
+    options = dict(arguments=["4", "24"], seed=3)
+    batches = list(LiveDataset(sys.argv[1], names, worlds=2, **options))
+    frames = list(LiveDataset(sys.argv[1], names[:2], **options))
+    same = [
+        bool(torch.equal(batches[k // 2][name][k % 2], frames[k][name])) for k in range(4) for name in names[:2]
+    ]
+    shapes = {name: list(batches[0][name].shape) for name in names}
+    prims = len(batches[0]["prims"]), batches[0]["class_ids"].tolist(), sorted(batches[0]["classes"])
+    try:
+        next(iter(DataLoader(LiveDataset(sys.argv[1], names, worlds=2, **options), batch_size=None, num_workers=1)))
+        failure = ""
+    except Exception as error:
+        failure = str(error)
+    print(json.dumps([same, shapes, prims, [batch["frame"] for batch in batches], failure]))
+"""
+
+
+def test_worlds_are_batches_of_tensors_with_the_frames_of_single_ones(tmp_path):
+    (tmp_path / "worlds.py").write_text(WORLDS)
+    scene = Path(__file__).parents[2] / "examples/scenes/moving_shapes.py"
+    command = [sys.executable, "worlds.py", str(scene)]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
+    assert done.returncode == 0, done.stderr
+    same, shapes, (prims, class_ids, classes), frames, failure = json.loads(done.stdout.splitlines()[-1])
+    assert all(same)
+    assert shapes == {
+        "rgb": [2, 24, 24, 4], "distance_to_camera": [2, 24, 24], "bounding_box_2d_tight": [2, 15, 5],
+    }  # fmt: skip
+    assert prims == len(class_ids) == 15
+    assert set(class_ids) == set(classes)
+    assert frames == [0, 2]
+    assert "num_workers=0" in failure

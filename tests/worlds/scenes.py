@@ -78,6 +78,25 @@ def materials_and_lists():
     return rep.create.camera(position=(9, 0, 2), look_at=(0, 0, 0))
 
 
+def orbits_and_nested_prims():
+    """A camera on an orbit around a prim that moves, shapes below a group that moves, and single axes of rotation."""
+    rep.create.light(light_type="dome", intensity=800)
+    ball = rep.create.sphere(semantics=[("class", "ball")])
+    cubes = rep.create.cube(count=2, position=(0, 1.5, 0), semantics=[("class", "cube")])
+    group = rep.create.group([ball, cubes])
+    camera = rep.create.camera()
+    with rep.trigger.on_frame():
+        with group:
+            rep.modify.pose(rotation_x=uniform(0, 90), rotation_order="ZYX")
+        with ball:
+            rep.modify.pose(position=uniform((-1, -1, -1), (1, 1, 1)))
+        with cubes:
+            rep.modify.pose(look_at=ball, position=uniform((-2, 1, -1), (2, 3, 1)))
+        with camera:
+            rep.modify.pose_orbit(barycentre=ball, distance=uniform(5, 8), azimuth=uniform(0, 360), elevation=30)
+    return camera
+
+
 def begin(build):
     """Open a new stage with a scene; return its render product."""
     session.restart()

@@ -10,6 +10,12 @@ from usdsdg.session import session
 from usdsdg.session.stage_context import open_stage
 
 WORLDS, STEPS = 3, 2
+SCENES = (
+    scenes.poses_and_colors,
+    scenes.cameras_and_lights,
+    scenes.materials_and_lists,
+    scenes.orbits_and_nested_prims,
+)
 
 
 @pytest.fixture(autouse=True)
@@ -26,7 +32,7 @@ def boxes_of(frame):
     return {path: [int(row[name]) for name in names] for path, row in zip(found["info"]["primPaths"], rows)}
 
 
-@pytest.mark.parametrize("build", [scenes.poses_and_colors, scenes.cameras_and_lights, scenes.materials_and_lists])
+@pytest.mark.parametrize("build", SCENES)
 def test_each_world_shows_the_frame_of_its_number(build):
     frames = scenes.frames_of(build, WORLDS * STEPS)
     batches = scenes.worlds_of(build, WORLDS, STEPS)

@@ -108,7 +108,6 @@ class Orchestrator:
         self._start_if_stopped()
         self._set_status(Status.STEPPING)
         values = tap.draw(self.captures)
-        # The number of sub-frames that triggers ask for is the same for every frame.
         mode = render_mode(self._subframes(rt_subframes, evaluate.graph().triggers))
         tap.capture(values, self.captures, mode)
         self.captures += tap.count

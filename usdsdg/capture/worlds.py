@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -32,6 +33,8 @@ _PICTURES = {"rgb": "LdrColor", "LdrColor": "LdrColor", "HdrColor": "HdrColor"}
 _IDS = ("semantic_segmentation", "instance_segmentation")
 BOXES = "bounding_box_2d_tight"
 _REMEDY = "Run without worlds."
+# Held while a step reads or writes the stage: a trainer may save a world meanwhile.
+_stage_lock = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -72,14 +75,17 @@ class WorldBatch:
             wp.synchronize_event(self.ready)
 
     def save_world(self, world: int, path: str) -> None:
-        """Write the stage as one world shows it to a file, flattened. The stage has to be that of this step.
+        """Write the stage as one world shows it to a file, flattened: the graph's draws of that world.
+
+        What the script itself has changed after this step is in it, too.
 
         Raises:
             ArgumentError: there is no such world.
         """
         if not 0 <= world < self.values.count:
             raise ArgumentError(f"world {world!r} is none of 0 to {self.values.count - 1}")
-        flat = Usd.Stage.Open(current_stage().Flatten())
+        with _stage_lock:
+            flat = Usd.Stage.Open(current_stage().Flatten())
         self.values.author(flat, world)
         flat.GetRootLayer().Export(path)
 
@@ -112,9 +118,10 @@ class WorldTap:
         """
         if get_timeline().is_playing():
             raise Unsupported(f"worlds: the timeline plays, and worlds have no physics and no time. {_REMEDY}")
-        draws = WorldDraws(graph(), frame, self.count)
-        values = draws.values()
-        draws.count_triggers()
+        with _stage_lock:
+            draws = WorldDraws(graph(), frame, self.count)
+            values = draws.values()
+            draws.count_triggers()
         return values
 
     def capture(self, values: WorldValues, frame: int, mode: RenderMode) -> None:
@@ -127,10 +134,12 @@ class WorldTap:
             raise Unsupported(f"worlds: motion blur exposes over time, which worlds do not have. {_REMEDY}")
         renderer = engines.renderer()
         now = Usd.TimeCode(get_timeline().get_current_time() * current_stage().GetTimeCodesPerSecond())
-        renderer.place_worlds(values, now)
-        renderer.glass_labels = glass_labels()
-        for product in _products():
-            self._receive(self._batch(product, values, frame, mode))
+        with _stage_lock:
+            renderer.place_worlds(values, now)
+            renderer.glass_labels = glass_labels()
+            batches = [self._batch(product, values, frame, mode) for product in _products()]
+        for batch in batches:
+            self._receive(batch)
         report(FRAMES, frame + self.count, None)
 
     def _batch(self, product: HydraTexture, values: WorldValues, frame: int, mode: RenderMode) -> WorldBatch:

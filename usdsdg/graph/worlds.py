@@ -7,6 +7,7 @@ for worlds compute as arrays, with one call for all worlds. A node without a twi
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext, suppress
 
 import numpy as np
 from pxr import Usd
@@ -66,8 +67,10 @@ class WorldDraws:
         """
         values = WorldValues(self.count)
         for trigger, executions in self._fired:
-            if executions[-1] > executions[0]:
-                for node in trigger.nodes:
+            differs = executions[-1] > executions[0]
+            for node in trigger.nodes:
+                # Where all worlds have one draw it is on the stage, and among the values for those who save a world.
+                with nullcontext() if differs else suppress(Unsupported):
                     _run_twin(node, executions, values)
         return values
 

@@ -10,7 +10,7 @@ from usdsdg.graph.node import Node
 from usdsdg.graph.sampling import get_global_seed, uniforms
 from usdsdg.graph.worlds import in_worlds
 from usdsdg.modify.attribute_worlds import set_in_worlds
-from usdsdg.modify.pose_worlds import PosedPrim
+from usdsdg.modify.posed_prims import PosedPrim
 from usdsdg.modify.prims import target_prims
 from usdsdg.randomizer.appearance import gprims_below
 from usdsdg.randomizer.rotations import uniform_quaternions

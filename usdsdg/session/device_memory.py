@@ -33,8 +33,8 @@ def _message(size: int, device: str) -> str:
         import warp as wp
 
         used = wp.get_device(device)
-        there = f", of which {used.free_memory / GB:.2f} GB of {used.total_memory / GB:.2f} GB are free"
+        there = f", {used.free_memory / GB:.2f} GB of {used.total_memory / GB:.2f} GB free,"
     remedies = "fewer worlds (--worlds) or cameras at a time, or smaller images"
     if device != "cpu":
         remedies += ", or on the CPU (--device cpu)"
-    return f"the memory of {device}{there}, does not suffice for {size / GB:.2f} GB more. Render {remedies}."
+    return f"the memory of {device}{there} does not suffice for {size / GB:.2f} GB more. Render {remedies}."

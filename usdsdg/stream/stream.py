@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -17,6 +18,8 @@ from usdsdg.session import engines, session
 from usdsdg.stream.hand_over import HandOver, Item
 from usdsdg.stream.sample import Sample
 from usdsdg.stream.source import Source
+
+TURN_SECONDS = 0.0005
 
 # The session is one object of the process, and so is the job that runs in it.
 _streaming = threading.Lock()
@@ -118,7 +121,21 @@ def worlds(
     def begin(put: Callable[[WorldBatch], None]) -> None:
         session.current().worlds = WorldTap(count, annotators, put)
 
-    return _run(source, begin, ahead, device)
+    return _in_short_turns(_run(source, begin, ahead, device))
+
+
+def _in_short_turns(items: Iterator[Item]) -> Iterator[Item]:
+    """Let Python's threads take shorter turns meanwhile.
+
+    A trainer gives Python's lock away at each call of its library, and would wait for a whole turn of the thread that
+    draws to get it back.
+    """
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(TURN_SECONDS)
+    try:
+        yield from items
+    finally:
+        sys.setswitchinterval(before)
 
 
 def _checked_part(part: tuple[int, int], ahead: int) -> tuple[int, int]:

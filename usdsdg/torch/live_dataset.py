@@ -35,7 +35,8 @@ class LiveDataset(IterableDataset):
     With `worlds=n` a sample is a whole batch: what n worlds show, made together and left on the device, as tensors
     with a leading axis of worlds (see `usdsdg.stream.worlds`). It has "frame", "render_product", "camera", "classes",
     "prims" (the paths of the labeled prims), "class_ids" (of these, int64 (prims,)) and the arrays under their names;
-    "bounding_box_2d_tight" is int32 (worlds, prims, 5). `seed` + `epoch` say which. This needs num_workers=0.
+    "bounding_box_2d_tight" is int32 (worlds, prims, 5). This needs num_workers=0, and
+    a trainer on the default stream of the device, with which the renderer keeps step when memory is used again.
 
     Example:
         >>> annotators = ["rgb", "bounding_box_2d_tight"]
