@@ -74,3 +74,14 @@ def test_the_narrow_phase_is_found_before_it_is_launched(with_mesh, nothing_load
     narrow = {name for name in launched if "narrow_phase" in name}
     assert narrow
     assert narrow <= ahead
+
+
+@pytest.mark.parametrize("shapes", [64, 128, 129, 256, 257, 512])
+def test_the_sorts_of_the_broad_phase_are_known_ahead(shapes):
+    from newton._src.geometry.broad_phase_sap import BroadPhaseSAP
+
+    broad_phase = BroadPhaseSAP(np.full(shapes, -1, np.int32), sort_type="auto", device="cpu")
+    kernel, block = broad_phase.tile_sort_kernel, broad_phase.tile_block_dim
+    assert kernel is not None
+    found = compile_kernels.sort_modules()[block].get_module_identifier(block)
+    assert kernel.module.get_module_identifier(block) == found

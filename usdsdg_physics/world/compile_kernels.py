@@ -41,6 +41,9 @@ _NARROW_PHASE = {"gjk_mpr": 7.0, "mesh_tri": 6.0, "primitive": 2.5}
 # With gradients, which are not needed, this module alone takes three times as long.
 _WITHOUT_GRADIENTS = "newton._src.sim.articulation"
 
+# Newton's broad phase of 64 to 512 shapes sorts with one of three kernels, each launched with as many threads.
+_SORTS = (128, 256, 512)
+
 _DEFAULT_BLOCK = 256  # threads of a launch that does not say how many
 MAX_COMPILERS, MAX_CUDA_COMPILERS = 4, 16
 
@@ -154,7 +157,20 @@ def load_all_kernels(device: str | None, *, progress: Progress | None = None) ->
     block = _DEFAULT_BLOCK if target.is_cuda else 1
     loads = [ModuleLoad(module, target, block, _seconds(module)) for module in on_target]
     loads += [ModuleLoad(module, cpu, 1, _seconds(module)) for module in on_cpu]
+    loads += [ModuleLoad(module, target, size if target.is_cuda else 1) for size, module in sort_modules().items()]
     load_modules(loads, what=WHAT, threads=min(MAX_COMPILERS, available_threads()), progress=progress)
+
+
+def sort_modules() -> dict[int, wp.Module]:
+    """Return the modules of the broad phase's sorts, by their number of shapes and threads.
+
+    Each collision pipeline makes its own, of the same name and content, so that it finds these in the cache.
+    """
+    with suppress(ImportError):  # another version of Newton has it elsewhere
+        from newton._src.geometry.broad_phase_sap import _create_tile_sort_kernel
+
+        return {size: _create_tile_sort_kernel(size).module for size in _SORTS}
+    return {}
 
 
 def _seconds(module: wp.Module) -> float:

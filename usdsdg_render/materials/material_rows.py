@@ -52,17 +52,18 @@ def field_columns(material: Material, name: str, indices: Mapping[TextureUse, in
 def write_field(
     table: np.ndarray, rows: Sequence[int], materials: Sequence[Material], name: str, indices: Mapping[TextureUse, int]
 ) -> None:
-    """Write the columns of one field of materials to their rows; constants, which are most, all at once."""
+    """Write the columns of one field of materials to their rows; inputs within their limits all at once."""
     values = [getattr(material, name) for material in materials]
-    if all(type(value) is Input and value.texture is None and not value.channel for value in values):
-        constants = np.array([value.value for value in values])
+    if all(type(value) is Input for value in values):
+        textures = [NO_TEXTURE if v.texture is None else indices.get(v.texture, NO_TEXTURE) for v in values]
+        constants = np.array([_given(v, textured=t != NO_TEXTURE) for v, t in zip(values, textures)])
         highest = _HIGHEST.get(name, 1.0)
         if constants.max() <= highest:
             numbers = np.clip(constants, 0.0, highest)
             table[name][rows] = numbers if _COLUMNS[name].shape else numbers[:, 0]
-            for column, none in zip(_FIELDS[name], (NO_TEXTURE, 0)):
+            for column, numbers in zip(_FIELDS[name], (textures, [value.channel for value in values])):
                 if column in _COLUMNS:
-                    table[column][rows] = none
+                    table[column][rows] = numbers
             return
     for row, material in zip(rows, materials):
         for column, value in field_columns(material, name, indices).items():
@@ -71,7 +72,7 @@ def write_field(
 
 def _constant(material: str, name: str, value: Input, *, textured: bool) -> float | tuple[float, ...]:
     """The constant of an input within its limits; beside a texture, a scalar may be any factor > 0."""
-    constant = value.value if value.texture is None or textured or value.fallback is None else value.fallback
+    constant = _given(value, textured=textured)
     if name in _HIGHEST:
         highest = _HIGHEST[name]
         if max(constant) > highest:
@@ -83,6 +84,11 @@ def _constant(material: str, name: str, value: Input, *, textured: bool) -> floa
     if _COLUMNS[name].shape:
         return tuple(map(_unit, constant))
     return max(constant[0], 0.0) if textured else _unit(constant[0])
+
+
+def _given(value: Input, *, textured: bool) -> tuple[float, ...]:
+    """The constant of an input, by whether its texture could be read."""
+    return value.value if value.texture is None or textured or value.fallback is None else value.fallback
 
 
 def _unit(value: float) -> float:

@@ -62,7 +62,7 @@ class MaterialTable:
             return
         self._row_of[_key(after)] = row
         self._materials[row] = after
-        if all(_texture(getattr(before, name)) == _texture(getattr(after, name)) for name in names):
+        if all(_have_one_texture(getattr(before, name), getattr(after, name)) for name in names):
             self._edited.append((row, names))
         else:
             self._stale.append(row)
@@ -142,6 +142,11 @@ class MaterialTable:
 def _key(material: AnyMaterial) -> Hashable:
     """What materials share a row by: display colors that are equal, and others that are the same."""
     return material if isinstance(material, DisplayColor) else id(material)
+
+
+def _have_one_texture(before: object, after: object) -> bool:
+    ours, other = _texture(before), _texture(after)
+    return ours is other or ours == other
 
 
 def _texture(value: object) -> object:

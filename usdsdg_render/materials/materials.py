@@ -156,7 +156,7 @@ class MaterialLibrary:
                 others.append(each)
         for make, inputs in by_make.items():
             values = current_values([each.reading.attribute for each in inputs])
-            for each, value, made in zip(inputs, values, make(values)):
+            for each, value, made in zip(inputs, values, make(values, [each.reading.given for each in inputs])):
                 if made is None:
                     others.append(each)
                     continue

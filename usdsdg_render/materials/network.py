@@ -25,6 +25,7 @@ class Source(NamedTuple):
 
 
 NOTHING = Source(None, None, "")
+MakeFields = Callable[[Sequence[Any], Sequence[Any]], Sequence[Any]]
 
 
 @dataclass
@@ -34,8 +35,9 @@ class Reading:
     attribute: Usd.Attribute
     value: Any
     fields: set[str] = field(default_factory=set)
-    # Makes its only field, where that field depends on nothing else, for many values; None for those not usable.
-    alone: Callable[[Sequence[Any]], Sequence[Any]] | None = None
+    # Where its only field depends on nothing else: a function of values and of what is noted here for each of them.
+    alone: MakeFields | None = None
+    given: Any = None
 
     @property
     def is_alone(self) -> bool:
@@ -95,14 +97,15 @@ class Network:
             stale |= reading.fields
         return {name: self._read_field(name) for name in stale}
 
-    def note_alone(self, shader: UsdShade.Shader, name: str, make: Callable[[Sequence[Any]], Sequence[Any]]) -> None:
+    def note_alone(self, shader: UsdShade.Shader, name: str, make: MakeFields, given: Any = None) -> None:
         """Note that the field that is being read depends on this input only, while the others are as they are.
 
-        make: returns the field for each of some values of the input, None for those that are not usable.
+        make: returns the field for each of some values of the input, and for what is `given` with each; None for those
+            that are not usable.
         """
         reading = self._noted(shader, name)[1]
         if reading is not None and reading.fields == {self._field}:
-            reading.alone = make
+            reading.alone, reading.given = make, given
             self._alone[self._field] = reading
 
     def connected(self, shader: UsdShade.Shader) -> list[str]:

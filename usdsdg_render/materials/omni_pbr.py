@@ -3,6 +3,7 @@
 Mirrors https://docs.omniverse.nvidia.com/materials-and-rendering/latest/templates/OmniPBR.html
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -89,26 +90,29 @@ def _albedo(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input
     )
     use = texture(network, shader, "diffuse_texture", color=True, transform=uv)
     if use is None:
-        if tint == WHITE and (brightness, add, desaturation) == (1.0, 0.0, 0.0):
-            network.note_alone(shader, "diffuse_color_constant", _plain_albedos)
-        return Input(untextured)
-    use = replace(use, desaturation=desaturation)
-    if not add:
-        return Input(tuple(brightness * t for t in tint), use, 0, untextured)
-    return Input(tint, replace(use, scale=(brightness,) * 3 + (1.0,), bias=(add,) * 3 + (0.0,)), 0, untextured)
+        albedo = Input(untextured)
+    elif not add:
+        albedo = Input(tuple(brightness * t for t in tint), replace(use, desaturation=desaturation), 0, untextured)
+    else:
+        use = replace(use, desaturation=desaturation, scale=(brightness,) * 3 + (1.0,), bias=(add,) * 3 + (0.0,))
+        albedo = Input(tint, use, 0, untextured)
+    if tint == WHITE and (brightness, add, desaturation) == (1.0, 0.0, 0.0):
+        network.note_alone(shader, "diffuse_color_constant", _plain_albedos, albedo)
+    return albedo
 
 
-def _plain_albedos(colors: Sequence[Any]) -> list[Input | None]:
-    """Make `_albedo` of constants that nothing else changes."""
+def _plain_albedos(colors: Sequence[Any], before: Sequence[Input]) -> list[Input | None]:
+    """Make `_albedo` of constants that nothing else changes, from earlier albedos of the same textures."""
     if any(type(color) is not Gf.Vec3f for color in colors):
         return [None] * len(colors)
     rows = np.array(Vt.Vec3fArray(colors), np.float64)
     # Adding zero makes a positive one of a negative one.
-    return _inputs(np.maximum(rows, 0.0) + 0.0, np.isfinite(rows).all(axis=1))
-
-
-def _inputs(rows: np.ndarray, usable: np.ndarray) -> list[Input | None]:
-    return [Input(tuple(row)) if good else None for row, good in zip(rows.tolist(), usable.tolist())]
+    usable = np.isfinite(rows).all(axis=1).tolist()
+    constants = map(tuple, (np.maximum(rows, 0.0) + 0.0).tolist())
+    return [
+        None if not good else Input(color) if use is None else Input(value, use, 0, color)
+        for good, color, value, use in zip(usable, constants, [b.value for b in before], [b.texture for b in before])
+    ]
 
 
 def _blended(
@@ -135,12 +139,9 @@ def _blended(
     return blended(constant, own, 0, influence)
 
 
-def _plain_numbers(values: Sequence[Any]) -> list[Input | None]:
+def _plain_numbers(values: Sequence[Any], _: Sequence[Any]) -> list[Input | None]:
     """Make `_blended` of constants where there are no textures."""
-    if any(type(value) is not float for value in values):
-        return [None] * len(values)
-    rows = np.array(values).reshape(-1, 1)
-    return _inputs(rows, np.isfinite(rows[:, 0]))
+    return [Input((value,)) if type(value) is float and math.isfinite(value) else None for value in values]
 
 
 def _opacity(network: Network, shader: UsdShade.Shader, uv: UvTransform, *, enabled: bool) -> Input:

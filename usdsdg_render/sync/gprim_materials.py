@@ -78,6 +78,7 @@ class GprimMaterials:
                 gprim.materials = None
             gprim.bound, gprim.is_bound = bound, True
         if unbound:
+            gprims.forget_users()
             self._library.keep_only({path for g in gprims.known.values() for path in g.bound if path is not None})
 
     def read(self, gprims: Sequence[Gprim], time: Usd.TimeCode) -> None:

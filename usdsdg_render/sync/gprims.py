@@ -1,6 +1,6 @@
 """The drawn gprims of a stage and their placements: once each, or many times through point instancers."""
 
-from collections.abc import Mapping, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -93,6 +93,7 @@ class Gprims:
         self.drawn: list[Gprim] = []  # each once, in stage order
         self.placements = Placements()
         self.known: dict[Sdf.Path, Gprim] = {}
+        self._users: dict[Sdf.Path, list[Gprim]] | None = None  # of materials; None must be found
         self._point_instances: dict[Sdf.Path, list[PointInstance]] = {}  # of each instancer
         self._prototypes: dict[Sdf.Path, set[Sdf.Path]] = {}  # prototype roots of each instancer, nested ones included
 
@@ -107,6 +108,8 @@ class Gprims:
 
     def invalidate(self, dirty: DirtySet) -> None:
         """Drop what must be read again."""
+        if dirty.has_other_gprims:
+            self.forget_users()
         for path in dirty.gprims:
             self.known.pop(path, None)
         for path in dirty.geometry & self.known.keys():
@@ -132,29 +135,43 @@ class Gprims:
 
     def invalidate_materials(self, materials: Set[Sdf.Path]) -> None:
         """Drop the materials of gprims to which one of these is bound."""
-        for gprim in self.known.values():
-            if not materials.isdisjoint(gprim.bound):
+        for path in materials:
+            for gprim in self._users_of(path):
                 gprim.materials = None
 
     def replace_materials(self, updates: Mapping[Sdf.Path, Update]) -> None:
         """Replace materials that are bound to gprims; drop those that gprims have made their own ones of."""
-        for gprim in self.known.values():
-            if gprim.materials is None or updates.keys().isdisjoint(gprim.bound):
-                continue
-            for slot, update in enumerate(map(updates.get, gprim.bound)):
-                if update is None:
-                    continue
-                if gprim.materials[slot] is not update.before:
-                    gprim.materials = None
-                    break
-                gprim.materials[slot] = update.after
+        for path, update in updates.items():
+            for gprim in self._users_of(path):
+                for slot, bound in enumerate(gprim.bound):
+                    if gprim.materials is None or bound != path:
+                        continue
+                    if gprim.materials[slot] is update.before:
+                        gprim.materials[slot] = update.after
+                    else:
+                        gprim.materials = None
+
+    def _users_of(self, material: Sdf.Path) -> Sequence[Gprim]:
+        """The gprims to which a material is bound."""
+        if self._users is None:
+            self._users = {}
+            for gprim in self.known.values():
+                for path in {path for path in gprim.bound if path is not None}:
+                    self._users.setdefault(path, []).append(gprim)
+        return self._users.get(material, ())
+
+    def forget_users(self) -> None:
+        """Let the gprims of each material be found again, since others are known, or bound to others."""
+        self._users = None
 
     def drop_hidden(self) -> None:
         """Keep only drawn gprims: `Animation` does not survey hidden ones, so they would miss a change of time."""
         self.known = {gprim.path: gprim for gprim in self.drawn}
+        self.forget_users()
 
     def collect(self, tree: StageTree) -> None:
         """List the drawn gprims and their placements."""
+        self.forget_users()
         self.placements = Placements()
         drawn: dict[Sdf.Path, Gprim] = {}
         point_instances, self._point_instances = self._point_instances, {}
