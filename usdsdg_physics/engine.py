@@ -198,7 +198,7 @@ class NewtonEngine:
         """Release the stage without writing to it."""
         self.stop(restore=False)
 
-    def advance(self, seconds: float, *, until: float | None = None) -> int:
+    def advance(self, seconds: float, *, until: float | None = None, write: bool = True) -> int:
         """Advance time and take every fixed step that is due; the remainder counts for the next call.
 
         A step is also due where less than 1/400 of it is missing.
@@ -207,6 +207,7 @@ class NewtonEngine:
 
         Args:
             until: where the stage is in time [s] at the end, for what time samples move; None: further by `seconds`.
+            write: whether the stage has the result; if not, it must not be read or edited before a call with `write`.
 
         Returns:
             The number of steps taken.
@@ -225,9 +226,11 @@ class NewtonEngine:
                 break
             self._elapsed = max(0.0, self._elapsed - dt)
             # Only listeners read the stage between two steps, so without them poses are written once, after the last.
-            is_last = self._elapsed < dt * (1.0 - _MISSING)
+            is_last = write and self._elapsed < dt * (1.0 - _MISSING)
             self._step(dt, until=end - self._elapsed, write=is_last or any(self._all_listeners))
             steps += 1
+        if write and self._session is not None:
+            self._session.catch_up()
         return steps
 
     def step(self, dt: float, *, until: float | None = None) -> None:

@@ -109,6 +109,11 @@ class PlaySession:
         if self.world is not None:
             self._write_back(self.world)
 
+    def catch_up(self) -> None:
+        """As `write`, where the last step did not."""
+        if self._unwritten:
+            self.write()
+
     def put_to_sleep(self, bodies: Collection[str]) -> None:
         """Zero the velocities of bodies, here and on the stage, and hold them until a moving body touches them."""
         world = self.current_world()

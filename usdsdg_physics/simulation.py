@@ -28,7 +28,7 @@ def simulate(
     Args:
         frames_per_second: how often `on_frame(frame)` and `progress("simulating", frame, frames)` are called; the steps
             between are those of the stage's PhysicsScene.
-        on_frame: called after each frame, the first time with 1.
+        on_frame: called after each frame, the first time with 1; without it the stage has only the end.
         settle: before the first frame, move bodies that overlap apart and let all come to rest, for 10 s at most.
 
     Returns:
@@ -46,7 +46,7 @@ def simulate(
     frames = max(1, round(seconds * frames_per_second))
     steps = 0
     for frame in range(1, frames + 1):
-        steps += engine.advance(seconds / frames)
+        steps += engine.advance(seconds / frames, write=on_frame is not None or frame == frames)
         if on_frame:
             on_frame(frame)
         if progress:

@@ -8,6 +8,8 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, collide, make_body, new_stage, playing, position, set_value, velocity
 from usdsdg import errors
+from usdsdg_physics import simulate
+from usdsdg_physics.writeback.stage_writer import StageWriter
 
 OP = UsdGeom.XformOp
 EULER_ORDERS = ["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"]
@@ -272,3 +274,21 @@ def test_several_steps_in_one_advance_leave_what_single_steps_leave(listens):
     assert several == single
     assert every == each
     assert len(set(every)) == (30 if listens else 0)
+
+
+def test_a_simulation_that_nobody_watches_is_written_once(monkeypatch):
+    def simulated(on_frame):
+        stage = new_stage()
+        add(stage, "/World/ground", at=(0, 0, -0.1), scale=(2, 2, 0.1), body=False)
+        for i in range(3):
+            add(stage, f"/World/b{i}", at=(0.05 * i, 0, 0.3 + 0.25 * i), rotate=(10 * i, 20, 0))
+        # The last frame may be over before a step is due.
+        steps = simulate(stage, 0.25, frames_per_second=100, on_frame=on_frame)
+        return steps, stage.GetRootLayer().ExportToString()
+
+    writes, original = [], StageWriter.write
+    monkeypatch.setattr(StageWriter, "write", lambda self, *state: (writes.append(1), original(self, *state)))
+    unwatched = simulated(None)
+    assert len(writes) == 1
+    assert unwatched == simulated(lambda frame: None)
+    assert len(writes) == 1 + unwatched[0]

@@ -6,22 +6,14 @@
 
 import warp as wp
 
-from usdsdg.annotators.pixels.pixel_runs import begin_of, end_of
-
-
-@wp.func
-def entry_of(instance: int, entries: int):
-    return wp.where(instance < 0, entries - 1, instance)
+from usdsdg.annotators.pixels.pixel_runs import ENTRY, begin_of, end_of
 
 
 # Loops in C++ over the pixels of a thread, as those of the encodings.
-_ENTRY = "auto entry_of = [&](int i) { return instance.data[i] < 0 ? entries - 1 : instance.data[i]; };"
-
-
 @wp.func_native(
     f"""
     const int entries = table.shape[0] / words;
-    {_ENTRY}
+    {ENTRY}
     """
     + "".join(
         f"""
@@ -49,7 +41,7 @@ def write_entries(
 
 @wp.func_native(f"""
     const int entries = colors.shape[0];
-    {_ENTRY}
+    {ENTRY}
     const float lx = light[0], ly = light[1], lz = light[2];
     for (int i = begin; i < end; ++i) {{
         const wp::vec_t<3, float>& n = normals.data[i];
@@ -133,99 +125,3 @@ def sum_runs(
             wp.atomic_min(sums, band, gprim, 2, y)
             wp.atomic_max(sums, band, gprim, 3, x - 1)
             wp.atomic_max(sums, band, gprim, 4, y)
-
-
-@wp.kernel(enable_backward=False, module="unique")
-def count_kept(
-    instance: wp.array2d(dtype=wp.int32),
-    is_kept: wp.array(dtype=wp.int32),  # table
-    part_pixels: int,
-    first: int,
-    # out
-    counts: wp.array2d(dtype=wp.int32),  # of each part of a row
-):
-    y, part = wp.tid()
-    y += first
-    count = int(0)
-    for x in range(part * part_pixels, wp.min((part + 1) * part_pixels, instance.shape[1])):
-        count += is_kept[entry_of(instance[y, x], is_kept.shape[0])]
-    counts[y, part] = count
-
-
-@wp.kernel(enable_backward=False, module="unique")
-def gather_points(
-    instance: wp.array2d(dtype=wp.int32),
-    is_kept: wp.array(dtype=wp.int32),  # table
-    classes: wp.array(dtype=wp.uint32),  # table
-    ids: wp.array(dtype=wp.uint32),  # table
-    position: wp.array2d(dtype=wp.vec3),
-    normals: wp.array2d(dtype=wp.vec3),
-    color: wp.array2d(dtype=wp.vec4ub),
-    starts: wp.array2d(dtype=wp.int32),  # of each part of a row
-    part_pixels: int,
-    first: int,
-    # out, of each kept pixel
-    points: wp.array(dtype=wp.vec3),
-    point_normals: wp.array(dtype=wp.vec4),
-    point_colors: wp.array(dtype=wp.vec4ub),
-    point_classes: wp.array(dtype=wp.uint32),
-    point_ids: wp.array(dtype=wp.uint32),
-):
-    y, part = wp.tid()
-    y += first
-    i = starts[y, part]
-    for x in range(part * part_pixels, wp.min((part + 1) * part_pixels, instance.shape[1])):
-        entry = entry_of(instance[y, x], is_kept.shape[0])
-        if is_kept[entry] != 0:
-            points[i] = position[y, x]
-            n = normals[y, x]
-            point_normals[i] = wp.vec4(n[0], n[1], n[2], 1.0)
-            point_colors[i] = color[y, x]
-            point_classes[i] = classes[entry]
-            point_ids[i] = ids[entry]
-            i += 1
-
-
-@wp.func_native("""
-    const wp::vec_t<4, float> nothing(0.0f);
-    for (int i = begin; i < end; ++i) {
-        const int entry = entries.data[i];
-        if (entry < 0 || is_mapped.data[entry] == 0) {
-            mapped.data[i] = nothing;
-            continue;
-        }
-        // The product of Warp, whose sums are in the same order everywhere.
-        const wp::vec_t<3, float> turned = wp::mul(matrices.data[entry], points.data[i]);
-        const wp::vec_t<3, float> p = wp::add(turned, offsets.data[entry]);
-        mapped.data[i] = wp::vec_t<4, float>(
-            wp::clamp(p[0], 0.0f, 1.0f), wp::clamp(p[1], 0.0f, 1.0f), wp::clamp(p[2], 0.0f, 1.0f), 1.0f);
-    }
-""")
-def write_mapped(
-    entries: wp.array(dtype=wp.int32),
-    points: wp.array(dtype=wp.vec3),
-    matrices: wp.array(dtype=wp.mat33),
-    offsets: wp.array(dtype=wp.vec3),
-    is_mapped: wp.array(dtype=wp.int32),
-    begin: int,
-    end: int,
-    mapped: wp.array(dtype=wp.vec4),
-):
-    """Write each point under the matrix of its entry."""
-
-
-@wp.kernel(enable_backward=False, module="unique")
-def map_points(
-    entries: wp.array(dtype=wp.int32),  # of each pixel
-    points: wp.array(dtype=wp.vec3),
-    matrices: wp.array(dtype=wp.mat33),  # of each entry; the last one is of entry -1
-    offsets: wp.array(dtype=wp.vec3),
-    is_mapped: wp.array(dtype=wp.int32),
-    pixels: int,  # of a thread
-    first: int,
-    # out
-    mapped: wp.array(dtype=wp.vec4),
-):
-    begin = begin_of(wp.tid() + first, pixels)
-    end = end_of(begin, pixels, entries.shape[0])
-    write_mapped(entries, points, matrices, offsets, is_mapped, begin, end, mapped)

@@ -84,7 +84,7 @@ def gather_points(
 
     is_kept: bool table. tables: "classes" and "ids". images: the AOVs position, normals and LdrColor.
     """
-    from usdsdg.annotators.pixels import look_up_kernels as kernels
+    from usdsdg.annotators.pixels import point_kernels as kernels
 
     height, width = instance.shape
     shape, kept = (height, _parts(width)), is_kept.astype(np.int32)
@@ -107,7 +107,7 @@ def map_points(instance: Pixels, points: Pixels, matrices: np.ndarray, is_mapped
 
     matrices: (G, 4, 4) for row vectors. is_mapped: (G,) bool, of which gprims points are mapped.
     """
-    from usdsdg.annotators.pixels import look_up_kernels as kernels
+    from usdsdg.annotators.pixels import point_kernels as kernels
 
     mapped = new((*instance.shape, 4), np.float32, instance)
     linear = np.ascontiguousarray(matrices[:, :3, :3].transpose(0, 2, 1), np.float32)

@@ -5,6 +5,9 @@
 
 import warp as wp
 
+# C++ that makes `entry_of(i)` the entry of a table for what pixel i shows: -1, no hit, has the last of `entries`.
+ENTRY = "auto entry_of = [&](int i) { return instance.data[i] < 0 ? entries - 1 : instance.data[i]; };"
+
 
 @wp.func
 def begin_of(thread: int, pixels: int):

@@ -129,7 +129,7 @@ def points_of(view: CameraView, measured: Measurement, depth: Pixels, position: 
 
 def luminance(color: Pixels) -> Pixels:
     """Return the luminance of an 8-bit image (H, W, 3 or 4), float32 (H, W) from 0 to 255."""
-    from usdsdg.annotators.pixels import stereo_kernels as kernels
+    from usdsdg.annotators.pixels import texture_kernels as kernels
 
     gray = new(color.shape[:2], np.float32, color)
     inputs = [color, channels_of(color), kernels.wp.vec3(*LUMINANCE.tolist())]
@@ -146,7 +146,7 @@ def texture(gray: Pixels) -> Pixels:
 
 def _find_texture(gray: Pixels, least: float, texture: Pixels) -> Pixels:
     """Fill in the texture, if it is not empty, and return (H, W) bool: where it is at least that."""
-    from usdsdg.annotators.pixels import stereo_kernels as kernels
+    from usdsdg.annotators.pixels import texture_kernels as kernels
 
     height, width = gray.shape
     is_textured = new((height, width), np.bool_, gray)
