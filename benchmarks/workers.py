@@ -5,16 +5,19 @@
 Each contender makes the job twice, with fewer and with more frames. The rate with start-up is that of the longer run,
 from the command to its end; the rate without it is that of the frames between the two runs, in the time between them.
 Parts that are episodes share no simulation: give `--set frames_per_episode=N`. Kernels and assets are loaded into the
-caches by a run before.
+caches by a run before. Processor time tells, on a machine where others work too, what is made twice: with a core for
+each process, a dataset takes the time of its process that has most to do.
 """
 
 from __future__ import annotations
 
 import argparse
+import resource
 import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks import report
@@ -23,17 +26,30 @@ REPOSITORY = Path(__file__).parents[1]
 COUNT, OUTPUT = "num_frames", "writer_kwargs.output_dir"
 
 
-def seconds(config: Path, overrides: list[str], frames: int, options: list[str]) -> float:
-    """Return the wall time of the command that makes so many frames."""
+@dataclass(frozen=True)
+class Cost:
+    """Seconds of a command: on the clock, and of all its processes together."""
+
+    wall: float
+    cpu: float
+
+    def __sub__(self, other: Cost) -> Cost:
+        return Cost(self.wall - other.wall, self.cpu - other.cpu)
+
+
+def cost(config: Path, overrides: list[str], frames: int, options: list[str]) -> Cost:
+    """Return what the command costs that makes so many frames."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "usdsdg", "generate", "-q", str(config), *options]
         for each in (*overrides, f"{COUNT}={frames}", f"{OUTPUT}={folder}/out"):
             command += ["--set", each]
-        started = time.perf_counter()
+        started, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
         done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True)
         if done.returncode:
             raise SystemExit(f"{' '.join(command)} failed:\n{done.stderr}")
-        return time.perf_counter() - started
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        return Cost(time.perf_counter() - started, cpu)
 
 
 def main() -> None:
@@ -43,28 +59,33 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     parser.add_argument("--device", default="cpu")
+    parser.add_argument("--only", choices=["one", "thread", "several"])
     arguments = parser.parse_args()
     contenders = {
-        "one process": [],
-        "one process, 1 thread": ["--threads", "1"],
-        f"{arguments.workers} processes, 1 thread each": ["--workers", str(arguments.workers), "--threads", "1"],
+        "one": ("one process", []),
+        "thread": ("one, of 1 thread", ["--threads", "1"]),
+        "several": (f"{arguments.workers}, of 1 thread each", ["--workers", str(arguments.workers), "--threads", "1"]),
     }
-    device = ["--device", arguments.device]
     report.begin()
-    seconds(arguments.config, arguments.set, 1, device)
-    rates: dict[str, tuple[float, float]] = {}
+    device = ["--device", arguments.device]
+    cost(arguments.config, arguments.set, 1, device)
     fewer, more = sorted(arguments.frames)
-    for name, options in contenders.items():
-        short, long = (seconds(arguments.config, arguments.set, count, [*device, *options]) for count in (fewer, more))
-        rates[name] = more / long, (more - fewer) / (long - short)
-        print(f"{name}: {short:.1f} s for {fewer} frames, {long:.1f} s for {more}", flush=True)
-    whole, one, several = rates.values()
-    for name, each in rates.items():
-        report.row(name, f"{each[0]:.2f} frames/s", f"{each[1]:.2f} without start-up")
-    print(
-        f"{arguments.workers} processes against one of a thread: {several[0] / one[0]:.2f}, {several[1] / one[1]:.2f}"
-    )
-    print(f"{arguments.workers} processes against one: {several[0] / whole[0]:.2f}, {several[1] / whole[1]:.2f}")
+    rates: dict[str, tuple[float, float]] = {}
+    for key, (name, options) in contenders.items():
+        if arguments.only in (None, key):
+            short, long = (cost(arguments.config, arguments.set, count, [*device, *options]) for count in (fewer, more))
+            between = long - short
+            rates[key] = more / long.wall, (more - fewer) / between.wall
+            report.row(name, f"{rates[key][0]:.2f} frames/s", f"{rates[key][1]:.2f} without start-up")
+            each = between.cpu / (more - fewer)
+            report.row(
+                "  processor time", f"{short.cpu:.1f} s for {fewer}", f"{long.cpu:.1f} s for {more}, {each:.2f} each"
+            )
+    for key in ("thread", "one") if arguments.only is None else ():
+        ratios = [mine / other for mine, other in zip(rates["several"], rates[key], strict=True)]
+        report.row(
+            f"{arguments.workers} against {contenders[key][0]}", f"{ratios[0]:.2f}x", f"{ratios[1]:.2f}x without"
+        )
 
 
 if __name__ == "__main__":

@@ -8,16 +8,24 @@ from usdsdg.scenarios.episodes import Episode, episodes
 
 
 def test_without_episodes_all_frames_have_the_seed_of_the_job():
-    assert episodes(7, 10, 0) == [Episode(0, 10, 7)]
-    assert episodes(7, 10, 10) == [Episode(0, 10, 7)]
+    assert list(episodes(7, 10, 0)) == [Episode(0, 10, 7)]
+    assert list(episodes(7, 10, 10)) == [Episode(0, 10, 7)]
+    assert list(episodes(7, 0, 0)) == [Episode(0, 0, 7)]
 
 
 def test_episodes_have_every_frame_once_and_seeds_of_their_own():
-    found = episodes(7, 10, 4)
+    found = list(episodes(7, 10, 4))
+    assert len(episodes(7, 10, 4)) == len(found)
     assert [(each.first, each.frames) for each in found] == [(0, 4), (4, 4), (8, 2)]
     assert len({each.seed for each in found} | {7}) == 4
-    assert episodes(7, 100, 4)[:2] == found[:2]
-    assert episodes(8, 10, 4)[0].seed != found[0].seed
+    assert list(episodes(7, 100, 4))[:2] == found[:2]
+    assert next(iter(episodes(8, 10, 4))).seed != found[0].seed
+
+
+def test_a_billion_episodes_are_there_at_once():
+    found = episodes(7, 10**9, 1)
+    assert len(found) == 10**9
+    assert next(iter(found)).frames == 1
 
 
 @pytest.mark.parametrize("writer", ["BasicWriter", "CocoWriter"])

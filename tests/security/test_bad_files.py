@@ -3,6 +3,7 @@
 import os
 import struct
 import zlib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,10 +18,13 @@ from usdsdg.inspect.report import inspect
 from usdsdg.replicator_yaml import run_file
 from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.config_file import read_config
+from usdsdg.scenarios.jobs import load_job
 from usdsdg.session.stage_context import open_stage
 from usdsdg.stage.assets import check_file
 from usdsdg.stage.semantics.semantic_classes import read_semantic_classes
 from usdsdg_render.images import image_files
+
+CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 @pytest.mark.parametrize("path", ["/dev/zero", "/dev/random", "pipe"])
@@ -111,6 +115,19 @@ def test_numbers_of_prims_have_bounds_that_name_memory_and_time(tmp_path):
     (tmp_path / "job.yaml").write_text("shape_distractors_num: 1000000000000\n")
     with pytest.raises(ConfigError, match=r"at most 1000000 .* 8 GB of memory"):
         read_config(tmp_path / "job.yaml", (), ObjectBasedConfig)
+
+
+@pytest.mark.parametrize("key", ["drops", "frames_per_drop", "cameras.count"])
+def test_numbers_of_bin_picking_have_bounds(key):
+    with pytest.raises(ConfigError, match=rf"{key}: .*1000000"):
+        load_job(CONFIGS / "bin_picking.yaml", [f"{key}=1000000000000"])
+
+
+@pytest.mark.parametrize("job", ["object_based", "bin_picking", "detection"])
+def test_seeds_are_no_numbers_of_things(job):
+    assert load_job(CONFIGS / f"{job}.yaml", [f"seed={2**40}"])[1].seed == 2**40
+    with pytest.raises(ConfigError, match="seed"):
+        load_job(CONFIGS / f"{job}.yaml", [f"seed={10**40}"])
 
 
 YAML = {

@@ -30,10 +30,13 @@ def merge(
 
 
 def _datasets(place: str) -> list[str]:
-    """Return the datasets in a folder, as where a job has written several formats; of a URL itself."""
+    """Return the datasets in a folder that have parts, as where a job has written several formats; of a URL itself."""
     from usdsdg.stores.addresses import is_url
+    from usdsdg.writers.journal.merge import JOINED
+    from usdsdg.writers.journal.place import PARTS
     from usdsdg.writers.journal.recipe import FILE
 
     if is_url(place) or Path(place, FILE).is_file():
         return [place]
-    return sorted(str(each.parents[1]) for each in Path(place).glob(f"*/{FILE}")) or [place]
+    inside = sorted(each.parents[1] for each in Path(place).glob(f"*/{FILE}"))
+    return [str(each) for each in inside if any((each / name).is_dir() for name in (PARTS, JOINED))] or [place]

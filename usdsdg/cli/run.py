@@ -139,12 +139,12 @@ def run(
         fix_classes(semantic_classes)
         maker = None
         if workers is not None:
-            others = {"semantic_classes": semantic_classes, "assets_root": assets_root, "device": device, "seed": seed}
             maker = ScriptWorkers(
-                script, arguments, workers, conditions, threads=threads, allow_outside=allow_outside, **others
-            )
+                script, arguments, workers, conditions, threads=threads, allow_outside=allow_outside, worlds=worlds,
+                semantic_classes=semantic_classes, assets_root=assets_root, device=device, seed=seed,
+            )  # fmt: skip
         conditions.apply(script)
-        current().frames_together = worlds
+        current().frames_together = worlds if workers is None else 1  # which only counts frames
         with reported_outcome():
             execute_script(script, arguments, last, allow_outside=allow_outside)
             finish_files()

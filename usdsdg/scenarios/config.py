@@ -21,6 +21,7 @@ from usdsdg.scenarios.config_values import (
     Positive,
     Range,
     Section,
+    Seed,
     Shape,
     Text,
 )
@@ -123,7 +124,7 @@ class ObjectBasedConfig(Section):
         (0.1, 2.0), description="smallest and largest scale, for example [0.35, 1.35]"
     )
     mesh_distractors_num: Count = Field(10, description="number of objects, 0 or more")
-    seed: Count = Field(0, description="a whole number, 0 or more; the same seed gives the same dataset")
+    seed: Seed = Field(0, description="a whole number, 0 or more; the same seed gives the same dataset")
     semantic_classes: list[Any] | dict[str, Any] | Text | None = Field(
         None, description="names of classes, ids by name, or a class file; the classes of the dataset, in this order"
     )

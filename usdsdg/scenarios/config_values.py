@@ -21,6 +21,10 @@ def _bearable(count: int) -> int:
 Count = Annotated[int, Field(strict=True, ge=0), AfterValidator(_bearable)]
 # Numbers of frames: a billion takes a year at 30 a second.
 FrameCount = Annotated[int, Field(strict=True, ge=0, le=1_000_000_000)]
+Seed = Annotated[int, Field(strict=True, ge=0, lt=1 << 63)]
+# Of frames and drops that are all planned before the first one: a million takes some 40 seconds and 1 GB of memory.
+PlannedCount = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
+SomeCount = Annotated[Count, Field(ge=1)]
 AtLeastOne = Annotated[int, Field(strict=True, ge=1)]
 Text = Annotated[str, Field(strict=True, min_length=1)]
 Flag = Annotated[bool, Field(strict=True)]

@@ -5,7 +5,7 @@ Physics is a history, so an episode is the smallest part of a job that can be ma
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from usdsdg.capture.frame_records import folder_of
@@ -27,16 +27,31 @@ class Episode:
     seed: int
 
 
-def episodes(seed: int, frames: int, frames_per_episode: int, scenario: str = "object_based") -> list[Episode]:
+class Episodes:
+    """The episodes of a job, each of which is made when it is its turn: there may be a million."""
+
+    def __init__(self, seed: int, frames: int, length: int, scenario: str) -> None:
+        """length: frames of an episode, of the last one at most."""
+        self._seed, self._frames, self._length, self._scenario = seed, frames, length, scenario
+
+    def __len__(self) -> int:
+        return max(1, -(-self._frames // self._length))
+
+    def __iter__(self) -> Iterator[Episode]:
+        if len(self) == 1:
+            yield Episode(0, self._frames, self._seed)
+            return
+        for number, first in enumerate(range(0, self._frames, self._length)):
+            seed = int(sampling.generator(self._seed, f"{self._scenario}/episode", number).integers(_SEEDS))
+            yield Episode(first, min(self._length, self._frames - first), seed)
+
+
+def episodes(seed: int, frames: int, frames_per_episode: int, scenario: str = "object_based") -> Episodes:
     """Return the episodes of a job; frames_per_episode: 0 makes all frames one, with the job's own seed."""
-    if not frames_per_episode or frames_per_episode >= frames:
-        return [Episode(0, frames, seed)]
-    get_run().aggregates_wait = get_run().recipe is not None and current().tap is None
-    firsts = range(0, frames, frames_per_episode)
-    return [
-        Episode(first, min(frames_per_episode, frames - first), _seed(seed, scenario, number))
-        for number, first in enumerate(firsts)
-    ]
+    found = Episodes(seed, frames, frames_per_episode or max(frames, 1), scenario)
+    if len(found) > 1:
+        get_run().aggregates_wait = get_run().recipe is not None and current().tap is None
+    return found
 
 
 def can_be_passed_over(writers: Sequence[Writer], episode: Episode) -> bool:
@@ -54,7 +69,3 @@ def _looks_at(writer: Writer, episode: Episode) -> bool:
     ahead = max((history_of(each) for each in writer.annotators if not isinstance(each, str)), default=0)
     run = get_run()
     return run.is_wanted_soon(folder_of(writer), run.captures, episode.frames - 1 + ahead)
-
-
-def _seed(seed: int, scenario: str, number: int) -> int:
-    return int(sampling.generator(seed, f"{scenario}/episode", number).integers(_SEEDS))

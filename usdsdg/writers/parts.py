@@ -10,7 +10,7 @@ from usdsdg.session.session import current
 from usdsdg.writers.aggregates import finish_run
 from usdsdg.writers.journal import merge, recipe
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
-from usdsdg.writers.journal.place import Place
+from usdsdg.writers.journal.place import FolderPlace, Place
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.run import Run
 
@@ -34,4 +34,6 @@ def join_parts(place: Place) -> int:
     run.adopt(claimed)
     finish_run(complete=True)
     shutil.rmtree(place.path / merge.JOINED, ignore_errors=True)
+    if isinstance(place, FolderPlace):
+        current().written_folders.setdefault(place.name)
     return claimed.journal.count

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from usdsdg.scenarios.config_values import AtLeastOne, CountRange, Positive, Range, Section, Text
+from usdsdg.scenarios.config_values import CountRange, PlannedCount, Positive, Range, Section, SomeCount, Text
 from usdsdg.scenarios.shared.formats import writer_names
 from usdsdg.scenarios.shared.sections import (
     CameraConfig,
@@ -55,7 +55,7 @@ class Parts(Section):
 class BinCameras(CameraConfig):
     """The cameras above the bin: of one lens, or a calibrated rig."""
 
-    count: AtLeastOne = Field(default=3, description="number of cameras, 1 or more; a rig has its own")
+    count: SomeCount = Field(default=3, description="number of cameras, 1 or more; a rig has its own")
     tilt: tuple[Tilt, Tilt] = Field(
         default=(0.0, 40.0), description="smallest and largest angle from the vertical [degrees], for example [0, 40]"
     )
@@ -79,8 +79,8 @@ class BinPickingConfig(JobConfig):
         default={"train_pbr": 0.8, "val_pbr": 0.2},
         description="shares of the parts, for example {train_pbr: 0.8, val_pbr: 0.2}; drops are not divided",
     )
-    drops: AtLeastOne = Field(default=5, description="number of fillings of the bin, 1 or more")
-    frames_per_drop: AtLeastOne = Field(
+    drops: PlannedCount = Field(default=5, description="number of fillings of the bin, 1 to 1,000,000")
+    frames_per_drop: PlannedCount = Field(
         default=4, description="pictures of each camera for a filling, from other places in other light; 1 or more"
     )
     bin: Bin = Field(default=Bin(), description="a mapping with size and thickness")

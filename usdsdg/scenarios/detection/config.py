@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from usdsdg.scenarios.config_values import AtLeastOne, CountRange, Positive, Range, Section, Shape, Text
+from usdsdg.scenarios.config_values import CountRange, PlannedCount, Positive, Range, Section, Shape, Text
 from usdsdg.scenarios.shared.mesh_folder import files_by_label
 from usdsdg.scenarios.shared.sections import (
     CameraConfig,
@@ -87,7 +87,7 @@ class Backgrounds(Section):
 class DetectionConfig(JobConfig):
     """All keys of the detection job."""
 
-    num_frames: AtLeastOne = Field(default=20, description="number of pictures, 1 or more")
+    num_frames: PlannedCount = Field(default=20, description="number of pictures, 1 to 1,000,000")
     meshes: Text = Field(
         default="/Isaac/Props/YCB/Axis_Aligned",
         validate_default=True,

@@ -12,7 +12,7 @@ from usdsdg import demo
 from usdsdg.calibration.files import read_calibration, read_rig
 from usdsdg.calibration.rig import Mount
 from usdsdg.errors import UsdsdgError
-from usdsdg.scenarios.config_values import AtLeastOne, Count, CountRange, Flag, Positive, Range, Section, Text
+from usdsdg.scenarios.config_values import AtLeastOne, CountRange, Flag, Positive, Range, Section, Seed, Text
 from usdsdg.scenarios.shared.formats import format_problems
 from usdsdg.scenarios.shared.mesh_folder import files_by_label
 from usdsdg.scenarios.shared.pictures import pictures_in, skies_in
@@ -91,7 +91,7 @@ class JobConfig(Section):
         default=None, description="width and height in pixels; null for those of the calibration, or 640 x 480"
     )
     rendering: Rendering = Field(default=Rendering(), description="a mapping with samples and path_tracing")
-    seed: Count = Field(default=0, description="a whole number, 0 or more; the same seed gives the same dataset")
+    seed: Seed = Field(default=0, description="a whole number, 0 or more; the same seed gives the same dataset")
 
     @field_validator("resolution")
     @classmethod
