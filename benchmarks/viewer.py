@@ -73,7 +73,8 @@ def measure(scene: Path, arguments: argparse.Namespace) -> None:
         ) as page:
             ask(page, do="size", width=SIZE[0], height=SIZE[1])
             picture(page)
-            print(f"first picture after {time.perf_counter() - started:.1f} s (target {TARGETS['first']:g})")
+            seconds = time.perf_counter() - started
+            report.row("first picture", f"{seconds:.1f} s, {cpu(process.pid):.1f} CPU-s", target=f"{TARGETS['first']:g} s")
             ask(page, do="mode", name=arguments.mode)
             orbit(page, process.pid, arguments)
     finally:
@@ -82,9 +83,11 @@ def measure(scene: Path, arguments: argparse.Namespace) -> None:
 
 
 def orbit(page: ClientConnection, pid: int, arguments: argparse.Namespace) -> None:
-    walls, kilobytes = [], []
+    walls: list[float] = []
+    kilobytes: list[int] = []
     while picture(page)["mode"] != arguments.mode:
         pass
+    before = cpu(pid)
     for step in range(arguments.steps):
         begun = time.perf_counter()
         ask(page, do="turn", by=[0.013, 0.004 if step % 200 < 100 else -0.004])
@@ -93,12 +96,11 @@ def orbit(page: ClientConnection, pid: int, arguments: argparse.Namespace) -> No
         if step % max(arguments.steps // 20, 1) == 0:
             kilobytes.append(resident(pid))
     rate = 1.0 / statistics.median(walls)
-    print(f"{arguments.mode} at {SIZE[0]}x{SIZE[1]}: {rate:.1f} pictures/s (target {TARGETS['rate']:g})")
-    warm = kilobytes[len(kilobytes) // 4 :]
-    print(
-        f"{arguments.steps} steps in {sum(walls):.0f} s: {warm[0] / 1024:.0f} MiB after a quarter, "
-        f"{resident(pid) / 1024:.0f} MiB at the end, at most {max(kilobytes) / 1024:.0f} MiB"
-    )
+    each = 1000 * (cpu(pid) - before) / arguments.steps
+    what = f"{arguments.mode}, {SIZE[0]}x{SIZE[1]}"
+    report.row(what, f"{rate:.1f} pictures/s, {each:.0f} CPU-ms each", target=f"{TARGETS['rate']:g} pictures/s")
+    first, last, most = (value / 1024 for value in (kilobytes[len(kilobytes) // 4], resident(pid), max(kilobytes)))
+    report.row(f"memory, {arguments.steps} steps", f"{first:.0f} to {last:.0f} MiB", target=f"flat; most {most:.0f} MiB")
 
 
 def ask(page: ClientConnection, **wish: object) -> None:
@@ -115,6 +117,12 @@ def picture(page: ClientConnection) -> dict:
         header = json.loads(message[4 : 4 + int.from_bytes(message[:4], "big")])
         if header["kind"] == "view":
             return header
+
+
+def cpu(pid: int) -> float:
+    """CPU seconds of a process so far."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def resident(pid: int) -> int:

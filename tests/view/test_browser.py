@@ -55,10 +55,12 @@ def opened(folder) -> Iterator[Browser]:
 
 def drawn(opened: Browser) -> np.ndarray:
     """The picture in the canvas, (H, W) red."""
-    canvas = "const c = document.getElementById('canvas'); const d = c.getContext('2d')"
     values = opened.run(
-        f"{canvas}.getImageData(0, 0, c.width, c.height).data; "
-        "return [c.width, c.height, ...Array.from(d).filter((_, i) => i % 4 === 0)]"
+        """const c = document.getElementById('canvas');
+        const copy = new OffscreenCanvas(c.width, c.height).getContext('2d', { willReadFrequently: true });
+        copy.drawImage(c, 0, 0);
+        const values = copy.getImageData(0, 0, c.width, c.height).data;
+        return [c.width, c.height, ...Array.from(values).filter((_, i) => i % 4 === 0)]"""
     )
     return np.array(values[2:], np.uint8).reshape(values[1], values[0])
 
@@ -133,9 +135,8 @@ def test_keys_and_themes(opened):
 def test_the_page_fits_wide_and_narrow_windows_in_both_themes(opened, width, columns, theme):
     opened.resize(width, 900)
     opened.run(f"document.documentElement.dataset.theme = '{theme}'")
-    opened.until(
-        f"return getComputedStyle(document.querySelector('main')).gridTemplateColumns.split(' ').length === {columns}"
-    )
+    grid = "getComputedStyle(document.querySelector('main')).gridTemplateColumns"
+    opened.until(f"return {grid}.split(' ').length === {columns}")
     assert opened.run("return document.documentElement.scrollWidth <= window.innerWidth")
     ground = np.asarray(opened.screenshot().convert("L"))[-5:, :8]
     assert (ground.mean() > 200) == (theme == "light")

@@ -50,4 +50,5 @@ def test_a_closed_page_wants_nothing():
     woken = []
     channel = Channel(lambda: woken.append(1))
     channel.close()
-    assert woken and not channel.wants_pictures
+    assert woken
+    assert not channel.wants_pictures

@@ -69,5 +69,6 @@ def test_four_by_three_of_the_scene_are_seen_in_every_shape(size):
     orbit = Orbit.looking(np.array([0.0, -5.0, 0.0]), np.zeros(3), Z_UP, size=4.0)
     half = orbit.distance * 36 / 50 / 2
     pixels, _ = orbit.view(*size, 1.0).project(np.array([[half * 0.99, 0, 0], [0, 0, half * 0.74]]))
-    assert (pixels[0] < size[0]).all() and pixels[0][0] > 0
+    assert (pixels[0] < size[0]).all()
+    assert pixels[0][0] > 0
     assert pixels[1][1] >= 0

@@ -113,7 +113,7 @@ def test_a_job_is_shown_frame_by_frame(folder):
     with pytest.raises(Ended):
         sources.show_job(viewer, config, ["num_frames=2", "resolution=[64,48]"], None)
     assert viewer.frames == [0, 1, None]
-    assert not list(folder.rglob("*.jpg")) and not list(folder.rglob("*.png"))
+    assert not [*folder.rglob("*.jpg"), *folder.rglob("*.png")]
 
 
 def test_a_script_that_fails_ends_the_viewer_with_its_error(folder, capfd):

@@ -85,11 +85,10 @@ def _of_members(scene: Scene, view: CameraView, colors: Callable[[Selection], np
 
 
 def _classes(scene: Scene, view: CameraView) -> Drawn:
-    image, pixels = _of_members(scene, view, lambda selection: _class_colors(selection))
-    selection, shown = scene.labeled.select(None), {}
-    for row in np.flatnonzero(pixels):
-        name = ", ".join(selection.labels[row].values())
-        shown[name] = _class_colors(selection)[row].tolist()
+    image, pixels = _of_members(scene, view, _class_colors)
+    selection = scene.labeled.select(None)
+    colors, rows = _class_colors(selection), np.flatnonzero(pixels)
+    shown = {", ".join(selection.labels[row].values()): colors[row].tolist() for row in rows}
     return Drawn(image, {"classes": sorted(shown.items())})
 
 

@@ -30,7 +30,7 @@ MEDIA = {"html": "text/html", "css": "text/css", "js": "text/javascript"}
 LONGEST = 1 << 16
 # Pages at one time: each has pictures drawn for it.
 MOST_PAGES = 8
-_START_SECONDS, _IDLE_SECONDS = 20.0, 0.5
+_START_SECONDS, _IDLE_SECONDS = 120.0, 0.5
 # Codes of websockets: refused, and overloaded.
 REFUSED, OVERLOADED = 1008, 1013
 
@@ -194,7 +194,11 @@ async def _receive(socket: WebSocket, channel: Channel) -> None:
 
 async def _send(socket: WebSocket, channel: Channel) -> None:
     loop, changed = asyncio.get_running_loop(), asyncio.Event()
-    channel.listen(lambda: loop.call_soon_threadsafe(changed.set))
+
+    def notify() -> None:
+        loop.call_soon_threadsafe(changed.set)
+
+    channel.listen(notify)
     while True:
         await changed.wait()
         changed.clear()
@@ -217,6 +221,7 @@ def _bound(port: int) -> socket.socket:
     try:
         bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         bound.bind((LOOPBACK, port))
+        bound.listen()  # at once, so that who reads the address can connect before the server is ready
     except OSError as error:
         bound.close()
         raise StageError(

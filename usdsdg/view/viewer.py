@@ -57,7 +57,7 @@ class Viewer:
 
         frame: the number of the frame at which a script has stopped; None: nothing comes next.
         """
-        self._frame, self._goes_on, self._seed = frame, False, None
+        self._frame, self._goes_on, self._seed, self._busy = frame, False, None, ""
         self._scene.change()
         with between_frames():
             self._scene.read()
