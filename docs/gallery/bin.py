@@ -1,6 +1,7 @@
 """Machine parts that were dropped into a bin and came to rest: what the job of bin picking does, in a script."""
 
 import os
+from pathlib import Path
 
 from PIL import Image
 
@@ -24,7 +25,7 @@ looks = [
     for color, metallic in (((0.75, 0.75, 0.77), 1.0), ((0.85, 0.55, 0.25), 1.0), ((0.62, 0.08, 0.05), 0.0))
 ]
 parts = []
-for level, file in enumerate(sorted(demo.machine_parts().glob("*.usd"))):
+for level, file in enumerate(sorted(Path(demo.machine_parts()).glob("*.usd"))):
     some = rep.create.from_usd(str(file), count=PARTS, semantics=[("class", file.stem)])
     with some:
         rep.randomizer.scatter_3d(
@@ -42,7 +43,7 @@ with rep.trigger.on_custom_event("drop"):
 rep.create.light(light_type="Dome", intensity=250)
 rep.create.light(light_type="Rect", position=(-0.6, -0.3, 1.0), look_at=(0, 0, 0), scale=0.5, intensity=14000)
 camera = rep.create.camera(
-    position=(0.12, -0.42, 0.52), look_at=(0, 0, 0.03), focal_length=30, clipping_range=(0.01, 9)
+    position=(0.10, -0.36, 0.44), look_at=(0, 0, 0.03), focal_length=32, clipping_range=(0.01, 9)
 )
 picture = rep.annotators.get("rgb").attach(rep.create.render_product(camera, (WIDTH, WIDTH * 3 // 4)))
 rep.orchestrator.step()

@@ -18,7 +18,7 @@ clay = rep.create.material_omnipbr(diffuse=(0.6, 0.58, 0.55), roughness=0.6)
 rep.create.torus(position=(-1.2, 0.5, 0.55), rotation=(60, 0, 30), scale=1.1, material=clay)
 rep.create.sphere(position=(0.2, -0.3, 0.55), scale=1.1, material=clay)
 rep.create.cone(position=(1.5, 0.6, 0.6), scale=1.2, material=clay)
-rep.create.light(light_type="Rect", position=(0, 0.5, 2.95), scale=(1.6, 0.5, 1), intensity=14000)
+rep.create.light(light_type="Rect", position=(0.4, -1.2, 2.95), scale=(1.6, 0.5, 1), intensity=14000)
 rep.create.light(light_type="Sphere", position=(-2.5, 1.7, 0.6), scale=0.35, intensity=32000, color=(1.0, 0.42, 0.12))
 rep.create.light(
     light_type="Cylinder", position=(2.75, 0.8, 1.4), rotation=(0, 90, 0), scale=(1.6, 0.12, 0.12), intensity=42000,

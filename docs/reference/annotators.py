@@ -57,7 +57,7 @@ assert crates.any()
 gprims = get("instance_id_segmentation")["data"]  # every gprim, labeled or not
 
 # %% shaded_semantic_segmentation, shaded_instance_segmentation, shaded_instance_id_segmentation
-Image.fromarray(get("shaded_semantic_segmentation")["data"]).save("shaded.png")
+Image.fromarray(get("shaded_semantic_segmentation")).save("shaded.png")
 
 # %% bounding_box_2d_tight, bounding_box_2d_tight_fast, bounding_box_2d_loose, bounding_box_2d_loose_fast
 boxes = get("bounding_box_2d_tight")
@@ -95,8 +95,11 @@ print(get("keypoints"))
 there = get("dense_correspondence", camera=second.path)["data"]  # column and row in the other picture
 
 # %% cross_correspondence, CrossCorrespondence
-camera.get_output_prims()["prims"][0].GetChildren()[0].GetAttribute("crossCameraReferenceName").Set("Camera")
-shift = get("cross_correspondence")
+beside = rep.create.camera(position=(4, 0.5, 2), look_at=(0, 0, 0.4), cross_camera_reference_name="Camera")
+annotator = rep.annotators.get("cross_correspondence").attach(rep.create.render_product(beside, (64, 48)))
+rep.orchestrator.step()
+shift = annotator.get_data()  # pixels to where the other camera sees the same point
+annotator.detach()
 
 # %% camera_params, CameraParams
 focal = get("camera_params")["cameraFocalLength"]
@@ -133,6 +136,7 @@ mirrored = get("Reflections")
 open_sky = get("AmbientOcclusion")[..., 0]
 
 # %% PtMultiMatte0, PtMultiMatte1, PtMultiMatte2, PtMultiMatte3
+rep.settings.carb_settings("/rtx/pathtracing/multimatte/channelCount", 24)
 mattes = get("PtMultiMatte0")
 
 # %% PtMultiMatte4, PtMultiMatte5, PtMultiMatte6, PtMultiMatte7

@@ -20,12 +20,12 @@ def pages() -> dict[str, str]:
         title, text = _page(program)
         made[f"gallery/{name}.md"] = text
         figures.append(
-            f'<figure markdown><a href="{name}.html">![{title}]({name}.png)</a>'
+            f'<figure><a href="{name}.html"><img src="{name}.png" alt="{title}"></a>'
             f"<figcaption>{title}</figcaption></figure>"
         )
     made["gallery/index.md"] = (
         "# Gallery\n\nEach picture was made by the program behind it, with assets that are made by code.\n\n"
-        f'<div class="gallery" markdown>\n{"".join(figures)}\n</div>\n'
+        f'<div class="gallery">{"".join(figures)}</div>\n'
     )
     return made
 

@@ -10,6 +10,8 @@ from docs.site.repository_pages import ROOT
 
 EXAMPLES = ROOT / "docs" / "reference"
 FAMILIES = ("create", "modify", "randomizer", "distribution", "trigger", "physics")
+# Modules that tell what several members have in common.
+SHARED = {"create": "usdsdg.create.shapes"}
 # Modules without examples of their own: what they have is shown in tutorials.
 MODULES = {
     "get": "usdsdg.get",
@@ -43,7 +45,8 @@ def _begin(title: str, about: str, program: Path) -> tuple[str, list[Cell]]:
 
 def _family(name: str) -> str:
     """Return the page of a family of functions; a member stands where its example does."""
-    about = ast.get_docstring(ast.parse(_source(f"usdsdg.{name}"))) or ""
+    told = [f"usdsdg.{name}", *([SHARED[name]] if name in SHARED else [])]
+    about = "\n\n".join(ast.get_docstring(ast.parse(_source(module))) or "" for module in told)
     text, others = _begin(f"rep.{name}", about, EXAMPLES / f"{name}.py")
     for cell in others:
         text += "".join(f"::: usdsdg.{name}.{member}\n\n" for member in cell.names)
