@@ -1,7 +1,12 @@
-"""Print benchmark results: the machine first, then a row for each number beside its peer's."""
+"""Print benchmark results: the machine first, then a row for each number beside its peer's.
+
+The variable USDSDG_BENCHMARK_JSON names a file that gets the same as lines of JSON: `benchmarks/results` has some, from
+which the documentation draws its plots.
+"""
 
 from __future__ import annotations
 
+import json
 import logging
 import os
 import platform
@@ -19,7 +24,9 @@ def begin() -> None:
     if info.exists():
         lines = info.read_text(encoding="utf-8").splitlines()
         name = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), name)
-    print(f"{name}, {os.cpu_count()} threads, load {os.getloadavg()[0]:.1f}, {date.today().isoformat()}")
+    load, today = round(os.getloadavg()[0], 1), date.today().isoformat()
+    print(f"{name}, {os.cpu_count()} threads, load {load}, {today}")
+    _keep({"machine": name, "threads": os.cpu_count(), "load": load, "date": today}, mode="w")
 
 
 def row(what: str, ours: str, peer: str = "", *, ratio: float | None = None, target: str = "") -> None:
@@ -30,3 +37,11 @@ def row(what: str, ours: str, peer: str = "", *, ratio: float | None = None, tar
     if target:
         line += f"  ({target})"
     print(line.rstrip(), flush=True)
+    _keep({"what": what.strip(), "ours": ours, "peer": peer, "ratio": ratio, "target": target})
+
+
+def _keep(values: dict[str, object], mode: str = "a") -> None:
+    """Add a line to the file that USDSDG_BENCHMARK_JSON names, if it does."""
+    if path := os.environ.get("USDSDG_BENCHMARK_JSON"):
+        with open(path, mode, encoding="utf-8") as file:
+            file.write(json.dumps(values) + "\n")

@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
-from docs.site import repository_pages
+from docs.site import gallery_pages, plots, reference_pages, repository_pages
 from docs.site.repository_pages import ROOT
 
 DOCS = ROOT / "docs"
+MACHINE = re.compile(r"\{machine (\w+)\}")
 COPIED = (".png", ".svg", ".css", ".js")
 
 
 def assemble(target: Path) -> None:
     """Fill an empty folder with every file that the site is made of."""
     waiting = {"README.md"}
+    machines = plots.draw_all(target / "images" / "plots")
     for file in sorted(DOCS.rglob("*")):
         name = file.relative_to(DOCS)
         if file.suffix in COPIED:
             (target / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(file, target / name)
         elif file.suffix == ".md":
+            # `{machine NAME}` stands for the machine that a benchmark's result names.
             text, needed = repository_pages.relinked(file.read_text(encoding="utf-8"), f"docs/{name.as_posix()}")
-            _write(target / name, text)
+            _write(target / name, MACHINE.sub(lambda match: machines[match[1]], text))
             waiting |= needed
+    for name, text in {**reference_pages.pages(), **gallery_pages.pages()}.items():
+        _write(target / name, text)
     done: set[str] = set()
     while waiting:
         path = waiting.pop()

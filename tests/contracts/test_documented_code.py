@@ -1,14 +1,19 @@
-"""The Python and YAML code in README.md and docs/ runs as written, but for sizes and numbers of images, and buckets."""
+"""The Python and YAML code in README.md and docs/ runs as written, but for sizes and numbers of images, and buckets.
 
-import re
+Pages that are done step by step, with files and commands, are walked by tests/site.
+"""
+
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import warp as wp
 from pxr import Usd, UsdGeom, UsdLux
 
 from tests.scripts.conftest import ROOT, usdsdg
+from tests.site import walk
+from tests.site.test_blocks import READ
 
 SMALLER = {
     "(640, 480)": "(32, 24)",
@@ -24,16 +29,12 @@ SMALLER = {
     '"gs://bucket': '"memory://other',
 }
 TRAINING = ROOT / "docs/training.md"
-PAGES = sorted(
-    path
-    for path in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
-    if "```python" in path.read_text() and path != TRAINING
-)
+PAGES = [page for page in READ if "```python" in page.read_text(encoding="utf-8") and page != TRAINING]
 
 
 def each_block(page, language: str) -> list[str]:
-    """Return the code blocks of a page in order, with smaller sizes."""
-    found = re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    """Return the code blocks of a page that are run, in order, with smaller sizes."""
+    found = [each.code for each in walk.blocks(page) if each.language == language and not each.reason]
     for large, small in SMALLER.items():
         found = [text.replace(large, small) for text in found]
     return found
@@ -58,7 +59,7 @@ def save_scene(path) -> None:
 def home(tmp_path, monkeypatch):
     """Writers write below a temporary home folder; the kernel cache stays where it is."""
     wp.init()
-    monkeypatch.setenv("WARP_CACHE_PATH", wp.config.kernel_cache_dir)
+    monkeypatch.setenv("WARP_CACHE_PATH", str(Path(wp.config.kernel_cache_dir).parent))
     monkeypatch.setenv("HOME", str(tmp_path))
 
 

@@ -1,4 +1,4 @@
-"""Verdicts on names, the reports of `usdsdg compat`, and the totals in README."""
+"""Verdicts on names, the reports of `usdsdg compat`, and the totals in docs/compatibility.md."""
 
 import json
 import re
@@ -7,7 +7,7 @@ from collections import Counter
 
 import pytest
 
-from tests.compat.coverage import readme
+from tests.compat.coverage import page
 from tests.contracts import gaps, mirror
 from tests.scripts.conftest import usdsdg
 from usdsdg.compat.coverage import board, verdicts
@@ -83,9 +83,9 @@ def test_names_that_gaps_lists_as_missing_are_not_supported():
     assert [name for name in names if verdict(f"omni.replicator.core.{name}").state in (SUPPORTED, PARTIAL)] == []
 
 
-def test_readme_has_the_totals():
-    """Run `python -m tests.compat.coverage.readme` where this fails."""
-    assert readme.rewritten(readme.README.read_text(encoding="utf-8")) == readme.README.read_text(encoding="utf-8")
+def test_the_page_has_the_totals():
+    """Run `python -m tests.compat.coverage.page` where this fails."""
+    assert page.rewritten(page.PAGE.read_text(encoding="utf-8")) == page.PAGE.read_text(encoding="utf-8")
 
 
 def test_the_board_counts_every_known_name_once():

@@ -11,7 +11,7 @@ import yaml
 from typer.testing import CliRunner
 
 from tests.scenarios.jobs.own_meshes import write_three
-from tests.scenarios.jobs.readme import documented
+from tests.scenarios.jobs.page import documented
 from tests.scenarios.jobs.test_detection import digests, usdsdg
 from usdsdg.cli.commands import app
 from usdsdg.cli.generate import make_part

@@ -14,7 +14,7 @@ import yaml
 from PIL import Image
 
 from tests.scenarios.jobs.own_meshes import write_three
-from tests.scenarios.jobs.readme import documented
+from tests.scenarios.jobs.page import documented
 from usdsdg.scenarios.detection.arrangement import CUT, HIDDEN, Arranger
 from usdsdg.scenarios.detection.config import DetectionConfig
 from usdsdg.scenarios.detection.scene import build, sizes_of

@@ -1,0 +1,98 @@
+"""Do what a page says: write its files, run its commands in order, and compare what they print.
+
+A block with a title is a file of that name. A block of bash is run; one of Python without a title is run as a program.
+A block `text` after it has lines that must be printed, where `…` stands for anything. A block after the comment
+`<!-- not run: REASON -->` is left out.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+# What pages read sizes from, such that a page takes seconds: the values that readers see stand behind `:-`.
+SIZES = {"FRAMES": "2", "WIDTH": "64", "DROPS": "1", "PARTS": "2", "WORKERS": "2", "STEPS": "2"}
+BLOCK = re.compile(
+    r"(?:^<!-- not run: (?P<reason>.+?) -->\n+)?"
+    r"^(?P<fence>```+)(?P<language>\w*)(?P<rest>[^\n]*)\n(?P<code>.*?)^(?P=fence)$",
+    re.MULTILINE | re.DOTALL,
+)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A code block of a page.
+
+    Attributes:
+        reason: Why it is not run; empty if it is.
+        title: Name of the file that it is; empty if it is none.
+        line: Where it begins in its page.
+    """
+
+    language: str
+    title: str
+    code: str
+    reason: str
+    line: int
+
+
+def blocks(page: Path) -> list[Block]:
+    """Return the code blocks of a page in order."""
+    text = page.read_text(encoding="utf-8")
+    return [
+        Block(
+            match["language"],
+            (re.findall(r'title="([^"]*)"', match["rest"]) or [""])[0],
+            match["code"],
+            match["reason"] or "",
+            text.count("\n", 0, match.start("fence")) + 1,
+        )
+        for match in BLOCK.finditer(text)
+    ]
+
+
+def environment(folder: Path, kernels: str) -> dict[str, str]:
+    """Return the variables of a reader who has activated an environment with usdsdg, with a home in `folder`."""
+    commands = folder / ".commands"
+    commands.mkdir()
+    for name, arguments in {"usdsdg": "-m usdsdg", "python": ""}.items():
+        (commands / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {arguments} "$@"\n')
+        (commands / name).chmod(0o755)
+    paths = {"PATH": f"{commands}{os.pathsep}{os.environ['PATH']}", "HOME": str(folder), "WARP_CACHE_PATH": kernels}
+    return {**os.environ, **SIZES, **paths, "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "ignore"}
+
+
+def walk(page: Path, folder: Path, kernels: str) -> None:
+    """Do what a page says in an empty folder.
+
+    Raises:
+        AssertionError: a command failed, or did not print what the page says; the message names the line of the page.
+    """
+    variables = environment(folder, kernels)
+    printed = ""
+    for block in blocks(page):
+        where = f"{page.name}:{block.line}"
+        if block.reason:
+            continue
+        if block.title:
+            (folder / block.title).parent.mkdir(parents=True, exist_ok=True)
+            (folder / block.title).write_text(block.code, encoding="utf-8")
+        elif block.language in ("bash", "python"):
+            command = ["bash", "-euo", "pipefail", "-c"] if block.language == "bash" else [sys.executable, "-c"]
+            done = subprocess.run(
+                [*command, block.code], cwd=folder, env=variables, capture_output=True, text=True, timeout=280
+            )
+            printed = done.stdout + done.stderr
+            assert done.returncode == 0, f"{where}: exit code {done.returncode}\n{printed}"
+            assert "remark: " not in printed, f"{where}: a remark, as of pictures that are black\n{printed}"
+        elif block.language == "text":
+            for line in block.code.splitlines():
+                pattern = ".*".join(re.escape(part) for part in line.strip().split("…"))
+                assert re.search(pattern, printed), f"{where}: {line!r} was not printed, but\n{printed}"
+        else:
+            raise AssertionError(f"{where}: a block of {block.language or 'no language'} has no title")
