@@ -166,7 +166,7 @@ def page(texts: dict[Mistake, str]) -> str:
         "configuration": "## In configurations",
         "script": "## In scripts",
     }
-    languages = {"command": "", "configuration": "yaml", "script": "python"}
+    languages = {"command": "text", "configuration": "yaml", "script": "text"}  # no Python that other tests run
     for kind, title in titles.items():
         parts.append(title + "\n")
         for mistake, text in texts.items():
