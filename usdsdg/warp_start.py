@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
+from usdsdg.errors import OutputNotWritable
+
 # Of a library that has no logger for it: C code prints this line, to the descriptor of standard error.
 _NO_DRIVER = b"Warp CUDA warning: Could not find or load the NVIDIA CUDA driver."
 _DRIVERS = {"linux": ("libcuda.so", "libcuda.so.1"), "win32": ("nvcuda.dll",)}
@@ -25,6 +27,22 @@ def quiet_warp() -> None:
 
     warp.config.log_level = logging.WARNING
     _start_without_driver()
+
+
+def start_warp() -> None:
+    """Initialize Warp.
+
+    Raises:
+        OutputNotWritable: its folder of compiled kernels cannot be made.
+    """
+    import warp
+
+    try:
+        warp.init()
+    except OSError as error:
+        raise OutputNotWritable(
+            f"the folder of compiled kernels cannot be made: {error}. Name another: export WARP_CACHE_PATH=FOLDER"
+        ) from error
 
 
 @cache
@@ -60,10 +78,8 @@ def _start_without_driver() -> None:
     """
     if has_cuda_driver() or has_nvidia_gpu():
         return
-    import warp
-
     with _lines_held_back(_NO_DRIVER):
-        warp.init()
+        start_warp()
 
 
 @contextmanager

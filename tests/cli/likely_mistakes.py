@@ -76,19 +76,19 @@ MISTAKES = [
     Mistake("script", "rep.creat", "did you mean 'create'"),
     Mistake("script", "rep.create.cube(positon=(0, 0, 1))", "did you mean 'position'"),
     Mistake("script", "rep.create.cube(position=(0, 0))", "position"),
-    Mistake("script", "rep.create.cube(semantics='cube')", "[('class', 'cube')]"),
-    Mistake("script", "rep.create.light(light_type='Doom')", "dome"),
-    Mistake("script", "rep.create.from_usd('mug.usd')", "USDSDG_ASSETS_ROOT"),
+    Mistake("script", 'rep.create.cube(semantics="cube")', "[('class', 'cube')]"),
+    Mistake("script", 'rep.create.light(light_type="Doom")', "dome"),
+    Mistake("script", 'rep.create.from_usd("mug.usd")', "USDSDG_ASSETS_ROOT"),
     Mistake("script", "rep.create.camera(position=(0, 0, 1), look_at=(0, 0, 1))", "move it or the target"),
-    Mistake("script", "rep.create.render_product('/World/Camera', (640, 480))", "/World/Camera"),
+    Mistake("script", 'rep.create.render_product("/World/Camera", (640, 480))', "/World/Camera"),
     Mistake("script", "rep.create.render_product(rep.create.camera(), (640, 0))", "640"),
     Mistake("script", "rep.modify.pose(position=(0, 0, 1))", "with"),
     Mistake("script", "rep.distribution.choice([])", "choice"),
-    Mistake("script", "rep.writers.get('BasicWritr')", "Did you mean 'BasicWriter'"),
-    Mistake("script", "rep.writers.get('BasicWriter').initialize(output_dir='out', rgbb=True)", "Did you mean 'rgb'"),
-    Mistake("script", "rep.writers.get('BasicWriter').initialize(rgb=True)", "output_dir"),
-    Mistake("script", "rep.annotators.get('bounding_box_2d')", "bounding_box_2d_tight"),
-    Mistake("script", "rep.annotators.get('rgb').get_data()", "attach"),
+    Mistake("script", 'rep.writers.get("BasicWritr")', "Did you mean 'BasicWriter'"),
+    Mistake("script", 'rep.writers.get("BasicWriter").initialize(output_dir="out", rgbb=True)', "Did you mean 'rgb'"),
+    Mistake("script", 'rep.writers.get("BasicWriter").initialize(rgb=True)', "output_dir"),
+    Mistake("script", 'rep.annotators.get("bounding_box_2d")', "bounding_box_2d_tight"),
+    Mistake("script", 'rep.annotators.get("rgb").get_data()', "attach"),
     Mistake("script", "rep.orchestrator.run()", "num_frames"),
 ]
 
@@ -166,7 +166,7 @@ def page(texts: dict[Mistake, str]) -> str:
         "configuration": "## In configurations",
         "script": "## In scripts",
     }
-    languages = {"command": "", "configuration": "yaml", "script": "python"}
+    languages = {"command": "text", "configuration": "yaml", "script": "text"}  # no Python that other tests run
     for kind, title in titles.items():
         parts.append(title + "\n")
         for mistake, text in texts.items():

@@ -65,7 +65,14 @@ def test_each_thing_that_would_be_faster_is_one_line_with_its_remedy(changes, sa
     assert said in line
 
 
-def test_kernels_that_are_not_compiled_and_a_cache_that_cannot_be_written_are_found(tmp_path):
+def test_kernels_that_are_not_compiled_are_counted(tmp_path):
     assert "usdsdg warmup" in doctor(WARP_CACHE_PATH=str(tmp_path / "empty"))
+
+
+def test_a_folder_of_kernels_that_cannot_be_made_is_one_error(tmp_path):
     (tmp_path / "file").write_text("")
-    assert "cannot be written: export WARP_CACHE_PATH" in doctor(WARP_CACHE_PATH=str(tmp_path / "file" / "below"))
+    with pytest.raises(subprocess.CalledProcessError) as failed:
+        doctor(WARP_CACHE_PATH=str(tmp_path / "file" / "below"))
+    (line,) = failed.value.stderr.splitlines()
+    assert line.startswith("error: the folder of compiled kernels cannot be made")
+    assert "export WARP_CACHE_PATH=FOLDER" in line

@@ -15,7 +15,7 @@ USDSDG = {
     "parallel": "operating_system",
     "buffers": "",
     "readback": "buffers",
-    "warp_start": "",
+    "warp_start": "errors",
     "compilation": "",
     "stores": "errors operating_system",
     "stage": "errors operating_system warp_start",

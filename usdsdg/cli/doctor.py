@@ -10,7 +10,7 @@ from pathlib import Path
 from usdsdg.cli.command_context import command_context
 from usdsdg.cli.machine_advice import Machine, advice, gpu_line
 from usdsdg.operating_system import usable_cores
-from usdsdg.warp_start import cuda_driver_version, has_nvidia_gpu, quiet_warp
+from usdsdg.warp_start import cuda_driver_version, has_nvidia_gpu, quiet_warp, start_warp
 
 REQUIRED = [
     "usd-core",
@@ -80,7 +80,7 @@ def _machine() -> Machine:
     import warp as wp
 
     quiet_warp()
-    wp.init()
+    start_warp()
     devices = wp.get_cuda_devices()
     cache = Path(wp.config.kernel_cache_dir or "")
     return Machine(

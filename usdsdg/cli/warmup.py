@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from usdsdg.cli.command_context import Device, Quiet, command_context
-from usdsdg.warp_start import quiet_warp
+from usdsdg.warp_start import quiet_warp, start_warp
 
 # What Warp keeps for CPUs and for CUDA.
 BINARIES = (".o", ".cubin", ".ptx")
@@ -24,8 +24,8 @@ def warmup(device: Device = None, quiet: Quiet = False) -> None:
         import warp as wp
 
         quiet_warp()
-        wp.init()
-        assert wp.config.kernel_cache_dir is not None  # wp.init() sets it
+        start_warp()
+        assert wp.config.kernel_cache_dir is not None  # now it is set
         for line in compile_ahead(_rooms(device), Path(wp.config.kernel_cache_dir)):
             print(line, flush=True)
 

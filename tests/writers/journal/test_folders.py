@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from usdsdg.errors import DatasetInTheWay, OutputNotWritable
+from usdsdg.errors import DatasetInTheWay, OutputNotWritable, UsdsdgWarning, forget_warnings
 from usdsdg.stores import locks
 from usdsdg.stores.locks import FileLock, Locked
 from usdsdg.writers.journal.folders import DatasetFolder, Mode, shared_lock
@@ -81,6 +81,15 @@ def test_a_complete_run_of_the_same_recipe_and_one_of_the_same_script_are_replac
     assert {path.name for path in tmp_path.iterdir()} == {"2.png", ".usdsdg", "notes.txt"}
     with pytest.raises(DatasetInTheWay, match=r"of another recipe, of a\.yaml"):
         run(tmp_path, Mode.REPLACE, source={"name": "b.py", "sha256": "1"})
+
+
+def test_a_run_that_is_replaced_is_told_unless_that_was_asked_for(tmp_path, recwarn):
+    forget_warnings()
+    run(tmp_path, frames=(0,))
+    run(tmp_path, Mode.OVERWRITE, frames=(0,))
+    assert not recwarn
+    with pytest.warns(UsdsdgWarning, match="the files of the earlier run there are replaced"):
+        run(tmp_path)
 
 
 def test_files_of_others_cannot_be_gone_on_with(tmp_path):

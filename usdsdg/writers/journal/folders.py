@@ -147,7 +147,7 @@ class DatasetFolder:
         if mode is Mode.RESUME:
             return
         if self.portion is None:
-            _remove_run(self.place)
+            _remove_run(self.place, is_told=mode is not Mode.OVERWRITE)
         else:
             _remove_files(self.place, self._home / NAME)
             shutil.rmtree(self.aggregates, ignore_errors=True)
@@ -236,13 +236,16 @@ def _is_complete(path: Path, portion: Portion | None) -> bool:
     return found.is_complete or not (found.frames or found.shared)
 
 
-def _remove_run(place: Place) -> None:
-    """Remove the files that the journals in a place list, and what is beside them."""
+def _remove_run(place: Place, *, is_told: bool) -> None:
+    """Remove the files that the journals in a place list, and what is beside them.
+
+    is_told: whether a warning says so, which nobody needs who asked for it.
+    """
     path = place.path
     if not (path / recipe.FILE).exists():
         return
     journals = [path / BESIDE / NAME, *(path / PARTS).glob(f"*/{NAME}")]
-    if any(each.is_file() and each.stat().st_size for each in journals):
+    if is_told and any(each.is_file() and each.stat().st_size for each in journals):
         warn_once(f"{place.name}: the files of the earlier run there are replaced.")
     for each in journals:
         _remove_files(place, each)
