@@ -68,7 +68,7 @@ USDSDG = {
     "workers": "errors operating_system stage stores session writers",
     "stream": "errors operating_system session annotators capture scenarios replicator_yaml cli __init__",
     "torch": "errors session stream",
-    "view": "errors stage session graph annotators capture app orchestrator inspect stream",
+    "view": "errors stage session graph annotators capture app orchestrator pictures inspect stream",
     "__main__": "cli",
     "__init__": "",
 }
@@ -155,6 +155,7 @@ LATE = {
     "usdsdg.cli.inspect": ("usdsdg.datasets usdsdg.inspect", COMMAND),
     "usdsdg.cli.render": ("usdsdg.__init__", COMMAND),
     "usdsdg.cli.run": ("usdsdg.replicator_yaml usdsdg.writers", COMMAND),
+    "usdsdg.cli.rerun_option": ("usdsdg.writers", COMMAND),
     "usdsdg.cli.script.missing_names": ("usdsdg.compat", COMMAND),
     "usdsdg.cli.script.workers": ("usdsdg.parallel usdsdg.workers", COMMAND),
     "usdsdg.cli.script.execution": ("usdsdg.app usdsdg.compat usdsdg.orchestrator usdsdg.writers", COMMAND),

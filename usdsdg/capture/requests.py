@@ -55,6 +55,8 @@ class Requests:
         requests = cls()
         for annotator in attached_annotators():
             requests._add(annotator.render_product, [annotator], f"annotator {annotator.get_name()!r}")
+        if current().companion is not None:
+            current().companion.follow()
         # Called once per frame: a writer's own trigger function may have state.
         due = [writer for writer in attached_writers() if writer.is_due()]
         if (tap := current().tap) is not None:

@@ -21,6 +21,7 @@ from usdsdg.cli.dataset_options import AllowOutside, GpusPerWorker, Overwrite, R
 from usdsdg.cli.file_kinds import FileKind, check_kind
 from usdsdg.cli.inspect import Inspect, show_written
 from usdsdg.cli.part import run_here
+from usdsdg.cli.rerun_option import Rerun, recorded
 from usdsdg.cli.thread_limit import Threads
 from usdsdg.errors import BadValue
 
@@ -51,6 +52,7 @@ def generate(
     overwrite: Overwrite = False,
     allow_outside: AllowOutside = False,
     save_stage: SaveStage = None,
+    rerun: Rerun = None,
     inspect: Inspect = False,
     quiet: Quiet = False,
 ) -> None:
@@ -58,7 +60,10 @@ def generate(
 
     Given a stage that a script saved, run its graph again without the script.
     """
-    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage):
+    with (
+        command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage),
+        recorded(rerun, workers=workers is not None or ray is not None),
+    ):
         from usdsdg.scenarios import jobs, saved_pipeline
 
         check_kind(config, FileKind.CONFIGURATION, FileKind.STAGE)

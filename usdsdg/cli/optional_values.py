@@ -6,7 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 # By command: option -> the value where none is given.
-WITHOUT_VALUE = {"generate": {"--ray": "local"}}
+WITHOUT_VALUE = {"generate": {"--ray": "local", "--rerun": "viewer"}, "run": {"--rerun": "viewer"}}
+# A file with this ending is the value of an option, and not what the command is about.
+VALUES = (".rrd",)
+# What comes after a file with one of these belongs to the script.
+SCRIPTS = (".py", ".yaml", ".yml")
 
 
 def completed(arguments: Sequence[str]) -> list[str]:
@@ -14,9 +18,12 @@ def completed(arguments: Sequence[str]) -> list[str]:
     options = WITHOUT_VALUE.get(arguments[0], {}) if arguments else {}
     found = []
     for place, argument in enumerate(arguments):
+        if arguments[0] == "run" and argument.endswith(SCRIPTS) and Path(argument).is_file():
+            return [*found, *arguments[place:]]
         found.append(argument)
         if argument in options:
             following = arguments[place + 1] if place + 1 < len(arguments) else "-"
-            if following.startswith("-") or Path(following).is_file():
+            is_file = Path(following).is_file() and not following.endswith(VALUES)
+            if following.startswith("-") or is_file:
                 found.append(options[argument])
     return found

@@ -21,6 +21,7 @@ from usdsdg.cli.command_context import (
 from usdsdg.cli.dataset_options import AllowOutside, Overwrite, Resume, Shard, Workers, begin_run
 from usdsdg.cli.file_kinds import FileKind, check_kind, no_file
 from usdsdg.cli.inspect import Inspect, show_written
+from usdsdg.cli.rerun_option import Rerun, recorded
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
 from usdsdg.cli.script.workers import ScriptWorkers
 from usdsdg.cli.thread_limit import Threads
@@ -103,6 +104,7 @@ def run(
     seed: Seed = 0,
     allow_outside: AllowOutside = False,
     save_stage: SaveStage = None,
+    rerun: Rerun = None,
     inspect: Inspect = False,
     quiet: Quiet = False,
 ) -> None:
@@ -119,7 +121,10 @@ def run(
     if not script.is_file():
         print(f"error: {no_file(script)}", file=sys.stderr)
         raise typer.Exit(1)
-    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage):
+    with (
+        command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage),
+        recorded(rerun, workers=workers is not None),
+    ):
         from usdsdg.cli.script.outcome import reported_outcome
         from usdsdg.session.session import current
 

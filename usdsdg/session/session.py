@@ -92,6 +92,7 @@ class Session:
         self.writers: list[Any] = []  # attached, in the order of attaching
         # By output folder, the first live backend that wrote into it.
         self.backends: WeakValueDictionary[str, Any] = WeakValueDictionary()
+        self.companion: Any = None  # a `JobRecording`, which records what writers are attached to
         self.tap: Any = None  # a `usdsdg.capture.tap.Tap`, which gets the frames in place of the writers
         self.worlds: Any = None  # a `usdsdg.capture.worlds.WorldTap`, which gets many worlds at each step
         self.frames_together = (

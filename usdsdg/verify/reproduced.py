@@ -9,6 +9,7 @@ from usdsdg.datasets.faults import Fault
 from usdsdg.stores.whole_file import facts_of
 from usdsdg.verify.integrity.listing import ListedFile, read_listing
 from usdsdg.verify.tolerance import Unknown, difference
+from usdsdg.writers.formats.rerun import rrd_content
 from usdsdg.writers.journal.portion import Portion
 
 
@@ -16,7 +17,7 @@ from usdsdg.writers.journal.portion import Portion
 class Comparison:
     """The result of the comparison."""
 
-    equal: int = 0  # files, byte for byte
+    equal: int = 0  # files, byte for byte; of recordings what they hold
     close: int = 0  # within the tolerance
     faults: list[Fault] = field(default_factory=list)
     unknown: list[str] = field(default_factory=list)  # that differ, and of which no tolerance is known
@@ -62,11 +63,26 @@ def _compare_file(folder: Path, made: Path, name: str, frame: str, result: Compa
         return
     if there == again:
         result.equal += 1
+    elif exact and name.endswith(rrd_content.SUFFIX):
+        _compare_recordings(folder, made, name, frame, result)
     elif exact:
         old, new = there[1][:12], again[1][:12]
         result.faults.append(Fault(name, frame, "is made with other bytes", f"SHA-256 {old}", new))
     else:
         _compare_within_tolerance(folder, made, name, frame, result)
+
+
+def _compare_recordings(folder: Path, made: Path, name: str, frame: str, result: Comparison) -> None:
+    """Compare what recordings hold: the order of their metadata is another each time."""
+    try:
+        is_same = rrd_content.content(folder / name) == rrd_content.content(made / name)
+    except ValueError as error:
+        result.faults.append(Fault(name, frame, f"cannot be read: {error}"))
+        return
+    if is_same:
+        result.equal += 1
+    else:
+        result.faults.append(Fault(name, frame, "is made with other values"))
 
 
 def _compare_within_tolerance(folder: Path, made: Path, name: str, frame: str, result: Comparison) -> None:
