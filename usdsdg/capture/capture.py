@@ -75,8 +75,10 @@ class Capture:
             return
         if self._ahead is not None and self._ahead.frame == self._frame:
             self._ahead.trace(self._requests, mode)
-        self._traced = {} if self._ahead is None else self._ahead.pictures(self._frame)
-        if self._traced and self._traced.keys() >= {each.path for each in self._requests.traced()}:
+        traced = {} if self._ahead is None else self._ahead.pictures(self._frame)
+        is_whole = bool(traced) and traced.keys() >= {each.path for each in self._requests.traced()}
+        self._traced = traced if is_whole else {}
+        if is_whole:
             self._exposure.open_shutter()
         elif may_be_later(self._requests, mode):
             self._later = mode
