@@ -35,6 +35,7 @@ class DeviceWorlds:
         self.device = base.device
         self._base = base
         self._sizes: tuple[int, ...] = ()
+        self._materials = 0  # for how many there is memory
         self.tables = structs.SceneTables()
         self.lit = self.has_local_and_environment_light = self.has_glass = False
 
@@ -56,15 +57,17 @@ class DeviceWorlds:
         count, instances = worlds.shown.shape
         lights, surface_count = self._base.lights.rows_of(scene, worlds.lights)
         materials = len(scene.materials) + worlds.own_materials.size
-        sizes = (count, instances, materials, worlds.material_slots.size, lights.size)
-        if sizes != self._sizes:
-            self._fit(*sizes)
+        sizes = (count, instances, worlds.material_slots.size, lights.size)
+        if sizes != self._sizes or materials > self._materials:
+            # The table of materials grows and shrinks with what is in view.
+            self._sizes, self._materials = sizes, materials + materials // 4
+            self._fit(count, instances, self._materials, worlds.material_slots.size, lights.size)
         memory = self._memory
         memory.begin()
         self._place_instances(scene, worlds)
-        rows = memory.host("materials")
-        copy_rows(rows[: len(scene.materials)], scene.materials)
-        copy_rows(rows[len(scene.materials) :], worlds.own_materials.reshape(-1))
+        rows, own = memory.host("materials"), len(scene.materials)
+        copy_rows(rows[:own], scene.materials)
+        copy_rows(rows[own:materials], worlds.own_materials.reshape(-1))
         memory.host("slots")[:] = worlds.material_slots.reshape(-1)
         copy_rows(memory.host("lights"), lights.reshape(-1))
         self._fill_worlds(scene, worlds)
@@ -72,7 +75,6 @@ class DeviceWorlds:
         self._fill_tables(scene, worlds, surface_count)
 
     def _fit(self, count: int, instances: int, materials: int, slots: int, lights: int) -> None:
-        self._sizes = (count, instances, materials, slots, lights)
         total, node = count * instances, tlas_node_dtype(self.device)
         self._memory = FrameMemory(
             {
