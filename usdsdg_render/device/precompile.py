@@ -5,7 +5,7 @@ import warp as wp
 from usdsdg.compilation import ModuleLoad, Progress, load_modules
 from usdsdg.parallel import CUDA_BLOCK, available_threads
 from usdsdg.stage.image_files.run_kernels import deflate_runs
-from usdsdg_render.bvh import build, compress
+from usdsdg_render.bvh import build, compress, forest
 from usdsdg_render.kernels.labels import label_kernels, parts
 from usdsdg_render.kernels.path import cpu_path, tone_map, wavefront, wavelet_denoiser
 from usdsdg_render.kernels.scene import instance_transforms
@@ -60,6 +60,7 @@ def module_loads(target: wp.Device, *, everything: bool = False) -> list[ModuleL
     # Transforms of instances are set, BVHs built and images compressed on the CPU for either device.
     on_host = [build.build_tree, instance_transforms.set_instance_transforms, deflate_runs]
     on_host += [compress.compress_tree] * cuda
+    on_host += [forest.build_forest] * everything
     return loads + [ModuleLoad(kernel.module, cpu, seconds=0.3) for kernel in on_host]
 
 

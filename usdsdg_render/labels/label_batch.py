@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from usdsdg.parallel import launch_rows
+from usdsdg.parallel import CUDA_BLOCK, launch_rows
 from usdsdg.readback import read_back
 from usdsdg_render.kernels.labels.label_boxes import WORD_PIXELS, clear_boxes, close_boxes, label_boxes, map_labels
 
@@ -68,9 +68,9 @@ def boxes_of(shown: wp.array, count: int, *, threads: int | None = None) -> wp.a
     boxes = wp.empty((images, count, 5), dtype=wp.int32, device=device)
     if boxes.size == 0:
         return boxes
-    wp.launch(clear_boxes, dim=(images, count), outputs=[boxes], device=device)
+    wp.launch(clear_boxes, dim=(images, count), outputs=[boxes], device=device, block_dim=CUDA_BLOCK)
     words = (images, height, -(-width // WORD_PIXELS))
     # On a CPU each thread takes whole images, so that no two threads update one box.
     launch_rows(label_boxes, words, [shown], [boxes], device=device, threads=threads, band_rows=1)
-    wp.launch(close_boxes, dim=(images, count), outputs=[boxes], device=device)
+    wp.launch(close_boxes, dim=(images, count), outputs=[boxes], device=device, block_dim=CUDA_BLOCK)
     return boxes
