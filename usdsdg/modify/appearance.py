@@ -19,6 +19,7 @@ from usdsdg.modify.mdl_materials import is_mdl, mdl_material
 from usdsdg.modify.prims import target_prims
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.semantics import labels
+from usdsdg.stage.semantics.label_copies import label_all
 
 
 def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add") -> ReplicatorItem:
@@ -37,9 +38,12 @@ def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add")
 
 @action("OgnWriteSemantics")
 def _write_semantics(node: Node, execution: int) -> None:
-    per_prim = labels_per_prim(node.inputs.get("semantics") or {}, len(node.prims))
+    per_prim, mode = labels_per_prim(node.inputs.get("semantics") or {}, len(node.prims)), node.inputs["mode"]
+    if mode == "add" and len(per_prim) > 1 and all(given == per_prim[0] for given in per_prim):
+        label_all([prim_at(path) for path in node.prims], per_prim[0])
+        return
     for path, given in zip(node.prims, per_prim):
-        labels.add_labels(prim_at(path), given, mode=node.inputs["mode"])
+        labels.add_labels(prim_at(path), given, mode=mode)
 
 
 @brings_labels("OgnWriteSemantics")

@@ -13,12 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Sdf, Usd, UsdGeom, Vt
 
+from usdsdg.stage.poses.first_ops import add_first_ops
 from usdsdg.stage.poses.rotations import ROTATION_ORDERS, euler_from_matrix, matrix_from_euler, matrix_from_quat
 from usdsdg.stage.poses.xform_ops import author_pose, gf_quat
 
 Array = NDArray[np.float64]
 
 _ROLES = ("translate", "rotate", "scale")
+_FIRST_OPS = {"translate": "translate", "rotate": "rotateXYZ", "scale": "scale"}
 _ROTATIONS = ("orient", *(f"rotate{order}" for order in ROTATION_ORDERS))
 _ROLE_OF = {f"xformOp:{kind}": kind for kind in ("translate", "scale")} | {
     f"xformOp:{op}": "rotate" for op in _ROTATIONS
@@ -42,6 +44,11 @@ class Rotations:
         """Give either `degrees` (N, 3) or `quats` (N, 4)."""
         self._degrees = np.zeros((0, 3)) if degrees is None else degrees
         self._quats = quats
+
+    @property
+    def are_angles(self) -> bool:
+        """Whether they are given as Euler angles."""
+        return self._quats is None
 
     def matrices(self) -> Array:
         """Return the rotation matrices (N, 3, 3), row vectors."""
@@ -93,7 +100,8 @@ def author_poses(
     given = {role: column for role, column in columns.items() if column is not None}
     if not prims or not given:
         return
-    batch = _batch(list(prims), frozenset(given))
+    are_angles = rotate is None or rotate.are_angles
+    batch = _batch(list(prims), frozenset(given), [_FIRST_OPS[role] for role in _ROLES if role in given and are_angles])
     singly = sorted(batch.others.union(*(batch.lacking[role] for role in given)))
     try:
         with Sdf.ChangeBlock():
@@ -210,7 +218,8 @@ _batches: list[_Batch] = []
 _MAX_BATCHES = 16
 
 
-def _batch(prims: list[Usd.Prim], roles: Set[str]) -> _Batch:
+def _batch(prims: list[Usd.Prim], roles: Set[str], first_ops: Sequence[str]) -> _Batch:
+    """Return the batch of some prims. When it is made, prims without any op get `first_ops`."""
     target = prims[0].GetStage().GetEditTarget() if prims[0] else Usd.EditTarget()
     for batch in _batches:
         if len(batch.prims) == len(prims) and batch.holds(prims, target, roles):
@@ -220,6 +229,8 @@ def _batch(prims: list[Usd.Prim], roles: Set[str]) -> _Batch:
         batch = _Batch([], target, roles)
         batch.others = set(range(len(prims)))
         return batch
+    if first_ops:
+        add_first_ops(prims, target.GetLayer(), first_ops)
     with Sdf.ChangeBlock():
         batch = _Batch(prims, target, roles)
     _batches[:] = [batch, *(each for each in _batches if each.prims != prims)][:_MAX_BATCHES]
