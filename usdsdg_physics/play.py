@@ -72,6 +72,7 @@ class PlaySession:
         before, self._time = self._time, time
         if all(body.is_collider for body in self.scene.bodies.values()):
             self.poses = self._poses_at(time)
+            self._note_events(None, dt)
             return  # Newton is not even imported
         world = self._built_world()
         self._follow_time_samples(world, rewound=time < before)
@@ -248,11 +249,14 @@ class PlaySession:
             if self._joint_writer.axes:
                 self._joint_writer.write(*world.joint_state(self._joint_writer.axes))
 
-    def _note_events(self, world: World, dt: float) -> None:
-        """Find what entered and left triggers, and the contacts of a step of `dt` seconds that are reported."""
+    def _note_events(self, world: World | None, dt: float) -> None:
+        """Find what entered and left triggers, and the contacts of a step of `dt` seconds that are reported.
+
+        Without a world there are no bodies any more, so what was inside has left and what touched is lost.
+        """
         self.trigger_events, self.contact_events = [], []
         if self._triggers.paths or self._inside:
-            inside = self._triggers.inside(self.poses)
+            inside = self._triggers.inside(self.poses) if world is not None else []
             self.trigger_events = self._triggers.events(self._inside, inside)
             if self.trigger_events:
                 with self._tracker.muted():
@@ -260,10 +264,11 @@ class PlaySession:
             self._inside = inside
         if self.scene.reports or self._touching:
             units = self._units
+            shapes, contacts = (world.shape_index, world.reported_contacts()) if world is not None else ({}, [])
             events = ContactEvents(
-                self.scene, world.shape_index, meters=units.meters, kilograms=units.kilograms, touching=self._touching
+                self.scene, shapes, meters=units.meters, kilograms=units.kilograms, touching=self._touching
             )
-            self.contact_events = events.of_step(world.reported_contacts(), dt)
+            self.contact_events = events.of_step(contacts, dt)
             self._touching = events.touching
 
     def _read_stage(self) -> None:

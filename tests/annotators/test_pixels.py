@@ -94,3 +94,19 @@ def test_shade():
     # Whole numbers are cut off, so that rounding may move a value by one.
     assert np.abs(found.astype(int) - np.floor(expected)).max() <= 1
     assert (found == np.floor(expected)).mean() > 0.999
+
+
+def test_points_of_kept_gprims_are_gathered_row_by_row():
+    rng, instance = np.random.default_rng(0), instances()
+    kept = np.array([True, False, True, False, False, True])  # the last one is of pixels that show nothing
+    tables = {name: rng.integers(0, 99, 6) for name in ("classes", "ids")}
+    images = {name: rng.random((HEIGHT, WIDTH, 3)).astype(np.float32) for name in ("position", "normals")}
+    images["LdrColor"] = rng.integers(0, 256, (HEIGHT, WIDTH, 4)).astype(np.uint8)
+    points, normals, colors, classes, ids = look_ups.gather_points(instance, kept, tables, images)
+    shown = kept[instance]
+    assert np.array_equal(points, images["position"][shown])
+    assert np.array_equal(normals[:, :3], images["normals"][shown])
+    assert (normals[:, 3] == 1).all()
+    assert np.array_equal(colors, images["LdrColor"][shown])
+    assert np.array_equal(classes, tables["classes"][instance[shown]])
+    assert np.array_equal(ids, tables["ids"][instance[shown]])

@@ -108,3 +108,17 @@ def test_reports_change_no_bit_of_the_motion():
         engine.advance(1.0)
         poses.append(engine._session.poses)
     assert np.array_equal(*poses)
+
+
+def test_contacts_of_the_last_body_are_lost_once_when_it_is_removed():
+    stage = new_stage()
+    add(stage, "/World/floor", at=(0, 0, -0.5), scale=(5, 5, 0.5), body=False)
+    _reported(add(stage, "/World/box", at=(0, 0, 0.1)))
+    engine, kinds = playing(stage), []
+    engine.subscribe_contacts(lambda events: kinds.extend(event.kind for event in events))
+    engine.advance(3 / 60)
+    assert kinds == ["found", "persist", "persist"]
+    stage.RemovePrim("/World/box")
+    engine.advance(3 / 60)
+    assert kinds[3:] == ["lost"]
+    assert engine.contacts == []

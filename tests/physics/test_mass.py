@@ -7,6 +7,7 @@ import pytest
 from pxr import Gf, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, mesh, new_stage, physics_material
+from usdsdg import errors
 from usdsdg_physics.model.mass import body_mass, volume_integrals
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
@@ -123,3 +124,14 @@ def test_units_do_not_change_the_mass():
     add(centimeters, "/World/box", scale=(10, 10, 10))
     assert _properties(centimeters, "/World/box").mass == pytest.approx(_properties(meters, "/World/box").mass)
     assert _properties(centimeters, "/World/box").inertia == pytest.approx(_properties(meters, "/World/box").inertia)
+
+
+@pytest.mark.parametrize("given", [-1.0, float("nan")])
+def test_a_mass_that_nothing_has_is_named_and_counts_as_not_given(given):
+    stage = new_stage()
+    UsdPhysics.MassAPI.Apply(add(stage, "/World/box")).CreateMassAttr(given)
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning, match="/World/box: physics:mass is (-1|nan)"):
+        found = _properties(stage, "/World/box")
+    errors.forget_warnings()
+    assert found.mass == pytest.approx(1000 * 0.2**3)

@@ -112,3 +112,13 @@ def test_the_state_is_written_and_restored():
     assert inside.GetTargets() == []
     engine.stop()
     assert not gate.GetRelationship("physxTrigger:triggeredCollisions").HasAuthoredTargets()
+
+
+def test_the_last_body_leaves_when_it_is_removed():
+    stage = new_stage()
+    _trigger(stage, scale=(1, 1, 1))
+    add(stage, "/World/box", gravity=False)
+    engine = playing(stage)
+    assert _run(engine, 2) == [(1, True, "/World/gate", "/World/box")]
+    stage.RemovePrim("/World/box")
+    assert _run(engine, 3) == [(1, False, "/World/gate", "/World/box")]

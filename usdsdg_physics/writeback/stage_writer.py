@@ -148,9 +148,9 @@ class StageWriter:
             self._right[row] = np.linalg.inv(parent) @ before_inverse
 
     def _add(self, row: int, body: Body, cache: UsdGeom.XformCache) -> None:
-        prim = self._stage.GetPrimAtPath(body.path)
         if body.kinematic or split_instance(body.path):
             return
+        prim = self._stage.GetPrimAtPath(body.path)
         if abs(np.linalg.det(self._body_from_prim[row])) < 1e-30:
             warn_once(f"{body.path} has a scale of zero, so its pose cannot be written; give it a scale above zero.")
             return
