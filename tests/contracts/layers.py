@@ -46,8 +46,8 @@ USDSDG = {
     "writers_default": "writers tools",
     # what runs it
     "record": "stage",
-    "capture": "errors parallel readback stores stage session graph distribution create annotators writers record "
-    "usdsdg_render.settings",
+    "capture": "errors operating_system parallel readback stores stage session graph distribution create annotators "
+    "writers record usdsdg_render.settings",
     "app": "errors stage session graph rng distribution create annotators writers trigger capture",
     "orchestrator": "errors session arguments app",
     "demo": "errors stage",

@@ -52,4 +52,4 @@ def test_a_part_without_the_last_episode_has_come_to_its_end(tmp_path):
         code, said = make_part([*given, *keys, "--shard", shard])
         assert code == 0, said
     assert merge(tmp_path / "out").returncode == 0
-    assert len(list((tmp_path / "out").glob("semantic_segmentation_*.png"))) == 2 * 2
+    assert len(list((tmp_path / "out").rglob("semantic_segmentation_*.png"))) == 2 * 2

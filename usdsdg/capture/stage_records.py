@@ -15,6 +15,7 @@ from pxr import Sdf, Usd
 
 from usdsdg.annotators.prims.subset_setting import SETTING as SUBSETS
 from usdsdg.capture.render_settings import glass_labels
+from usdsdg.operating_system import around_fork
 from usdsdg.record import STAGES
 from usdsdg.session.settings_store import get_settings
 from usdsdg.stage import flatten
@@ -47,31 +48,42 @@ class StageMoment:
     @cached_property
     def layer(self) -> bytes:
         """The edits as the text of a layer."""
-        layer = _scratch_layer()
-        try:
-            with Sdf.ChangeBlock():
-                for path, kind, value in self.edits:
-                    if kind is None:
-                        owner = Sdf.CreatePrimInLayer(layer, path.GetPrimPath())
-                        spec = Sdf.RelationshipSpec(owner, path.name, custom=False)
-                        spec.targetPathList.explicitItems = value
-                    else:
-                        Sdf.JustCreatePrimAttributeInLayer(layer, path, kind)
-                        layer.GetAttributeAtPath(path).default = value
-            return layer.ExportToString().encode()
-        finally:
-            layer.Clear()
+        with _scratch.lock:
+            layer = _scratch.layer
+            try:
+                with Sdf.ChangeBlock():
+                    for path, kind, value in self.edits:
+                        if kind is None:
+                            owner = Sdf.CreatePrimInLayer(layer, path.GetPrimPath())
+                            spec = Sdf.RelationshipSpec(owner, path.name, custom=False)
+                            spec.targetPathList.explicitItems = value
+                        else:
+                            Sdf.JustCreatePrimAttributeInLayer(layer, path, kind)
+                            layer.GetAttributeAtPath(path).default = value
+                return layer.ExportToString().encode()
+            finally:
+                layer.Clear()
 
 
-# Layers that end leave the handles of their specs in memory (USD 26.11), so one of each thread serves all moments.
-_of_thread = threading.local()
+class _Scratch:
+    """A layer that serves all moments: those that end leave the handles of their specs in memory (USD 26.11)."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+
+    @cached_property
+    def layer(self) -> Sdf.Layer:
+        """The layer, which is empty while nobody has the lock."""
+        return Sdf.Layer.CreateAnonymous(".usda")
+
+    def forget(self) -> None:
+        """Begin anew, as in a forked process, whose parent may have been writing."""
+        self.lock = threading.Lock()
+        vars(self).pop("layer", None)
 
 
-def _scratch_layer() -> Sdf.Layer:
-    """Return the empty layer of this thread."""
-    if not hasattr(_of_thread, "layer"):
-        _of_thread.layer = Sdf.Layer.CreateAnonymous(".usda")
-    return _of_thread.layer
+_scratch = _Scratch()
+around_fork(in_child=_scratch.forget)
 
 
 class StageRecords:

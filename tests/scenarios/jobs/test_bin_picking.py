@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from pxr import Gf
 from typer.testing import CliRunner
 
 from tests.scenarios.jobs.own_meshes import write_three
@@ -143,7 +144,8 @@ def test_shapes_of_a_class_have_the_same_models_in_every_drop(stage, tmp_path):
     kinds, found = job.kinds_of(assets), []
     assert kinds == [("thing", 0), ("thing", 1), ("thing", 2)]
     for kind in (kinds[2], kinds[0], kinds[1]):  # on a new stage each, at the same path
-        job.build(config, [kind], assets)
+        (part,) = job.build(config, [kind], assets).parts
+        part.body.place(np.zeros(3), Gf.Quatd(1.0))
         writer.survey()
         found += [obj_id for _, obj_id in writer._models._now.values()]
     assert found == [2001, 1, 1001]
