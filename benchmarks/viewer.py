@@ -1,6 +1,6 @@
 """`usdsdg view`: seconds to the first picture, pictures a second while orbiting, and memory over many steps.
 
-    python -m benchmarks.viewer [--steps 2000] [--mode classes] [--scene FILE.usd] [--cores 2]
+    python -m benchmarks.viewer [--steps 2000] [--size 640 480] [--mode classes] [--scene FILE.usd] [--cores 2]
 
 The command runs in a process of its own; this one is the page: it asks for a turn, waits for the picture, and answers.
 """
@@ -24,7 +24,6 @@ from benchmarks import report
 
 REPOSITORY = Path(__file__).parents[1]
 TARGETS = {"first": 5.0, "rate": 10.0}
-SIZE = (640, 480)
 SCENE = """
 import sys
 import usdsdg as rep
@@ -43,6 +42,7 @@ save_stage(sys.argv[1])
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--steps", type=int, default=2000, help="of the orbit whose memory is measured")
+    parser.add_argument("--size", type=int, nargs=2, default=(640, 480))
     parser.add_argument("--mode", default="classes")
     parser.add_argument("--scene", type=Path, help="default: 337 labeled objects")
     parser.add_argument("--cores", type=int, default=2)
@@ -71,10 +71,12 @@ def measure(scene: Path, arguments: argparse.Namespace) -> None:
         with connect(
             f"ws://{address.netloc}{address.path}socket", origin=f"http://{address.netloc}", proxy=None, max_size=None
         ) as page:
-            ask(page, do="size", width=SIZE[0], height=SIZE[1])
+            ask(page, do="size", width=arguments.size[0], height=arguments.size[1])
             picture(page)
             seconds = time.perf_counter() - started
-            report.row("first picture", f"{seconds:.1f} s, {cpu(process.pid):.1f} CPU-s", target=f"{TARGETS['first']:g} s")
+            report.row(
+                "first picture", f"{seconds:.1f} s, {cpu(process.pid):.1f} CPU-s", target=f"{TARGETS['first']:g} s"
+            )
             ask(page, do="mode", name=arguments.mode)
             orbit(page, process.pid, arguments)
     finally:
@@ -97,10 +99,12 @@ def orbit(page: ClientConnection, pid: int, arguments: argparse.Namespace) -> No
             kilobytes.append(resident(pid))
     rate = 1.0 / statistics.median(walls)
     each = 1000 * (cpu(pid) - before) / arguments.steps
-    what = f"{arguments.mode}, {SIZE[0]}x{SIZE[1]}"
+    what = f"{arguments.mode}, {arguments.size[0]}x{arguments.size[1]}"
     report.row(what, f"{rate:.1f} pictures/s, {each:.0f} CPU-ms each", target=f"{TARGETS['rate']:g} pictures/s")
     first, last, most = (value / 1024 for value in (kilobytes[len(kilobytes) // 4], resident(pid), max(kilobytes)))
-    report.row(f"memory, {arguments.steps} steps", f"{first:.0f} to {last:.0f} MiB", target=f"flat; most {most:.0f} MiB")
+    report.row(
+        f"memory, {arguments.steps} steps", f"{first:.0f} to {last:.0f} MiB", target=f"flat; most {most:.0f} MiB"
+    )
 
 
 def ask(page: ClientConnection, **wish: object) -> None:

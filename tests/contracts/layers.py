@@ -68,7 +68,7 @@ USDSDG = {
     "workers": "errors operating_system stage stores session writers",
     "stream": "errors operating_system session annotators capture scenarios replicator_yaml cli __init__",
     "torch": "errors session stream",
-    "view": "errors stage session graph annotators capture app orchestrator pictures inspect stream",
+    "view": "errors stage session graph annotators writers capture app orchestrator pictures inspect cli stream",
     "__main__": "cli",
     "__init__": "",
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -114,6 +115,20 @@ def test_a_job_is_shown_frame_by_frame(folder):
         sources.show_job(viewer, config, ["num_frames=2", "resolution=[64,48]"], None)
     assert viewer.frames == [0, 1, None]
     assert not [*folder.rglob("*.jpg"), *folder.rglob("*.png")]
+
+
+def test_ctrl_c_ends_a_job_that_waits_at_a_frame(folder):
+    class Interrupted(Watching):
+        def _turn(self) -> None:
+            super()._turn()
+            if self.page.pictures:
+                signal.raise_signal(signal.SIGINT)
+
+    config = Path(__file__).parents[2] / "configs/detection.yaml"
+    viewer = Interrupted()
+    with pytest.raises(KeyboardInterrupt):
+        sources.show_job(viewer, config, ["num_frames=2", "resolution=[64,48]"], None)
+    assert viewer.frames in ([], [0])
 
 
 def test_a_script_that_fails_ends_the_viewer_with_its_error(folder, capfd):

@@ -79,9 +79,16 @@ def whole_frame() -> Iterator[None]:
 
 @contextmanager
 def between_frames() -> Iterator[None]:
-    """Within a frame that is whole already, let a signal end the process at once again."""
+    """Within a frame that is whole already, let a signal end the process at once again, Ctrl-C too.
+
+    Jobs, which hold Ctrl-C back until the end of the frame, do so again afterwards.
+    """
     frames, _pending.frames = _pending.frames, 0
+    is_main = threading.current_thread() is threading.main_thread()
+    before = signal.signal(signal.SIGINT, signal.default_int_handler) if is_main else None
     try:
         yield
     finally:
         _pending.frames = frames
+        if is_main:
+            signal.signal(signal.SIGINT, before)

@@ -152,7 +152,8 @@ class OpenPage:
         return left if left > 0 else 60.0
 
     def _draw_view(self, is_moving: bool) -> bool:
-        is_quick = self._mode == PATHS and (is_moving or time.monotonic() - self._moved_at < MOVING_SECONDS)
+        moved = time.monotonic() - self._moved_at < MOVING_SECONDS
+        is_quick = self._mode == PATHS and (moved or is_moving or self._drawn is None)  # the first one is, too
         key = self._key(quick=is_quick)
         if key == self._drawn and (self._mode != PATHS or is_quick or self._paths.is_complete):
             return False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Hashable
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -16,8 +17,10 @@ from usdsdg.view.scene import Scene
 if TYPE_CHECKING:
     from usdsdg_render.path.film import Film
 
-# Samples per pixel at which a picture is complete, and the most that are added before it is shown again.
-ENOUGH, AT_ONCE = 256, 16
+# Samples per pixel at which a picture is complete.
+ENOUGH = 256
+# How long samples are added before the picture is shown, and the page is heard, again [s].
+AT_ONCE_SECONDS = 0.25
 
 
 class ProgressivePaths:
@@ -26,6 +29,7 @@ class ProgressivePaths:
     def __init__(self) -> None:
         self._key: Hashable = None
         self._film: Film | None = None
+        self._sample_seconds = AT_ONCE_SECONDS
 
     @property
     def samples(self) -> int:
@@ -42,15 +46,20 @@ class ProgressivePaths:
         self._key = self._film = None
 
     def improve(self, scene: Scene, view: CameraView, key: Hashable) -> np.ndarray:
-        """Add samples, as many as there are already, and return the picture (H, W, 3) uint8.
+        """Add some samples, at most as many as there are already, and return the picture (H, W, 3) uint8.
 
         key: of what the picture depends on; another one starts it anew.
         """
         renderer = scene.read()
         if key != self._key or self._film is None:
             self._key, self._film = key, renderer.new_film(view.width, view.height)
-        count = min(max(self._film.samples, 1), AT_ONCE, ENOUGH - self._film.samples)
-        return traced(renderer, self._film, view, count)
+        before = self._film.samples
+        count = min(max(before, 1), max(int(AT_ONCE_SECONDS / self._sample_seconds), 1), ENOUGH - before)
+        begun = time.perf_counter()
+        image = traced(renderer, self._film, view, count)
+        if count > 0:
+            self._sample_seconds = max(time.perf_counter() - begun, 1e-6) / count
+        return image
 
 
 def quick(scene: Scene, view: CameraView, samples: int = 1) -> np.ndarray:

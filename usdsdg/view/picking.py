@@ -14,7 +14,7 @@ from usdsdg.stage.poses.rotations import decompose
 from usdsdg.stage.poses.transforms import as_array, local_to_world
 from usdsdg.view.scene import Scene
 
-_DIGITS = 6  # significant ones
+_DECIMALS = 6  # micrometers
 
 
 @dataclass(frozen=True)
@@ -114,4 +114,4 @@ def _numbers(values: np.ndarray) -> list[float]:
 
 
 def _number(value: float) -> float:
-    return float(f"{value:.{_DIGITS}g}") + 0.0 if np.isfinite(value) else 0.0
+    return round(value, _DECIMALS) + 0.0 if np.isfinite(value) else 0.0  # + 0.0 turns -0 into 0

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 from usdsdg.app import saved_graph
 from usdsdg.capture.tap import Tap
+from usdsdg.cli.file_kinds import FileKind, kind_of
 from usdsdg.graph.node_prims import PIPELINE
 from usdsdg.orchestrator import get_orchestrator
 from usdsdg.session import session, stage_context
+from usdsdg.session.confinement import confined
 from usdsdg.stream.source import Source
 from usdsdg.view.viewer import Viewer
+from usdsdg.writers.backends.disk import disk_root
 
 
 def show_stage(viewer: Viewer, file: Path) -> None:
@@ -43,8 +47,11 @@ def show_job(viewer: Viewer, file: Path, arguments: Sequence[str], seed: int | N
     session.current().tap = Tap((), lambda _frame: False, lambda _view: None)
     orchestrator, frames = get_orchestrator(), itertools.count()
     unsubscribe = orchestrator.on_captured(lambda: viewer.run(frame=next(frames)))
+    # A graph in YAML is data: it may not name folders elsewhere, although its writers write nothing here.
+    is_data = kind_of(file) is FileKind.REPLICATOR_YAML
     try:
-        source.run()
+        with confined(disk_root()) if is_data else nullcontext():
+            source.run()
     finally:
         unsubscribe()
         session.current().tap = None

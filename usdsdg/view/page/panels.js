@@ -16,7 +16,7 @@ const PATHS = new Set(["path", "gprim", "material", "body"]);
 const UNITS = {
   position: "m", point: "m", size: "m", distance: "m", velocity: "m/s", "angular velocity": "°/s", rotation: "(w x y z)",
 };
-const number = (value) => (Number.isInteger(value) ? String(value) : value.toPrecision(4).replace(/\.?0+($|e)/, "$1"));
+const number = (value) => String(Number(value.toFixed(4)));
 
 export function showSelection(facts, ask) {
   const panel = byId("selection");
