@@ -6,7 +6,7 @@ from PIL import Image
 
 import usdsdg as rep
 
-WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 96))
+WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 48))
 PIECES = int(os.environ.get("PARTS", 500))
 PALETTE = [(0.93, 0.34, 0.18), (0.95, 0.71, 0.24), (0.16, 0.45, 0.52), (0.90, 0.87, 0.78), (0.13, 0.20, 0.31)]
 rep.set_global_seed(12)

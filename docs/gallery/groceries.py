@@ -9,7 +9,7 @@ from PIL import Image
 
 import usdsdg as rep
 
-WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 160))
+WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 48))
 YCB = "/Isaac/Props/YCB/Axis_Aligned"
 GROCERIES = {
     "003_cracker_box": ((-0.16, 0.10, 0.107), 65),

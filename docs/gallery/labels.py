@@ -10,7 +10,7 @@ from PIL import Image
 
 import usdsdg as rep
 
-WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 96))
+WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 48))
 rep.set_global_seed(11)
 rep.settings.set_render_pathtraced(SAMPLES)
 rep.create.light(light_type="Dome", intensity=450)

@@ -1,28 +1,30 @@
 // Search runs in a worker, which browsers refuse to pages that are opened as files. There it runs in a hidden frame.
+// Messages are delivered later, as those of workers are.
 if (location.protocol === "file:") {
   window.Worker = class extends EventTarget {
     constructor(url) {
       super();
-      const waiting = [];
-      this.send = data => waiting.push(data);
-      const frame = document.createElement("iframe");
-      frame.hidden = true;
-      frame.srcdoc = "<!doctype html><title>search</title>";
-      frame.onload = () => {
-        const inner = frame.contentWindow;
-        inner.postMessage = data => this.dispatchEvent(new MessageEvent("message", {data}));
-        const script = inner.document.createElement("script");
-        script.src = url;
-        script.onload = () => {
-          this.send = data => inner.dispatchEvent(new inner.MessageEvent("message", {data}));
-          waiting.forEach(data => this.send(data));
+      this.ready = new Promise(resolve => {
+        const frame = document.createElement("iframe");
+        frame.hidden = true;
+        frame.srcdoc = "<!doctype html><title>search</title>";
+        frame.onload = () => {
+          const inner = frame.contentWindow;
+          inner.postMessage = data => setTimeout(() => this.dispatchEvent(new MessageEvent("message", {data})));
+          inner.importScripts = () => {};
+          const script = inner.document.createElement("script");
+          script.src = url;
+          script.onload = () => resolve(inner);
+          inner.document.head.append(script);
         };
-        inner.document.head.append(script);
-      };
-      document.head.append(frame);
+        document.documentElement.append(frame);
+      });
     }
-    postMessage(data) { this.send(data); }
-    terminate() {}
+    postMessage(data) {
+      this.ready.then(inner => setTimeout(() => inner.dispatchEvent(new inner.MessageEvent("message", {data}))));
+    }
     set onmessage(listener) { this.addEventListener("message", listener); }
+    set onerror(listener) { this.addEventListener("error", listener); }
+    terminate() {}
   };
 }

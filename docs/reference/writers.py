@@ -72,6 +72,9 @@ write("CosmosWriter", output_dir="cosmos")
 # %% DataVisualizationWriter
 write("DataVisualizationWriter", output_dir="drawn", bounding_box_2d_tight=True, bounding_box_3d=True)
 
+# %% RerunWriter
+write("RerunWriter", output_dir="rerun")  # with pip install 'usdsdg[rerun]'
+
 # %% FPSWriter
 write("FPSWriter")  # prints the rate of frames
 

@@ -7,11 +7,10 @@ import shutil
 from pathlib import Path
 
 from docs.site import gallery_pages, plots, reference_pages, repository_pages
-from docs.site.repository_pages import ROOT
+from docs.site.repository_pages import COPIED, ROOT
 
 DOCS = ROOT / "docs"
 MACHINE = re.compile(r"\{machine (\w+)\}")
-COPIED = (".png", ".svg", ".css", ".js")
 
 
 def assemble(target: Path) -> None:

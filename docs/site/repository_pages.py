@@ -13,6 +13,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 HOME = "index.md"
 FOLDER = "repository"
+# Suffixes of files below docs/ that the site has as they are.
+COPIED = (".png", ".svg", ".css", ".js")
+SHOWN = (".md", *COPIED)
 LANGUAGES = {".py": "python", ".pyi": "python", ".yaml": "yaml", ".yml": "yaml", ".json": "json", ".toml": "toml"}
 LINK = re.compile(r"(\]\()([^)\s]+)(\))")
 FENCE = re.compile(r"^\s*(```|~~~)")
@@ -22,7 +25,7 @@ def page_of(path: str) -> str:
     """Return the name of the site's page, or picture, for a file or folder of the repository."""
     if path == "README.md":
         return HOME
-    if path.startswith("docs/"):
+    if path.startswith("docs/") and path.endswith(SHOWN):
         return path.removeprefix("docs/")
     if path.endswith(".md"):
         # The name README.md would make a page the index of its folder.
@@ -47,7 +50,7 @@ def relinked(text: str, source: str) -> tuple[str, set[str]]:
         full = posixpath.normpath(posixpath.join(posixpath.dirname(source), path))
         if not (ROOT / full).exists():
             return match[0]  # generated, or dead: the link check tells
-        if not full.startswith("docs/") and full != "README.md":
+        if page_of(full).startswith(f"{FOLDER}/"):
             needed.add(full)
         return f"{match[1]}{posixpath.relpath(page_of(full), posixpath.dirname(page) or '.')}{hash_}{anchor}{match[3]}"
 

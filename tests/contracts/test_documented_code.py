@@ -5,10 +5,8 @@ Pages that are done step by step, with files and commands, are walked by tests/s
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
-import warp as wp
 from pxr import Usd, UsdGeom, UsdLux
 
 from tests.scripts.conftest import ROOT, usdsdg
@@ -58,8 +56,7 @@ def save_scene(path) -> None:
 @pytest.fixture(autouse=True)
 def home(tmp_path, monkeypatch):
     """Writers write below a temporary home folder; the kernel cache stays where it is."""
-    wp.init()
-    monkeypatch.setenv("WARP_CACHE_PATH", str(Path(wp.config.kernel_cache_dir).parent))
+    monkeypatch.setenv("WARP_CACHE_PATH", walk.kernels())
     monkeypatch.setenv("HOME", str(tmp_path))
 
 

@@ -3,14 +3,13 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-import warp as wp
 from PIL import Image
 
 from docs.site.gallery_pages import FOLDER, NAMES
+from tests.site.walk import kernels
 
 TINY = {"WIDTH": "24", "SAMPLES": "1", "PARTS": "1"}
 
@@ -29,12 +28,11 @@ def test_the_picture_is_small_and_480_pixels_wide(name):
 
 def test_the_programs_make_their_pictures(tmp_path):
     """All in one process, to load the engines once."""
-    wp.init()
     run = (
         "import runpy, sys, usdsdg as rep\nfor path in sys.argv[1:]:\n    rep.open_stage()\n    runpy.run_path(path)\n"
     )
     command = [sys.executable, "-c", run, *(str(FOLDER / f"{name}.py") for name in NAMES)]
-    variables = {**os.environ, **TINY, "WARP_CACHE_PATH": str(Path(wp.config.kernel_cache_dir).parent)}
+    variables = {**os.environ, **TINY, "WARP_CACHE_PATH": kernels()}
     done = subprocess.run(command, cwd=tmp_path, env=variables, capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stderr
     for name in NAMES:

@@ -4,6 +4,7 @@ import pytest
 
 from docs.site import links, repository_pages
 from docs.site.build import build
+from tests.browser import browser, missing
 
 pytest.importorskip("zensical")
 
@@ -45,3 +46,16 @@ def test_links_to_files_of_the_repository_lead_to_their_pages():
     assert text.startswith("[a](repository/usdsdg/rng.py.md#x) ")
     assert "[c](../usdsdg)" in text
     assert needed == {"usdsdg/rng.py"}
+
+
+@pytest.mark.skipif(missing() is not None, reason=str(missing()))
+def test_pages_that_are_opened_as_files_have_no_errors_and_find_words(site):
+    with browser() as page:
+        page.open(site[0] / "site" / "index.html")
+        page.click(".md-search__button")
+        # The field and the results are in a shadow root of the element with the focus.
+        page.until("return !!(document.activeElement && document.activeElement.shadowRoot)")
+        for letter in "bop":
+            page.press(letter)
+        page.until("return /[1-9][0-9]* results/.test(document.activeElement.shadowRoot.textContent)")
+        assert page.errors() == []

@@ -1,9 +1,6 @@
 """The first five minutes and the tutorials, done as they say, at small sizes."""
 
-from pathlib import Path
-
 import pytest
-import warp as wp
 
 from tests.site.walk import ROOT, walk
 
@@ -12,5 +9,4 @@ PAGES = [ROOT / "docs/five_minutes.md", *sorted((ROOT / "docs/tutorials").glob("
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_the_page_does_what_it_says(page, tmp_path):
-    wp.init()
-    walk(page, tmp_path, str(Path(wp.config.kernel_cache_dir).parent))
+    walk(page, tmp_path)

@@ -14,6 +14,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import warp as wp
+
 ROOT = Path(__file__).resolve().parents[2]
 # What pages read sizes from, such that a page takes seconds: the values that readers see stand behind `:-`.
 SIZES = {"FRAMES": "2", "WIDTH": "64", "DROPS": "1", "PARTS": "2", "WORKERS": "2", "STEPS": "2"}
@@ -56,24 +58,30 @@ def blocks(page: Path) -> list[Block]:
     ]
 
 
-def environment(folder: Path, kernels: str) -> dict[str, str]:
+def kernels() -> str:
+    """Return what WARP_CACHE_PATH has to be so that programs share the kernels of this process."""
+    wp.init()
+    return str(Path(str(wp.config.kernel_cache_dir)).parent)
+
+
+def environment(folder: Path) -> dict[str, str]:
     """Return the variables of a reader who has activated an environment with usdsdg, with a home in `folder`."""
     commands = folder / ".commands"
     commands.mkdir()
     for name, arguments in {"usdsdg": "-m usdsdg", "python": ""}.items():
         (commands / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {arguments} "$@"\n')
         (commands / name).chmod(0o755)
-    paths = {"PATH": f"{commands}{os.pathsep}{os.environ['PATH']}", "HOME": str(folder), "WARP_CACHE_PATH": kernels}
+    paths = {"PATH": f"{commands}{os.pathsep}{os.environ['PATH']}", "HOME": str(folder), "WARP_CACHE_PATH": kernels()}
     return {**os.environ, **SIZES, **paths, "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "ignore"}
 
 
-def walk(page: Path, folder: Path, kernels: str) -> None:
+def walk(page: Path, folder: Path) -> None:
     """Do what a page says in an empty folder.
 
     Raises:
         AssertionError: a command failed, or did not print what the page says; the message names the line of the page.
     """
-    variables = environment(folder, kernels)
+    variables = environment(folder)
     printed = ""
     for block in blocks(page):
         where = f"{page.name}:{block.line}"
