@@ -94,9 +94,9 @@ def test_a_first_run_has_no_warning_and_ends_with_the_next_commands(tmp_path):
     lines = [line for line in done.stderr.splitlines() if "compiling" not in line]
     assert lines[0] == f"[usdsdg] BasicWriter writes to {tmp_path / 'out'}"
     assert lines[1].startswith("[usdsdg] frames captured: 2/2")
-    assert [line.partition("   (")[0] for line in lines[2:]] == [
+    assert [line.partition("   (")[0].rstrip() for line in lines[2:]] == [
         "[usdsdg] next: usdsdg inspect out",
-        "[usdsdg]       usdsdg verify out ".rstrip(),
+        "[usdsdg]       usdsdg verify out",
     ]
     assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2
 
