@@ -90,22 +90,25 @@ def test_a_file_that_could_not_be_written_makes_the_program_exit_with_an_error(t
 
 def test_a_first_run_has_no_warning_and_ends_with_the_next_commands(tmp_path):
     # The kernels of so small a picture compile in seconds, which is a line or two.
-    done = python(tmp_path, CAMERA + "rep.orchestrator.run(num_frames=2)\n")
+    light = "rep.create.light(light_type='Dome')\n"
+    done = python(tmp_path, light + CAMERA + "rep.orchestrator.run(num_frames=2)\n")
     lines = [line for line in done.stderr.splitlines() if "compiling" not in line]
     assert lines[0] == f"[usdsdg] BasicWriter writes to {tmp_path / 'out'}"
     assert lines[1].startswith("[usdsdg] frames captured: 2/2")
-    assert [line.partition("   (")[0] for line in lines[2:]] == [
+    assert [line.partition("   (")[0].rstrip() for line in lines[2:]] == [
         "[usdsdg] next: usdsdg inspect out",
-        "[usdsdg]       usdsdg verify out ".rstrip(),
+        "[usdsdg]       usdsdg verify out",
     ]
     assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2
 
 
 def test_a_program_is_silent_where_the_environment_or_a_setting_says_so(tmp_path, monkeypatch):
     quiet = "rep.settings.carb_settings('/usdsdg/progress', False)\n"
-    assert python(tmp_path, quiet + CAMERA + "rep.orchestrator.step()\n").stderr == ""
+    scene = "rep.create.light(light_type='Dome')\n" + CAMERA + "rep.orchestrator.step()\n"
+    assert python(tmp_path, quiet + scene).stderr == ""
     monkeypatch.setenv("USDSDG_PROGRESS", "0")
-    assert python(tmp_path, CAMERA + "rep.orchestrator.step()\n").stderr == ""
+    (tmp_path / "another").mkdir()  # a second run in the first one's folder is a warning
+    assert python(tmp_path / "another", scene).stderr == ""
 
 
 def test_demo_assets_are_substituted_and_named_once(tmp_path):

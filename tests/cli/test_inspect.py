@@ -63,23 +63,37 @@ def written():
     folders.clear()
 
 
-def test_the_command_is_named_for_what_was_written(written, tmp_path, capsys):
+def commands(printed: str) -> list[str]:
+    """Return the commands that are named, without what they do."""
+    return [line.removeprefix("next: ").partition("   (")[0].strip() for line in printed.splitlines()]
+
+
+def both(folder) -> list[str]:
+    return [f"usdsdg inspect {folder}", f"usdsdg verify {folder}"]
+
+
+def test_the_commands_are_named_for_what_was_written(written, tmp_path, monkeypatch, capsys):
     for name in ("a b", "c"):
         write_pose(tmp_path / "all" / name, 0, [MUG])
         written[str(tmp_path / "all" / name)] = None
     show_written(inspect=False)
     # One command for all datasets that are in a folder of their own.
-    assert [line.split("   ")[0] for line in capsys.readouterr().out.splitlines()] == [
-        f"next: usdsdg inspect {tmp_path / 'all'}",
-        f"      usdsdg verify {tmp_path / 'all'} ".rstrip(),
-    ]
+    printed = capsys.readouterr().out
+    assert printed.startswith("next: ")
+    assert commands(printed) == both(tmp_path / "all")
     write_pose(tmp_path / "all" / "older", 0, [MUG])
     show_written(inspect=False)
-    assert [line.split("   ")[0] for line in capsys.readouterr().out.replace("      ", "next: ").splitlines()] == [
-        f"next: usdsdg {command} {path}"
-        for path in (f"'{tmp_path / 'all' / 'a b'}'", tmp_path / "all" / "c")
-        for command in ("inspect", "verify")
-    ]
+    assert commands(capsys.readouterr().out) == [*both(f"'{tmp_path / 'all' / 'a b'}'"), *both(tmp_path / "all" / "c")]
+    monkeypatch.chdir(tmp_path)
+    show_written(inspect=False)
+    assert commands(capsys.readouterr().out) == [*both("'all/a b'"), *both("all/c")]
+
+
+def test_folders_that_were_removed_are_not_named(written, tmp_path, capsys):
+    for name in ("a", "b"):
+        written[str(tmp_path / "gone" / name)] = None
+    show_written(inspect=False)
+    assert capsys.readouterr().out == ""
 
 
 def test_pages_are_made_where_something_can_be_shown(written, tmp_path, capsys):

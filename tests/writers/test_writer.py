@@ -71,7 +71,7 @@ def test_init_params_and_render_products_initialize_and_attach():
 
 
 def test_options_of_a_users_writer_are_checked_by_name():
-    with pytest.raises(WriterError, match=r"Recorder has no option 'outdir'.* It has: output_dir"):
+    with pytest.raises(WriterError, match=r"Recorder has no option 'outdir'.* Did you mean 'output_dir'"):
         writers.get("Recorder").initialize(outdir="x")
 
     class Needy(Recorder):

@@ -13,8 +13,8 @@ _COMMANDS = {"inspect": "its images and labels on one page", "verify": "checks i
 
 
 def written_datasets() -> list[Path]:
-    """Return the folders that this process has written datasets to, without those inside of others."""
-    return _tops([Path(each) for each in current().written_folders])
+    """Return the folders that this process has written datasets to and that are still there, the outermost ones."""
+    return _tops([path for path in map(Path, current().written_folders) if path.is_dir()])
 
 
 def next_commands(folders: Iterable[Path]) -> list[str]:

@@ -1,0 +1,43 @@
+"""Warp starts without its line about a driver where there is neither a driver nor a GPU; all other lines are kept."""
+
+import subprocess
+import sys
+
+import pytest
+
+from usdsdg import warp_start
+
+SCRIPT = """
+import os
+from usdsdg import warp_start
+with warp_start._lines_held_back(b"about the driver"):
+    os.write(2, b"before\\nabout the driver: none\\n")
+    print("text", file=__import__("sys").stderr)
+os.write(2, b"after\\n")
+"""
+
+
+def error_of(script: str) -> str:
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return done.stderr
+
+
+def test_only_the_line_that_is_meant_is_left_out():
+    assert error_of(SCRIPT).splitlines() == ["before", "text", "after"]
+
+
+@pytest.mark.skipif(warp_start.has_cuda_driver() or warp_start.has_nvidia_gpu(), reason="needs a machine without GPU")
+def test_warp_says_nothing_where_there_is_no_gpu():
+    assert error_of("from usdsdg.warp_start import quiet_warp; quiet_warp(); import warp; warp.init()") == ""
+
+
+def test_a_gpu_without_a_driver_keeps_the_line(monkeypatch):
+    monkeypatch.setattr(warp_start, "has_cuda_driver", lambda: False)
+    monkeypatch.setattr(warp_start, "has_nvidia_gpu", lambda: True)
+    monkeypatch.setattr(warp_start, "start_warp", lambda: pytest.fail("it is left to Warp"))
+    warp_start._start_without_driver.__wrapped__()
+
+
+def test_where_standard_error_is_closed_nothing_is_held_back():
+    error_of("import os; os.close(2)\nfrom usdsdg import warp_start\nwith warp_start._lines_held_back(b'x'): pass")
