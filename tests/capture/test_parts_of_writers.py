@@ -15,6 +15,7 @@ from tests.verify import datasets
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.semantics.labels import add_labels
+from usdsdg.writers.formats.rerun import rrd_content
 from usdsdg.writers.journal.folders import Mode
 
 SIZE, FRAMES = (48, 32), 6
@@ -135,3 +136,22 @@ def test_samples_in_shards_are_the_same_in_parts_and_after_failures(tmp_path):
             run(dying(SHARDS, frames), tmp_path / f"died_{frames}")
         run(script, tmp_path / f"died_{frames}", mode=Mode.RESUME)
         assert differences(tmp_path / f"died_{frames}", whole) == [], f"after {frames} frames"
+
+
+def test_recordings_hold_the_same_in_parts_and_in_runs_that_go_on(tmp_path):
+    pytest.importorskip("rerun")
+    table: Table = {"rerun": ("RerunWriter", {"semantic_segmentation": True}, 2)}
+    script, whole = moving(table), tmp_path / "whole"
+
+    def held(folder: Path) -> dict[str, Any]:
+        # Apart from the order of metadata, which is another each time, and from what the journal says of it.
+        return {path.relative_to(folder).as_posix(): rrd_content.content(path) for path in folder.rglob("*.rrd")}
+
+    run(script, whole)
+    run_parts(script, tmp_path / "parts", "4:6", "0:1", "1:4")
+    with pytest.raises(Died):
+        run(dying(table, 3), tmp_path / "died")
+    run(script, tmp_path / "died", mode=Mode.RESUME)
+    assert len(held(whole)) == FRAMES
+    assert held(tmp_path / "parts") == held(whole)
+    assert held(tmp_path / "died") == held(whole)

@@ -57,7 +57,7 @@ USDSDG = {
     "datasets": "errors stage stores writers record",
     "pictures": "annotators writers",
     "inspect": "errors stage writers datasets pictures",
-    "notebook": "errors stage session arguments graph create annotators capture pictures datasets inspect",
+    "notebook": "errors stage session arguments graph create annotators writers capture pictures datasets inspect",
     "verify": "errors parallel stores stage session annotators writers record datasets",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors stores stage session arguments graph calibration create writers capture app orchestrator "

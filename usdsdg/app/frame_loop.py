@@ -201,7 +201,7 @@ class Orchestrator:
                     "orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs, or "
                     "`usdsdg run --frames N`."
                 )
-        self._capture.expected_frames = num_frames
+        self._capture.expected_frames = None if num_frames is None else self.captures + num_frames
         last = self.captures + (num_frames or 0)
         self._last = last if num_frames is not None else self.captures + _frames_to_limits(self.captures)
         self._start_unseen = True

@@ -33,6 +33,7 @@ OPTIONAL = {
     "mitsuba-oidn": ("denoise", "denoises path-traced images with Open Image Denoise"),
     "assimp-py": ("meshes", "reads FBX, URDF and COLLADA"),
     "pyarrow": ("parquet", "writes Parquet tables"),
+    "rerun-sdk": ("rerun", "records jobs for the Rerun viewer"),
     "ray": ("ray", "makes parts of a dataset on a cluster"),
 }
 

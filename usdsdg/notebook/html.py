@@ -12,7 +12,7 @@ import numpy as np
 from usdsdg.pictures.picture import Picture
 
 # Rows of a table, and characters of a value, that are shown.
-ROWS, CHARACTERS = 20, 120
+ROWS, CHARACTERS = 20, 400
 _CELL = "text-align:left;padding:1px 10px 1px 0;vertical-align:top"
 _FAINT = "opacity:.65"
 

@@ -18,7 +18,9 @@ def stage_html(stage: Usd.Stage) -> str:
     top = [*stage.GetPseudoRoot().GetChildren()]
     meters, up = UsdGeom.GetStageMetersPerUnit(stage), UsdGeom.GetStageUpAxis(stage)
     about = f"{up} up, {meters:g} m per unit, {sum(1 for _ in stage.Traverse())} prims"
-    return html.title(stage.GetRootLayer().GetDisplayName() or "stage", about) + _Tree().below(top, 0)
+    layer = stage.GetRootLayer()
+    name = "stage" if layer.anonymous else layer.GetDisplayName()
+    return html.title(name, about) + _Tree().below(top, 0)
 
 
 def prim_html(prim: Usd.Prim) -> str:

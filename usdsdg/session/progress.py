@@ -5,6 +5,7 @@ import sys
 import time
 from typing import Any, Protocol, TextIO
 
+from usdsdg.session.notebook_progress import NotebookReporter, notebook
 from usdsdg.session.session import current
 
 FIRST_LINE = 1.0  # seconds that a task takes before anything is said of it
@@ -125,9 +126,13 @@ def described(done: int, total: int | None, elapsed: float) -> str:
 def reporter_of_library() -> Reporter:
     """Return the reporter of a program that calls usdsdg: lines, unless the environment turns them off.
 
-    There are no bars, which would be drawn over what the program prints.
+    There are no bars, which would be drawn over what the program prints, but in notebooks.
     """
-    return SilentReporter() if os.environ.get(VARIABLE, "").lower() in _OFF else LineReporter()
+    return SilentReporter() if os.environ.get(VARIABLE, "").lower() in _OFF else _shown()
+
+
+def _shown() -> Reporter:
+    return NotebookReporter(described) if notebook() is not None else LineReporter()
 
 
 def use(reporter: Reporter) -> None:
@@ -138,7 +143,7 @@ def use(reporter: Reporter) -> None:
 
 def use_of_library(shown: bool) -> None:
     """Show progress and notes as lines, or nothing (the setting `/usdsdg/progress`)."""
-    use(LineReporter() if shown else SilentReporter())
+    use(_shown() if shown else SilentReporter())
 
 
 def use_default(quiet: bool = False) -> None:

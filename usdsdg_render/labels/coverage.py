@@ -103,7 +103,7 @@ class Coverage:
         inputs = [self._scene.tables, self._scene.supports, self._cameras, instances]
         self._rows(bound_on_screen, bounds.shape[:2], inputs, [bounds])
         for k, view in enumerate(self._views):
-            if view.lens is not None:
+            if view.lens is not None and len(self._instances):
                 wp.copy(bounds[k], self._array(self._lens_bounds(view), wp.float32))
         return bounds
 

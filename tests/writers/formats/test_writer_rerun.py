@@ -41,8 +41,8 @@ def recorded(folder: Path, **options) -> tuple[dict, list[dict]]:
     """Record a moving crate and a ball in centimeters; return what is in the files, and what annotators had."""
     stage = rep.get_stage()
     UsdGeom.SetStageMetersPerUnit(stage, 0.01)
-    crate = rep.create.cube(position=(-100, 0, 0), scale=(100, 100, 50), semantics=[("class", "crate")])
-    rep.create.sphere(position=(120, 0, 0), scale=60, semantics=[("class", "ball")])
+    crate = rep.create.cube(position=(-100, 0, 0), scale=(1, 1, 0.5), semantics=[("class", "crate")])
+    rep.create.sphere(position=(120, 0, 0), scale=0.6, semantics=[("class", "ball")])
     rep.create.light(light_type="Dome", intensity=1000)
     with rep.trigger.on_frame(), crate:
         rep.modify.pose(
@@ -184,10 +184,11 @@ def test_without_the_extra_one_line_says_what_to_install(tmp_path, stage, monkey
 
 
 SCRIPT = """
+import os
 import usdsdg as rep
 rep.create.cube(semantics=[("class", "crate")])
 writer = rep.writers.get("BasicWriter")
-writer.initialize(output_dir="out", rgb=True)
+writer.initialize(output_dir=os.path.abspath("out"), rgb=True)
 writer.attach(rep.create.render_product(rep.create.camera(position=(0, -5, 0), look_at=(0, 0, 0)), (24, 16)))
 rep.orchestrator.run(num_frames=3)
 """

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import socket
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,7 @@ from usdsdg.writers.formats.rerun.rerun_extra import rerun
 from usdsdg.writers.formats.rerun.writer_rerun import RerunWriter, recording_id
 
 VIEWER, SUFFIX = "viewer", ".rrd"
+_LOOPBACK = "127.0.0.1"
 _DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY")
 
 
@@ -55,7 +58,7 @@ class JobRecording:
         if self._stream is None:
             self._stream = rr.RecordingStream(APPLICATION, recording_id=recording_id(""), send_properties=False)
             if self._file is None:
-                self._stream.spawn()
+                self._stream.connect_grpc(_started_viewer())
             else:
                 self._stream.save(_unfinished(self._file))
         rr.send_chunks(made, recording=self._stream)
@@ -85,6 +88,20 @@ def _writable(file: Path) -> Path:
     except OSError as error:
         raise OutputNotWritable(f"--rerun {file}: {error.strerror}. Choose another path.") from error
     return file
+
+
+def _started_viewer() -> str:
+    """Start a viewer that goes on after this process, and return its address, which only this machine reaches.
+
+    `RecordingStream.spawn` would let all of the network in.
+    """
+    with socket.socket() as free:
+        free.bind((_LOOPBACK, 0))
+        port = free.getsockname()[1]
+    command = [sys.executable, "-m", "rerun", "--bind", _LOOPBACK, "--port", str(port)]
+    quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    subprocess.Popen(command, start_new_session=True, **quiet)
+    return f"rerun+http://{_LOOPBACK}:{port}/proxy"
 
 
 def _check_display() -> None:

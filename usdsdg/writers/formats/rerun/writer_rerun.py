@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from pxr import UsdGeom
 
@@ -27,6 +27,7 @@ from usdsdg.writers.options import typed
 _FORMATS = ("png", "jpeg")
 
 
+@runtime_checkable  # options are checked
 class ChunkSink(Protocol):
     """What takes the chunks of a frame in place of files."""
 
