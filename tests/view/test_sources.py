@@ -81,7 +81,7 @@ def watched(*wishes: dict, seed: int | None = None) -> Watching:
     engines.use_device("cpu")
     viewer = Watching(*wishes)
     with pytest.raises(Ended):
-        sources.show_job(viewer, Path("script.py"), [], seed)
+        sources.of_job(Path("script.py"), [], seed)(viewer)
     return viewer
 
 
@@ -112,7 +112,7 @@ def test_a_job_is_shown_frame_by_frame(folder):
     config = Path(__file__).parents[2] / "configs/detection.yaml"
     viewer = Watching()
     with pytest.raises(Ended):
-        sources.show_job(viewer, config, ["num_frames=2", "resolution=[64,48]"], None)
+        sources.of_job(config, ["num_frames=2", "resolution=[64,48]"], None)(viewer)
     assert viewer.frames == [0, 1, None]
     assert not [*folder.rglob("*.jpg"), *folder.rglob("*.png")]
 
@@ -127,7 +127,7 @@ def test_ctrl_c_ends_a_job_that_waits_at_a_frame(folder):
     config = Path(__file__).parents[2] / "configs/detection.yaml"
     viewer = Interrupted()
     with pytest.raises(KeyboardInterrupt):
-        sources.show_job(viewer, config, ["num_frames=2", "resolution=[64,48]"], None)
+        sources.of_job(config, ["num_frames=2", "resolution=[64,48]"], None)(viewer)
     assert viewer.frames in ([], [0])
 
 
@@ -141,7 +141,7 @@ def test_a_script_that_fails_ends_the_viewer_with_its_error(folder, capfd):
 def test_a_file_that_is_nothing_to_view_is_an_error(folder):
     (folder / "notes.txt").write_text("x")
     with pytest.raises(ConfigError, match=r"notes\.txt"):
-        sources.show_job(Viewer("x"), Path("notes.txt"), [], None)
+        sources.of_job(Path("notes.txt"), [], None)
 
 
 def test_a_graph_that_is_saved_in_a_stage_can_be_run(folder):
@@ -151,7 +151,18 @@ def test_a_graph_that_is_saved_in_a_stage_can_be_run(folder):
     engines.use_device("cpu")
     viewer = Watching({"do": "randomize", "seed": 5})
     with pytest.raises(Ended):
-        sources.show_stage(viewer, folder / "saved.usda")
+        sources.of_stage(folder / "saved.usda")(viewer)
     assert viewer.page.values["scene"]["triggers"] == ["on_frame"]
     assert viewer.page.values["state"]["seed"] == 5
     assert viewer.page.errors == []
+
+
+def test_a_mesh_file_is_shown(folder):
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    faces = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"]
+    lines = [*(f"v {x} {y} {z}" for x, y, z in corners), *(f"f {face}" for face in faces)]
+    (folder / "box.obj").write_text("\n".join(lines))
+    viewer = Watching()
+    with pytest.raises(Ended):
+        sources.of_stage(folder / "box.obj")(viewer)
+    assert viewer.page.pictures[-1][1].std() > 5

@@ -35,6 +35,7 @@ OPTIONAL = {
     "pyarrow": ("parquet", "writes Parquet tables"),
     "rerun-sdk": ("rerun", "records jobs for the Rerun viewer"),
     "ray": ("ray", "makes parts of a dataset on a cluster"),
+    "uvicorn": ("view", "serves the page of usdsdg view"),
 }
 
 

@@ -63,14 +63,12 @@ def _show(source: Path, arguments: list[str], seed: int | None, port: int) -> No
     is_stage = kind_of(source) is FileKind.STAGE
     if is_stage and arguments:
         raise ConfigError(f"{source} is a stage, which takes no arguments: {' '.join(arguments)}")
+    show = sources.of_stage(source) if is_stage else sources.of_job(source, arguments, seed)
     viewer = Viewer(source.name)
     server = Server(viewer.opened, viewer.wake, port=port)
     print(server.address, flush=True)
     try:
-        if is_stage:
-            sources.show_stage(viewer, source)
-        else:
-            sources.show_job(viewer, source, arguments, seed)
+        show(viewer)
     finally:
         server.close()
 

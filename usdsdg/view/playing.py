@@ -57,12 +57,12 @@ class Playing:
         """Advance by the time that has passed, in whole time codes."""
         if self._last is None:
             return
-        passed = min(time.monotonic() - self._last, LONGEST)
-        codes = int(passed / self._code)
-        if codes > 0:
-            self._last = time.monotonic()
-            for _ in range(codes):
-                self._advance(self._code)
+        now = time.monotonic()
+        self._last = max(self._last, now - LONGEST)
+        codes = int((now - self._last) / self._code)
+        self._last += codes * self._code
+        for _ in range(codes):
+            self._advance(self._code)
 
     @property
     def _code(self) -> float:

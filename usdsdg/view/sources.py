@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -19,8 +19,8 @@ from usdsdg.view.viewer import Viewer
 from usdsdg.writers.backends.disk import disk_root
 
 
-def show_stage(viewer: Viewer, file: Path) -> None:
-    """Show a stage until the program ends; a graph that is saved in it can be run.
+def of_stage(file: Path) -> Callable[[Viewer], None]:
+    """Open a stage, and return what shows it until the program ends; a graph that is saved in it can be run.
 
     Raises:
         AssetError: it cannot be opened.
@@ -29,32 +29,40 @@ def show_stage(viewer: Viewer, file: Path) -> None:
     stage = stage_context.open_stage(file)
     if stage.GetPrimAtPath(PIPELINE):
         saved_graph.load(stage)
-    viewer.run()
+    return lambda viewer: viewer.run()
 
 
-def show_job(viewer: Viewer, file: Path, arguments: Sequence[str], seed: int | None) -> None:
-    """Run a script or the job of a configuration, and stop at each frame that it captures until a page goes on.
+def of_job(file: Path, arguments: Sequence[str], seed: int | None) -> Callable[[Viewer], None]:
+    """Check a script or a configuration, and return what runs it and stops at each frame until a page goes on.
 
-    At its end, or at once where it captures nothing, its stage is shown until the program ends.
+    At its end, or at once where it captures nothing, its stage is shown until the program ends. What is returned raises
+    GraphError for a script that ended with an error, which has been printed, and else what the job raises.
 
     Raises:
-        GraphError: a script ended with an error, which has been printed.
-        UsdsdgError: as the job raises.
+        ConfigError: there is no such file, it is of another kind, or the configuration is wrong.
     """
     source = Source(file, tuple(arguments), seed)
     source.check()
+    # A graph in YAML is data: it may not name folders elsewhere, although its writers write nothing here.
+    limit = confined(disk_root()) if kind_of(file) is FileKind.REPLICATOR_YAML else nullcontext()
+
+    def show(viewer: Viewer) -> None:
+        with limit:
+            _run(source, viewer)
+        viewer.run()
+
+    return show
+
+
+def _run(source: Source, viewer: Viewer) -> None:
     # In place of the writers; it takes no frame, so none is rendered that no annotator of a script reads.
     session.current().tap = Tap((), lambda _frame: False, lambda _view: None)
     orchestrator, frames = get_orchestrator(), itertools.count()
     unsubscribe = orchestrator.on_captured(lambda: viewer.run(frame=next(frames)))
-    # A graph in YAML is data: it may not name folders elsewhere, although its writers write nothing here.
-    is_data = kind_of(file) is FileKind.REPLICATOR_YAML
     try:
-        with confined(disk_root()) if is_data else nullcontext():
-            source.run()
+        source.run()
     finally:
         unsubscribe()
         session.current().tap = None
     if next(frames) == 0:
         orchestrator.preview()  # as before a first frame, so that the triggers have run once
-    viewer.run()
