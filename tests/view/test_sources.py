@@ -11,7 +11,8 @@ from tests.view.pages import Page
 from usdsdg.errors import ConfigError, GraphError
 from usdsdg.session import engines, session
 from usdsdg.session.stage_context import current_stage, save_stage
-from usdsdg.view import sources
+from usdsdg.view.jobs import of_job
+from usdsdg.view.stages import of_stage
 from usdsdg.view.viewer import Viewer
 
 SCRIPT = """
@@ -81,7 +82,7 @@ def watched(*wishes: dict, seed: int | None = None) -> Watching:
     engines.use_device("cpu")
     viewer = Watching(*wishes)
     with pytest.raises(Ended):
-        sources.of_job(Path("script.py"), [], seed)(viewer)
+        of_job(Path("script.py"), [], seed)(viewer)
     return viewer
 
 
@@ -112,7 +113,7 @@ def test_a_job_is_shown_frame_by_frame(folder):
     config = Path(__file__).parents[2] / "configs/detection.yaml"
     viewer = Watching()
     with pytest.raises(Ended):
-        sources.of_job(config, ["num_frames=2", "resolution=[64,48]"], None)(viewer)
+        of_job(config, ["num_frames=2", "resolution=[64,48]"], None)(viewer)
     assert viewer.frames == [0, 1, None]
     assert not [*folder.rglob("*.jpg"), *folder.rglob("*.png")]
 
@@ -127,7 +128,7 @@ def test_ctrl_c_ends_a_job_that_waits_at_a_frame(folder):
     config = Path(__file__).parents[2] / "configs/detection.yaml"
     viewer = Interrupted()
     with pytest.raises(KeyboardInterrupt):
-        sources.of_job(config, ["num_frames=2", "resolution=[64,48]"], None)(viewer)
+        of_job(config, ["num_frames=2", "resolution=[64,48]"], None)(viewer)
     assert viewer.frames in ([], [0])
 
 
@@ -141,7 +142,7 @@ def test_a_script_that_fails_ends_the_viewer_with_its_error(folder, capfd):
 def test_a_file_that_is_nothing_to_view_is_an_error(folder):
     (folder / "notes.txt").write_text("x")
     with pytest.raises(ConfigError, match=r"notes\.txt"):
-        sources.of_job(Path("notes.txt"), [], None)
+        of_job(Path("notes.txt"), [], None)
 
 
 def test_a_graph_that_is_saved_in_a_stage_can_be_run(folder):
@@ -151,7 +152,7 @@ def test_a_graph_that_is_saved_in_a_stage_can_be_run(folder):
     engines.use_device("cpu")
     viewer = Watching({"do": "randomize", "seed": 5})
     with pytest.raises(Ended):
-        sources.of_stage(folder / "saved.usda")(viewer)
+        of_stage(folder / "saved.usda")(viewer)
     assert viewer.page.values["scene"]["triggers"] == ["on_frame"]
     assert viewer.page.values["state"]["seed"] == 5
     assert viewer.page.errors == []
@@ -164,5 +165,5 @@ def test_a_mesh_file_is_shown(folder):
     (folder / "box.obj").write_text("\n".join(lines))
     viewer = Watching()
     with pytest.raises(Ended):
-        sources.of_stage(folder / "box.obj")(viewer)
+        of_stage(folder / "box.obj")(viewer)
     assert viewer.page.pictures[-1][1].std() > 5

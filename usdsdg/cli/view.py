@@ -56,14 +56,20 @@ def view(
 
 
 def _show(source: Path, arguments: list[str], seed: int | None, port: int) -> None:
-    from usdsdg.view import sources
     from usdsdg.view.server import Server
     from usdsdg.view.viewer import Viewer
 
     is_stage = kind_of(source) is FileKind.STAGE
     if is_stage and arguments:
         raise ConfigError(f"{source} is a stage, which takes no arguments: {' '.join(arguments)}")
-    show = sources.of_stage(source) if is_stage else sources.of_job(source, arguments, seed)
+    if is_stage:
+        from usdsdg.view.stages import of_stage
+
+        show = of_stage(source)
+    else:
+        from usdsdg.view.jobs import of_job
+
+        show = of_job(source, arguments, seed)
     viewer = Viewer(source.name)
     server = Server(viewer.opened, viewer.wake, port=port)
     print(server.address, flush=True)

@@ -1,4 +1,4 @@
-"""What is viewed: a stage, or the frames of a script or a job, of which the writers write nothing."""
+"""The frames of a script or a job as what is viewed; its writers write nothing."""
 
 from __future__ import annotations
 
@@ -7,29 +7,14 @@ from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
-from usdsdg.app import saved_graph
 from usdsdg.capture.tap import Tap
 from usdsdg.cli.file_kinds import FileKind, kind_of
-from usdsdg.graph.node_prims import PIPELINE
 from usdsdg.orchestrator import get_orchestrator
-from usdsdg.session import session, stage_context
+from usdsdg.session import session
 from usdsdg.session.confinement import confined
 from usdsdg.stream.source import Source
 from usdsdg.view.viewer import Viewer
 from usdsdg.writers.backends.disk import disk_root
-
-
-def of_stage(file: Path) -> Callable[[Viewer], None]:
-    """Open a stage, and return what shows it until the program ends; a graph that is saved in it can be run.
-
-    Raises:
-        AssetError: it cannot be opened.
-        GraphError: its graph needs Python code.
-    """
-    stage = stage_context.open_stage(file)
-    if stage.GetPrimAtPath(PIPELINE):
-        saved_graph.load(stage)
-    return lambda viewer: viewer.run()
 
 
 def of_job(file: Path, arguments: Sequence[str], seed: int | None) -> Callable[[Viewer], None]:
