@@ -44,26 +44,32 @@ def names_parameters(function: object) -> bool:
 
 
 def _naming(function: Callable[..., Any]) -> Callable[..., Any]:
-    if inspect.iscoroutinefunction(function):
-
-        @functools.wraps(function)
-        async def naming(*args: Any, **kwargs: Any) -> Any:
-            try:
-                return await function(*args, **kwargs)
-            except TypeError:
-                _check_names(function, kwargs)
-                raise
-    else:
-
-        @functools.wraps(function)
-        def naming(*args: Any, **kwargs: Any) -> Any:
-            try:
-                return function(*args, **kwargs)
-            except TypeError:
-                _check_names(function, kwargs)
-                raise
-
+    naming = (_naming_later if inspect.iscoroutinefunction(function) else _naming_now)(function)
     setattr(naming, _MARK, True)
+    return naming
+
+
+def _naming_now(function: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(function)
+    def naming(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return function(*args, **kwargs)
+        except TypeError:
+            _check_names(function, kwargs)
+            raise
+
+    return naming
+
+
+def _naming_later(function: Callable[..., Any]) -> Callable[..., Any]:
+    @functools.wraps(function)
+    async def naming(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return await function(*args, **kwargs)
+        except TypeError:
+            _check_names(function, kwargs)
+            raise
+
     return naming
 
 
