@@ -8,7 +8,7 @@ from PIL import Image
 import usdsdg as rep
 from usdsdg import demo
 
-WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 48))
+WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 16))
 PARTS = int(os.environ.get("PARTS", 8))
 rep.set_global_seed(2)
 rep.settings.set_render_pathtraced(SAMPLES)

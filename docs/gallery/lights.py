@@ -6,7 +6,7 @@ from PIL import Image
 
 import usdsdg as rep
 
-WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 48))
+WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 16))
 rep.settings.set_render_pathtraced(SAMPLES)
 wall = rep.create.material_omnipbr(diffuse=(0.72, 0.70, 0.67), roughness=0.9)
 for position, scale in (

@@ -6,7 +6,7 @@ from PIL import Image
 
 import usdsdg as rep
 
-WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 48))
+WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 16))
 rep.settings.set_render_pathtraced(SAMPLES)
 sky = "/NVIDIA/Assets/Skies/Indoor/hotel_room_4k.hdr"
 rep.create.light(light_type="Dome", texture=sky, intensity=800, rotation=(0, 0, 30))

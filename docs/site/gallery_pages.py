@@ -9,7 +9,7 @@ from docs.site.repository_pages import ROOT
 
 FOLDER = ROOT / "docs" / "gallery"
 # In the order of the gallery.
-NAMES = ("groceries", "glass", "bin", "labels", "lights", "materials", "confetti")
+NAMES = ("groceries", "glass", "bin", "labels", "lights", "materials")
 
 
 def pages() -> dict[str, str]:
