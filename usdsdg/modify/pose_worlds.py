@@ -58,12 +58,12 @@ def _pose_together(node: Node, drawn: dict[str, np.ndarray], values: WorldValues
     known = node.state.get("in worlds")
     if known is None or known[0] != orders:
         known = node.state["in worlds"] = (orders, {role: _targets_of(prims, role) for role in drawn})
-    targets = known[1]
-    blocks = {role: _block(column) for role, column in drawn.items()}
-    if any(block is None for block in blocks.values()) or any(targets.get(role) is None for role in drawn):
+    found = [(known[1].get(role), _block(column)) for role, column in drawn.items()]
+    pairs = [(targets, block) for targets, block in found if targets is not None and block is not None]
+    if len(pairs) < len(found):
         return False
-    for role, block in blocks.items():
-        values.set_block(targets[role], np.broadcast_to(block, (values.count, *block.shape[1:])), node.describe())
+    for targets, block in pairs:
+        values.set_block(targets, np.broadcast_to(block, (values.count, *block.shape[1:])), node.describe())
     return True
 
 

@@ -2,6 +2,7 @@
 
 # Code of Warp kernels is not Python to a type checker.
 # pyright: reportGeneralTypeIssues=false, reportInvalidTypeForm=false, reportOptionalMemberAccess=false
+# pyright: reportOperatorIssue=false
 
 from typing import Any
 

@@ -59,11 +59,12 @@ class _DeviceMap:
     @property
     def channels(self) -> np.ndarray:
         """(3,) mean of each channel over the sphere, times the solid angle of the sphere."""
-        if self._channels is None:
+        known = self._channels
+        if known is None:
             edges = np.cos(np.pi * np.arange(len(self.cells) + 1) / len(self.cells))
             solid_angle = (edges[:-1] - edges[1:]) * (2 * np.pi / self.cells.shape[1])
-            self._channels = self.cells.sum(1, dtype=np.float64).T @ solid_angle
-        return self._channels
+            known = self._channels = np.asarray(self.cells.sum(1, dtype=np.float64).T @ solid_angle)
+        return known
 
     def set_tint(self, tint: np.ndarray) -> None:
         """Build the sampling distribution for a tint of the texture."""

@@ -63,7 +63,10 @@ def lights_in_worlds(
             if own:
                 color = emitted_colors(prim, own, count)
             if differs:
-                frame[:] = np.stack([dome_frame(prim, each) for each in matrices])
+                frames = [each for matrix in matrices if (each := dome_frame(prim, matrix)) is not None]
+                if len(frames) < len(matrices):
+                    raise Unsupported(f"{prim.GetPath()}: in some worlds the dome's transform has no inverse")
+                frame[:] = np.stack(frames)
         except Unsupported as error:
             raise values.refusal(prim.GetPath(), error) from None
     table = np.zeros((count, len(rows)), LIGHT)

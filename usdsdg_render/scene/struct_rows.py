@@ -33,8 +33,9 @@ def uploaded(rows: np.ndarray, struct: Any, device: str, *, into: wp.array | Non
     if rows.dtype.itemsize != dtype_of(struct).itemsize or not rows.flags.c_contiguous:
         # Such as by `np.concatenate`, which leaves out padding.
         raise ValueError(f"rows of {rows.dtype.itemsize} bytes do not have the memory layout of {struct.key}")
-    fits = into is not None and into.shape == rows.shape
-    target = into if fits else wp.empty(rows.shape, dtype=struct, device=device)
+    target = into
+    if target is None or target.shape != rows.shape:
+        target = wp.empty(rows.shape, dtype=struct, device=device)
     if rows.size:
         source = wp.array(ptr=rows.ctypes.data, shape=rows.shape, dtype=struct, device="cpu", copy=False)
         wp.copy(target, source)

@@ -1,5 +1,8 @@
 """AOVs of the ray through the center of each pixel: identity and position of its hit, depth, normal and motion."""
 
+# Code of Warp kernels is not Python to a type checker.
+# pyright: reportReturnType=false
+
 import warp as wp
 
 from usdsdg_render.kernels.cameras.camera import Ray

@@ -99,8 +99,8 @@ def _started_viewer() -> str:
         free.bind((_LOOPBACK, 0))
         port = free.getsockname()[1]
     command = [sys.executable, "-m", "rerun", "--bind", _LOOPBACK, "--port", str(port)]
-    quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    subprocess.Popen(command, start_new_session=True, **quiet)
+    nothing = subprocess.DEVNULL
+    subprocess.Popen(command, start_new_session=True, stdin=nothing, stdout=nothing, stderr=nothing)
     return f"rerun+http://{_LOOPBACK}:{port}/proxy"
 
 
