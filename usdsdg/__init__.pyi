@@ -33,7 +33,7 @@ from .notebook.dataset import open_dataset
 from .notebook.preview import preview
 from .orchestrator import run_until_complete_async
 from .session.stage_context import current_stage as get_stage
-from .session.stage_context import open_stage, save_stage
+from .session.stage_context import new_stage, open_stage, save_stage
 from .writers import (
     BasicWriter,
     CocoWriter,
@@ -58,7 +58,7 @@ __all__ = [
     "CocoWriter", "KittiWriter", "CosmosWriter", "FPSWriter", "writers_default",
     "backends", "BackendDispatch",
     # the stage and its graph, and a look at them
-    "get_stage", "open_stage", "save_stage", "get_graph", "preview", "open_dataset",
+    "get_stage", "new_stage", "open_stage", "save_stage", "get_graph", "preview", "open_dataset",
     # what runs it
     "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "new_layer",
     "run_until_complete_async", "errors", "example", "tools",

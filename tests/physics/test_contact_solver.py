@@ -11,7 +11,7 @@ import pytest
 import warp as wp
 from pxr import Usd
 
-from tests.physics import calm_scenes, test_locked_axes, test_squeezes
+from tests.physics import calm_scenes, test_locked_axes
 from tests.physics.scenes import add, new_stage, physics_material, playing
 from usdsdg.compilation import ModuleLoad
 from usdsdg_physics import NewtonEngine
@@ -132,11 +132,6 @@ def test_pairs_of_one_color_share_no_moving_body():
 def test_a_box_with_a_locked_axis_is_pushed_straight():
     """The hand's face turns it back: a turn of the sweeps that push bodies apart, of which no velocity tells."""
     test_locked_axes.test_a_box_that_may_not_tip_about_one_axis_is_pushed_without_giving_way()
-
-
-def test_a_light_thing_that_has_left_the_floor_lifts_a_heavy_one():
-    """Its contacts with the floor are solved last, so that it lies on that at once, deep in the box above."""
-    test_squeezes.test_a_small_thing_lifts_one_that_is_ten_thousand_times_heavier()
 
 
 def test_the_impulses_of_a_box_at_rest_bear_its_weight():

@@ -28,9 +28,7 @@ def test_the_picture_is_small_and_480_pixels_wide(name):
 
 def test_the_programs_make_their_pictures(tmp_path):
     """All in one process, to load the engines once."""
-    run = (
-        "import runpy, sys, usdsdg as rep\nfor path in sys.argv[1:]:\n    rep.open_stage()\n    runpy.run_path(path)\n"
-    )
+    run = "import runpy, sys, usdsdg as rep\nfor path in sys.argv[1:]:\n    rep.new_stage()\n    runpy.run_path(path)\n"
     command = [sys.executable, "-c", run, *(str(FOLDER / f"{name}.py") for name in NAMES)]
     variables = {**os.environ, **TINY, "WARP_CACHE_PATH": kernels()}
     done = subprocess.run(command, cwd=tmp_path, env=variables, capture_output=True, text=True, timeout=280)

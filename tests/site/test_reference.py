@@ -43,7 +43,7 @@ def test_the_examples_run(tmp_path, monkeypatch):
     run = (
         "import os, runpy, sys, usdsdg as rep\n"
         "for path in sys.argv[1:]:\n"
-        "    rep.open_stage()\n"
+        "    rep.new_stage()\n"
         "    os.makedirs(name := os.path.basename(path)[:-3])\n"
         "    os.chdir(name)\n"
         "    runpy.run_path(path)\n"

@@ -1,10 +1,9 @@
-import warnings
 from pathlib import Path
 
 import pytest
 from pxr import Usd
 
-from usdsdg.errors import AssetError, AssetNotFound, Unsupported, UsdsdgWarning, forget_warnings
+from usdsdg.errors import AssetError, AssetNotFound, Unsupported
 from usdsdg.stage import assets
 from usdsdg.stage.assets import root as root_module
 
@@ -41,16 +40,15 @@ def test_the_root_is_the_one_set_else_the_environments(root, tmp_path, monkeypat
     assert assets.assets_root() == str(root)
 
 
-def test_without_a_root_the_stand_ins_are_used_with_one_warning(root):
-    forget_warnings()
-    calls = []
-    assets.set_fallback_root(lambda: calls.append(1) or root)
-    assert not calls
-    with pytest.warns(UsdsdgWarning, match=f"stand-ins.*{assets.ROOT_VARIABLE}"):
-        assert assets.assets_root() == str(root)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert assets.resolve("/" + MUG) == str(root / MUG)
+def test_without_a_root_the_stand_ins_are_used_and_announced(root):
+    made, announced = [], []
+    assets.set_fallback_root(lambda: made.append(1) or root, lambda: announced.append(1))
+    assert not made
+    assert assets.assets_root(announce=False) == str(root)
+    assert not announced
+    assert assets.assets_root() == str(root)
+    assert announced
+    assert assets.resolve("/" + MUG) == str(root / MUG)
 
 
 def test_without_any_root_there_is_an_error_that_says_how_to_set_it(root):

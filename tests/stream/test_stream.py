@@ -153,7 +153,7 @@ def test_class_ids_are_those_of_the_dataset_not_of_the_frame():
 
 
 def test_frames_are_counted_over_the_episodes_of_a_job(tmp_path):
-    job = write_job(tmp_path, "BasicWriter")
+    job = write_job(tmp_path, "BasicWriter", rgb=True)
     keys = ["num_frames=3", "frames_per_episode=1", "path_tracing.every=0", "num_cameras=1"]
     common = {"job": str(job), "annotators": ["distance_to_camera"], "arguments": keys}
     (whole, failure), (odd, _) = streams(tmp_path, common, {**common, "part": [1, 2]})

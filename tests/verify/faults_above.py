@@ -12,8 +12,9 @@ import numpy as np
 from pxr import Gf, Sdf, UsdGeom
 
 from usdsdg.annotators.ownership import LabeledStage, Owner
-from usdsdg.capture import capture, labels, tiles
+from usdsdg.capture import capture, labels
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.cameras import camera_reader
 from usdsdg.stage.semantics.labels import add_labels
 from usdsdg_render.sync.extract import SceneExtractor
 from usdsdg_render.sync.invalidation import DirtySetBuilder
@@ -126,13 +127,13 @@ def _(patch: Patch) -> None:
 
 @above("a camera of the first frame", _move_camera)
 def _(patch: Patch) -> None:
-    original = tiles.read_camera
+    original = camera_reader.read_camera
     known: dict[str, Any] = {}
 
     def read(stage: Any, path: str, size: Any, **options: Any) -> Any:
         return known.setdefault(path, original(stage, path, size, **options))
 
-    patch(tiles, "read_camera", read)
+    patch(camera_reader, "read_camera", read)
 
 
 @above("images from right to left")

@@ -84,6 +84,9 @@ class StandIn(RayCaster):
 
     time = Usd.TimeCode.Default()
 
+    def finish(self):
+        """Do nothing: there is no device that still works."""
+
     def sync(self, time):
         self.gprims = RayCaster(current_stage()).gprims
 

@@ -16,7 +16,9 @@ def add_first_ops(prims: Sequence[Usd.Prim], layer: Sdf.Layer, ops: Sequence[str
         ops: of "translate", "rotateXYZ", "scale" those that are added, in this order.
     """
     names = [f"xformOp:{op}" for op in ops]
-    bare = [prim.GetPath() for prim in prims if _is_bare(prim, names)]
+    # A batch may hold prims of several stages, whose paths may be equal.
+    stage = prims[0].GetStage() if prims else None
+    bare = dict.fromkeys(prim.GetPath() for prim in prims if prim.GetStage() == stage and _is_bare(prim, names))
     order = Vt.TokenArray(names)
     with Sdf.ChangeBlock():
         for path in bare:

@@ -40,9 +40,7 @@ class Squeezes:
         self._half_thickness = wp.array(thickness, dtype=wp.float32, device=model.device)
         # (N,) not zero for bodies that overlap with others farther than what rests.
         self.squeezed = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
-        self._support, self._carried, self._carrier = (
-            wp.zeros(model.body_count, dtype=wp.int32, device=model.device) for _ in range(3)
-        )
+        self._support = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
         # (N,) how many others that are free touch each body.
         self.neighbors = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
 
@@ -52,13 +50,14 @@ class Squeezes:
 
         from usdsdg_physics.corrections.contacts.squeezes_kernels import note_squeezes, redirect_squeezes
 
-        for noted in (self.squeezed, self._support, self._carried, self._carrier, self.neighbors):
-            noted.zero_()
+        self.squeezed.zero_()
+        self._support.zero_()
+        self.neighbors.zero_()
         wp.launch(
             note_squeezes,
             dim=self._contacts.shape0.size,
             inputs=[self._model.shape_body, self._half_thickness, self._free, state.body_q, self._contacts],
-            outputs=[self.squeezed, self._support, self._carried, self._carrier, self.neighbors],
+            outputs=[self.squeezed, self._support, self.neighbors],
             device=self._model.device,
         )
         wp.launch(
@@ -73,8 +72,6 @@ class Squeezes:
                 state.body_q,
                 self.squeezed,
                 self._support,
-                self._carried,
-                self._carrier,
             ],
             outputs=[self._contacts],
             device=self._model.device,

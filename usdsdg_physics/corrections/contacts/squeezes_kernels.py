@@ -18,8 +18,6 @@ MAX_REST_DEPTH = wp.constant(0.002)
 OVERLAPS = wp.constant(64)  # set besides the bits of directions
 # Shapes touch where their gap is smaller [m].
 TOUCHES = wp.constant(1.0e-3)
-# What is so many times as heavy as a body on something fixed is carried by that, where it is deep in the body.
-HEAVY = wp.constant(100.0)
 # Cosine of the angle with an axis below which something pushes in its direction.
 MIN_COSINE = wp.constant(0.5)
 
@@ -36,15 +34,12 @@ def note_squeezes(
     # out
     squeezed: wp.array[wp.int32],
     support: wp.array[wp.int32],
-    carried: wp.array[wp.int32],
-    carrier: wp.array[wp.int32],
     neighbors: wp.array[wp.int32],
 ):
     """Note in `squeezed` which bodies overlap with others, and where what is not `free` squeezes them.
 
-    Its bits are OVERLAPS and the `directions` in which such a shape, `support`, pushes the body. `carried` has those in
-    which one that only touches it does, `carrier`. `half_thickness` [m] is that of shapes. `neighbors` counts for each
-    body the free ones that touch it, by pairs of their shapes.
+    Its bits are OVERLAPS and the `directions` in which such a shape, `support`, pushes the body. `half_thickness` [m]
+    is that of shapes. `neighbors` counts for each body the free ones that touch it, by pairs of their shapes.
     """
     contact = wp.tid()
     if contact >= contacts.count[0] or contacts.shape0[contact] < 0 or contacts.shape1[contact] < 0:
@@ -61,12 +56,6 @@ def note_squeezes(
     if free0 and free1 and depth > -TOUCHES and is_first_of_pair(contact, contacts):
         wp.atomic_add(neighbors, body0, 1)
         wp.atomic_add(neighbors, body1, 1)
-    if depth > -TOUCHES and free0 and not free1:
-        wp.atomic_or(carried, body0, directions(-contacts.normal[contact]))
-        wp.atomic_max(carrier, body0, second)
-    if depth > -TOUCHES and free1 and not free0:
-        wp.atomic_or(carried, body1, directions(contacts.normal[contact]))
-        wp.atomic_max(carrier, body1, first)
     if depth <= 0.0:
         return
     if free0:
@@ -97,15 +86,13 @@ def redirect_squeezes(
     body_q: wp.array[wp.transform],
     squeezed: wp.array[wp.int32],
     support: wp.array[wp.int32],
-    carried: wp.array[wp.int32],
-    carrier: wp.array[wp.int32],
     # in and out
     contacts: ContactArrays,
 ):
     """Pass on what supports a squeezed body, and move the points of other deep contacts to below its center of mass.
 
-    A body that is squeezed against something fixed pushes others as that would, and so does one that touches something
-    fixed and is deep in what is much heavier. Of two bodies that move, the lighter one counts.
+    A body that is squeezed against something fixed pushes others as that would. Of two bodies that move, the lighter
+    one counts.
     """
     contact = wp.tid()
     if contact >= contacts.count[0] or contacts.shape0[contact] < 0 or contacts.shape1[contact] < 0:
@@ -137,16 +124,6 @@ def redirect_squeezes(
         if (bits1 & directions(-normal)) != 0:
             contacts.shape1[contact] = support[body1]
             contacts.point1[contact] = body_point(shape_body[support[body1]], point1, body_q)
-            return
-        is_light0 = inverse_mass[body0] > HEAVY * inverse_mass[body1] and depth > SQUEEZED * half_thickness[first]
-        if is_light0 and (carried[body0] & directions(normal)) != 0:
-            contacts.shape0[contact] = carrier[body0]
-            contacts.point0[contact] = body_point(shape_body[carrier[body0]], point0, body_q)
-            return
-        is_light1 = inverse_mass[body1] > HEAVY * inverse_mass[body0] and depth > SQUEEZED * half_thickness[second]
-        if is_light1 and (carried[body1] & directions(-normal)) != 0:
-            contacts.shape1[contact] = carrier[body1]
-            contacts.point1[contact] = body_point(shape_body[carrier[body1]], point1, body_q)
             return
 
     takes_second = is_free(body1, free)
