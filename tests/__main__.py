@@ -4,14 +4,17 @@ import subprocess
 import sys
 from pathlib import Path
 
+from usdsdg.operating_system import usable_cores
+
 ROOT = Path(__file__).resolve().parent.parent
 
 CHECKS = [
     ("style", [sys.executable, "-m", "ruff", "check", "."]),
     ("format", [sys.executable, "-m", "ruff", "format", "--check", "."]),
     ("types", [sys.executable, "-m", "pyright", "--pythonpath", sys.executable]),
-    # One process for each CPU; a file's tests stay together, for they share what they have made.
-    ("tests", [sys.executable, "-m", "pytest", "-n", "auto", "--dist", "loadfile", *sys.argv[1:]]),
+    # A process for each CPU and one more, since many tests wait for a command or a browser; a file's tests stay together,
+    # for they share what they have made.
+    ("tests", [sys.executable, "-m", "pytest", "-n", str(usable_cores() + 1), "--dist", "loadfile", *sys.argv[1:]]),
 ]
 
 

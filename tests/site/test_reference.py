@@ -52,5 +52,5 @@ def test_the_examples_run(tmp_path, monkeypatch):
     command = [sys.executable, "-c", run, *map(str, PROGRAMS)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stderr
-    made = {path.name for path in (tmp_path / "writers").iterdir()}
+    made = {path.name for path in (tmp_path / "omni.replicator_out").iterdir()}
     assert {"basic", "coco", "yolo", "bop", "kitti", "voc", "cvat", "poses", "dope", "ycb", "shards"} <= made
