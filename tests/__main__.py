@@ -12,8 +12,8 @@ CHECKS = [
     ("style", [sys.executable, "-m", "ruff", "check", "."]),
     ("format", [sys.executable, "-m", "ruff", "format", "--check", "."]),
     ("types", [sys.executable, "-m", "pyright", "--pythonpath", sys.executable]),
-    # A process for each CPU and one more, since many tests wait for commands and browsers; a file's tests stay together,
-    # for they share what they have made.
+    # A process for each CPU and one more, since many tests wait for commands and browsers. The tests of a file stay
+    # together, for they share what they have made.
     ("tests", [sys.executable, "-m", "pytest", "-n", str(usable_cores() + 1), "--dist", "loadfile", *sys.argv[1:]]),
 ]
 
