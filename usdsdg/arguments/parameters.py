@@ -18,8 +18,7 @@ def name_parameters(module: dict[str, Any]) -> None:
     """Let the public functions of a family's module name near misses of keyword arguments that they do not have.
 
     Python's TypeError stays a TypeError: only its message is another. Functions keep their signature, documentation and
-    name; where they are defined they are replaced too, so that they can be pickled. A call costs a tenth of a
-    microsecond more.
+    name; where they are defined they are replaced too, so that they can be pickled. A call costs one call more.
 
     module: globals, at the end of the module.
     """
