@@ -80,7 +80,7 @@ def test_tables_have_labels_and_prims_and_escape_them(product):
     assert "&lt;b&gt;crate&lt;/b&gt;" in html
     assert "<b>crate" not in html
     assert "/Replicator/Cube" in html
-    assert boxes._repr_png_() is None  # edges need a camera, which nobody holds
+    assert boxes._repr_png_() is None  # edges are projected by a camera, and none is attached
 
 
 def test_solids_are_drawn_where_the_camera_is_held_too(product):

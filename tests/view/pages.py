@@ -1,4 +1,4 @@
-"""A page without a browser: it asks, and keeps what it is told and shown."""
+"""A client of the viewer without a browser: sends requests, and keeps the messages and pictures that it receives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who can read the page: nobody without its token, under another name of the machine, or from another page."""
+"""The server refuses requests without the token, with another Host header, or with the Origin of another page."""
 
 from __future__ import annotations
 

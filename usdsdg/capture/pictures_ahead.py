@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pxr import Usd
 
+from usdsdg.capture.exposure import stage_time
 from usdsdg.capture.render_settings import RenderMode, path_settings, tone_settings
 from usdsdg.capture.requests import Requests
 from usdsdg.errors import Unsupported, warn_once
@@ -54,7 +54,7 @@ class PicturesAhead:
         ]
         if not products:
             return
-        now = Usd.TimeCode(get_timeline().get_current_time() * current_stage().GetTimeCodesPerSecond())
+        now = stage_time()
         settings = path_settings(mode, self.frame, with_light_aovs=False)
         try:
             renderer.place_worlds(self._values, now)

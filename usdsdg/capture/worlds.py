@@ -12,6 +12,7 @@ from pxr import Usd
 
 from usdsdg.annotators.colors import BACKGROUND, UNLABELLED
 from usdsdg.annotators.labeled_prims import LabeledPrimReader, Selection
+from usdsdg.capture.exposure import stage_time
 from usdsdg.capture.render_settings import RenderMode, glass_labels, path_settings, tone_settings
 from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.graph.evaluate import graph
@@ -133,7 +134,7 @@ class WorldTap:
         if mode.motion_blur:
             raise Unsupported(f"worlds: motion blur exposes over time, which worlds do not have. {_REMEDY}")
         renderer = engines.renderer()
-        now = Usd.TimeCode(get_timeline().get_current_time() * current_stage().GetTimeCodesPerSecond())
+        now = stage_time()
         with _stage_lock:
             renderer.place_worlds(values, now)
             renderer.glass_labels = glass_labels()

@@ -311,7 +311,7 @@ def renderer() -> Renderer:
 
 
 def new_renderer(stage: Usd.Stage) -> Renderer:
-    """Return a renderer of any stage, on the device of this session."""
+    """Return a renderer of any stage, on the device that `use_device` has chosen."""
     quiet_warp()
     from usdsdg_render.renderer import WarpRenderer
 

@@ -162,7 +162,7 @@ def say(line: str) -> None:
 
 
 def say_once(line: str) -> None:
-    """Report one line, unless it has been reported in this session."""
+    """Report one line, unless it has been reported before."""
     if line not in current().said:
         current().said.add(line)
         say(line)

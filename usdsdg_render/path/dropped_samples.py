@@ -14,6 +14,7 @@ from usdsdg_render.kernels.path.tone_map import sum_dropped
 
 if TYPE_CHECKING:
     from usdsdg_render.path.film import Film
+    from usdsdg_render.path.film_batch import FilmBatch
 
 # Films whose counts may be under way; then the oldest one is waited for.
 AHEAD = 8
@@ -21,10 +22,13 @@ AHEAD = 8
 _under_way: deque[tuple[Arrival, int, int]] = deque()  # with the width and height of the film
 
 
-def look_for_dropped(film: Film) -> None:
-    """Warn if samples of a film were dropped: now on a CPU, on CUDA once the device has counted them."""
+def look_for_dropped(film: Film | FilmBatch) -> None:
+    """Warn if samples of one image or of a batch of images were dropped.
+
+    On a CPU that is at once, on CUDA after the device has counted them.
+    """
     if film.device == "cpu":
-        _warn(film.dropped, film.width, film.height)
+        _warn(int(film.arrays.dropped.numpy().sum()), film.width, film.height)
         return
     total = wp.zeros(1, dtype=wp.int32, device=film.device)
     dropped = film.arrays.dropped

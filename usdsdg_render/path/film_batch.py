@@ -2,18 +2,16 @@
 
 from typing import Any
 
-import numpy as np
 import warp as wp
 
-from usdsdg.errors import Unsupported, warn_once
+from usdsdg.errors import Unsupported
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.path import wavelet_denoiser
+from usdsdg_render.path.dropped_samples import look_for_dropped
 from usdsdg_render.path.film import tone_mapped
 from usdsdg_render.settings import ToneSettings
 
 _FEATURES = {"background": wp.vec4, "albedo": wp.vec3, "normal_depth": wp.vec4, "square": wp.float32}
-# Frames after which dropped samples are counted: to read their number waits for the device.
-_FRAMES_BETWEEN_COUNTS = 64
 
 
 class FilmBatch:
@@ -42,11 +40,10 @@ class FilmBatch:
                 setattr(film, name, getattr(self.arrays, name)[image * height : (image + 1) * height])
             films.append(film)
         self.table = wp.array(films, dtype=FilmArrays, device=device)
-        self._developed = 0
 
     def clear(self) -> None:
         """Begin new images."""
-        for array in self._sums:
+        for array in (*self._sums, self.arrays.dropped):
             array.zero_()
 
     def develop(self, tone: ToneSettings, *, threads: int | None) -> dict[str, wp.array]:
@@ -64,15 +61,6 @@ class FilmBatch:
                 )
             radiance = wavelet_denoiser.denoise(self.arrays, self.device, images=self.images, threads=threads)
         images = tone_mapped(radiance, self.arrays.color, tone, threads)
-        if self._developed % _FRAMES_BETWEEN_COUNTS == 0 and self._developed:
-            self._warn_of_dropped()
-        self._developed += 1
+        look_for_dropped(self)
         shape = (self.images, self.height, self.width)
         return {name: array.reshape(shape) for name, array in images.items()}
-
-    def _warn_of_dropped(self) -> None:
-        if dropped := int(np.sum(self.arrays.dropped.numpy())):
-            warn_once(
-                f"{dropped} samples of {self.width}x{self.height} images were not finite and were dropped",
-                key="dropped samples",
-            )
