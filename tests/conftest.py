@@ -4,9 +4,11 @@ import os
 
 import pytest
 
+from usdsdg import errors
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.session import session
 from usdsdg.session.stage_context import new_stage
+from usdsdg.stage import assets
 
 # No test asks a server for an asset, but those that have one of their own.
 os.environ.setdefault("USDSDG_FETCH_ASSETS", "0")
@@ -17,6 +19,16 @@ def _classes_of_its_own():
     """No test has ids of the classes of the tests before."""
     for tables in session.current()._made("class_tables"):
         tables.reset()
+
+
+@pytest.fixture(autouse=True)
+def _no_conditions_of_a_command():
+    """What a command sets for its process, which is a test's own, does not outlive the test."""
+    yield
+    assets.set_on_missing(assets.OnMissing.RAISE)
+    assets.set_maps(())
+    errors.set_lenient(False)
+    errors.take_swallowed()
 
 
 @pytest.fixture
