@@ -12,8 +12,16 @@ from usdsdg_render.device.camera import views_record
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.kernels.cameras.camera import BAND
 from usdsdg_render.kernels.labels.ambient_occlusion import AMBIENT_DISTANCE
-from usdsdg_render.kernels.labels.aov_table import HEMISPHERE, HIT, MATERIAL, PIXEL, SURFACE
-from usdsdg_render.kernels.labels.label_kernels import AovArrays, label_hemispheres, label_materials, label_pixels
+from usdsdg_render.kernels.labels.aov_table import HEMISPHERE, HIT, MATERIAL, MOTION, PIXEL, SURFACE
+from usdsdg_render.kernels.labels.label_kernels import (
+    WITH_HIT,
+    WITH_MOTION,
+    WITH_SURFACE,
+    AovImages,
+    label_hemispheres,
+    label_materials,
+    label_pixels,
+)
 from usdsdg_render.kernels.labels.lens_motion import label_lens_motion
 from usdsdg_render.kernels.labels.motion import PreviousFrame
 from usdsdg_render.kernels.labels.views import Views
@@ -25,6 +33,7 @@ if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
 
 _MOTION = "motion_vectors"
+_ASKED = {MOTION: WITH_MOTION, HIT: WITH_HIT, SURFACE: WITH_SURFACE}
 
 
 def render(
@@ -76,23 +85,25 @@ def render_views(
     # Uninitialized: kernels write every pixel, and their threads share the page faults of new memory.
     shape = (count, images.height, images.width)
     made = {name: wp.empty(shape, dtype=AOVS[name].type, device=device) for name in names}
-    arrays = AovArrays()
+    addresses = AovImages()
+    addresses.width, addresses.height = images.width, images.height
     for name, array in made.items():
-        setattr(arrays, name, array)
+        setattr(addresses, name, array.ptr)
 
-    def launch(kernel: Any, band_rows: int, *inputs: Any) -> None:
+    def launch(kernel: Any, band_rows: int, *inputs: Any, out: Any = addresses) -> None:
         bands = (count * images.bands, images.width, BAND)
         inputs = (device_scene.tables, images, *inputs)
-        launch_rows(kernel, bands, inputs, [arrays], device=device, threads=threads, band_rows=band_rows)
+        launch_rows(kernel, bands, inputs, [out], device=device, threads=threads, band_rows=band_rows)
 
     reads = {AOVS[name].reads for name in names}
     previous = PreviousFrame() if previous is None else previous
-    if reads & {PIXEL, HIT, SURFACE}:
-        launch(label_pixels, 4, previous, meters_per_unit, int(SURFACE in reads), mode)
+    if reads & {PIXEL, *_ASKED}:
+        asked = sum(int(flag) for group, flag in _ASKED.items() if group in reads)
+        launch(label_pixels, 4, previous, meters_per_unit, asked, mode)
     if MATERIAL in reads:
         launch(label_materials, 4, mode)
     if HEMISPHERE in reads:
         launch(label_hemispheres, 2, AMBIENT_DISTANCE / meters_per_unit, mode)
     if have_lens:
-        launch(label_lens_motion, 4, previous, mode)
+        launch(label_lens_motion, 4, previous, mode, out=made[_MOTION])
     return made

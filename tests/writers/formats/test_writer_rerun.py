@@ -169,9 +169,8 @@ def test_pictures_of_other_lenses_are_logged_without_a_pinhole(tmp_path, stage):
     writer = rep.writers.get("RerunWriter")
     writer.initialize(output_dir=str(tmp_path))
     writer.attach(rep.create.render_product(camera, (16, 12)))
-    rep.orchestrator.step()
-    with pytest.warns(errors.UsdsdgWarning, match="pinholes only"):
-        rep.orchestrator.wait_until_complete()
+    with pytest.warns(errors.UsdsdgWarning, match="pinholes only"):  # from the thread that writes
+        rep.orchestrator.run_until_complete(num_frames=1)
     found = read(tmp_path / "frame_0000.rrd")
     assert (VIEW, "Transform3D:translation") in found
     assert (VIEW, "Pinhole:resolution") not in found

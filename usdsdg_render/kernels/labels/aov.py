@@ -6,7 +6,7 @@
 import warp as wp
 
 from usdsdg_render.kernels.cameras.camera import Ray
-from usdsdg_render.kernels.labels.aov_table import HIT, PIXEL, SURFACE, aov
+from usdsdg_render.kernels.labels.aov_table import HIT, MOTION, PIXEL, SURFACE, aov
 from usdsdg_render.kernels.labels.motion import PreviousFrame, motion, previous_point
 from usdsdg_render.kernels.scene.surface import Surface, base_color_at
 from usdsdg_render.kernels.scene.visibility import corner_uv, triangle_of
@@ -14,11 +14,11 @@ from usdsdg_render.scene.structs import Camera, Hit, SceneTables
 
 
 @aov(PIXEL, miss=-1)
-def instance(tables: SceneTables, hit: Hit) -> wp.int32:
+def instance(hit: Hit, first_instance: int) -> wp.int32:
     """Index into WarpRenderer.gprims."""
     if hit.instance < 0:
         return -1
-    return hit.instance - tables.first_instance
+    return hit.instance - first_instance
 
 
 @aov(HIT, miss=-1)
@@ -87,7 +87,7 @@ def albedo(tables: SceneTables, surface: Surface) -> wp.vec3:
     return base_color_at(tables, material, surface.uv)
 
 
-@aov(PIXEL)
+@aov(MOTION)
 def motion_vectors(tables: SceneTables, camera: Camera, ray: Ray, hit: Hit, previous: PreviousFrame, v: int) -> wp.vec2:
     """Pixels since the previous frame of this camera: +x moved left, +y moved up. See `lens_motion` for lenses."""
     if hit.instance < 0:

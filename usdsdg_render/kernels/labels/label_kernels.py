@@ -13,10 +13,11 @@ from usdsdg_render.kernels.labels.aov_table import (
     HEMISPHERE,
     HIT,
     MATERIAL,
+    MOTION,
     PIXEL,
     SURFACE,
     miss_writer,
-    struct_of_arrays,
+    struct_of_images,
     writer,
 )
 from usdsdg_render.kernels.labels.label_module import LABELS
@@ -26,18 +27,31 @@ from usdsdg_render.kernels.scene.surface import Surface, surface_at, with_materi
 from usdsdg_render.kernels.scene.worlds import in_world
 from usdsdg_render.scene.structs import Camera, Hit, Material, SceneTables
 
-__all__ = ["AOVS", "AovArrays", "label_hemispheres", "label_materials", "label_pixels"]
+__all__ = [
+    "AOVS",
+    "WITH_HIT",
+    "WITH_MOTION",
+    "WITH_SURFACE",
+    "AovImages",
+    "label_hemispheres",
+    "label_materials",
+    "label_pixels",
+]
 
-AovArrays = struct_of_arrays(__name__)
+AovImages = struct_of_images(__name__)
 
-write_pixel = writer(AovArrays, PIXEL, tables=SceneTables, camera=Camera, ray=Ray, hit=Hit, previous=PreviousFrame)
-write_hit = writer(AovArrays, HIT, tables=SceneTables, camera=Camera, ray=Ray, hit=Hit, meters_per_unit=float)
-write_surface = writer(AovArrays, SURFACE, tables=SceneTables, surface=Surface)
-write_material = writer(AovArrays, MATERIAL, tables=SceneTables, hit=Hit, surface=Surface, material=Material)
-write_hemisphere = writer(AovArrays, HEMISPHERE, tables=SceneTables, ray=Ray, surface=Surface, distance=float)
-miss_pixel = miss_writer(AovArrays, HIT, SURFACE)
-miss_material = miss_writer(AovArrays, MATERIAL)
-miss_hemisphere = miss_writer(AovArrays, HEMISPHERE)
+# Which groups of AOVs are asked for: on a CPU a call copies its structs, which takes as long as a short ray.
+WITH_MOTION, WITH_HIT, WITH_SURFACE = (wp.constant(1 << k) for k in range(3))
+
+write_pixel = writer(AovImages, PIXEL, hit=Hit, first_instance=int)
+write_motion = writer(AovImages, MOTION, tables=SceneTables, camera=Camera, ray=Ray, hit=Hit, previous=PreviousFrame)
+write_hit = writer(AovImages, HIT, tables=SceneTables, camera=Camera, ray=Ray, hit=Hit, meters_per_unit=float)
+write_surface = writer(AovImages, SURFACE, tables=SceneTables, surface=Surface)
+write_material = writer(AovImages, MATERIAL, tables=SceneTables, hit=Hit, surface=Surface, material=Material)
+write_hemisphere = writer(AovImages, HEMISPHERE, tables=SceneTables, ray=Ray, surface=Surface, distance=float)
+miss_pixel = miss_writer(AovImages, HIT, SURFACE)
+miss_material = miss_writer(AovImages, MATERIAL)
+miss_hemisphere = miss_writer(AovImages, HEMISPHERE)
 
 
 @wp.kernel(enable_backward=False, module=LABELS)
@@ -46,11 +60,11 @@ def label_pixels(
     views: Views,
     previous: PreviousFrame,
     meters_per_unit: float,
-    with_surface: int,  # 1 = some of the AOVs read it
+    asked: int,  # WITH_* of the AOVs
     mode: int,
     first_band: int,
     # out
-    out: AovArrays,
+    out: AovImages,
 ):
     band, x, row = wp.tid()
     v, y = image_row(views, first_band + band, row)
@@ -59,12 +73,15 @@ def label_pixels(
     camera = views.cameras[v]
     tables = in_world(tables, camera.world)
     ray, hit = trace_pixel_center(tables, camera, x, y, mode)
-    write_pixel(out, v, y, x, tables, camera, ray, hit, previous)
+    write_pixel(out, v, y, x, hit, tables.first_instance)
+    if asked & WITH_MOTION:
+        write_motion(out, v, y, x, tables, camera, ray, hit, previous)
     if hit.instance < 0:
         miss_pixel(out, v, y, x)
         return
-    write_hit(out, v, y, x, tables, camera, ray, hit, meters_per_unit)
-    if with_surface != 0:
+    if asked & WITH_HIT:
+        write_hit(out, v, y, x, tables, camera, ray, hit, meters_per_unit)
+    if asked & WITH_SURFACE:
         write_surface(out, v, y, x, tables, surface_at(tables, hit, ray.direction))
 
 
@@ -75,7 +92,7 @@ def label_materials(
     mode: int,
     first_band: int,
     # out
-    out: AovArrays,
+    out: AovImages,
 ):
     band, x, row = wp.tid()
     v, y = image_row(views, first_band + band, row)
@@ -101,7 +118,7 @@ def label_hemispheres(
     mode: int,
     first_band: int,
     # out
-    out: AovArrays,
+    out: AovImages,
 ):
     band, x, row = wp.tid()
     v, y = image_row(views, first_band + band, row)

@@ -6,7 +6,6 @@ A kernel of its own, because projecting points through a lens would make the lab
 import warp as wp
 
 from usdsdg_render.kernels.cameras.lens import NONE, PANORAMA, project_lens, project_panorama
-from usdsdg_render.kernels.labels.label_kernels import AovArrays
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.labels.motion import PreviousFrame, pixel_of, previous_point
 from usdsdg_render.kernels.labels.views import Views, image_row, trace_pixel_center
@@ -38,8 +37,8 @@ def label_lens_motion(
     previous: PreviousFrame,
     mode: int,
     first_band: int,
-    # out: motion_vectors, except those of cameras without a lens model
-    out: AovArrays,
+    # out, except those of cameras without a lens model
+    motion_vectors: wp.array3d(dtype=wp.vec2),
 ):
     band, x, row = wp.tid()
     v, y = image_row(views, first_band + band, row)
@@ -49,7 +48,7 @@ def label_lens_motion(
     previous_camera = previous.cameras[v]
     if camera.lens_kind == NONE and previous_camera.lens_kind == NONE:
         return
-    out.motion_vectors[v, y, x] = wp.vec2(0.0)
+    motion_vectors[v, y, x] = wp.vec2(0.0)
     ray, hit = trace_pixel_center(tables, camera, x, y, mode)
     if ray.tmax < ray.tmin:
         return
@@ -73,4 +72,4 @@ def label_lens_motion(
     if camera.lens_kind == PANORAMA:
         # Across the seam of the panorama the shorter of both displacements counts.
         moved = wp.vec2(moved[0] - float(camera.width) * wp.round(moved[0] / float(camera.width)), moved[1])
-    out.motion_vectors[v, y, x] = moved
+    motion_vectors[v, y, x] = moved
