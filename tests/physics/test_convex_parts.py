@@ -42,15 +42,14 @@ def _box(low, high, first):
     return corners, (np.array(faces) + first).tolist()
 
 
-def _crate(stage, path="/World/crate", *, body=True, approximation="convexDecomposition"):
-    """A square crate, open above: 0.6 m wide, 0.4 m high, walls and floor of 0.1 m."""
-    boards = [
-        ((-0.3, -0.3, 0.0), (0.3, 0.3, 0.1)),
-        ((-0.3, -0.3, 0.1), (-0.2, 0.3, 0.4)),
-        ((0.2, -0.3, 0.1), (0.3, 0.3, 0.4)),
-        ((-0.2, -0.3, 0.1), (0.2, -0.2, 0.4)),
-        ((-0.2, 0.2, 0.1), (0.2, 0.3, 0.4)),
-    ]
+_FLOOR = ((-0.3, -0.3, 0.0), (0.3, 0.3, 0.1))
+_WALLS = [((-0.3, -0.3, 0.1), (-0.2, 0.3, 0.4)), ((0.2, -0.3, 0.1), (0.3, 0.3, 0.4))]
+_ENDS = [((-0.2, -0.3, 0.1), (0.2, -0.2, 0.4)), ((-0.2, 0.2, 0.1), (0.2, 0.3, 0.4))]
+
+
+def _crate(stage, path="/World/crate", *, body=True, approximation="convexDecomposition", boards=None):
+    """A square crate, open above: 0.6 m wide, 0.4 m high, walls and floor of 0.1 m; or other boards of it."""
+    boards = boards or [_FLOOR, *_WALLS, *_ENDS]
     points, faces = [], []
     for low, high in boards:
         corners, own = _box(low, high, len(points))
@@ -108,7 +107,7 @@ def test_parts_are_one_collider_with_the_mass_of_the_mesh():
 
 def test_the_number_of_parts_is_limited():
     stage = new_stage()
-    crate = _crate(stage)
+    crate = _crate(stage, boards=[_FLOOR, *_WALLS])  # three parts
     api = physx.PhysxConvexDecompositionCollisionAPI.Apply(crate)
     api.CreateMaxConvexHullsAttr(2)
     api.CreateHullVertexLimitAttr(16)
@@ -120,7 +119,7 @@ def test_the_number_of_parts_is_limited():
 def test_a_mesh_is_split_once_with_progress_and_then_read(monkeypatch):
     monkeypatch.setattr(convex_decomposition, "_VERSION", "test")
     stage = new_stage()
-    _crate(stage)
+    _crate(stage, boards=[_FLOOR, _WALLS[0]])
     heard = []
     first = parse(stage, HullCache(progress=lambda *report: heard.append(report)))
     assert heard == [(SPLITTING_LABEL, 0, None)]
