@@ -2,8 +2,9 @@
 
 import os
 import subprocess
-import sys
 from pathlib import Path
+
+from tests import forked
 
 ROOT = Path(__file__).resolve().parents[2]
 FRAMES = 6
@@ -29,19 +30,19 @@ def write_job(folder: Path, writer: str, **options: object) -> Path:
 
 def generate(job: Path, output: Path, *options: str) -> subprocess.CompletedProcess[str]:
     """Run the job into a folder."""
-    command = [sys.executable, "-m", "usdsdg", "generate", "-q", str(job), "--device", "cpu"]
-    command += ["--set", f"writer_kwargs.output_dir={output}", *options]
-    return run(command)
+    command = ["-m", "usdsdg", "generate", "-q", str(job), "--device", "cpu"]
+    return run([*command, "--set", f"writer_kwargs.output_dir={output}", *options])
 
 
-def run(command: list[str]) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=280)
+def run(arguments: list[str]) -> subprocess.CompletedProcess[str]:
+    """Run `python ARGUMENTS`."""
+    return forked.run(arguments, cwd=ROOT)
 
 
 def merge(output: Path | str) -> subprocess.CompletedProcess[str]:
     """Join the parts in a folder, which is given relative to the working directory, or at a URL."""
     place = output if isinstance(output, str) else os.path.relpath(output, ROOT)
-    return run([sys.executable, "-m", "usdsdg", "merge", place])
+    return run(["-m", "usdsdg", "merge", place])
 
 
 def content(folder: Path) -> dict[str, bytes]:

@@ -1,12 +1,10 @@
 """`usdsdg inspect`, and pages at the end of other commands."""
 
-import subprocess
-import sys
-
 import pytest
 from typer.testing import CliRunner
 
 from tests.inspect.datasets import pose_object, write_pose
+from tests.scripts.conftest import usdsdg
 from usdsdg.cli.commands import app
 from usdsdg.cli.inspect import show_written
 from usdsdg.errors import DatasetError
@@ -48,9 +46,7 @@ def test_a_script_ends_with_a_page(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT.format(folder=str(tmp_path / "out put")))
     # In a process of its own, since the conditions of a script's run are those of its process.
-    command = [sys.executable, "-m", "usdsdg", "run", "--quiet", "--inspect", str(script)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300)
-    assert done.returncode == 0, done.stderr
+    done = usdsdg("run", "--quiet", "--inspect", str(script), cwd=tmp_path)
     assert done.stdout.splitlines()[-1] == str(tmp_path / "out put" / "inspect.html")
     assert "cube" in (tmp_path / "out put" / "inspect.html").read_text(encoding="utf-8")
 

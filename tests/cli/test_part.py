@@ -1,7 +1,5 @@
 """Parts of a dataset that one process makes one after the other, and options whose value may be left out."""
 
-import sys
-
 from tests.cli.datasets import FRAMES, content, generate, merge, run, write_job
 from usdsdg.cli.generate import make_part
 from usdsdg.cli.optional_values import completed
@@ -61,5 +59,5 @@ def test_a_part_leaves_nothing_to_be_written_at_exit(tmp_path):
         f"shutil.rmtree('{tmp_path}/out')\n"
         "sys.exit(any(code or 'several writers' in text for code, text in said))"
     )
-    done = run([sys.executable, "-c", code])
+    done = run(["-c", code])
     assert (done.returncode, "error" in done.stderr) == (0, False), done.stderr

@@ -2,12 +2,10 @@
 
 import json
 import shutil
-import subprocess
-import sys
 
 import pytest
 
-from tests.cli.datasets import ROOT, generate, run, write_job
+from tests.cli.datasets import generate, run, write_job
 from tests.verify import damaged
 
 
@@ -22,7 +20,7 @@ def made(tmp_path_factory):
 
 
 def reproduce(folder, *options):
-    return run([sys.executable, "-m", "usdsdg", "reproduce", "-q", str(folder), "--device", "cpu", *options])
+    return run(["-m", "usdsdg", "reproduce", "-q", str(folder), "--device", "cpu", *options])
 
 
 def test_all_files_are_made_again_with_their_bytes(made):
@@ -81,7 +79,7 @@ def test_a_script_of_plain_python_is_run_again(tmp_path):
         damaged.SCRIPT.replace("omni.replicator.core", "usdsdg") + "rep.orchestrator.wait_until_complete()\n"
     )
     out = tmp_path / "out"
-    subprocess.run([sys.executable, str(script), "2", str(out)], check=True, cwd=ROOT)
+    run([str(script), "2", str(out)]).check_returncode()
     done = reproduce(out)
     assert done.returncode == 0, done.stderr + done.stdout
     assert "0 different" in done.stdout

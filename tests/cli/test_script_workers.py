@@ -1,7 +1,5 @@
 """`usdsdg run --workers N`: several processes make the frames of a script, and leave what one leaves."""
 
-import sys
-
 import pytest
 
 from tests.cli.datasets import content, run
@@ -25,7 +23,7 @@ def script(folder, before_run=LONGER):
 
 
 def usdsdg_run(file, *options, arguments=()):
-    command = [sys.executable, "-m", "usdsdg", "run", "-q", "--device", "cpu", "--seed", "5", *options]
+    command = ["-m", "usdsdg", "run", "-q", "--device", "cpu", "--seed", "5", *options]
     return run([*command, str(file), *arguments])
 
 
@@ -56,7 +54,7 @@ def test_three_processes_leave_the_files_of_one_and_an_earlier_run_is_replaced(w
     for name, files in whole.items():
         found = content(tmp_path / name)
         assert same(found, files), sorted(found.keys() ^ files.keys())
-    verified = run([sys.executable, "-m", "usdsdg", "verify", "--files", str(tmp_path / "out")])
+    verified = run(["-m", "usdsdg", "verify", "--files", str(tmp_path / "out")])
     assert verified.returncode == 0, verified.stdout
     before = content(tmp_path / "out")
     (tmp_path / "out" / "rgb_0002.png").unlink()

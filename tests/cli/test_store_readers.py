@@ -1,7 +1,6 @@
 """`verify`, `inspect` and `reproduce` read a dataset in a bucket as one in a folder."""
 
 import re
-import sys
 
 import pytest
 
@@ -15,7 +14,7 @@ FRAMES = 3
 
 
 def usdsdg(*arguments: str):
-    return run([sys.executable, "-m", "usdsdg", *arguments])
+    return run(["-m", "usdsdg", *arguments])
 
 
 @pytest.fixture(scope="module")

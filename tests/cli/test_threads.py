@@ -39,10 +39,12 @@ def files_of(folder: Path) -> dict[str, bytes]:
 
 def test_one_thread_bounds_all_pools_and_writes_the_same_files(tmp_path):
     (tmp_path / "script.py").write_text(SCRIPT)
-    bounded = usdsdg("run", "--quiet", "--device", "cpu", "--threads", "1", "script.py", "one", cwd=tmp_path)
+    bounded = usdsdg(
+        "run", "--quiet", "--device", "cpu", "--threads", "1", "script.py", "one", cwd=tmp_path, fresh=True
+    )
     told = json.loads(next(line for line in bounded.stdout.splitlines() if line.startswith("{")))
     assert told == {"available": 1, "usd": 1, "omp": "1", "rendering": 0, "writing": 1}
-    usdsdg("run", "--quiet", "--device", "cpu", "script.py", "all", cwd=tmp_path)
+    usdsdg("run", "--quiet", "--device", "cpu", "script.py", "all", cwd=tmp_path, fresh=True)
     one, every = files_of(tmp_path / "one"), files_of(tmp_path / "all")
     assert "rgb_0001.png" in one
     assert one == every

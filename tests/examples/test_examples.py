@@ -1,8 +1,6 @@
 """Every example, at a small size, run as a user would: its files exist, and a number agrees with a hand calculation."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +9,7 @@ import trimesh
 from PIL import Image
 from pxr import Usd
 
+from tests import forked
 from tests.scripts.conftest import ROOT, usdsdg
 
 EXAMPLES = ROOT / "examples"
@@ -21,8 +20,7 @@ FOCAL = 24 / 20.955
 
 def run(name: str, folder: Path, *options: str) -> Path:
     """Run an example; return its output folder."""
-    command = [sys.executable, str(EXAMPLES / f"{name}.py"), "--out", "out", *options]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=280)
+    done = forked.run([str(EXAMPLES / f"{name}.py"), "--out", "out", *options], cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder / "out"
 

@@ -1,10 +1,11 @@
 """The object-based scenario at a small size, run as a user would run it, once for all tests of this folder."""
 
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests import forked
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -18,10 +19,9 @@ ALL_LABELS = [
 ]  # fmt: skip
 
 
-def usdsdg(*arguments: str, cwd: Path, expect: int = 0) -> subprocess.CompletedProcess[str]:
-    """Run the command line in `cwd`."""
-    command = [sys.executable, "-m", "usdsdg", *arguments]
-    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=280)
+def usdsdg(*arguments: str, cwd: Path, expect: int = 0, fresh: bool = False) -> subprocess.CompletedProcess[str]:
+    """Run the command line in `cwd`; `fresh` as in `forked.run`."""
+    done = forked.run(["-m", "usdsdg", *arguments], cwd=cwd, fresh=fresh)
     assert done.returncode == expect, f"{done.stdout}\n{done.stderr}"
     return done
 

@@ -1,14 +1,13 @@
 """The programs of the gallery run, tiny, and leave a picture that is not black; those shown are small files."""
 
 import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from docs.site.gallery_pages import FOLDER, NAMES
+from tests import forked
 from tests.site.walk import kernels
 
 TINY = {"WIDTH": "24", "SAMPLES": "1", "PARTS": "1"}
@@ -29,9 +28,9 @@ def test_the_picture_is_small_and_480_pixels_wide(name):
 def test_the_programs_make_their_pictures(tmp_path):
     """All in one process, to load the engines once."""
     run = "import runpy, sys, usdsdg as rep\nfor path in sys.argv[1:]:\n    rep.new_stage()\n    runpy.run_path(path)\n"
-    command = [sys.executable, "-c", run, *(str(FOLDER / f"{name}.py") for name in NAMES)]
+    arguments = ["-c", run, *(str(FOLDER / f"{name}.py") for name in NAMES)]
     variables = {**os.environ, **TINY, "WARP_CACHE_PATH": kernels()}
-    done = subprocess.run(command, cwd=tmp_path, env=variables, capture_output=True, text=True, timeout=280)
+    done = forked.run(arguments, cwd=tmp_path, env=variables)
     assert done.returncode == 0, done.stderr
     for name in NAMES:
         with Image.open(tmp_path / f"{name}.png") as picture:

@@ -1,14 +1,13 @@
 """The examples of the reference run; every member of a family, every annotator and every writer has one."""
 
 import re
-import subprocess
-import sys
 
 import pytest
 
 import usdsdg as rep
 from docs.site.cells import SETTING, cells
 from docs.site.reference_pages import EXAMPLES, FAMILIES
+from tests import forked
 from tests.contracts import mirror
 from tests.site.walk import kernels
 from usdsdg.annotators.base import annotator_specs
@@ -49,8 +48,8 @@ def test_the_examples_run(tmp_path, monkeypatch):
         "    runpy.run_path(path)\n"
         "    os.chdir('..')\n"
     )
-    command = [sys.executable, "-c", run, *map(str, PROGRAMS)]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
+    arguments = ["-c", run, *map(str, PROGRAMS)]
+    done = forked.run(arguments, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     made = {path.name for path in (tmp_path / "omni.replicator_out").iterdir()}
     assert {"basic", "coco", "yolo", "bop", "kitti", "voc", "cvat", "poses", "dope", "ycb", "shards"} <= made

@@ -9,12 +9,16 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 import subprocess
 import sys
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import warp as wp
+
+from tests import forked
 
 ROOT = Path(__file__).resolve().parents[2]
 # What pages read sizes from, such that a page takes seconds: the values that readers see stand behind `:-`.
@@ -64,12 +68,14 @@ def kernels() -> str:
     return str(Path(str(wp.config.kernel_cache_dir)).parent)
 
 
-def environment(folder: Path) -> dict[str, str]:
-    """Return the variables of a reader who has activated an environment with usdsdg, with a home in `folder`."""
-    commands = folder / ".commands"
-    commands.mkdir()
-    for name, arguments in {"usdsdg": "-m usdsdg", "python": ""}.items():
-        (commands / name).write_text(f'#!/bin/sh\nexec "{sys.executable}" {arguments} "$@"\n')
+def environment(folder: Path, python: list[str]) -> dict[str, str]:
+    """Return the variables of a reader who has activated an environment with usdsdg, with a home in `folder`.
+
+    python: the command that stands for `python`.
+    """
+    commands = Path(tempfile.mkdtemp(prefix=".commands", dir=folder))
+    for name, arguments in {"usdsdg": ["-m", "usdsdg"], "python": []}.items():
+        (commands / name).write_text(f'#!/bin/sh\nexec {shlex.join([*python, *arguments])} "$@"\n')
         (commands / name).chmod(0o755)
     paths = {"PATH": f"{commands}{os.pathsep}{os.environ['PATH']}", "HOME": str(folder), "WARP_CACHE_PATH": kernels()}
     return {**os.environ, **SIZES, **paths, "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "ignore"}
@@ -81,7 +87,9 @@ def walk(page: Path, folder: Path) -> None:
     Raises:
         AssertionError: a command failed, or did not print what the page says; the message names the line of the page.
     """
-    variables = environment(folder)
+    variables = environment(folder, forked.command())
+    # A fork is not the process whose number the shell knows.
+    killed = environment(folder, [sys.executable])
     printed = ""
     for block in blocks(page):
         where = f"{page.name}:{block.line}"
@@ -91,9 +99,10 @@ def walk(page: Path, folder: Path) -> None:
             (folder / block.title).parent.mkdir(parents=True, exist_ok=True)
             (folder / block.title).write_text(block.code, encoding="utf-8")
         elif block.language in ("bash", "python"):
-            command = ["bash", "-euo", "pipefail", "-c"] if block.language == "bash" else [sys.executable, "-c"]
+            command = ["bash", "-euo", "pipefail", "-c"] if block.language == "bash" else [*forked.command(), "-c"]
+            env = killed if "kill -9" in block.code else variables
             done = subprocess.run(
-                [*command, block.code], cwd=folder, env=variables, capture_output=True, text=True, timeout=280
+                [*command, block.code], cwd=folder, env=env, capture_output=True, text=True, timeout=280
             )
             printed = done.stdout + done.stderr
             assert done.returncode == 0, f"{where}: exit code {done.returncode}\n{printed}"

@@ -1,0 +1,64 @@
+"""Run Python programs as processes that do not import everything again: forks of one that has done nothing but import.
+
+On other systems than Linux, and where `fresh` asks for it, the programs are ordinary processes.
+"""
+
+from __future__ import annotations
+
+import atexit
+import functools
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+CLIENT = Path(__file__).with_name("client.py")
+
+
+@functools.cache
+def server() -> Path:
+    """Start the server of this process, which ends with it; return its socket."""
+    # Not below a test's own folder: paths of sockets have to be short.
+    folder = tempfile.TemporaryDirectory()
+    path = Path(folder.name) / "socket"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "tests.forked.server", str(path)],
+        cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    )  # fmt: skip
+    assert process.stdin is not None
+    assert process.stdout is not None
+    # The end of its input ends it, also where this process is killed.
+    atexit.register(folder.cleanup)
+    atexit.register(process.wait)
+    atexit.register(process.stdin.close)
+    assert process.stdout.readline() == b"ready\n"
+    return path
+
+
+def command() -> list[str]:
+    """Return a command that does what `python` does with the arguments that follow, in a fork."""
+    if not hasattr(os, "pidfd_open"):
+        return [sys.executable]
+    return [sys.executable, "-I", "-S", str(CLIENT), str(server())]
+
+
+def run(
+    arguments: Sequence[str],
+    *,
+    cwd: Path,
+    env: Mapping[str, str] | None = None,
+    timeout: float = 280,
+    fresh: bool = False,
+) -> subprocess.CompletedProcess[str]:
+    """Run `python ARGUMENTS` and return what it has printed.
+
+    fresh: as a process that imports everything itself, for programs that set what libraries read when they are loaded.
+
+    Raises:
+        subprocess.TimeoutExpired: it took longer than `timeout` [s], and was killed.
+    """
+    python = [sys.executable] if fresh else command()
+    return subprocess.run([*python, *arguments], cwd=cwd, env=env, capture_output=True, text=True, timeout=timeout)
