@@ -28,15 +28,18 @@ def write_job(folder: Path, writer: str, **options: object) -> Path:
     return file
 
 
-def generate(job: Path, output: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    """Run the job into a folder."""
+def generate(job: Path, output: Path, *options: str, fresh: bool = False) -> subprocess.CompletedProcess[str]:
+    """Run the job into a folder; `fresh` as for `run`."""
     command = ["-m", "usdsdg", "generate", "-q", str(job), "--device", "cpu"]
-    return run([*command, "--set", f"writer_kwargs.output_dir={output}", *options])
+    return run([*command, "--set", f"writer_kwargs.output_dir={output}", *options], fresh=fresh)
 
 
-def run(arguments: list[str]) -> subprocess.CompletedProcess[str]:
-    """Run `python ARGUMENTS`."""
-    return forked.run(arguments, cwd=ROOT)
+def run(arguments: list[str], *, fresh: bool = False) -> subprocess.CompletedProcess[str]:
+    """Run `python ARGUMENTS`.
+
+    fresh: in a process of its own; forks hash strings alike, so that bytes may only be compared with those of one.
+    """
+    return forked.run(arguments, cwd=ROOT, fresh=fresh)
 
 
 def merge(output: Path | str) -> subprocess.CompletedProcess[str]:

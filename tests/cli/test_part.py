@@ -7,7 +7,7 @@ from usdsdg.cli.optional_values import completed
 
 def test_one_process_makes_all_parts(tmp_path):
     job = write_job(tmp_path, "CocoWriter", splits={"train": 2, "val": 1})
-    assert generate(job, tmp_path / "whole").returncode == 0
+    assert generate(job, tmp_path / "whole", fresh=True).returncode == 0
     given = ["generate", "-q", str(job), "--device", "cpu", "--set", f"writer_kwargs.output_dir={tmp_path}/out"]
     for first, last in ((0, 2), (2, 3), (3, FRAMES)):
         code, said = make_part([*given, "--frames", f"{first}:{last}", "--resume"])

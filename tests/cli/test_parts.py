@@ -13,7 +13,7 @@ def made(request, tmp_path_factory):
     """The job, and the folder that one process has made."""
     folder = tmp_path_factory.mktemp("whole")
     job = write_job(folder, request.param, **({"splits": {"train": 2, "val": 1}} if "Coco" in request.param else {}))
-    done = generate(job, folder / "out")
+    done = generate(job, folder / "out", fresh=True)
     assert done.returncode == 0, done.stderr
     return job, folder / "out"
 

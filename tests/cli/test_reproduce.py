@@ -13,7 +13,7 @@ from tests.verify import damaged
 def made(tmp_path_factory):
     """A dataset, of which the configuration is gone and which has been moved."""
     folder = tmp_path_factory.mktemp("made")
-    done = generate(write_job(folder, "PoseWriter", skip_empty_frames=True), folder / "out")
+    done = generate(write_job(folder, "PoseWriter", skip_empty_frames=True), folder / "out", fresh=True)
     assert done.returncode == 0, done.stderr
     (folder / "job.yaml").unlink()
     return (folder / "out").rename(folder / "moved")

@@ -22,16 +22,16 @@ def script(folder, before_run=LONGER):
     return file
 
 
-def usdsdg_run(file, *options, arguments=()):
+def usdsdg_run(file, *options, arguments=(), fresh=False):
     command = ["-m", "usdsdg", "run", "-q", "--device", "cpu", "--seed", "5", *options]
-    return run([*command, str(file), *arguments])
+    return run([*command, str(file), *arguments], fresh=fresh)
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
     arguments = (str(FRAMES), str(folder / "out"), str(folder / "runs"))
-    done = usdsdg_run(script(folder), arguments=arguments)
+    done = usdsdg_run(script(folder), arguments=arguments, fresh=True)
     assert done.returncode == 0, done.stderr
     return {name: content(folder / name) for name in ("out", "out_coco")}
 

@@ -27,7 +27,7 @@ def whole(tmp_path_factory):
     """The job, and the files that one process makes of it in a folder."""
     folder = tmp_path_factory.mktemp("whole")
     job = write_job(folder, "CocoWriter", splits={"train": 2, "val": 1})
-    done = generate(job, folder / "out")
+    done = generate(job, folder / "out", fresh=True)
     assert done.returncode == 0, done.stderr
     return job, content(folder / "out")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import warp as wp
 from pxr import Gf, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, make_body, mesh, new_stage, playing, position
@@ -11,6 +12,7 @@ from usdsdg import errors
 from usdsdg.stage.schemas import physx
 from usdsdg_physics.parse import convex_decomposition
 from usdsdg_physics.parse.convex_hulls import SPLITTING_LABEL, HullCache
+from usdsdg_physics.parse.convex_pieces import convex_pieces
 from usdsdg_physics.parse.scene import parse
 
 pytest.importorskip("coacd")
@@ -19,6 +21,7 @@ pytest.importorskip("coacd")
 @pytest.fixture(autouse=True)
 def own_cache(monkeypatch, tmp_path_factory):
     """A cache that the tests of a session share, so that each mesh is split once."""
+    wp.init()  # or kernels, too, would be compiled anew for the folder of the session
     folder = tmp_path_factory.getbasetemp() / "convex_parts_cache"
     monkeypatch.setenv("XDG_CACHE_HOME", str(folder))
 
@@ -150,3 +153,53 @@ def test_other_approximations_that_become_parts_are_named_once():
         parse(stage, HullCache())
     errors.forget_warnings()
     assert len(caught) == 1
+
+
+def test_convex_pieces_become_parts_exactly():
+    boards = [_FLOOR, *_WALLS, *_ENDS]
+    pieces = [_box(low, high, 8 * k) for k, (low, high) in enumerate(boards)]
+    points = np.array([corner for corners, _ in pieces for corner in corners], np.float32)
+    triangles = np.array([face for _, faces in pieces for face in faces], np.int32)
+    parts, rest = convex_pieces(points, triangles, 32)
+    assert len(rest) == 0
+    for part, (low, high) in zip(parts, boards, strict=True):
+        np.testing.assert_array_equal(part.min(0), np.float32(low))
+        np.testing.assert_array_equal(part.max(0), np.float32(high))
+
+
+def test_faces_with_points_of_their_own_are_one_piece():
+    corners, faces = _box((0, 0, 0), (1, 2, 3), 0)
+    points = np.array(corners, np.float32)[np.array(faces).reshape(-1)]
+    parts, rest = convex_pieces(points, np.arange(len(points), dtype=np.int32).reshape(-1, 3), 4)
+    assert len(rest) == 0
+    assert [len(part) for part in parts] == [8]
+
+
+def test_what_is_open_hollow_or_not_convex_is_left_for_the_split():
+    corners, faces = _box((0, 0, 0), (1, 1, 1), 0)
+    box, triangles = np.array(corners, np.float32), np.array(faces, np.int32)
+    assert convex_pieces(box, triangles[1:], 4)[0] == []
+    inside = triangles[:, ::-1] + 8
+    hollow = np.concatenate([box, box * 0.5 + 0.25])
+    assert convex_pieces(hollow, np.concatenate([triangles, inside]), 4)[0] == []
+    dented = np.concatenate([box, [[0.5, 0.5, 0.5]]]).astype(np.float32)
+    top = [face for face in faces if np.all(box[face][:, 2] == 1)]
+    rim = [
+        edge
+        for face in top
+        for edge in (face[:2], face[1:], face[::2][::-1])
+        if sorted(edge)
+        not in [sorted(other) for own in top if own is not face for other in (own[:2], own[1:], own[::2])]
+    ]
+    crater = [face for face in faces if face not in top] + [[*edge, 8] for edge in rim]
+    parts, rest = convex_pieces(dented, np.array(crater, np.int32), 4)
+    assert parts == []
+    assert len(rest) == len(crater)
+
+
+def test_fewer_parts_than_pieces_are_left_for_the_split():
+    corners, faces = _box((0, 0, 0), (1, 1, 1), 0)
+    points = np.concatenate([np.array(corners, np.float32) + 3 * k for k in range(3)])
+    triangles = np.concatenate([np.array(faces, np.int32) + 8 * k for k in range(3)])
+    assert len(convex_pieces(points, triangles, 3)[0]) == 3
+    assert convex_pieces(points, triangles, 2)[0] == []

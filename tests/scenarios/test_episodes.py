@@ -33,7 +33,7 @@ def test_a_part_passes_over_the_episodes_of_others(tmp_path, writer):
     labels = {"rgb": False, "semantic_segmentation": True}
     job = write_job(tmp_path, writer, **({"splits": {"train": 2, "val": 1}} if writer == "CocoWriter" else labels))
     keys = ("--set", "frames_per_episode=2", "--set", "path_tracing.every=0")
-    whole = generate(job, tmp_path / "whole", *keys)
+    whole = generate(job, tmp_path / "whole", *keys, fresh=True)
     assert whole.returncode == 0, whole.stderr
     for frames in ("4:6", "0:4"):
         done = generate(job, tmp_path / "out", *keys, "--frames", frames)

@@ -1,4 +1,8 @@
-"""Split meshes into convex parts, once for each content: results are kept on disk."""
+"""Split meshes into convex parts, once for each content: results are kept on disk.
+
+Pieces of a mesh that are convex as they are, such as the boards of a crate, become parts exactly. CoACD splits the
+rest, which takes seconds to minutes.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +17,10 @@ import numpy as np
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.assets import cache_folder
+from usdsdg_physics.parse.convex_pieces import convex_pieces
 
 # A part of the names of results: another version of the settings below must not find those of this one.
-_VERSION = "1"
+_VERSION = "2"
 _FOLDER = "convex_parts"
 
 Part = np.ndarray  # (V, 3) float32 points, whose hull is the part
@@ -50,6 +55,19 @@ def convex_parts(points: np.ndarray, triangles: np.ndarray, splitting: Splitting
 
 
 def _split(points: np.ndarray, triangles: np.ndarray, splitting: Splitting, prim_path: str) -> list[Part]:
+    most = max(1, splitting.max_parts)
+    parts, rest = convex_pieces(points, triangles, most)
+    if any(len(part) > splitting.max_vertices for part in parts):
+        parts, rest = [], triangles
+    if not len(rest):
+        return parts
+    others = _split_by_coacd(points, rest, splitting, most - len(parts), prim_path)
+    return parts + others if others else []
+
+
+def _split_by_coacd(
+    points: np.ndarray, triangles: np.ndarray, splitting: Splitting, max_parts: int, prim_path: str
+) -> list[Part]:
     try:
         import coacd
     except ImportError:
@@ -60,6 +78,8 @@ def _split(points: np.ndarray, triangles: np.ndarray, splitting: Splitting, prim
         )
         return []
     coacd.set_log_level("error")
+    used, triangles = np.unique(triangles, return_inverse=True)
+    points, triangles = points[used], triangles.reshape(-1, 3).astype(np.int32)
     # In a box of size one, so that nothing depends on the units of the mesh.
     low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
     size = float((high - low).max()) or 1.0
@@ -67,7 +87,7 @@ def _split(points: np.ndarray, triangles: np.ndarray, splitting: Splitting, prim
     found = coacd.run_coacd(
         coacd.Mesh((points - low) / size, triangles),
         threshold=float(np.clip(splitting.error / 200.0, 0.01, 1.0)),
-        max_convex_hull=max(1, splitting.max_parts),
+        max_convex_hull=max_parts,
         resolution=1000,
         mcts_nodes=15,
         mcts_iterations=60,

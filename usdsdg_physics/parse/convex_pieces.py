@@ -1,0 +1,80 @@
+"""Find the connected pieces of a mesh that are convex as they are, such as the boards of a crate."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, QhullError
+
+# Part of the volume of its hull that a piece may leave empty: rounding of its points.
+_EMPTY = 1e-3
+
+
+def convex_pieces(points: np.ndarray, triangles: np.ndarray, most: int) -> tuple[list[np.ndarray], np.ndarray]:
+    """Return the pieces of a mesh that are closed and convex, and the triangles of all others.
+
+    Triangles are connected by the points that they share, and then, in what is left, also by points at one place.
+
+    Args:
+        points: (N, 3) float32.
+        triangles: (F, 3) int32.
+        most: where there are more pieces than this, there are none; nor where faces of some look inward, as in hollows.
+
+    Returns:
+        Of each piece the corners of its hull, (V, 3) float32; and (G, 3) int32.
+    """
+    found, left = _pieces(points.astype(np.float64), triangles, most)
+    rest = triangles[left]
+    if len(rest):
+        places, place_of = np.unique(points, axis=0, return_inverse=True)
+        more, left = _pieces(places.astype(np.float64), place_of.reshape(-1)[rest], most - len(found))
+        found, rest = found + more, rest[left]
+    return found, rest
+
+
+def _pieces(points: np.ndarray, triangles: np.ndarray, most: int) -> tuple[list[np.ndarray], np.ndarray]:
+    """Return the convex pieces, and which triangles (F,) are in none."""
+    numbers, piece_of = _connected(triangles, len(points))
+    found, left, inward = [], np.ones(len(triangles), bool), set()
+    if len(numbers) <= most:
+        for number in numbers:
+            own = piece_of == number
+            if not _is_closed(triangles[own]):
+                continue
+            volume, part = _solid(points, triangles[own])
+            inward.add(volume < 0.0)
+            if part is not None:
+                found.append(part)
+                left &= ~own
+    return (found, left) if len(inward) == 1 else ([], np.ones(len(triangles), bool))
+
+
+def _connected(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of the pieces, and that of each triangle."""
+    edges = triangles[:, [0, 1, 1, 2]].reshape(-1, 2)
+    graph = coo_matrix((np.ones(len(edges), bool), edges.T), shape=(count, count))
+    piece_of = connected_components(graph, directed=False)[1][triangles[:, 0]]
+    return np.unique(piece_of), piece_of
+
+
+def _is_closed(triangles: np.ndarray) -> bool:
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
+
+
+def _solid(points: np.ndarray, triangles: np.ndarray) -> tuple[float, np.ndarray | None]:
+    """Return the volume of a closed piece, below zero where its faces look inward, and the corners of its hull.
+
+    These are None unless it fills its hull.
+    """
+    own = points[np.unique(triangles)]
+    a, b, c = (points[triangles[:, k]] - own[0] for k in range(3))
+    volume = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
+    try:
+        hull = ConvexHull(own)
+    except (QhullError, ValueError):  # flat
+        return volume, None
+    if abs(hull.volume - abs(volume)) > _EMPTY * hull.volume:
+        return volume, None
+    return volume, own[hull.vertices].astype(np.float32)
