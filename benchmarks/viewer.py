@@ -87,7 +87,7 @@ def measure(scene: Path, arguments: argparse.Namespace) -> None:
             orbit(page, process.pid, arguments)
     finally:
         process.terminate()
-        process.wait(30)
+        process.wait(120)
 
 
 def orbit(page: ClientConnection, pid: int, arguments: argparse.Namespace) -> None:
@@ -127,7 +127,7 @@ def ask(page: ClientConnection, **wish: object) -> None:
 def picture(page: ClientConnection) -> dict:
     """Return the header of the next large picture, and answer it."""
     while True:
-        message = page.recv(timeout=120)
+        message = page.recv(timeout=600)
         if isinstance(message, str):
             continue
         ask(page, do="shown")
