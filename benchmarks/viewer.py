@@ -44,9 +44,7 @@ save_stage(sys.argv[1])
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--steps", type=int, default=2000, help="of the orbit whose memory is measured")
-    parser.add_argument(
-        "--minutes", type=float, help="of the orbit, in place of --steps"
-    )
+    parser.add_argument("--minutes", type=float, help="of the orbit, in place of --steps")
     parser.add_argument("--rate", type=float, default=1e9, help="pictures a second at most")
     parser.add_argument("--size", type=int, nargs=2, default=(640, 480))
     parser.add_argument("--mode", default="classes")
