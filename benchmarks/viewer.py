@@ -1,6 +1,7 @@
 """`usdsdg view`: seconds to the first picture, pictures a second while orbiting, and memory over many steps.
 
     python -m benchmarks.viewer [--steps 2000] [--size 640 480] [--mode classes] [--scene FILE.usd] [--cores 2]
+    python -m benchmarks.viewer --minutes 60 --rate 4      # memory over an hour, at a rate that leaves the machine free
 
 The command runs in a process of its own; this one is the page: it asks for a turn, waits for the picture, and answers.
 """
@@ -8,6 +9,7 @@ The command runs in a process of its own; this one is the page: it asks for a tu
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import os
 import statistics
@@ -42,6 +44,8 @@ save_stage(sys.argv[1])
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--steps", type=int, default=2000, help="of the orbit whose memory is measured")
+    parser.add_argument("--minutes", type=float, help="of the orbit, in place of --steps")
+    parser.add_argument("--rate", type=float, default=1e9, help="pictures a second at most")
     parser.add_argument("--size", type=int, nargs=2, default=(640, 480))
     parser.add_argument("--mode", default="classes")
     parser.add_argument("--scene", type=Path, help="default: 337 labeled objects")
@@ -81,30 +85,37 @@ def measure(scene: Path, arguments: argparse.Namespace) -> None:
             orbit(page, process.pid, arguments)
     finally:
         process.terminate()
-        process.wait(30)
+        process.wait(120)
 
 
 def orbit(page: ClientConnection, pid: int, arguments: argparse.Namespace) -> None:
     walls: list[float] = []
-    kilobytes: list[int] = []
+    mebibytes: list[float] = []
+    said = 0.0  # minutes after which memory is printed next
     while picture(page)["mode"] != arguments.mode:
         pass
-    before = cpu(pid)
-    for step in range(arguments.steps):
+    before, started = cpu(pid), time.perf_counter()
+    for step in range(arguments.steps) if arguments.minutes is None else itertools.count():
+        minutes = (time.perf_counter() - started) / 60
+        if arguments.minutes is not None and minutes > arguments.minutes:
+            break
         begun = time.perf_counter()
         ask(page, do="turn", by=[0.013, 0.004 if step % 200 < 100 else -0.004])
         picture(page)
         walls.append(time.perf_counter() - begun)
         if step % max(arguments.steps // 20, 1) == 0:
-            kilobytes.append(resident(pid))
+            mebibytes.append(resident(pid))
+        if arguments.minutes is not None and minutes > said:
+            said += 5
+            print(f"after {minutes:.0f} minutes and {step} pictures: {resident(pid):.1f} MiB", flush=True)
+        time.sleep(max(0.0, 1 / arguments.rate - walls[-1]))
     rate = 1.0 / statistics.median(walls)
-    each = 1000 * (cpu(pid) - before) / arguments.steps
+    each = 1000 * (cpu(pid) - before) / len(walls)
     what = f"{arguments.mode}, {arguments.size[0]}x{arguments.size[1]}"
     report.row(what, f"{rate:.1f} pictures/s, {each:.0f} CPU-ms each", target=f"{TARGETS['rate']:g} pictures/s")
-    first, last, most = (value / 1024 for value in (kilobytes[len(kilobytes) // 4], resident(pid), max(kilobytes)))
-    report.row(
-        f"memory, {arguments.steps} steps", f"{first:.0f} to {last:.0f} MiB", target=f"flat; most {most:.0f} MiB"
-    )
+    first, last, most = mebibytes[len(mebibytes) // 4], resident(pid), max(mebibytes)
+    what = f"{len(walls)} steps" if arguments.minutes is None else f"{arguments.minutes:g} minutes, {len(walls)} steps"
+    report.row(f"memory, {what}", f"{first:.1f} to {last:.1f} MiB", target=f"flat; most {most:.1f} MiB")
 
 
 def ask(page: ClientConnection, **wish: object) -> None:
@@ -114,7 +125,7 @@ def ask(page: ClientConnection, **wish: object) -> None:
 def picture(page: ClientConnection) -> dict:
     """Return the header of the next large picture, and answer it."""
     while True:
-        message = page.recv(timeout=120)
+        message = page.recv(timeout=600)
         if isinstance(message, str):
             continue
         ask(page, do="shown")
@@ -129,10 +140,10 @@ def cpu(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def resident(pid: int) -> int:
-    """Return the resident memory of a process [KiB]."""
+def resident(pid: int) -> float:
+    """Return the resident memory of a process [MiB]."""
     lines = Path(f"/proc/{pid}/status").read_text().splitlines()
-    return int(next(line for line in lines if line.startswith("VmRSS")).split()[1])
+    return int(next(line for line in lines if line.startswith("VmRSS")).split()[1]) / 1024
 
 
 def usdsdg() -> list[str]:

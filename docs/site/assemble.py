@@ -11,6 +11,8 @@ from docs.site.repository_pages import COPIED, ROOT
 
 DOCS = ROOT / "docs"
 MACHINE = re.compile(r"\{machine (\w+)\}")
+# Sizes that tests of the pages make smaller; readers, whose shell may be another, see what stands behind `:-`.
+SIZE = re.compile(r"\$\{[A-Z]+:-([^}]*)\}")
 
 
 def assemble(target: Path) -> None:
@@ -25,7 +27,7 @@ def assemble(target: Path) -> None:
         elif file.suffix == ".md":
             # `{machine NAME}` stands for the machine that a benchmark's result names.
             text, needed = repository_pages.relinked(file.read_text(encoding="utf-8"), f"docs/{name.as_posix()}")
-            _write(target / name, MACHINE.sub(lambda match: machines[match[1]], text))
+            _write(target / name, SIZE.sub(r"\1", MACHINE.sub(lambda match: machines[match[1]], text)))
             waiting |= needed
     for name, text in {**reference_pages.pages(), **gallery_pages.pages()}.items():
         _write(target / name, text)

@@ -27,6 +27,12 @@ def test_search_finds_pages_but_not_sources(site):
     assert "node.py.html" not in text
 
 
+def test_readers_see_sizes_in_place_of_variables(site):
+    pages = list((site[0] / "pages").rglob("*.md"))
+    assert "--set num_frames=200 --set" in (site[0] / "pages/tutorials/meshes_to_detector.md").read_text()
+    assert not [page for page in pages if ":-" in page.read_text() and "tutorials" in page.parts]
+
+
 def test_dead_links_missing_anchors_and_other_servers_are_faults(tmp_path):
     (tmp_path / "a.html").write_text('<a href="b.html#there"></a><a href="b.html#no"></a><a href="c.html"></a>')
     (tmp_path / "b.html").write_text('<p id="there"><script src="https://cdn.example/x.js"></script>')

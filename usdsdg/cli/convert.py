@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from usdsdg.cli.command_context import Quiet, command_context
+from usdsdg.cli.file_kinds import no_file
 
 
 class OriginOption(enum.StrEnum):
@@ -61,10 +62,9 @@ def convert(
         from usdsdg.meshes.conversion import Options
         from usdsdg.meshes.conversion import convert as convert_file
         from usdsdg.meshes.placement import Origin, meters_of
-        from usdsdg.stage.assets.lookup import missing_part
 
         if not source.is_file():
-            raise AssetNotFound(f"no file {source}: {missing_part(str(source.absolute()))}")
+            raise AssetNotFound(no_file(source))
         options = Options(
             up_axis=up.value.upper(), origin=Origin(origin.value),
             label=source.stem if label is None else label or None,

@@ -131,7 +131,7 @@ def camera_below(path: str) -> str:
 def _known_cameras() -> str:
     found = default_view.cameras(current_stage())
     listed = ", ".join(found[:LISTED]) + (f" and {len(found) - LISTED} more" if len(found) > LISTED else "")
-    return f"cameras on the stage: {listed or 'none'}"
+    return f"cameras on the stage: {listed or 'none; rep.create.camera makes one'}"
 
 
 def _product(

@@ -78,7 +78,7 @@ class Distribution(ReplicatorItem, abc.ABC):
         if isinstance(given, (str, bytes, Distribution)) or not isinstance(given, Iterable):
             raise GraphError(f"{self.node.describe()}: {name} is {shown(given)}; expected a list")
         if not (items := list(given)):
-            raise GraphError(f"{self.node.describe()}: {name} is empty")
+            raise GraphError(f"{self.node.describe()}: {name} is empty; give at least one")
         return items
 
     @abc.abstractmethod
