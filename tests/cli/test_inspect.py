@@ -1,5 +1,7 @@
 """`usdsdg inspect`, and pages at the end of other commands."""
 
+import io
+
 import pytest
 from typer.testing import CliRunner
 
@@ -8,6 +10,7 @@ from tests.scripts.conftest import usdsdg
 from usdsdg.cli.commands import app
 from usdsdg.cli.inspect import show_written
 from usdsdg.errors import DatasetError
+from usdsdg.session import progress
 from usdsdg.session.session import current
 
 MUG = pose_object(None, "mug", [0.0, 0.0, -2.0], [0.2] * 3)
@@ -53,15 +56,24 @@ def test_a_script_ends_with_a_page(tmp_path):
 
 @pytest.fixture
 def written():
-    folders = current().written_folders
+    folders, before = current().written_folders, current().reporter
     folders.clear()
     yield folders
+    progress.use(before)
     folders.clear()
 
 
-def commands(printed: str) -> list[str]:
-    """Return the commands that are named, without what they do."""
-    return [line.removeprefix("next: ").partition("   (")[0].strip() for line in printed.splitlines()]
+def said() -> list[str]:
+    """Return what is reported at the end of a command."""
+    lines = io.StringIO()
+    progress.use(progress.LineReporter(lines))
+    show_written(inspect=False)
+    return lines.getvalue().splitlines()
+
+
+def commands() -> list[str]:
+    """Return the commands that are named at the end, without what they do."""
+    return [line.removeprefix("[usdsdg] ").removeprefix("next: ").partition("   (")[0].strip() for line in said()]
 
 
 def both(folder) -> list[str]:
@@ -72,24 +84,28 @@ def test_the_commands_are_named_for_what_was_written(written, tmp_path, monkeypa
     for name in ("a b", "c"):
         write_pose(tmp_path / "all" / name, 0, [MUG])
         written[str(tmp_path / "all" / name)] = None
-    show_written(inspect=False)
     # One command for all datasets that are in a folder of their own.
-    printed = capsys.readouterr().out
-    assert printed.startswith("next: ")
-    assert commands(printed) == both(tmp_path / "all")
+    assert said()[0].startswith("[usdsdg] next: ")
+    assert commands() == both(tmp_path / "all")
     write_pose(tmp_path / "all" / "older", 0, [MUG])
-    show_written(inspect=False)
-    assert commands(capsys.readouterr().out) == [*both(f"'{tmp_path / 'all' / 'a b'}'"), *both(tmp_path / "all" / "c")]
+    assert commands() == [*both(f"'{tmp_path / 'all' / 'a b'}'"), *both(tmp_path / "all" / "c")]
     monkeypatch.chdir(tmp_path)
-    show_written(inspect=False)
-    assert commands(capsys.readouterr().out) == [*both("'all/a b'"), *both("all/c")]
+    assert commands() == [*both("'all/a b'"), *both("all/c")]
+    assert capsys.readouterr().out == ""  # which has results alone
 
 
-def test_folders_that_were_removed_are_not_named(written, tmp_path, capsys):
+def test_folders_that_were_removed_are_not_named(written, tmp_path):
     for name in ("a", "b"):
         written[str(tmp_path / "gone" / name)] = None
+    assert said() == []
+
+
+def test_the_commands_are_not_named_where_progress_is_not_shown(written, tmp_path, capsys):
+    write_pose(tmp_path / "a", 0, [MUG])
+    written[str(tmp_path / "a")] = None
+    progress.use_default(quiet=True)
     show_written(inspect=False)
-    assert capsys.readouterr().out == ""
+    assert capsys.readouterr() == ("", "")
 
 
 def test_pages_are_made_where_something_can_be_shown(written, tmp_path, capsys):

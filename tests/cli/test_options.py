@@ -63,3 +63,12 @@ def test_a_device_that_does_not_exist_is_refused_before_any_work(tmp_path, argum
     assert len(lines) == 1
     assert "'abacus'" in lines[0]
     assert "Devices here: cpu" in lines[0]
+
+
+def test_frames_that_a_job_does_not_have_are_refused_and_an_earlier_run_stays(tmp_path):
+    (tmp_path / "job.yaml").write_text("{job: detection, num_frames: 3, output_dir: out}")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/kept.txt").touch()
+    done = usdsdg("generate", "job.yaml", "--frames", "3:9", "--overwrite", cwd=tmp_path, expect=1)
+    assert "--frames 3:9: the run has 3 frames, counted from 0; give some of them" in done.stderr
+    assert (tmp_path / "out/kept.txt").exists()

@@ -1,8 +1,13 @@
 """`--threads`: the pools of the process have no more threads, and files are the same."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
+import pytest
+
+from tests.cli.datasets import ROOT
 from tests.scripts.conftest import usdsdg
 
 SCRIPT = """
@@ -48,6 +53,26 @@ def test_one_thread_bounds_all_pools_and_writes_the_same_files(tmp_path):
     one, every = files_of(tmp_path / "one"), files_of(tmp_path / "all")
     assert "rgb_0001.png" in one
     assert one == every
+
+
+LIMITED = """
+import os
+
+from usdsdg.cli import commands
+from usdsdg.cli.thread_limit import limit_threads
+
+before = len(os.listdir("/proc/self/task"))
+limit_threads(1)
+import usdsdg.orchestrator
+print(len(os.listdir("/proc/self/task")) - before)
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="the system lists no threads there")
+def test_usd_starts_no_thread_where_there_may_be_one(tmp_path):
+    # One that it had started before its limit would spin for the whole run.
+    done = subprocess.run([sys.executable, "-c", LIMITED], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "0"
 
 
 def test_no_thread_is_refused(tmp_path):

@@ -12,6 +12,7 @@ import contextlib
 import logging
 import os
 import random
+import resource
 import shutil
 import signal
 import subprocess
@@ -22,7 +23,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.cli.datasets import ROOT, content
+from tests.cli.datasets import content
+from tests.soak.command_runs import POLL_SECONDS, CommandRun, CopiedRun
+from tests.soak.processor_time import processor_seconds
 from tests.stores.servers import KEYS, Bucket, FailingProxy
 
 JOB = """
@@ -38,7 +41,6 @@ formats: {pose: {skip_empty_frames: true}, coco: {}}
 """
 SIGNALS = {"kill": signal.SIGKILL, "term": signal.SIGTERM, "hup": signal.SIGHUP, "int": signal.SIGINT}
 HOWS = (*SIGNALS, "full", "worker", "removed", "bucket", "gone")
-MOST_ENDS = 3  # of one dataset
 FULL = 150_000  # bytes of a disk that becomes full
 GONE_SECONDS = 20.0
 
@@ -46,15 +48,17 @@ GONE_SECONDS = 20.0
 class Trials:
     """Trials that compare with one run that was not interrupted."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder, self._random = folder, random.Random()
+    def __init__(self, folder: Path, most_ends: int) -> None:
+        """most_ends: how often a dataset is ended before it is left to its end."""
+        self._folder, self._most_ends, self._random = folder, most_ends, random.Random()
         (folder / "job.yaml").write_text(JOB)
-        self._seconds = 0.0
-        started = time.monotonic()
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         whole = self._start(folder / "whole")
         if whole.wait():
-            sys.exit(f"the uninterrupted run failed with {whole.returncode}: {_said(whole)}")
-        self._seconds, self._whole = time.monotonic() - started, content(folder / "whole")
+            sys.exit(f"the uninterrupted run failed with {whole.returncode}: {whole.said}")
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        self._processor_seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        self._whole = content(folder / "whole")
 
     def run(self, how: str, seed: int) -> str | None:
         """Run one trial; return what is wrong."""
@@ -65,25 +69,25 @@ class Trials:
         shutil.rmtree(out, ignore_errors=True)
         own = {"full": self._fill, "worker": self._kill_workers, "removed": self._remove}
         ends: Callable[[Path], None] = own.get(how) or self._signal(how)
-        for _ in range(self._random.randint(1, MOST_ENDS)):
+        for _ in range(self._random.randint(1, self._most_ends)):
             ends(out)
         last = self._start(out, *self._resume(out))
         return self._differences(last, lambda: content(out))
 
-    def _differences(self, last: subprocess.Popen[str], read: Callable[[], dict[str, bytes]]) -> str | None:
+    def _differences(self, last: CommandRun, read: Callable[[], dict[str, bytes]]) -> str | None:
         """Wait for the last run; return what is wrong with what it has left."""
         if last.wait():
-            return f"the last run ended with {last.returncode}: {_said(last)}"
+            return f"the last run ended with {last.returncode}: {last.said}"
         found = read()
         differ = [name for name in sorted({*found, *self._whole}) if found.get(name) != self._whole.get(name)]
         return f"{len(differ)} files differ: {differ[:5]}" if differ else None
 
     def _signal(self, how: str) -> Callable[[Path], None]:
         def end(out: Path) -> None:
-            process = self._start(out, *self._resume(out))
-            time.sleep(self._random.uniform(0.0, self._seconds))
-            process.send_signal(SIGNALS[how])
-            process.wait()
+            run = self._start(out, *self._resume(out))
+            self._wait_at_random(run)
+            run.send(SIGNALS[how])
+            run.wait()
 
         return end
 
@@ -102,58 +106,65 @@ class Trials:
             subprocess.run(["umount", str(disk)], check=True)
 
     def _remove(self, out: Path) -> None:
-        process = self._start(out)
-        time.sleep(self._random.uniform(0.3, 1.0) * self._seconds)
+        run = self._start(out)
+        self._wait_at_random(run, first=0.3)
         shutil.rmtree(out, ignore_errors=True)
-        said = f"{process.wait()} {_said(process)}"
+        said = f"{run.wait()} {run.said}"
         shutil.rmtree(out, ignore_errors=True)  # what was written between
-        if process.returncode not in (0, 1) or "Traceback" in said:
+        if run.returncode not in (0, 1) or "Traceback" in said:
             raise SystemExit(f"a run of which the folder was removed ended with {said}")
 
-    def _kill_at_bucket(self) -> tuple[subprocess.Popen[str], Callable[[], dict[str, bytes]]]:
+    def _kill_at_bucket(self) -> tuple[CommandRun, Callable[[], dict[str, bytes]]]:
         bucket = _Bucket()
-        for _ in range(self._random.randint(1, MOST_ENDS)):
-            process = self._start(bucket.place, *(["--resume"] if bucket.objects else []))
-            time.sleep(self._random.uniform(0.0, self._seconds))
-            process.kill()
-            process.wait()
+        for _ in range(self._random.randint(1, self._most_ends)):
+            run = self._start(bucket.place, *(["--resume"] if bucket.objects else []))
+            self._wait_at_random(run)
+            run.kill()
         return self._start(bucket.place, *(["--resume"] if bucket.objects else [])), lambda: _in(bucket)
 
-    def _outlast(self) -> tuple[subprocess.Popen[str], Callable[[], dict[str, bytes]]]:
+    def _outlast(self) -> tuple[CommandRun, Callable[[], dict[str, bytes]]]:
         bucket, gone = _Bucket(), threading.Event()
         with FailingProxy(bucket.port, lambda *_: "drop" if gone.is_set() else "pass") as proxy:
             os.environ["AWS_ENDPOINT_URL"] = proxy.url
-            process = self._start(bucket.place)
-            time.sleep(self._random.uniform(0.2, 1.0) * self._seconds)
+            run = self._start(bucket.place)
+            self._wait_at_random(run, first=0.2)
             gone.set()
             time.sleep(GONE_SECONDS)
             gone.clear()
-            process.wait()
-        return process, lambda: _in(bucket)
+            run.wait()
+        return run, lambda: _in(bucket)
 
     def _kill_workers(self, out: Path) -> None:
         first = self._start(out, *self._resume(out), "--workers", "3")
         for _ in range(self._random.randint(1, 2)):
-            time.sleep(self._random.uniform(0.0, self._seconds))
-            children = _children(first.pid)
-            if children:
+            self._wait_at_random_for_children(first)
+            if children := _children(first.pid):
                 _kill(self._random.choice(children))
         if self._random.random() < 0.5:
             for pid in (first.pid, *_children(first.pid)):
                 _kill(pid)
         if first.wait() not in (0, -signal.SIGKILL):
-            raise SystemExit(f"--workers ended with {first.returncode}: {_said(first)}")
+            raise SystemExit(f"--workers ended with {first.returncode}: {first.said}")
+
+    def _wait_at_random(self, run: CommandRun, *, first: float = 0.0) -> None:
+        """Wait for a moment of a run: it is drawn from its processor time, which other work beside it leaves alone."""
+        run.wait_for_processor_seconds(self._random.uniform(first, 1.0) * self._processor_seconds)
+
+    def _wait_at_random_for_children(self, run: CommandRun) -> None:
+        """As `_wait_at_random`, of the processes that a run has started, which import what the run has imported."""
+        until = self._random.uniform(0.0, 2.0) * self._processor_seconds
+        spent: dict[int, float] = {}
+        while not run.has_ended() and sum(spent.values()) < until:
+            time.sleep(POLL_SECONDS)
+            spent |= {pid: processor_seconds(pid) for pid in _children(run.pid)}
 
     def _resume(self, out: Path) -> list[str]:
         return ["--resume"] if (out / "pose/.usdsdg").exists() or (out / "coco/.usdsdg").exists() else []
 
-    def _start(self, out: Path | str, *options: str) -> subprocess.Popen[str]:
-        command = [sys.executable, "-m", "usdsdg", "generate", "-q", str(self._folder / "job.yaml"), "--device", "cpu"]
-        command += ["--set", f"output_dir={out}", *options]
-        said = tempfile.TemporaryFile("w+")  # noqa: SIM115 - closed with the process
-        process = subprocess.Popen(command, cwd=ROOT, stdout=said, stderr=subprocess.STDOUT, text=True)
-        process.said = said  # type: ignore[attr-defined]
-        return process
+    def _start(self, out: Path | str, *options: str) -> CommandRun:
+        arguments = ["generate", "-q", str(self._folder / "job.yaml"), "--device", "cpu"]
+        has_threads = threading.active_count() > 1  # servers of buckets
+        return (CommandRun if has_threads else CopiedRun)([*arguments, "--set", f"output_dir={out}", *options])
 
 
 class _Bucket(Bucket):
@@ -167,12 +178,6 @@ class _Bucket(Bucket):
 
 def _in(bucket: Bucket) -> dict[str, bytes]:
     return {key.removeprefix("out/"): data for key, data in bucket.objects.items()}
-
-
-def _said(process: subprocess.Popen[str]) -> str:
-    said = process.said  # type: ignore[attr-defined]
-    said.seek(0)
-    return said.read()[-2000:]
 
 
 def _children(pid: int) -> list[int]:
@@ -191,16 +196,20 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--how", nargs="+", choices=HOWS, default=["kill"])
     parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--ends", type=int, default=3, help="how often a dataset is ended at most")
     parser.add_argument("--first", type=int, default=0, metavar="SEED")
     options = parser.parse_args()
     logging.getLogger("werkzeug").setLevel(logging.ERROR)  # of the server of buckets, each request
     wrong = 0
-    with tempfile.TemporaryDirectory() as folder:
-        trials = Trials(Path(folder))
+    folder = tempfile.mkdtemp()  # no object, which copies of this process would remove at their end
+    try:
+        trials = Trials(Path(folder), options.ends)
         for how in options.how:
             for seed in range(options.first, options.first + options.count):
                 problem = trials.run(how, seed)
                 wrong += problem is not None
                 print(f"{how} {seed}: {problem or 'equal'}", flush=True)
+    finally:
+        shutil.rmtree(folder)
     print(f"{wrong} wrong")
     return int(wrong > 0)

@@ -52,13 +52,15 @@ def begin_run(
     overwrite: bool,
     frames: str | None,
     shard: str | None,
+    total: int | None = None,
 ) -> None:
     """Say what this process makes: its recipe, its frames, and what happens to an earlier run.
 
-    options: of the command that decide what is made; those without a value are left out.
+    options: of the command that decide what is made; those without a value are left out. total: how many frames the
+    run has; None: not known.
 
     Raises:
-        BadValue: two options exclude each other, or one has no meaning.
+        BadValue: two options exclude each other, or one has no meaning, as frames that the run does not have.
     """
     from usdsdg.session.session import current
     from usdsdg.writers.journal import recipe
@@ -70,6 +72,8 @@ def begin_run(
     if frames is not None and shard is not None:
         raise BadValue("--frames and --shard both choose frames: give only one of them")
     portion = Portion.of_frames(frames) if frames is not None else None
+    if portion is not None and total is not None and portion.first >= total:
+        raise BadValue(f"--frames {frames}: the run has {total} frames, counted from 0; give some of them")
     portion = Portion.of_shard(shard) if shard is not None else portion
     mode = Mode.REPLACE if command == recipe.RUN else Mode.NEW
     mode = Mode.RESUME if resume else Mode.OVERWRITE if overwrite else mode

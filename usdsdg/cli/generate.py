@@ -73,6 +73,7 @@ def generate(
         begin_run(
             "generate", config, arguments=overrides, seed=loaded[1].seed if loaded is not None else seed,
             classes=semantic_classes, resume=resume, overwrite=overwrite, frames=frames, shard=shard,
+            total=loaded[1].num_frames if loaded is not None else None,
         )  # fmt: skip
         fix_classes(semantic_classes)
         if workers is not None or ray is not None:

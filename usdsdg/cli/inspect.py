@@ -9,6 +9,7 @@ import typer
 from usdsdg.cli.command_context import command_context
 from usdsdg.errors import DatasetError
 from usdsdg.session.next_commands import next_commands, written_datasets
+from usdsdg.session.progress import say
 
 # Problems that are printed; the page has all.
 _PRINTED = 20
@@ -61,7 +62,7 @@ def show_written(*, inspect: bool) -> None:
     folders = written_datasets()
     if not inspect:
         for line in next_commands(folders):
-            print(line)
+            say(line)
         return
     failures = []
     for folder in folders:

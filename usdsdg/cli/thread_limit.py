@@ -1,6 +1,7 @@
 """The option `--threads`: the most threads that each pool of the process may have."""
 
 import os
+import sys
 from typing import Annotated
 
 import typer
@@ -25,10 +26,13 @@ def limit_threads(count: int | None) -> None:
     os.environ.update(dict.fromkeys(_OF_LIBRARIES, str(count)))
     from pxr import Work
 
+    # USD starts threads when plugins are registered: a limit of 1 that comes later would let one of them spin for ever.
+    has_started = "usdsdg.stage.schemas" in sys.modules
+    Work.SetConcurrencyLimit(max(count, 2) if has_started else count)
+
     from usdsdg import parallel
     from usdsdg.session.session import current
     from usdsdg.writers.backends.io_queue import THREADS
 
-    Work.SetConcurrencyLimit(count)
     parallel.limit_threads(count)
     current().io_queue.set_threads(min(THREADS, count))

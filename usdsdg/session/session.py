@@ -150,6 +150,19 @@ class Session:
         if self.written_folders and not self.failed_at_exit:
             self._name_next_commands()
 
+    def end_run(self) -> None:
+        """Write what waits, and close the journals of a run that others follow in this process.
+
+        Raises:
+            UsdsdgError: a file cannot be written.
+        """
+        for run in self._made("run"):
+            if run.folders and not run.is_closed and not run.is_copy:
+                run.forget_removed()
+                self.io_queue.finish_early()
+                run.close(complete=True)
+                run.release()
+
     def _name_next_commands(self) -> None:
         folders = _imported("usdsdg.session.next_commands:written_datasets")()
         for line in _imported("usdsdg.session.next_commands:next_commands")(folders):
@@ -209,8 +222,15 @@ def current() -> Session:
 
 
 def restart() -> None:
-    """Start a new session, as a new process would; keeps the I/O queue, the progress reporter and the device."""
+    """Start a new session, as a new process would; keeps the I/O queue, the progress reporter and the device.
+
+    Datasets of the session before have ended then, with their journals.
+
+    Raises:
+        UsdsdgError: a file of theirs cannot be written.
+    """
     global _session
+    _session.end_run()
     before, _session = _session, Session()
     for engines in before._made("engines"):
         engines.reset()

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from usdsdg.errors import DatasetInTheWay, OutputNotWritable, UsdsdgWarning, forget_warnings
+from usdsdg.errors import DatasetInTheWay, OutputNotWritable, UsdsdgError, UsdsdgWarning, forget_warnings
 from usdsdg.stores import locks
 from usdsdg.stores.locks import FileLock, Locked
 from usdsdg.writers.journal.folders import DatasetFolder, Mode, shared_lock
@@ -96,6 +96,24 @@ def test_files_of_others_cannot_be_gone_on_with(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(DatasetInTheWay, match="no recipe"):
         run(tmp_path, Mode.RESUME)
+
+
+@pytest.mark.parametrize("mode", [Mode.NEW, Mode.REPLACE, Mode.OVERWRITE])
+@pytest.mark.parametrize("portion", [None, Portion(0, 1)])
+def test_a_part_is_not_mixed_with_an_earlier_run(tmp_path, mode, portion):
+    run(tmp_path, portion=portion, frames=(0,))
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    facts = {} if portion is None else {"seed": 7}  # the same run as a whole, or a part of another
+    with pytest.raises(DatasetInTheWay, match="remove"):
+        run(tmp_path, mode if portion is None else Mode.OVERWRITE, Portion(0, 1), frames=(0,), **facts)
+    assert {path: path.read_bytes() for path in before} == before
+
+
+@pytest.mark.parametrize("name", ["a file", "a file/below", "x" * 300])
+def test_a_path_that_cannot_be_a_folder_is_an_error_that_asks_for_another(tmp_path, name):
+    (tmp_path / "a file").touch()
+    with pytest.raises(UsdsdgError, match="Choose another output_dir"):
+        run(tmp_path / name)
 
 
 def test_a_listed_path_outside_of_the_folder_is_never_removed(tmp_path):

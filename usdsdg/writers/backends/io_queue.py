@@ -186,6 +186,14 @@ class IoQueue:
         self._at_exit.append(weakref.WeakMethod(method))
         self._finish_at_exit()
 
+    def finish_early(self) -> None:
+        """Do now what waits for the exit of the program, and wait until it is done; raises the first failure."""
+        last, self._at_exit = self._at_exit, []
+        for each in last:
+            if (method := each()) is not None:
+                method()
+        self.wait_until_done()
+
     def forget_at_exit(self) -> None:
         """Call no method at exit that was given until now: what it would write is written, or makes no sense."""
         self._at_exit = []

@@ -208,9 +208,11 @@ def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None) -> 
                 "--overwrite."
             )
         return
+    differences = wanted.differences(earlier)
+    if portion is not None and mode is not Mode.RESUME:
+        _check_room_for_part(path, there, mode, is_other=bool(differences))
     if mode is Mode.OVERWRITE:
         return
-    differences = wanted.differences(earlier)
     name = earlier.get("source", {}).get("name", "?") if isinstance(earlier.get("source"), dict) else "?"
     if mode is Mode.REPLACE and name == wanted.source["name"]:
         return
@@ -225,6 +227,20 @@ def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None) -> 
             f"{there} has an unfinished run of this recipe. Go on with --resume, begin again with --overwrite, or "
             "choose another output_dir."
         )
+
+
+def _check_room_for_part(path: Path, there: str, mode: Mode, *, is_other: bool) -> None:
+    """Check that a part would not be mixed with a run that is no part: a process of a part removes that part alone."""
+    if (path / BESIDE / NAME).is_file() and journal.read(path / BESIDE / NAME).frames:
+        what = "a run that is whole, or whose parts were joined"
+    elif is_other and mode is Mode.OVERWRITE:
+        what = "parts of another recipe"
+    else:
+        return
+    raise DatasetInTheWay(
+        f"{there} has {what}, and a process that makes a part of a dataset would leave its files there. Choose another "
+        "output_dir, or remove this one first."
+    )
 
 
 def _is_complete(path: Path, portion: Portion | None) -> bool:

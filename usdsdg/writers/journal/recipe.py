@@ -176,14 +176,18 @@ def read(folder: Path) -> dict[str, Any] | None:
     """Return the recipe in a folder; None if there is none.
 
     Raises:
-        WriterError: the file is damaged.
+        WriterError: the file is damaged, or the system does not let it be read.
     """
     try:
         data = (folder / FILE).read_bytes()
     except FileNotFoundError:
         return None
+    except IsADirectoryError:
+        raise WriterError(f"{folder / FILE} is a folder. Remove that run with --overwrite.") from None
     except OSError as error:
-        raise WriterError(f"{folder / FILE} cannot be read: {error}. Remove that run with --overwrite.") from None
+        reason = "a file is where a folder should be" if isinstance(error, NotADirectoryError) else error.strerror
+        remedy = "Choose another output_dir, or make this one a folder that can be read and written."
+        raise WriterError(f"{folder / FILE} cannot be read: {reason}. {remedy}") from None
     return parsed(data, str(folder))
 
 

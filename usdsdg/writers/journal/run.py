@@ -53,6 +53,7 @@ class Run:
         self._appended_at = time.monotonic()
         self._is_main_script_known = False
         self._is_closed = False
+        self._process = os.getpid()
 
     def begin(self, recipe: Recipe, mode: Mode, portion: Portion | None, source: Path | None = None) -> None:
         """Say what this process makes, before any writer is created.
@@ -143,6 +144,11 @@ class Run:
     def is_closed(self) -> bool:
         """Whether the journals are closed."""
         return self._is_closed
+
+    @property
+    def is_copy(self) -> bool:
+        """Whether another process makes it, of which this one is a copy by fork."""
+        return self._process != os.getpid()
 
     # Frames
 
