@@ -35,9 +35,22 @@ from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg.stage.poses.transforms import as_array
 
 # Attributes that determine the geometry of a gprim, or the transforms of point instances.
-_GEOMETRY = {"points", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width", "length"}
+_GEOMETRY = {
+    "points",
+    "faceVertexCounts",
+    "faceVertexIndices",
+    "extent",
+    "radius",
+    "height",
+    "axis",
+    "size",
+    "width",
+    "length",
+}
 _GEOMETRY |= {"widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
 _GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
+# What decides which material a gprim shows: relationships to materials, and collections of prims that bind one.
+_BINDINGS = ("material:binding", "collection:")
 
 
 @dataclass(frozen=True)
@@ -355,6 +368,9 @@ class LabeledPrimReader:
                 self._ownership = None
                 self._is_surveyed.clear()
                 self._labels.invalidate()
+            elif self._labels.has_labeled_materials and any(name.startswith(_BINDINGS) for name in names):
+                self._ownership = None
+                self._is_surveyed.clear()
             if not _GEOMETRY.isdisjoint(names):
                 # Also those of the subsets of a mesh, and of the mesh and others of its subsets.
                 edited = {path.GetParentPath() if path.GetParentPath() in self._divided else path for path in paths}
