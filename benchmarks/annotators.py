@@ -148,7 +148,8 @@ def measure(stage: Usd.Stage, ops: list, poses: np.ndarray, names: list[str], ro
         aovs |= images | {name: np.ones((SIZE[1], SIZE[0], 3), np.float32) for name in needs.aovs - set(lit)}
         _frame(watch, found, Frame(
             index=number, view=view, render_product=product.path, aovs=aovs, gprims=table.gprims, labeled_prims=labeled,
-            amodal_masks=masks, scene=TimedScene(watch, product.path, view, table, aovs, EarlierPoints()),
+            amodal_masks=masks,
+            scene=TimedScene(watch, product.path, view, table, aovs, EarlierPoints(), renderer),
         ))  # fmt: skip
     return watch
 

@@ -117,6 +117,15 @@ def test_points_that_are_not_numbers_do_not_count():
     np.testing.assert_array_equal(bounds, [[0, 0, 0], [1, 1, 0]])
 
 
+@pytest.mark.parametrize("indices", [[0, 1, 2, 0, 2, 3, 4, 4], [0, 1, 2, 0, 2]])
+def test_bounds_of_subsets_where_indices_are_more_or_fewer_than_counts_say(indices):
+    prim = _mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (9, 9, 9)], indices)
+    mesh = UsdGeom.Mesh(prim)
+    mesh.GetFaceVertexCountsAttr().Set([3, 3])
+    subset = UsdGeom.Subset.CreateGeomSubset(mesh, "Second", UsdGeom.Tokens.face, [1])
+    assert read_hull(subset.GetPrim(), Usd.TimeCode.Default())(np.eye(4))[1].max() <= 1
+
+
 def test_a_mesh_without_points_has_no_bounds():
     assert read_hull(_mesh([], []), Usd.TimeCode.Default()) is None
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pxr import Gf, Usd, UsdGeom, UsdSkel
+from pxr import Gf, Usd, UsdGeom, UsdShade, UsdSkel
 
 from tests.annotators.ray_caster import RayCaster, add_cube, add_sphere, new_stage, place
 from tests.stage.geometry.characters import LENGTH, add_character
@@ -354,3 +354,22 @@ def test_a_new_time_reads_the_geometry_of_what_varies_alone(stage, monkeypatch):
     assert seen == ["Growing"]
     widths = dict(zip(found.prim_paths, found.bounds[:, 1, 0] - found.bounds[:, 0, 0]))
     assert widths["/World/Growing"] == pytest.approx(2.0)
+
+
+def test_labels_of_materials_follow_what_is_bound_in_mid_run(stage):
+    box = add_cube(stage, "/World/Box", "box")
+    materials = [UsdShade.Material.Define(stage, f"/World/Looks/{name}") for name in ("Oak", "Tin")]
+    for material in materials:
+        add_labels(material.GetPrim(), {"class": [material.GetPrim().GetName()]})
+    binding = UsdShade.MaterialBindingAPI.Apply(box)
+    reader = LabeledPrimReader(stage)
+
+    def labels() -> list[str]:
+        return list(reader.read(["/World/Box"]).labels[0]["class"])
+
+    assert labels() == ["box"]
+    for material, label in zip(materials, ("oak", "tin")):
+        binding.Bind(material)
+        assert labels() == ["box", label]
+    binding.UnbindAllBindings()
+    assert labels() == ["box"]

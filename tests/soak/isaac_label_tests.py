@@ -66,7 +66,7 @@ def _run(file: Path, words: tuple[str, ...], root: Path, options: argparse.Names
     except subprocess.TimeoutExpired:
         return [("*", f"not ended after {options.timeout:.0f} s")]
     rows = [line.split("\t")[1:3] for line in done.stdout.splitlines() if line.startswith(run_file.ROW)]
-    if done.returncode and not any(result != "passed" for _, result in rows):
+    if not rows or (done.returncode and not any(result != "passed" for _, result in rows)):
         rows.append(["*", f"exit {done.returncode}: {(done.stderr or done.stdout)[-300:]}".replace("\n", " ")])
     return [(name, result.replace("|", "/")) for name, result in rows]
 

@@ -60,7 +60,8 @@ def _mesh_points(
     if not len(used):
         return points
     if faces is not None:
-        used = used[np.repeat(faces, mesh.GetFaceVertexCountsAttr().Get(time))[: len(used)]]
+        kept = np.repeat(faces, mesh.GetFaceVertexCountsAttr().Get(time))
+        used = used[: len(kept)][kept[: len(used)]]  # the renderer reports counts that do not add up
     # Points that no face uses are not part of the surface. The renderer reports indices out of range.
     is_used = np.zeros(len(points), bool)
     is_used[used[(used >= 0) & (used < len(points))]] = True

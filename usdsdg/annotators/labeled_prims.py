@@ -26,6 +26,7 @@ from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
 from usdsdg.annotators.prims.keypoint_prims import KeypointPrim, KeypointReader
 from usdsdg.annotators.prims.label_tables import FrameClasses, PrimTable
 from usdsdg.annotators.prims.possible_labels import possible_outputs
+from usdsdg.annotators.prims.skeleton_prims import SkeletonPrims
 from usdsdg.errors import warn_once
 from usdsdg.graph.label_sources import label_sources
 from usdsdg.session.session import current
@@ -34,9 +35,22 @@ from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg.stage.poses.transforms import as_array
 
 # Attributes that determine the geometry of a gprim, or the transforms of point instances.
-_GEOMETRY = {"points", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width", "length"}
+_GEOMETRY = {
+    "points",
+    "faceVertexCounts",
+    "faceVertexIndices",
+    "extent",
+    "radius",
+    "height",
+    "axis",
+    "size",
+    "width",
+    "length",
+}
 _GEOMETRY |= {"widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
 _GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
+# What decides which material a gprim shows: relationships to materials, and collections of prims that bind one.
+_BINDINGS = ("material:binding", "collection:")
 
 
 @dataclass(frozen=True)
@@ -76,6 +90,7 @@ class LabeledPrims:
     row_of_gprim: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))  # (G,) row, -1 = unlabeled
     selections: Mapping[str | None, Selection] = field(default_factory=dict)
     read_keypoints: Callable[[], tuple[KeypointPrim, ...]] = tuple  # reads the prims with keypoints from the stage
+    find_skeletons: Callable[[], Sequence[Sdf.Path]] | None = None  # finds all skeletons of the stage; None: not known
 
     def __len__(self) -> int:
         return len(self.prim_paths)
@@ -114,6 +129,7 @@ class _Ownership:
     gprims: tuple[str, ...]
     steps: list[Steps]  # of each gprim
     owners: tuple[Owner, ...]
+    names: tuple[str, ...]  # of the owners
     labels: tuple[Labels, ...]
     groups: tuple[tuple[int, ...], ...]
     selections: Mapping[str | None, Selection]
@@ -140,7 +156,7 @@ class LabeledPrimReader:
         self._is_surveyed: set[str | None] = set()  # filters whose prims have numbers as the stage is now
         self._prims: dict[str | None, PrimTable] = {}  # by filter
         self._tables_version = -1  # of the class tables that the ownership has ids of; 0 where ids are not stable
-        self._keypoints = KeypointReader(stage)
+        self._keypoints, self._skeletons = KeypointReader(stage), SkeletonPrims(stage)
         self._time: Usd.TimeCode | None = None
 
     def read(
@@ -158,7 +174,7 @@ class LabeledPrimReader:
         frames = PointFrames(self._stage, cache)
         bounds = [self._bound(owner, group, cache, frames) for owner, group in zip(owned.owners, owned.groups)]
         return LabeledPrims(
-            tuple(owner.name for owner in owned.owners),
+            owned.names,
             owned.labels,
             owned.groups,
             np.array(bounds, np.float64).reshape(-1, 2, 3),
@@ -167,6 +183,7 @@ class LabeledPrimReader:
             owned.selections[None].member_of_gprim,
             owned.selections,
             lambda: self._keypoints.read(owned.gprims, owned.steps, frames, time),
+            self._skeletons.find,
         )
 
     def names_and_selection(
@@ -175,7 +192,7 @@ class LabeledPrimReader:
         """Return the labeled prims under a filter, and their paths, as `read` does, without bounds and poses."""
         owned = self._owned(tuple(gprims), [predicate], time)
         selection = owned.selections[predicate]
-        return tuple(owned.owners[row].name for row in selection.rows), selection
+        return tuple(owned.names[row] for row in selection.rows), selection
 
     def _owned(self, gprims: tuple[str, ...], filters: Iterable[str | None], time: Usd.TimeCode) -> _Ownership:
         """Return which prims own gprims now, after what has changed on the stage."""
@@ -232,7 +249,8 @@ class LabeledPrimReader:
             if not rows:
                 warn_of_empty_selection(predicate, [labels for _, chain in found for _, labels in chain])
         owners, groups = tuple(owner for owner, _ in row_of), tuple(group for _, group in row_of)
-        return _Ownership(gprims, [steps for steps, _ in found], owners, tuple(labels), groups, selections)
+        names, steps = tuple(owner.name for owner in owners), [steps for steps, _ in found]
+        return _Ownership(gprims, steps, owners, names, tuple(labels), groups, selections)
 
     def _has_tables(self) -> bool:
         """Return whether ids are those of the session's class tables."""
@@ -333,6 +351,8 @@ class LabeledPrimReader:
             self._skinning.invalidate()
             self._hulls.clear()
             self._bounds.clear()
+        if changes.resynced:
+            self._skeletons.invalidate()
         if changes.resynced or any(map(self._keypoints.affects, changes.by_names)):
             self._keypoints.invalidate()
         for root in changes.resynced:
@@ -348,6 +368,9 @@ class LabeledPrimReader:
                 self._ownership = None
                 self._is_surveyed.clear()
                 self._labels.invalidate()
+            elif self._labels.has_labeled_materials and any(name.startswith(_BINDINGS) for name in names):
+                self._ownership = None
+                self._is_surveyed.clear()
             if not _GEOMETRY.isdisjoint(names):
                 # Also those of the subsets of a mesh, and of the mesh and others of its subsets.
                 edited = {path.GetParentPath() if path.GetParentPath() in self._divided else path for path in paths}

@@ -48,6 +48,11 @@ class LabeledStage:
         self._varying = {path for path in self._varying if not path.HasPrefix(root)}
         self._materials_have_labels = None
 
+    @property
+    def has_labeled_materials(self) -> bool:
+        """Whether labels of materials were read, so that they depend on what prims bind."""
+        return bool(self._materials_have_labels)
+
     def set_time(self, time: Usd.TimeCode) -> bool:
         """Read labels at this time from now on; return whether some may differ."""
         self._time = time

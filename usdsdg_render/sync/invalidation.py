@@ -102,7 +102,7 @@ class DirtySetBuilder:
         if ROOT in changes.changed:  # up axis, units
             dirty.lights.add(ROOT)
         for names, paths in changes.by_names.items():
-            if all(map(_is_ignored, names)):
+            if not self._instancers_of and all(map(_is_ignored, names)):
                 continue
             if self._has_prototypes:
                 paths = [instance for path in paths for instance in self._instances_of(path)]
@@ -174,7 +174,9 @@ class DirtySetBuilder:
 
 @lru_cache(maxsize=4096)
 def _stale_parts(kind: int, names: frozenset[str]) -> frozenset[str]:
-    """The parts of a `DirtySet` that a prim belongs to if these properties of it changed."""
+    """The parts of a `DirtySet` that a prim belongs to if these properties of it changed, or its metadata alone."""
+    if kind == prim_kinds.INSTANCER and all(map(_is_ignored, names)):
+        return frozenset(["instancers"])  # which of its points are inactive is metadata
     return frozenset(part for name in names if (part := _stale_part(kind, name)))
 
 

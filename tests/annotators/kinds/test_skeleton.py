@@ -1,5 +1,6 @@
 import ast
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,6 +8,7 @@ from pxr import Gf, Usd, UsdGeom, UsdSkel
 
 from tests.annotators.ray_caster import add_cube, make_frame, new_stage, place
 from usdsdg import annotators
+from usdsdg.annotators.labeled_prims import LabeledPrimReader
 from usdsdg.errors import UsdsdgWarning, forget_warnings
 from usdsdg.session.stage_context import set_stage
 
@@ -136,3 +138,21 @@ def test_an_option_without_meaning_is_told(stage):
     forget_warnings()
     with pytest.warns(UsdsdgWarning, match="useSkelJoints is ignored"):
         compute(stage, useSkelJoints=True)
+
+
+def test_skeletons_that_come_and_go_between_frames(stage):
+    reader = LabeledPrimReader(stage)
+
+    def names() -> list[str]:
+        frame = make_frame(stage, (80, 60))
+        frame = replace(frame, labeled_prims=reader.read(frame.gprims))
+        return annotators.get("skeleton_data").compute(frame).info["skelPath"]
+
+    assert names() == ["/World/Man/Skeleton"]
+    place(add_character(stage, "/World/Woman"), translate=(1, 0.5, 0))
+    assert names() == ["/World/Man/Skeleton", "/World/Woman/Skeleton"]
+    stage.GetPrimAtPath("/World/Man").SetActive(False)
+    assert names() == ["/World/Woman/Skeleton"]
+    stage.GetPrimAtPath("/World/Man").SetActive(True)
+    stage.RemovePrim("/World/Woman")
+    assert names() == ["/World/Man/Skeleton"]

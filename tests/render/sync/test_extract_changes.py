@@ -310,6 +310,9 @@ def test_point_instancers_follow_their_points_and_prototypes():
     ball.GetPrim().GetAttribute("xformOp:translate").Set(Gf.Vec3d(1))
     assert touched(extractor) == {"transforms"}
     assert_fresh(extractor, stage)
+    instancer.DeactivateId(1)  # metadata
+    assert touched(extractor)
+    assert_fresh(extractor, stage)
 
 
 def test_random_edits_end_where_a_fresh_reading_does(stage, extractor, tmp_path):

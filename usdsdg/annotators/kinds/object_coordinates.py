@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
-from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.frame import PIXELS, Frame
 from usdsdg.annotators.pixels import encodings, look_ups
 from usdsdg.annotators.pixels.launch import Pixels
 
@@ -50,11 +50,11 @@ def _coordinates(frame: Frame, predicate: str | None) -> Pixels:
 def _box_from_gprim(frame: Frame, predicate: str | None) -> tuple[np.ndarray, np.ndarray]:
     """Return the matrix of each gprim from its own frame to the coordinates of its labeled prim's box.
 
-    (G, 4, 4) float64 for row vectors, and (G,) bool: whether a selected prim owns the gprim.
+    (G, 4, 4) float64 for row vectors, and (G,) bool: whether a selected prim owns the gprim, which is visible.
     """
     selection, labeled = frame.selection(predicate), frame.labeled_prims
     members = selection.member_of_gprim
-    owned = members >= 0
+    owned = (members >= 0) & (frame.sums[:, PIXELS] > 0)
     rows = selection.rows[members[owned]]
     low, size = labeled.bounds[rows, 0], labeled.bounds[rows, 1] - labeled.bounds[rows, 0]
     flat = size <= 0

@@ -53,6 +53,10 @@ def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
 
 def shown_classes(frame: Frame, params: Params) -> Shown:
     """Return the ids that semantic_segmentation shows."""
+    return _once(frame, params, _classes)
+
+
+def _classes(frame: Frame, params: Params) -> Shown:
     selection = frame.selection(predicate_of(params))
     ids = _labeled_prim_ids(frame, predicate_of(params), selection.class_ids)
     described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL]
@@ -102,6 +106,10 @@ def _instances(frame: Frame, params: Params, key: Callable) -> Annotation:
 
 def shown_prims(frame: Frame, params: Params) -> Shown:
     """Return the ids that instance_segmentation shows."""
+    return _once(frame, params, _prims)
+
+
+def _prims(frame: Frame, params: Params) -> Shown:
     predicate = predicate_of(params)
     selection = frame.selection(predicate)
     paths = ["BACKGROUND", "UNLABELLED", *[""] * selection.prim_count]
@@ -119,6 +127,10 @@ def _gprims(frame: Frame, params: Params, key: Callable) -> Annotation:
 
 def shown_gprims(frame: Frame, params: Params) -> Shown:
     """Return the ids that instance_id_segmentation shows."""
+    return _once(frame, params, _every_gprim)
+
+
+def _every_gprim(frame: Frame, params: Params) -> Shown:
     ids = np.append(np.arange(len(frame.gprims)) + FIRST_LABELED, BACKGROUND).astype(np.uint32)
     names = ["INVALID", "UNLABELLED", *frame.gprims]
 
@@ -129,6 +141,12 @@ def shown_gprims(frame: Frame, params: Params) -> Shown:
         return [["BACKGROUND"] if name == "INVALID" else [name, *_keys(own)] for name, own in zip(names, described)]
 
     return _mapped(frame, Shown(ids, {"idToLabels": names}), params["mapping"], keys, always=(BACKGROUND,))
+
+
+def _once(frame: Frame, params: Params, find: Callable[[Frame, Params], Shown]) -> Shown:
+    """Return what a function finds, which annotators that differ in what they make of it share."""
+    key = (find, predicate_of(params), json.dumps(params["mapping"], sort_keys=True, default=str))
+    return frame.derive(key, lambda: find(frame, params))
 
 
 def _labeled_prim_ids(frame: Frame, predicate: str | None, id_of_member: np.ndarray) -> np.ndarray:

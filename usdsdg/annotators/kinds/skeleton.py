@@ -1,7 +1,7 @@
 """Joints of UsdSkel characters: rest and current poses, in the world and in the image."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +11,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.point_instances import prim_path
+from usdsdg.annotators.prims.skeleton_prims import SkeletonPrims
 from usdsdg.errors import warn_once
 from usdsdg.session.stage_context import current_stage
 
@@ -57,7 +58,8 @@ def skeleton_data(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     stage = current_stage()
     numerator, denominator = frame.reference_time
     code = Usd.TimeCode(numerator / denominator * stage.GetTimeCodesPerSecond())
-    records = [_legacy_record(frame, skeleton) for skeleton in skeletons(stage, code)]
+    paths = (frame.labeled_prims.find_skeletons or SkeletonPrims(stage).find)()
+    records = [_legacy_record(frame, skeleton) for skeleton in skeletons(stage, paths, code)]
     info: dict[str, Any] = {
         "numSkeletons": len(records),
         "skelName": [each["skel_name"] for each in records],
@@ -89,11 +91,11 @@ _ARRAYS: Sequence[tuple[str, str, Any, tuple[int, ...]]] = (
 )
 
 
-def skeletons(stage: Usd.Stage, code: Usd.TimeCode) -> Iterator[Skeleton]:
-    """Yield the visible skeletons with joints, in stage order."""
+def skeletons(stage: Usd.Stage, paths: Iterable[Sdf.Path], code: Usd.TimeCode) -> Iterator[Skeleton]:
+    """Yield those of the skeletons at `paths` that are visible and have joints."""
     cache, xforms = UsdSkel.Cache(), UsdGeom.XformCache(code)
-    for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
-        if not prim.IsA(UsdSkel.Skeleton) or UsdGeom.Imageable(prim).ComputeVisibility(code) == "invisible":
+    for prim in map(stage.GetPrimAtPath, paths):
+        if UsdGeom.Imageable(prim).ComputeVisibility(code) == "invisible":
             continue
         root = UsdSkel.Root.Find(prim)
         if root:

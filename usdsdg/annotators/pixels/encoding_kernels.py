@@ -31,21 +31,25 @@ def _for_channels(loop: str) -> str:
     const int* shown = instance.shape[0] > 0 ? instance.data : nullptr;
     wp::half* out = reinterpret_cast<wp::half*>(result.data);
     auto half_of = [&](float x) { return wp::half(x > limit ? limit : x); };
+    // One loop for each case: with the cases in the loop, it is three times slower.
+    auto write = [&](auto value) {
+        for (int i = begin; i < end; ++i) {
+            const float x = value(i, 0), y = value(i, 1), z = value(i, 2);
+            out[4 * i] = half_of(x);
+            out[4 * i + 1] = half_of(y);
+            out[4 * i + 2] = half_of(z);
+            out[4 * i + 3] = wp::half(1.0f);
+        }
+    };
     """
     + _for_channels("""
-    for (int i = begin; i < end; ++i) {
-        float x = channel(image.data, i, 0), y = channel(image.data, i, 1), z = channel(image.data, i, 2);
-        if (added) {
-            x += channel(added, i, 0);
-            y += channel(added, i, 1);
-            z += channel(added, i, 2);
-        }
-        out[4 * i] = half_of(x);
-        out[4 * i + 1] = half_of(y);
-        out[4 * i + 2] = half_of(z);
-        out[4 * i + 3] = wp::half(shown && shown[i] < 0 ? 0.0f : 1.0f);
-    }
+    if (added) write([&](int i, int c) { return channel(image.data, i, c) + channel(added, i, c); });
+    else write([&](int i, int c) { return channel(image.data, i, c); });
     """)
+    + """
+    for (int i = begin; shown && i < end; ++i)
+        if (shown[i] < 0) out[4 * i + 3] = wp::half(0.0f);
+    """
 )
 def write_halves(
     image: wp.array(dtype=wp.float32),

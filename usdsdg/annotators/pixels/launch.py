@@ -7,6 +7,7 @@ kernels run in bands over the threads of the process, on CUDA in one launch.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import prod
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -75,7 +76,7 @@ def run(
     be contiguous. band: indices of that axis that a thread takes at once; 0 for `band_of` them.
     """
     device = "cpu" if isinstance(outputs[0], np.ndarray) else str(outputs[0].device)
-    band = band or band_of(shape[0], int(np.prod(shape[1:])))
+    band = band or band_of(shape[0], prod(shape[1:]))
     types = [argument.type for argument in kernel.adj.args]
     given = [_on_device(each, kind, device) for each, kind in zip(inputs, types[: len(inputs)], strict=True)]
     results = [_on_device(each, kind, device) for each, kind in zip(outputs, types[len(inputs) + 1 :], strict=True)]

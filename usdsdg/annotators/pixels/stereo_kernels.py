@@ -36,19 +36,20 @@ class Pair:
     float* nearest_of = nearest.data + y * width;
     int* source_of = source.data + y * width;
     const double whole = 4503599627370496.0;  // above this, numbers have no fractions
+    const double disparity_times_depth = pair.disparity_times_depth, step = pair.step, sigma = pair.sigma;
+    const double least = pair.least, most = pair.most, sensor_size = pair.sensor_size;
     const double largest = pair.most_disparity * double(width);
-    const double* deviation_of = nullptr;
-    if (pair.step != 0.0) deviation_of = deviations.data + (int)(double(y) / pair.block) * deviations.shape[1];
+    // A loop for each step, so that those without jumps become vector instructions.
     for (int x = 0; x < width; ++x) {
+        const float z = z_of[x] > 0.0f ? z_of[x] : infinity;
+        noisy_of[x] = disparity_times_depth / double(z);
         nearest_of[x] = infinity;
         source_of[x] = -1;
     }
     for (int x = 0; x < width; ++x) {
         const float z = z_of[x] > 0.0f ? z_of[x] : infinity;
-        const double exact = pair.disparity_times_depth / double(z);
-        noisy_of[x] = exact;
         // Of several pixels that move to one, the nearest is seen.
-        const double shift = pair.baseline < 0.0 ? -exact : exact;
+        const double shift = pair.baseline < 0.0 ? -noisy_of[x] : noisy_of[x];
         const double column = double(x) + 0.5 - shift;
         if (column >= 0.0 && column < double(width)) {
             const int target = (int)column;
@@ -58,21 +59,29 @@ class Pair:
             }
         }
     }
-    for (int x = 0; deviation_of && x < width; ++x) {
-        const double deviation = deviation_of[pair.block != 1.0 ? (int)(double(x) / pair.block) : x] * pair.sigma;
-        const double steps = noisy_of[x] / pair.step;
-        // As `rint`, of a number that is not negative, without a call.
-        const double rounded = steps < whole ? (steps + whole) - whole : steps;
-        const double stepped = rounded * pair.step;
-        noisy_of[x] = wp::max(stepped + deviation, 0.0);
+    if (step != 0.0) {
+        const double* deviation_of = deviations.data + (int)(double(y) / pair.block) * deviations.shape[1];
+        auto deviate = [&](auto index) {
+            for (int x = 0; x < width; ++x) {
+                const double deviation = deviation_of[index(x)] * sigma;
+                const double steps = noisy_of[x] / step;
+                // As `rint`, of a number that is not negative, without a call.
+                const double rounded = steps < whole ? (steps + whole) - whole : steps;
+                const double stepped = rounded * step;
+                const double moved = stepped + deviation;
+                noisy_of[x] = moved > 0.0 ? moved : 0.0;
+            }
+        };
+        if (pair.block == 1.0) deviate([](int x) { return x; });
+        else deviate([&](int x) { return (int)(double(x) / pair.block); });
     }
     for (int x = 0; x < width; ++x) {
-        const float z = z_of[x] > 0.0f ? z_of[x] : infinity;
-        const double read = pair.disparity_times_depth / noisy_of[x];
-        const double of_sensor = noisy_of[x] * pair.sensor_size;
+        const double read = disparity_times_depth / noisy_of[x];
+        const double of_sensor = noisy_of[x] * sensor_size;
         // No distance is infinite, so what is below infinity is finite.
-        const bool within = read >= pair.least && read <= pair.most && wp::isfinite(read) && z < infinity;
-        read_of[x] = within && is_confident[x] && of_sensor <= largest ? read : -1.0;
+        const bool seen = (z_of[x] > 0.0f) & (z_of[x] < infinity);
+        const bool within = (read >= least) & (read <= most) & (read < (double)infinity);
+        read_of[x] = (seen & within & is_confident[x] & (of_sensor <= largest)) ? read : -1.0;
     }
     // Points that cannot be measured still occlude others, so they are removed only now.
     for (int x = 0; x < width; ++x) {

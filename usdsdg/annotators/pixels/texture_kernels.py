@@ -6,20 +6,25 @@
 
 import warp as wp
 
-from usdsdg.annotators.pixels.pixel_runs import begin_of, end_of
+from usdsdg.annotators.pixels.pixel_runs import ROOT, begin_of, end_of
 
 
 # Loops in C++ over the pixels of a thread, as those of the encodings; arrays are contiguous.
 @wp.func_native("""
-    for (int i = begin; i < end; ++i) {
-        // Products of a byte and a float are exact in double, so that each step is rounded once.
-        float total = 0.0f;
-        for (int c = 0; c < 3; ++c) {
-            const double product = double(color.data[i * channels + c]) * double(weights[c]);
-            total = (float)(product + double(total));
+    // The number of channels is a constant in each loop. Products of a byte and a float are exact in double, so that
+    // each step is rounded once.
+    auto write = [&](auto stride) {
+        for (int i = begin; i < end; ++i) {
+            float total = 0.0f;
+            for (int c = 0; c < 3; ++c) {
+                const double product = double(color.data[i * stride() + c]) * double(weights[c]);
+                total = (float)(product + double(total));
+            }
+            gray.data[i] = total;
         }
-        gray.data[i] = total;
-    }
+    };
+    if (channels == 4) write([] { return 4; });
+    else write([] { return 3; });
 """)
 def write_gray(
     color: wp.array(dtype=wp.uint8),
@@ -46,7 +51,9 @@ def weigh_colors(
     write_gray(color, channels, weights, begin, end_of(begin, pixels, gray.shape[0]), gray)
 
 
-@wp.func_native("""
+@wp.func_native(
+    ROOT
+    + """
     const int width = gray.shape[1], last = width - 1;
     const float* here = gray.data + y * width;
     const float* above = y > 0 ? here - width : here;
@@ -57,17 +64,23 @@ def weigh_colors(
         const double ends = double(before) + double(after);
         return (float)(double(middle) * 2.0 + ends);  // twice a float is exact
     };
-    for (int x = 0; x < width; ++x) {
-        const int left = x > 0 ? x - 1 : 0, right = x < last ? x + 1 : last;
+    auto length_at = [&](int left, int x, int right) {
         const double sy = smooth(below[left] - above[left], below[x] - above[x], below[right] - above[right]);
         const double sx = smooth(above[right] - above[left], here[right] - here[left], below[right] - below[left]);
         const double square_y = sy * sy, square_x = sx * sx;
-        const double sum = square_y + square_x;
-        const float length = wp::min((float)wp::sqrt(sum), 1.0f);
-        found[x] = length >= least;
-        if (lengths) lengths[x] = length;
+        return wp::min((float)root(square_y + square_x), 1.0f);
+    };
+    if (lengths) {
+        for (int x = 0; x < width; ++x) lengths[x] = length_at(x > 0 ? x - 1 : 0, x, x < last ? x + 1 : last);
+        for (int x = 0; x < width; ++x) found[x] = lengths[x] >= least;
+        return;
     }
-""")
+    // The ends of the row are for themselves, so that the loop has neighbors without conditions.
+    found[0] = length_at(0, 0, last > 0 ? 1 : 0) >= least;
+    for (int x = 1; x < last; ++x) found[x] = length_at(x - 1, x, x + 1) >= least;
+    if (last > 0) found[last] = length_at(last - 1, last, last) >= least;
+"""
+)
 def write_texture(
     gray: wp.array2d(dtype=wp.float32),
     least: float,

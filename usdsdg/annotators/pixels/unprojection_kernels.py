@@ -6,42 +6,50 @@
 
 import warp as wp
 
-from usdsdg.annotators.pixels.pixel_runs import begin_of, end_of
+from usdsdg.annotators.pixels.pixel_runs import ROOT, begin_of, end_of
 
 
-@wp.func_native("""
-#if defined(__CUDA_ARCH__)
-    auto root = [](double x) { return wp::sqrt(x); };
-#else
-    auto root = [](double x) { return __builtin_elementwise_sqrt(x); };  // no call, which would also set errno
-#endif
+@wp.func_native(
+    ROOT
+    + """
     const double cx = center[0], cy = center[1], fx = focal[0], fy = -focal[1];
     const double zero = 0.0;  // origin plus direction: what is added to zero is never -0
     const float none = (float)infinity;
-    for (int i = begin, y = begin / width; i < end; ++y) {
+    const float* depth_of = depth.data;
+    float* out = reinterpret_cast<float*>(points.data);
+    auto write = [=](int i, double z, double px, double py, double pz) {
+        const bool is_hit = z - z == 0.0;  // it is finite
+        out[3 * i] = is_hit ? (float)px : none;
+        out[3 * i + 1] = is_hit ? (float)py : none;
+        out[3 * i + 2] = is_hit ? (float)pz : none;
+    };
+    for (int row = begin, y = begin / width; row < end; ++y) {
         const double v = (double(y) + 0.5 - cy) / fy;
         const double vv = v * v;
         const double down = v * meters_per_unit;
-        for (int x = i - y * width; i < end && x < width; ++x, ++i) {
-            const double z = double(depth.data[i]), u = (double(x) + 0.5 - cx) / fx;
-            const double right = u * meters_per_unit;
-            double px = right + zero, py = -(down + zero), pz = z;
-            if (orthographic == 0) {
-                // A unit direction times the distance along it, in double, as rays of all other lenses are given.
+        const int first = y * width, last = wp::min(first + width, end);
+        if (orthographic != 0) {
+            for (int i = row; i < last; ++i) {
+                const double z = double(depth_of[i]), u = (double(i - first) + 0.5 - cx) / fx;
+                const double right = u * meters_per_unit;
+                write(i, z, right + zero, -(down + zero), z);
+            }
+        } else {
+            // A unit direction times the distance along it, in double, as rays of all other lenses are given.
+            for (int i = row; i < last; ++i) {
+                const double z = double(depth_of[i]), u = (double(i - first) + 0.5 - cx) / fx;
                 const double uu = u * u;
                 const double sides = uu + vv;
                 const double length = root(sides + 1.0);
                 const double along = z / (1.0 / length);
                 const double ax = along * (u / length), ay = along * (v / length);
-                px = zero + ax;
-                py = -(zero + ay);
-                pz = along * (1.0 / length);
+                write(i, z, zero + ax, -(zero + ay), along * (1.0 / length));
             }
-            const bool is_hit = wp::isfinite(z);
-            points.data[i] = is_hit ? wp::vec_t<3, float>((float)px, (float)py, (float)pz) : wp::vec_t<3, float>(none);
         }
+        row = last;
     }
-""")
+"""
+)
 def write_points(
     depth: wp.array(dtype=wp.float32),
     width: int,

@@ -61,5 +61,6 @@ def _matters(changes: Changes) -> bool:
     """Return whether other prims may have labels, or others."""
     names = (name for names in changes.by_names for name in names)
     return bool(changes.resynced) or any(
-        name in _POINTS or name.startswith(("semantics:", "semantic:", "material:binding")) for name in names
+        name in _POINTS or name.startswith(("semantics:", "semantic:", "material:binding", "collection:"))
+        for name in names
     )
