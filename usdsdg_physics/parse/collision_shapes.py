@@ -194,8 +194,9 @@ def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
     triangles = np.stack([corners[first], corners[first + step + 1], corners[first + step + 2]], axis=1)
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         triangles = triangles[:, ::-1]
-    used, renumbered = np.unique(triangles, return_inverse=True)
-    return points[used], renumbered.reshape(-1, 3).astype(np.int32)
+    used = np.zeros(len(points), bool)
+    used[triangles] = True
+    return points[used], (np.cumsum(used) - 1)[triangles].astype(np.int32)
 
 
 def _bounding_box(prim: Usd.Prim, points: np.ndarray, matrix: np.ndarray, hulls: HullCache) -> Shape | None:

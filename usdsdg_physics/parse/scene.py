@@ -84,6 +84,7 @@ def parse(
         instancers=tuple(str(prim.GetPath()) for prim in found.instancers),
         prototypes=tuple(map(str, prototype_paths(found.instancers))),
         reports={str(prim.GetPath()): read_contact_report(prim, units) for prim in found.reports},
+        has_relations=bool(found.joints or found.groups or found.filtered),
         forces={force.path: force for force in forces if force is not None},
     )
 
