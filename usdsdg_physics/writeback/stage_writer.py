@@ -18,6 +18,7 @@ from usdsdg_physics.scene.records import Body
 from usdsdg_physics.scene.rigid_frames import pose_matrix
 from usdsdg_physics.writeback.pose_ops import PoseOps, choose_pose_ops
 from usdsdg_physics.writeback.restore import Backup, attribute_spec
+from usdsdg_physics.writeback.shown import is_strongest, warn_if_deformed, warn_if_overridden
 
 # What `spec.default = value` calls; a microsecond, which is most of the time that writing takes.
 _set_default = Sdf.AttributeSpec.default.fset
@@ -50,7 +51,7 @@ class StageWriter:
         self._meters_per_unit = meters_per_unit
         self._target = stage.GetEditTarget()
         self._backup = backup
-        self._is_strongest = _is_strongest(stage, self._target)
+        self._is_strongest = is_strongest(stage, self._target)
         self._channels: defaultdict[tuple[str, str], _Channel] = defaultdict(_Channel)
         self._rows = {path: row for row, path in enumerate(bodies)}
         self._sorted = sorted(bodies)
@@ -158,13 +159,15 @@ class StageWriter:
         ops = choose_pose_ops(prim)
         before_inverse = np.linalg.inv(ops.before)
         self._left[row] = np.linalg.inv(ops.after) @ self._body_from_prim[row]
-        self._right[row] = np.linalg.inv(np.array(cache.GetParentToWorldTransform(prim))) @ before_inverse
+        parent_to_world = np.array(cache.GetParentToWorldTransform(prim))
         if UsdGeom.Xformable(prim).GetResetXformStack():
-            self._right[row] = before_inverse
+            parent_to_world = np.eye(4)
         elif (ancestor := self._ancestor_body(prim)) is not None:
             ancestor_prim = self._stage.GetPrimAtPath(list(self._rows)[ancestor])
             relative = np.array(cache.ComputeRelativeTransform(prim.GetParent(), ancestor_prim)[0])
             self._nested.append((row, ancestor, relative, before_inverse))
+        warn_if_deformed(prim, ops.between @ ops.before @ parent_to_world)
+        self._right[row] = np.linalg.inv(parent_to_world) @ before_inverse
         self._between[row] = ops.between
         self._written_ops[body.path] = {ops.translate, *ops.rotate}
         self._open_channels(row, prim, ops)
@@ -202,31 +205,10 @@ class StageWriter:
         channel = self._channels[role, str(attribute.GetTypeName())]
         spec = attribute_spec(self._target, attribute)
         if not self._is_strongest:
-            _warn_if_overridden(attribute, spec)
+            warn_if_overridden(attribute, spec)
         channel.rows.append(row)
         channel.specs.append(spec)
         self._specs[str(prim.GetPath())].append(spec)
-
-
-def _is_strongest(stage: Usd.Stage, target: Usd.EditTarget) -> bool:
-    """Return whether no layer with any prim is stronger than the edit target."""
-    for layer in stage.GetLayerStack():
-        if layer == target.GetLayer():
-            return target.GetMapFunction().isIdentity
-        if layer.rootPrims:
-            return False
-    return False
-
-
-def _warn_if_overridden(attribute: Usd.Attribute, spec: Sdf.AttributeSpec) -> None:
-    """Warn where a stronger layer has an opinion about an attribute that is written."""
-    stack = attribute.GetPropertyStack(Usd.TimeCode.Default())
-    strongest = next((each for each in stack if each == spec or each.HasDefaultValue()), spec)
-    if strongest != spec:
-        warn_once(
-            f"{attribute.GetPath()} is simulated but will not show: layer {strongest.layer.identifier} says otherwise "
-            "and is stronger than the edit target. Remove that opinion or edit in that layer."
-        )
 
 
 def _euler(rotation: np.ndarray, role: str) -> np.ndarray:

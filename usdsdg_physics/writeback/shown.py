@@ -1,0 +1,46 @@
+"""Whether a stage shows what is simulated, and a warning where it does not."""
+
+import numpy as np
+from pxr import Sdf, Usd
+
+from usdsdg.errors import warn_once
+
+# Relative difference of the lengths of axes up to which a scale is called even.
+_EVEN = 1e-3
+
+
+def is_strongest(stage: Usd.Stage, target: Usd.EditTarget) -> bool:
+    """Return whether no layer with any prim is stronger than the edit target."""
+    for layer in stage.GetLayerStack():
+        if layer == target.GetLayer():
+            return target.GetMapFunction().isIdentity
+        if layer.rootPrims:
+            return False
+    return False
+
+
+def warn_if_overridden(attribute: Usd.Attribute, spec: Sdf.AttributeSpec) -> None:
+    """Warn where a stronger layer has an opinion about an attribute that is written."""
+    stack = attribute.GetPropertyStack(Usd.TimeCode.Default())
+    strongest = next((each for each in stack if each == spec or each.HasDefaultValue()), spec)
+    if strongest != spec:
+        warn_once(
+            f"{attribute.GetPath()} is simulated but will not show: layer {strongest.layer.identifier} says otherwise "
+            "and is stronger than the edit target. Remove that opinion or edit in that layer."
+        )
+
+
+def warn_if_deformed(prim: Usd.Prim, world_from_rotation: np.ndarray) -> None:
+    """Warn where the axes of a body are scaled unevenly after they are turned, so that turning it changes its shape.
+
+    Args:
+        world_from_rotation: row-vector 4x4 of the ops before the rotation and of the ancestors.
+    """
+    turned = world_from_rotation[:3, :3] @ world_from_rotation[:3, :3].T
+    size = np.trace(turned) / 3.0
+    if np.abs(turned - size * np.eye(3)).max() > _EVEN * size:
+        warn_once(
+            f"{prim.GetPath()} is scaled unevenly by a prim above it, or by an op before its rotation: it is drawn "
+            "with another shape as it turns, and collides with the first one. Scale it by an op after its rotation.",
+            key="bodies that are deformed as they turn",
+        )
