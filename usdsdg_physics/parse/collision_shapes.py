@@ -205,7 +205,7 @@ def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
     triangles = np.stack([corners[first], corners[first + step + 1], corners[first + step + 2]], axis=1)
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         triangles = triangles[:, ::-1]
-    finite = np.isfinite(points).all(axis=1)
+    finite = np.asarray(np.isfinite(points).all(axis=1))
     if not finite.all():
         triangles = triangles[finite[triangles].all(axis=1)]
         warn_once(
