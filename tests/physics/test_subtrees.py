@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
-from tests.physics.scenes import add, make_body, mesh, new_stage, physics_material, playing, set_value
+from tests.physics.scenes import add, make_body, mesh, new_stage, physics_material, playing, position, set_value
 from usdsdg_physics import play
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
@@ -21,7 +21,7 @@ _SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]], float), np.ar
 def _scene() -> Usd.Stage:
     stage = new_stage()
     add(stage, "/World/ground", at=(0, 0, -1), scale=(5, 5, 0.1), body=False)
-    material = physics_material(stage, "/World/Looks/rubber", friction=0.9)
+    material = physics_material(stage, "/Looks/rubber", friction=0.9)
     add(stage, "/World/a/box", rotate=(10, 20, 30), material=material)
     add(stage, "/World/b", at=(1, 0, 0), rotate=(0, 45, 0))
     add(stage, "/World/b/inner", "Sphere", at=(0, 0, 3), body=False)
@@ -72,9 +72,8 @@ def _renamed(stage: Usd.Stage) -> None:
 
 def _joint(stage: Usd.Stage) -> None:
     joint = UsdPhysics.FixedJoint.Define(stage, "/World/joint")
-    joint.CreateBody0Rel().SetTargets(["/World/b"])
     joint.CreateBody1Rel().SetTargets(["/World/c"])
-    joint.CreateJointEnabledAttr(False)
+    joint.CreateLocalPos0Attr(Gf.Vec3f(*position(stage.GetPrimAtPath("/World/c"))))
 
 
 def _gravity(stage: Usd.Stage) -> None:
