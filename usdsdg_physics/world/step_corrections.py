@@ -24,6 +24,7 @@ from usdsdg_physics.corrections.contacts.tunneling_guard import TunnelingGuard
 from usdsdg_physics.corrections.joints.distance_joints import DistanceJoints
 from usdsdg_physics.corrections.joints.joint_loads import JointLoads
 from usdsdg_physics.corrections.joints.links import Links
+from usdsdg_physics.model import build
 from usdsdg_physics.model.build import BuiltModel, distance_joints
 from usdsdg_physics.scene.records import Scene
 from usdsdg_physics.world.contact_events import reports_of
@@ -82,7 +83,7 @@ class StepCorrections:
         self.free_flight = FreeFlight(model, free, coordinate, self._contacts)
         self.depenetration = Depenetration(scene, model, shape_index, self._contacts, free, dof)
         self.impacts = Impacts(model, free, self._contacts)
-        self.squeezes = Squeezes(scene, model, shape_index, free, self._contacts)
+        self.squeezes = Squeezes(scene, model, shape_index, free, self._contacts, lifts=build.has_contacts_alone(built))
         self.stabilization = Stabilization(scene, model, inertia_per_mass, sleep_threshold, free, coordinate, dof)
         self.locked_axes = (
             LockedAxes(scene, model, coordinate, dof)
@@ -133,7 +134,7 @@ class StepCorrections:
             self.sleeping.wake_touched(state, h)
         if self.report is not None:
             self.report.note_contacts(state, substep)
-        self.squeezes.redirect_contacts(state)
+        self.squeezes.redirect_contacts(state, h)
         if self.surfaces is not None:
             self.surfaces.update_contacts(state)
         if self.coefficients is not None:
