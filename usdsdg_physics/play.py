@@ -13,7 +13,7 @@ from usdsdg.stage.physics.scenes import steps_per_second
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.edits.apply_edits import apply_edits
 from usdsdg_physics.edits.edit_reader import EditReader, Edits
-from usdsdg_physics.edits.subtrees import with_subtrees
+from usdsdg_physics.edits.subtrees import nearly_equal, with_subtrees
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.parse.units import Units
@@ -21,7 +21,7 @@ from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.queries.triggers import Triggers
 from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
 from usdsdg_physics.scene.records import Scene
-from usdsdg_physics.scene.rigid_frames import rigid_pose
+from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 from usdsdg_physics.world.compile_kernels import Progress
 from usdsdg_physics.world.contact_events import ContactEvents
 from usdsdg_physics.world.world import World
@@ -101,10 +101,23 @@ class PlaySession:
         """Return the poses (N, 7) [m] of all bodies, those that time samples move at a time."""
         poses, cache = np.array(self.poses, np.float64), UsdGeom.XformCache(time)
         rows = {path: row for row, path in enumerate(self.scene.bodies)} if self.scene.animated else {}
+        constant: dict[str, np.ndarray] = {}
         for path in self.scene.animated:
             matrix = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(path)))
-            if np.isfinite(matrix).all():
-                poses[rows[path]] = rigid_pose(matrix, self._units.meters)
+            if not np.isfinite(matrix).all():
+                warn_once(
+                    f"{path}: its time samples are not finite at {time.GetValue():g}, so it stays where it was before."
+                )
+                continue
+            poses[rows[path]] = rigid_pose(matrix, self._units.meters)
+            constant[path] = body_from_prim(matrix, self._units.meters)
+        first = [self.scene.bodies[path].body_from_prim for path in constant]
+        if constant and not nearly_equal(list(constant.values()), first):
+            path = next(path for path, then in zip(constant, first) if not nearly_equal(constant[path], then))
+            warn_once(
+                f"{path}: time samples change its scale, which its collider does not follow: it keeps the size that it "
+                "had when the simulation began. Move and turn it only, or simulate without it."
+            )
         return poses
 
     def write(self) -> None:

@@ -311,3 +311,14 @@ def test_a_scale_that_deforms_a_turning_body_is_named(above):
     with pytest.warns(errors.UsdsdgWarning, match="/World/group/box is scaled unevenly"):
         playing(stage)
     errors.forget_warnings()
+
+
+def test_a_layer_that_may_not_be_edited_is_named():
+    stage = new_stage()
+    add(stage, "/World/box")
+    stage.GetRootLayer().SetPermissionToEdit(False)
+    with pytest.raises(errors.PhysicsError, match=r"may not be edited.*SetPermissionToEdit"):
+        playing(stage)
+    stage.SetEditTarget(stage.GetSessionLayer())
+    playing(stage).advance(1 / 60)
+    assert position(stage.GetPrimAtPath("/World/box"))[2] < 0

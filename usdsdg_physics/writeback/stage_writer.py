@@ -9,7 +9,7 @@ from itertools import compress
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, Vt
 
-from usdsdg.errors import warn_once
+from usdsdg.errors import PhysicsError, warn_once
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.physics.instances import split_instance
 from usdsdg.stage.poses.rotations import euler_from_matrix, quat_from_matrix
@@ -50,6 +50,11 @@ class StageWriter:
         self._stage = stage
         self._meters_per_unit = meters_per_unit
         self._target = stage.GetEditTarget()
+        if bodies and not self._target.GetLayer().permissionToEdit:
+            raise PhysicsError(
+                f"the edit target, layer {self._target.GetLayer().identifier}, may not be edited, so poses cannot be "
+                "written there. Allow edits (Sdf.Layer.SetPermissionToEdit), or set another edit target."
+            )
         self._backup = backup
         self._is_strongest = is_strongest(stage, self._target)
         self._channels: defaultdict[tuple[str, str], _Channel] = defaultdict(_Channel)
