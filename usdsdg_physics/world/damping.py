@@ -17,13 +17,13 @@ class Damping:
     """What the solver multiplies velocities with."""
 
     def __init__(self, model: newton.Model, halves: Halves) -> None:
-        self._attributes: Any = model.steel  # which the solver adds to models
+        self._model: Any = model
         self._halves = halves
 
     def set(self, index: int, linear: float, angular: float) -> None:
         """Set the damping of one body [1/s]."""
         for name, damping in (("linear", linear), ("angular", angular)):
-            array = getattr(self._attributes, f"rigid_body_{name}_damping")
+            array = getattr(self._model.steel, f"rigid_body_{name}_damping")
             values = array.numpy().copy()
             values[: len(self._halves)][self._halves.whole == index] = damping
             array.assign(values)
@@ -35,6 +35,6 @@ class Damping:
             ("linear", [body.linear_damping for body in bodies]),
             ("angular", [body.angular_damping for body in bodies]),
         ):
-            getattr(self._attributes, f"rigid_body_{name}_damping").assign(
+            getattr(self._model.steel, f"rigid_body_{name}_damping").assign(
                 np.maximum(own, damping).astype(np.float32)[self._halves.whole]
             )

@@ -1,12 +1,10 @@
 """Whether a stage shows what is simulated, and a warning where it does not."""
 
-import numpy as np
+from collections.abc import Sequence
+
 from pxr import Sdf, Usd
 
 from usdsdg.errors import warn_once
-
-# Relative difference of the lengths of axes up to which a scale is called even.
-_EVEN = 1e-3
 
 
 def is_strongest(stage: Usd.Stage, target: Usd.EditTarget) -> bool:
@@ -30,17 +28,11 @@ def warn_if_overridden(attribute: Usd.Attribute, spec: Sdf.AttributeSpec) -> Non
         )
 
 
-def warn_if_deformed(prim: Usd.Prim, world_from_rotation: np.ndarray) -> None:
-    """Warn where the axes of a body are scaled unevenly after they are turned, so that turning it changes its shape.
-
-    Args:
-        world_from_rotation: row-vector 4x4 of the ops before the rotation and of the ancestors.
-    """
-    turned = world_from_rotation[:3, :3] @ world_from_rotation[:3, :3].T
-    size = np.trace(turned) / 3.0
-    if np.abs(turned - size * np.eye(3)).max() > _EVEN * size:
+def warn_if_deformed(bodies: Sequence[str]) -> None:
+    """Warn of the paths of bodies whose shape changes as they turn."""
+    if bodies:
         warn_once(
-            f"{prim.GetPath()} is scaled unevenly by a prim above it, or by an op before its rotation: it is drawn "
-            "with another shape as it turns, and collides with the first one. Scale it by an op after its rotation.",
+            f"{bodies[0]} is scaled unevenly by a prim above it, or by an op before its rotation: it is drawn with "
+            "another shape as it turns, and collides with the first one. Scale it by an op after its rotation.",
             key="bodies that are deformed as they turn",
         )
