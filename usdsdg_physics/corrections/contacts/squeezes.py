@@ -59,8 +59,11 @@ class Squeezes:
         # (N,) how many others that are free touch each body.
         self.neighbors = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
 
-    def redirect_contacts(self, state: newton.State, h: float) -> None:
-        """Correct the contacts before the solver's step of `h` seconds, after those that need the shapes that touch."""
+    def redirect_contacts(self, state: newton.State, h: float, visited: int) -> None:
+        """Correct the contacts, at most `visited`, before the solver's step of `h` seconds.
+
+        That is after those that need the shapes that touch.
+        """
         import warp as wp
 
         from usdsdg_physics.corrections.contacts.squeezes_kernels import note_squeezes, redirect_squeezes
@@ -69,14 +72,14 @@ class Squeezes:
             array.zero_()
         wp.launch(
             note_squeezes,
-            dim=self._contacts.shape0.size,
+            dim=visited,
             inputs=[self._model.shape_body, self._half_thickness, self._free, state.body_q, self._contacts],
             outputs=[self.squeezed, self._support, self._touched, self._touched_by, self.neighbors],
             device=self._model.device,
         )
         wp.launch(
             redirect_squeezes,
-            dim=self._contacts.shape0.size,
+            dim=visited,
             inputs=[
                 self._model.shape_body,
                 self._half_thickness,
