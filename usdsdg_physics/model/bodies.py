@@ -69,7 +69,6 @@ def add_bodies(
 
 
 def _steel_attributes(body: Body) -> dict[str, float]:
-    # Velocity limits are not among them: the solver would spend a constraint row on each; `Stabilization` clamps.
     return {
         "steel:rigid_body_linear_damping": body.linear_damping,
         "steel:rigid_body_angular_damping": body.angular_damping,

@@ -47,6 +47,8 @@ CONSTRAINT_ROWS_PER_BODY = 16
 MIN_CONSTRAINT_ROWS = 8192
 MIN_CONSTRAINT_ROWS_CUDA = 4096
 
+# With these the solver would look for bodies that are too fast, whose rows it would solve; `Stabilization` clamps them.
+UNUSED_ATTRIBUTES = ("steel:rigid_body_max_linear_velocity", "steel:rigid_body_max_angular_velocity")
 UNLIMITED = 1e9  # m or rad, beyond which a joint has no limit
 
 COLLIDES, DISABLED = 1, 0  # collision groups: Newton pairs no shape of group zero
@@ -89,6 +91,8 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
 
     builder = newton.ModelBuilder()
     newton.solvers.SolverSteel.register_custom_attributes(builder)
+    for name in UNUSED_ATTRIBUTES:
+        builder.custom_attributes.pop(name, None)
     colliders_of: dict[str, list[Collider]] = {path: [] for path in (STATIC, *scene.bodies)}
     for collider in scene.colliders.values():
         colliders_of[collider.body].append(collider)
