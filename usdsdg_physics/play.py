@@ -327,9 +327,10 @@ class PlaySession:
             return
         if edits.subtrees:
             self._replace_subtrees(edits.subtrees)
+            # What else changed, of the scene that is now there.
             changes = Changes(changed=changes.changed)
             edits = self._reader.read(changes)
-            if edits.rebuild:
+            if edits.rebuild or (edits and not self.scene.bodies):
                 self._read_stage()
                 return
             if edits:
@@ -352,7 +353,10 @@ class PlaySession:
         for path in scene.bodies.keys() - {path for part in subtrees.values() for path in part.bodies}:
             body, row = scene.bodies[path], world.body_index[path]
             if body.kinematic:  # it is still on its way to where it was put on the stage
-                matrix = cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(path))
+                matrix = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(path)))
+                if not np.isfinite(matrix).all():
+                    self._read_stage()  # which leaves it out
+                    return
                 scene.bodies[path] = replace(body, pose=tuple(rigid_pose(matrix, self._units.meters).tolist()))
                 continue
             velocity, angular = velocities[row][:3], velocities[row][3:]

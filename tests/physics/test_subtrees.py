@@ -60,6 +60,17 @@ def _moved_at_once(stage: Usd.Stage) -> None:
     set_value(stage.GetPrimAtPath("/World/ground"), "xformOp:translate", Gf.Vec3d(0, 0, -2))
 
 
+def _nowhere(stage: Usd.Stage) -> None:
+    add(stage, "/World/late", at=(0, 2, 0))
+    set_value(stage.GetPrimAtPath("/World/kinematic"), "xformOp:translate", Gf.Vec3d(np.nan, 1, 1))
+
+
+def _no_bodies(stage: Usd.Stage) -> None:
+    for path in ("/World/a", "/World/b", "/World/c", "/World/kinematic"):
+        stage.RemovePrim(path)
+    set_value(stage.GetPrimAtPath("/World/ground"), "xformOp:translate", Gf.Vec3d(0, 0, -2))
+
+
 def _no_body_any_more(stage: Usd.Stage) -> None:
     stage.GetPrimAtPath("/World/b").RemoveAPI(UsdPhysics.RigidBodyAPI)
 
@@ -97,6 +108,8 @@ def _size(stage: Usd.Stage) -> None:
         (_no_body_any_more, True),
         (_renamed, True),
         (_gravity, True),
+        (_no_bodies, False),
+        (_nowhere, False),
         (_joint, False),
         (_size, False),
     ],
