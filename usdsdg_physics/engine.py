@@ -255,26 +255,37 @@ class NewtonEngine:
         self._report_events()
         self._listeners.call(dt)
 
-    def subscribe_step(self, listener: Callable[[float], None], *, before: bool = False) -> Callable[[], None]:
+    def subscribe_step(
+        self, listener: Callable[[float], None], *, before: bool = False, heard: Callable[[], bool] | None = None
+    ) -> Callable[[], None]:
         """Call `listener(dt)` after every step, when its result is on the stage; return the unsubscribe function.
 
-        With `before` it is called before the step, which takes what it writes to the stage into account.
+        Args:
+            before: whether it is called before the step, which takes what it writes to the stage into account.
+            heard: of a listener that passes on what it hears, whether there is anybody to pass it to. Without anybody
+                who listens, the stage has the result of the last step of `advance` alone.
         """
-        return (self._listeners_before if before else self._listeners).subscribe(listener)
+        return (self._listeners_before if before else self._listeners).subscribe(listener, heard=heard)
 
-    def subscribe_triggers(self, listener: Callable[[TriggerEvent], None]) -> Callable[[], None]:
+    def subscribe_triggers(
+        self, listener: Callable[[TriggerEvent], None], *, heard: Callable[[], bool] | None = None
+    ) -> Callable[[], None]:
         """Call `listener(event)` for each collider that entered or left a PhysxTriggerAPI in a step, after the step.
 
-        Return the unsubscribe function. Triggers report before the listeners of the step are called.
+        Return the unsubscribe function. Triggers report before the listeners of the step are called. `heard` is as of
+        `subscribe_step`.
         """
-        return self._trigger_listeners.subscribe(listener)
+        return self._trigger_listeners.subscribe(listener, heard=heard)
 
-    def subscribe_contacts(self, listener: Callable[[list[ContactEvent]], None]) -> Callable[[], None]:
+    def subscribe_contacts(
+        self, listener: Callable[[list[ContactEvent]], None], *, heard: Callable[[], bool] | None = None
+    ) -> Callable[[], None]:
         """Call `listener(events)` after each step in which colliders with a PhysxContactReportAPI touch.
 
-        Return the unsubscribe function. Contacts are reported before the listeners of the step are called.
+        Return the unsubscribe function. Contacts are reported before the listeners of the step are called. `heard` is
+        as of `subscribe_step`.
         """
-        return self._contact_listeners.subscribe(listener)
+        return self._contact_listeners.subscribe(listener, heard=heard)
 
     @property
     def contacts(self) -> list[ContactEvent]:

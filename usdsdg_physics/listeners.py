@@ -10,18 +10,26 @@ class Listeners:
 
     def __init__(self) -> None:
         self._functions: dict[int, Callable[..., Any]] = {}
+        self._heard: dict[int, Callable[[], bool]] = {}
         self._keys = itertools.count()
 
     def __bool__(self) -> bool:
-        return bool(self._functions)
+        """Return whether anybody hears of what happens now."""
+        return any(key not in self._heard or self._heard[key]() for key in self._functions)
 
-    def subscribe(self, listener: Callable[..., Any]) -> Callable[[], None]:
-        """Add a listener and return the function that removes it."""
+    def subscribe(self, listener: Callable[..., Any], *, heard: Callable[[], bool] | None = None) -> Callable[[], None]:
+        """Add a listener and return the function that removes it.
+
+        `heard` tells of a listener that passes on what it hears whether there is anybody to pass it to.
+        """
         key = next(self._keys)
         self._functions[key] = listener
+        if heard is not None:
+            self._heard[key] = heard
 
         def unsubscribe() -> None:
             self._functions.pop(key, None)
+            self._heard.pop(key, None)
 
         return unsubscribe
 

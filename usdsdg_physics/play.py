@@ -1,17 +1,19 @@
 """One play of a stage, from `play` to `stop`: the parsed scene, the running world, and the backup."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import PhysicsError, warn_once
-from usdsdg.stage.changes import ChangeTracker
+from usdsdg.stage.changes import Changes, ChangeTracker
 from usdsdg.stage.physics.scenes import steps_per_second
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.edits.apply_edits import apply_edits
 from usdsdg_physics.edits.edit_reader import EditReader, Edits
+from usdsdg_physics.edits.subtrees import nearly_equal, with_subtrees
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.parse.units import Units
@@ -19,7 +21,7 @@ from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.queries.triggers import Triggers
 from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
 from usdsdg_physics.scene.records import Scene
-from usdsdg_physics.scene.rigid_frames import rigid_pose
+from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 from usdsdg_physics.world.compile_kernels import Progress
 from usdsdg_physics.world.contact_events import ContactEvents
 from usdsdg_physics.world.world import World
@@ -99,10 +101,23 @@ class PlaySession:
         """Return the poses (N, 7) [m] of all bodies, those that time samples move at a time."""
         poses, cache = np.array(self.poses, np.float64), UsdGeom.XformCache(time)
         rows = {path: row for row, path in enumerate(self.scene.bodies)} if self.scene.animated else {}
+        constant: dict[str, np.ndarray] = {}
         for path in self.scene.animated:
             matrix = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(path)))
-            if np.isfinite(matrix).all():
-                poses[rows[path]] = rigid_pose(matrix, self._units.meters)
+            if not np.isfinite(matrix).all():
+                warn_once(
+                    f"{path}: its time samples are not finite at {time.GetValue():g}, so it stays where it was before."
+                )
+                continue
+            poses[rows[path]] = rigid_pose(matrix, self._units.meters)
+            constant[path] = body_from_prim(matrix, self._units.meters)
+        first = [self.scene.bodies[path].body_from_prim for path in constant]
+        if constant and not nearly_equal(list(constant.values()), first):
+            path = next(path for path, then in zip(constant, first) if not nearly_equal(constant[path], then))
+            warn_once(
+                f"{path}: time samples change its scale, which its collider does not follow: it keeps the size that it "
+                "had when the simulation began. Move and turn it only, or simulate without it."
+            )
         return poses
 
     def write(self) -> None:
@@ -273,7 +288,10 @@ class PlaySession:
 
     def _read_stage(self) -> None:
         self._units = Units.of(self._stage)
-        self.scene = parse(self._stage, self._hulls, time=self._time, broken=self._broken)
+        self._begin_with(parse(self._stage, self._hulls, time=self._time, broken=self._broken))
+
+    def _begin_with(self, scene: Scene) -> None:
+        self.scene = scene
         new = {path for path, body in self.scene.bodies.items() if body.starts_asleep and path not in self._simulated}
         self._asleep = new | set(self.world.asleep() if self.world is not None else ())
         self._tracker.take()
@@ -300,12 +318,23 @@ class PlaySession:
     def _apply_stage_edits(self) -> None:
         changes = self._tracker.take()
         edits = self._reader.read(changes) if changes else Edits()
-        if self._unwritten and self._must_rebuild and self.world is not None:
+        if self._unwritten and (self._must_rebuild or edits.subtrees) and self.world is not None:
             self._write_back(self.world)
-        if edits.rebuild or self._must_rebuild or (edits and self.world is None and self.scene.bodies):
+        stays = self.world is not None or not (self.scene.bodies or edits.subtrees)
+        if edits.rebuild or self._must_rebuild or (edits and not stays):
             self._must_rebuild = False
             self._read_stage()
             return
+        if edits.subtrees:
+            self._replace_subtrees(edits.subtrees)
+            # What else changed, of the scene that is now there.
+            changes = Changes(changed=changes.changed)
+            edits = self._reader.read(changes)
+            if edits.rebuild or (edits and not self.scene.bodies):
+                self._read_stage()
+                return
+            if edits:
+                self._built_world()
         # Without bodies nothing but a query asks where colliders are.
         self._queries_are_stale |= bool(edits) and self.world is None
         if edits and self.world is not None:
@@ -314,6 +343,28 @@ class PlaySession:
             self._writer.set_written(self.poses, self.world.velocities())
         if self._writer.is_stale(changes):
             self._open_writer()
+
+    def _replace_subtrees(self, subtrees: Mapping[str, Scene]) -> None:
+        """Go on with what is now below some prims, and with all other bodies where and as fast as they are."""
+        world, cache = self.world, UsdGeom.XformCache(Usd.TimeCode.Default())
+        assert world is not None
+        scene = with_subtrees(self._stage, self.scene, subtrees)
+        poses, velocities = world.poses().tolist(), world.velocities().tolist()
+        for path in scene.bodies.keys() - {path for part in subtrees.values() for path in part.bodies}:
+            body, row = scene.bodies[path], world.body_index[path]
+            if body.kinematic:  # it is still on its way to where it was put on the stage
+                matrix = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(path)))
+                if not np.isfinite(matrix).all():
+                    self._read_stage()  # which leaves it out
+                    return
+                scene.bodies[path] = replace(body, pose=tuple(rigid_pose(matrix, self._units.meters).tolist()))
+                continue
+            velocity, angular = velocities[row][:3], velocities[row][3:]
+            scene.bodies[path] = replace(
+                body, pose=tuple(poses[row]), velocity=tuple(velocity), angular_velocity=tuple(angular)
+            )
+        x, y, z = world.gravity.tolist()
+        self._begin_with(replace(scene, gravity=(x, y, z)))
 
     def _handle_failures(self, world: World) -> None:
         """Warn of bodies whose step was not finite, enlarge contact buffers that overflowed, drop joints that broke."""

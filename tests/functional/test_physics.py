@@ -6,11 +6,13 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from tests.functional.poses import value, world
 from tests.physics.scenes import fallen
+from usdsdg.app.app import get_app
 from usdsdg.errors import BadPrim, BadValue, GraphError, NoCollider, PhysicsError, Unsupported, UsdsdgWarning
 from usdsdg.functional import create, create_batch, modify, physics
 from usdsdg.session import engines
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.schemas import physx
+from usdsdg_physics.writeback.stage_writer import StageWriter
 
 
 @pytest.fixture
@@ -220,6 +222,25 @@ def test_simulate_takes_the_steps_asked_for(stage, cube):
     physics.simulate(0.1, 1 / 50)
     unsubscribe()
     assert steps == pytest.approx([0.02] * 5)
+
+
+def test_only_the_last_step_of_a_frame_is_written_unless_somebody_listens(stage, cube, monkeypatch):
+    physics.create_physics_scene(timeStepsPerSecond=240)
+    physics.apply_rigid_body(cube)
+    writes, write = [], StageWriter.write
+    monkeypatch.setattr(StageWriter, "write", lambda self, *state: (writes.append(1), write(self, *state)))
+    timeline = get_timeline()
+    timeline.set_time_codes_per_second(60)
+    timeline.play()
+    get_app().update()
+    assert len(writes) == 1
+    unsubscribe = engines.subscribe_step(lambda dt: None)
+    get_app().update()
+    assert len(writes) == 5
+    unsubscribe()
+    get_app().update()
+    assert len(writes) == 6
+    timeline.stop()
 
 
 def test_simulate_until_rest_separates_bodies_and_lets_them_lie(stage, cube):

@@ -127,6 +127,24 @@ def test_samples_of_dynamic_bodies_are_named():
     assert at[2] == pytest.approx(5 - fallen(10), abs=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("name", "sample", "words"), [("scale", (2, 2, 2), "scale"), ("translate", (np.inf, 0, 0), "finite")]
+)
+def test_samples_that_colliders_cannot_follow_are_named(name, sample, words):
+    stage = _stage()
+    wall = add(stage, "/World/wall", body=False)
+    box = add(stage, "/World/box", at=(0, 0, 0.2))
+    op = wall.GetAttribute(f"xformOp:{name}")
+    op.Set(op.Get(), 0)
+    op.Set(type(op.Get())(*sample), 60)
+    errors.forget_warnings()
+    engine = playing(stage)
+    with pytest.warns(errors.UsdsdgWarning, match=f"/World/wall: .*time samples.*{words}"):
+        engine.advance(10 * STEP)
+    errors.forget_warnings()
+    assert position(box) == pytest.approx([0, 0, 0.2], abs=1e-3)
+
+
 @pytest.mark.parametrize("turns", [False, True])
 def test_a_static_collider_that_a_script_moves_carries_what_lies_on_it(turns):
     """As a kinematic one: the box slips until friction has its speed, v = 0.8 g t, less a step; then it goes along."""

@@ -11,7 +11,7 @@ import pytest
 import warp as wp
 from pxr import Usd
 
-from tests.physics import calm_scenes, test_locked_axes
+from tests.physics import calm_scenes, test_locked_axes, test_small_bodies, test_squeezes
 from tests.physics.scenes import add, new_stage, physics_material, playing
 from usdsdg.compilation import ModuleLoad
 from usdsdg_physics import NewtonEngine
@@ -187,3 +187,12 @@ def test_cuda_gives_the_same_bits_twice_and_what_the_cpu_gives_in_a_short_time()
 
     assert (run("cuda:0", 2.0) == run("cuda:0", 2.0)).all()
     assert run("cuda:0", 0.2) == pytest.approx(run("cpu", 0.2), abs=1e-3)
+
+
+def test_what_is_light_lifts_what_is_heavy():
+    test_squeezes.test_a_small_thing_lifts_one_that_is_ten_thousand_times_heavier()
+    test_squeezes.test_a_plate_that_a_box_presses_into_the_floor_rises(0.6)
+
+
+def test_what_rolls_over_something_small_pushes_it():
+    test_small_bodies.test_one_at_rest_gets_them_again_when_something_hits_it()

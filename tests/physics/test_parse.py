@@ -274,9 +274,35 @@ def _curves(stage):
     collide(UsdGeom.BasisCurves.Define(stage, "/World/curves").GetPrim())
 
 
+def _inertia(stage):
+    mass = UsdPhysics.MassAPI.Apply(add(stage, "/World/box"))
+    mass.CreateDiagonalInertiaAttr(Gf.Vec3f(1, float("nan"), 1))
+
+
+def _size(stage):
+    UsdGeom.Sphere(add(stage, "/World/ball", "Sphere")).CreateRadiusAttr(float("nan"))
+
+
+def _points(stage):
+    points = np.concatenate([CORNERS, [[np.nan, 0, 0]]])
+    collide(mesh(stage, "/World/mesh", points, np.array([[0, 1, 2], [1, 2, 8]])).GetPrim(), approximation="none")
+
+
+def _prototypes(stage):
+    add(stage, "/World/screw")
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/screws")
+    instancer.CreatePrototypesRel().SetTargets(["/World/screw"])
+    instancer.CreateProtoIndicesAttr([0, 3])
+    instancer.CreatePositionsAttr([Gf.Vec3f(0), Gf.Vec3f(1)])
+
+
 @pytest.mark.parametrize(
     ("author", "words"),
     [
+        (_inertia, "/World/box: physics:diagonalInertia is"),
+        (_size, "/World/ball: radius is nan"),
+        (_points, "/World/mesh: 1 of its points"),
+        (_prototypes, r"/World/screws has the protoIndices \[3\]"),
         (_joint, "/World/joint"),
         (_no_collider, "/World/ghost.*no collider"),
         (_body_inside_an_instance, "instances.*/World/instance/box"),
@@ -288,7 +314,7 @@ def test_warnings_name_what_is_left_out(author, words):
     stage = new_stage()
     author(stage)
     with pytest.warns(errors.UsdsdgWarning, match=words):
-        _parse(stage)
+        playing(stage).advance(1 / 60)
     errors.forget_warnings()
 
 

@@ -292,3 +292,33 @@ def test_a_simulation_that_nobody_watches_is_written_once(monkeypatch):
     assert len(writes) == 1
     assert unwatched == simulated(lambda frame: None)
     assert len(writes) == 1 + unwatched[0]
+
+
+@pytest.mark.parametrize("above", [False, True])
+def test_a_scale_that_deforms_a_turning_body_is_named(above):
+    errors.forget_warnings()
+    stage = new_stage()
+    if above:
+        UsdGeom.Xform.Define(stage, "/World/group").AddScaleOp().Set(Gf.Vec3f(1, 2, 1))
+        add(stage, "/World/group/box", rotate=(0, 0, 30))
+    else:
+        cube = UsdGeom.Cube.Define(stage, "/World/group/box")
+        for op, value in ((cube.AddScaleOp(), Gf.Vec3f(1, 2, 1)), (cube.AddRotateXYZOp(), Gf.Vec3f(0, 0, 30))):
+            op.Set(value)
+        cube.SetXformOpOrder([*cube.GetOrderedXformOps()])
+        collide(cube.GetPrim())
+        make_body(cube.GetPrim())
+    with pytest.warns(errors.UsdsdgWarning, match="/World/group/box is scaled unevenly"):
+        playing(stage)
+    errors.forget_warnings()
+
+
+def test_a_layer_that_may_not_be_edited_is_named():
+    stage = new_stage()
+    add(stage, "/World/box")
+    stage.GetRootLayer().SetPermissionToEdit(False)
+    with pytest.raises(errors.PhysicsError, match=r"may not be edited.*SetPermissionToEdit"):
+        playing(stage)
+    stage.SetEditTarget(stage.GetSessionLayer())
+    playing(stage).advance(1 / 60)
+    assert position(stage.GetPrimAtPath("/World/box"))[2] < 0

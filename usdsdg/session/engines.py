@@ -77,11 +77,17 @@ class PhysicsEngine(Protocol):
 
     def step(self, dt: float, *, until: float | None = None) -> None: ...
 
-    def subscribe_step(self, listener: Callable[[float], None], *, before: bool = False) -> Callable[[], None]: ...
+    def subscribe_step(
+        self, listener: Callable[[float], None], *, before: bool = False, heard: Callable[[], bool] | None = None
+    ) -> Callable[[], None]: ...
 
-    def subscribe_triggers(self, listener: Callable[[TriggerEvent], None]) -> Callable[[], None]: ...
+    def subscribe_triggers(
+        self, listener: Callable[[TriggerEvent], None], *, heard: Callable[[], bool] | None = None
+    ) -> Callable[[], None]: ...
 
-    def subscribe_contacts(self, listener: Callable[[list[ContactEvent]], None]) -> Callable[[], None]: ...
+    def subscribe_contacts(
+        self, listener: Callable[[list[ContactEvent]], None], *, heard: Callable[[], bool] | None = None
+    ) -> Callable[[], None]: ...
 
     @property
     def contacts(self) -> list[ContactEvent]: ...
@@ -282,10 +288,11 @@ def physics() -> PhysicsEngine:
         from usdsdg_physics.engine import NewtonEngine
 
         engines.physics = NewtonEngine(current_stage(), device=physics_device(), progress=report)
-        engines.physics.subscribe_step(engines.on_step)
-        engines.physics.subscribe_step(engines.before_step, before=True)
-        engines.physics.subscribe_triggers(engines.on_trigger)
-        engines.physics.subscribe_contacts(engines.on_contacts)
+        made = engines.physics
+        made.subscribe_step(engines.on_step, heard=lambda: bool(engines.step_listeners))
+        made.subscribe_step(engines.before_step, before=True, heard=lambda: bool(engines.step_listeners_before))
+        made.subscribe_triggers(engines.on_trigger, heard=lambda: bool(engines.trigger_listeners))
+        made.subscribe_contacts(engines.on_contacts, heard=lambda: bool(engines.contact_listeners))
     return engines.physics
 
 

@@ -113,10 +113,13 @@ class ChangeTracker:
             self._source.remove(self)
             self._source = None
 
+    @property
+    def is_muted(self) -> bool:
+        """Whether edits are ignored now."""
+        return self._muted > 0
+
     def record(self, changed: Sequence[Sdf.Path], resynced: Sequence[Sdf.Path], reapplied: Sequence[Sdf.Path]) -> None:
-        """Add the paths of one notice, unless muted."""
-        if self._muted:
-            return
+        """Add the paths of one notice."""
         self._changed.update(changed)
         if resynced or reapplied:
             self._resynced.update(resynced)
@@ -150,14 +153,16 @@ class _Notices:
         self._readers = [known for known in self._readers if known() is not reader]
 
     def _read(self, notice: Usd.Notice.ObjectsChanged, sender: Usd.Stage) -> None:
+        readers = [reader for known in self._readers if (reader := known()) is not None and not reader.is_muted]
+        if not readers:
+            return  # a simulation that nobody else watches changes a thousand properties in each step
         changed = notice.GetChangedInfoOnlyPaths()
         resynced = list(notice.GetResolvedAssetPathsResyncedPaths())
         reapplied: list[Sdf.Path] = []
         for path in notice.GetResyncedPaths():
             (reapplied if notice.GetChangedFields(path) == ["apiSchemas"] else resynced).append(path)
-        for known in self._readers:
-            if (reader := known()) is not None:
-                reader.record(changed, resynced, reapplied)
+        for reader in readers:
+            reader.record(changed, resynced, reapplied)
 
 
 def _has_prefix(path: Sdf.Path, roots: set[Sdf.Path]) -> bool:

@@ -4,11 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.physics.instances import part_name, split_instance, whole
+from usdsdg_physics.edits.subtrees import SubtreeReader, nearly_equal, same_geometry
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
 from usdsdg_physics.parse.colliders import frame_from_prim
@@ -18,11 +18,11 @@ from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.joints import read_joint
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.point_instancers import read_instances
-from usdsdg_physics.parse.scene import parse, read_gravity
+from usdsdg_physics.parse.scene import read_gravity
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.parse.unread import warn_unread
 from usdsdg_physics.scene.prim_paths import at_or_below, paths_below
-from usdsdg_physics.scene.records import STATIC, Body, Collider, Force, Joint, Scene, Shape
+from usdsdg_physics.scene.records import STATIC, Body, Collider, Force, Joint, Scene
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 
 _VELOCITIES = frozenset({"physics:velocity", "physics:angularVelocity"})
@@ -72,9 +72,13 @@ _NEW_PRIM_PREFIXES = (
 
 @dataclass
 class Edits:
-    """World updates to apply before the next step; `rebuild` supersedes the others: the whole stage is read again."""
+    """World updates to apply before the next step.
+
+    `rebuild` supersedes the others: the whole stage is read again. With `subtrees` the others were not read.
+    """
 
     rebuild: bool = False
+    subtrees: dict[str, Scene] = field(default_factory=dict)  # what is now at and below prims, which needs a new world
     velocities: dict[str, np.ndarray] = field(default_factory=dict)  # by body: (6,) m/s, rad/s
     poses: dict[str, np.ndarray] = field(default_factory=dict)  # by body: (7,) m
     bodies: dict[str, Body] = field(default_factory=dict)  # whose gravity switch or damping changed
@@ -86,7 +90,7 @@ class Edits:
 
     def __bool__(self) -> bool:
         edits = (self.velocities, self.poses, self.bodies, self.colliders, self.joints, self.gravity, self.forces)
-        return self.rebuild or any(edits)
+        return self.rebuild or bool(self.subtrees) or any(edits)
 
 
 class EditReader:
@@ -99,18 +103,22 @@ class EditReader:
         self._moved = moved_instances
         self._stage, self._scene, self._hulls = stage, scene, hulls
         self._units = Units.of(stage)
+        self._subtrees = SubtreeReader(stage, scene, hulls)
         self._animated = set(scene.animated)
         # Instances of PointInstancers have no prims.
         self._bodies = sorted(path for path in scene.bodies if not split_instance(path))
         self._colliders = sorted(path for path in scene.colliders if not split_instance(path) and whole(path) == path)
-        self._joints = sorted(scene.joints)
         self._materials = {collider.material.path for collider in scene.colliders.values()} - {""}
 
     def read(self, changes: Changes) -> Edits:
         """Read the edits that changes of the stage mean; values are those on the stage now."""
         edits = Edits()
-        if Sdf.Path.absoluteRootPath in changes.changed or any(map(self._needs_rebuild, changes.resynced)):
+        subtrees = None if Sdf.Path.absoluteRootPath in changes.changed else self._subtrees.read(changes.resynced)
+        if subtrees is None:
             edits.rebuild = True
+            return edits
+        if subtrees:
+            edits.subtrees = subtrees
             return edits
         cache = UsdGeom.XformCache(Usd.TimeCode.Default())
         for path, names in changes.changed.items():
@@ -118,28 +126,6 @@ class EditReader:
             if edits.rebuild:
                 break
         return edits
-
-    def _needs_rebuild(self, root: Sdf.Path) -> bool:
-        """Return whether what is below a resynced path differs, physically, from what the scene has there."""
-        path = str(root)
-        if root == Sdf.Path.absoluteRootPath or any(at_or_below(p, path) for p in self._materials):
-            return True
-        if any(at_or_below(p, path) or at_or_below(path, p) for p in self._scene.prototypes):
-            return True
-        now = parse(self._stage, self._hulls, root=root)
-        if now.scene_path or now.filtered or now.instancers or at_or_below(self._scene.scene_path, path):
-            return True
-        before_bodies = paths_below(self._bodies, path)
-        before_colliders = [part for each in paths_below(self._colliders, path) for part in self._parts_of(each)]
-        return not (
-            now.forces == {p: force for p, force in self._scene.forces.items() if at_or_below(p, path)}
-            and now.reports == {p: report for p, report in self._scene.reports.items() if at_or_below(p, path)}
-            and set(now.bodies) == set(before_bodies)
-            and set(now.colliders) == set(before_colliders)
-            and now.joints == {path: self._scene.joints[path] for path in paths_below(self._joints, path)}
-            and all(_same_body(now.bodies[p], self._scene.bodies[p]) for p in before_bodies)
-            and all(_same_collider(now.colliders[p], self._scene.colliders[p]) for p in before_colliders)
-        )
 
     def _read_prim(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
         warn_unread(self._stage.GetPrimAtPath(path), names)
@@ -226,7 +212,7 @@ class EditReader:
         for name, collider in now.colliders.items():
             old = self._scene.colliders[name]
             if collider.body == STATIC and collider.shape != old.shape:
-                edits.rebuild |= not _same_geometry(collider.shape, old.shape)
+                edits.rebuild |= not same_geometry(collider.shape, old.shape)
                 edits.colliders[name] = replace(old, shape=collider.shape)
 
     def _read_force(self, path: str, cache: UsdGeom.XformCache, edits: Edits) -> None:
@@ -247,7 +233,7 @@ class EditReader:
             edits.poses[body] = rigid_pose(local_to_world, self._units.meters)
             to_frame = body_from_prim(local_to_world, self._units.meters)
             before = self._scene.bodies[body]
-            if not _close(to_frame, before.body_from_prim):
+            if not nearly_equal(to_frame, before.body_from_prim):
                 edits.rebuild = True
         for name in paths_below(self._colliders, path):
             collider = edits.colliders.get(name, self._scene.colliders[name])
@@ -265,7 +251,7 @@ class EditReader:
         shapes = read_shapes(prim, to_frame, self._hulls, dynamic=solid)
         for part, shape in zip(self._parts_of(collider.path), shapes):
             before = edits.colliders.get(part, self._scene.colliders[part])
-            edits.rebuild |= not _same_geometry(shape, before.shape)
+            edits.rebuild |= not same_geometry(shape, before.shape)
             edits.colliders[part] = replace(before, shape=shape)
         edits.rebuild |= len(shapes) != collider.parts
 
@@ -277,36 +263,3 @@ class EditReader:
         colliders = paths_below(self._colliders, path)
         materials = bound_materials([self._stage.GetPrimAtPath(name) for name in colliders], self._units)
         return any(self._scene.colliders[name].material != new for name, new in zip(colliders, materials))
-
-
-def _same_body(a: Body, b: Body) -> bool:
-    """Return whether two records differ in pose and velocities at most."""
-    at_pose_of_b = replace(
-        a,
-        pose=b.pose,
-        velocity=b.velocity,
-        angular_velocity=b.angular_velocity,
-        body_from_prim=b.body_from_prim,
-        kinematic=a.kinematic or b.held,
-        held=b.held,
-    )
-    return at_pose_of_b == b and _close(a.body_from_prim, b.body_from_prim)
-
-
-def _same_collider(a: Collider, b: Collider) -> bool:
-    """Return whether two records are equal but for rounding."""
-    return (
-        replace(a, shape=b.shape) == b
-        and _same_geometry(a.shape, b.shape)
-        and bool(np.allclose(a.shape.position, b.shape.position, atol=1e-6))
-        and bool(abs(np.dot(a.shape.rotation, b.shape.rotation)) > 1.0 - 1e-9)
-    )
-
-
-def _same_geometry(a: Shape, b: Shape) -> bool:
-    return a.kind == b.kind and a.solid == b.solid and _close(a.size, b.size)
-
-
-def _close(a: ArrayLike, b: ArrayLike) -> bool:
-    """Return whether values are equal but for the rounding of single-precision ops."""
-    return bool(np.allclose(a, b, rtol=1e-4, atol=1e-9))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from usdsdg.errors import warn_once
+from usdsdg_physics.model.bodies import add_bodies
 from usdsdg_physics.model.hull_edges import hull_edges_found_once
 from usdsdg_physics.model.joints import BuiltJoints, add_joints, scene_trees
 from usdsdg_physics.model.mass import MassProperties, body_mass
@@ -22,7 +23,7 @@ from usdsdg_physics.scene.contact_coefficients import (
     StandIn,
     coefficient_table,
 )
-from usdsdg_physics.scene.records import STATIC, Body, Collider, Joint, Scene, Shape, Solid
+from usdsdg_physics.scene.records import STATIC, Collider, Joint, Scene, Shape, Solid
 from usdsdg_physics.solver.separated_pairs import drop_separated_pairs
 from usdsdg_physics.solver.sweeps import sweep_by_island
 
@@ -46,8 +47,8 @@ CONSTRAINT_ROWS_PER_BODY = 16
 MIN_CONSTRAINT_ROWS = 8192
 MIN_CONSTRAINT_ROWS_CUDA = 4096
 
-# Times the mass or moment of inertia, along and about axes that are locked: more would drown the others in rounding.
-LOCKED_SHARE = 1e3
+# With these the solver would look for bodies that are too fast, whose rows it would solve; `Stabilization` clamps them.
+UNUSED_ATTRIBUTES = ("steel:rigid_body_max_linear_velocity", "steel:rigid_body_max_angular_velocity")
 UNLIMITED = 1e9  # m or rad, beyond which a joint has no limit
 
 COLLIDES, DISABLED = 1, 0  # collision groups: Newton pairs no shape of group zero
@@ -87,10 +88,11 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
     Disabled colliders are built like the others: the pipeline only knows the shapes that collide when it is made.
     """
     import newton
-    import warp as wp
 
     builder = newton.ModelBuilder()
     newton.solvers.SolverSteel.register_custom_attributes(builder)
+    for name in UNUSED_ATTRIBUTES:
+        builder.custom_attributes.pop(name, None)
     colliders_of: dict[str, list[Collider]] = {path: [] for path in (STATIC, *scene.bodies)}
     for collider in scene.colliders.values():
         colliders_of[collider.body].append(collider)
@@ -98,24 +100,8 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
     masses = _body_masses(scene, colliders_of)
     trees = scene_trees(scene)
     links = {path for tree in trees for path in tree.bodies}
-    body_index = {}
-    coordinate, dof = np.full(len(masses), -1, np.int32), np.full(len(masses), -1, np.int32)
-    for row, (body, mass) in enumerate(zip(scene.bodies.values(), masses)):
-        if body.path not in links:
-            coordinate[row], dof[row] = builder.joint_coord_count, builder.joint_dof_count
-        add = builder.add_link if body.path in links else builder.add_body
-        body_index[body.path] = add(
-            xform=wp.transform(*body.pose),
-            mass=mass.mass,
-            com=wp.vec3(*mass.center),
-            inertia=wp.mat33(*mass.inertia.ravel()),
-            lock_inertia=True,
-            is_kinematic=body.kinematic,
-            label=body.path,
-            custom_attributes=_steel_attributes(body),
-        )
-        if body.path not in links:
-            _lock_axes(builder, dof[row], body, mass)
+    bodies = add_bodies(builder, scene, masses, links)
+    body_index = bodies.index
     joints = add_joints(builder, trees, scene, body_index)
     meshes: dict[str, newton.Mesh] = {}
     shape_index = {
@@ -148,8 +134,8 @@ def build_model(scene: Scene, *, device: str | None = None) -> BuiltModel:
         np.array(stand_ins, int),
         smooth,
         joints,
-        coordinate,
-        dof,
+        bodies.coordinate,
+        bodies.dof,
     )
 
 
@@ -272,15 +258,6 @@ def _joint_options(joints: BuiltJoints, capacity: float) -> dict[str, Any]:
     }
 
 
-def _steel_attributes(body: Body) -> dict[str, float]:
-    # Velocity limits are not among them: the solver would spend a constraint row on each; `Stabilization` clamps.
-    return {
-        "steel:rigid_body_linear_damping": body.linear_damping,
-        "steel:rigid_body_angular_damping": body.angular_damping,
-        "steel:rigid_body_max_depenetration_velocity": body.max_depenetration_velocity,
-    }
-
-
 def _add_shape(builder: newton.ModelBuilder, body: int, collider: Collider, meshes: dict[str, newton.Mesh]) -> int:
     import newton
     import warp as wp
@@ -304,18 +281,6 @@ def _add_shape(builder: newton.ModelBuilder, body: int, collider: Collider, mesh
         cfg=config,
         label=collider.path,
     )
-
-
-def _lock_axes(builder: newton.ModelBuilder, dof: int, body: Body, mass: MassProperties) -> None:
-    """Give a body so much more inertia along and about its locked axes, which are the world's, that it does not move.
-
-    What is left is taken away by `LockedAxes`.
-    """
-    for axis in range(3):
-        if body.locked_position & (1 << axis):
-            builder.joint_armature[dof + axis] = LOCKED_SHARE * mass.mass
-        if body.locked_rotation & (1 << axis):
-            builder.joint_armature[dof + 3 + axis] = LOCKED_SHARE * np.trace(mass.inertia)
 
 
 def _coefficients(scene: Scene) -> CoefficientTable | None:

@@ -3,13 +3,14 @@
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from usdsdg.stage.physics.instances import whole
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.convex_hulls import inertia_from_covariance
-from usdsdg_physics.scene.records import Body, Collider, Shape
+from usdsdg_physics.scene.records import Body, Collider, MassSpec, Shape
 
 DEFAULT_DENSITY = 1000.0  # kg/m³, that of water, as in PhysX
 
@@ -27,31 +28,39 @@ def body_mass(body: Body, colliders: Sequence[Collider]) -> MassProperties:
     """Return the mass properties of a body from its colliders, its own density, mass and inertia overriding theirs.
 
     Disabled colliders count too: switching a collider off does not make a body lighter. Triggers do not. A body
-    without colliders has 1 kg unless its MassAPI says otherwise.
+    without colliders has 1 kg unless its MassAPI says otherwise. The arrays are read-only.
     """
+    return _mass_of(body.mass, tuple(colliders))
+
+
+@lru_cache(maxsize=8192)  # a scene is built again when something is added to it while it plays
+def _mass_of(given: MassSpec, colliders: tuple[Collider, ...]) -> MassProperties:
+    """Return the mass properties of a body with a MassAPI and colliders."""
     volumes: defaultdict[str, float] = defaultdict(float)
     for collider in colliders:
         if collider.parts > 1:
             volumes[whole(collider.path)] += volume_integrals(collider.shape)[0]
     parts = [
-        _collider_mass(collider, body.mass.density, volumes.get(whole(collider.path)))
+        _collider_mass(collider, given.density, volumes.get(whole(collider.path)))
         for collider in colliders
         if not collider.trigger
     ]
     mass = sum(part.mass for part in parts)
     if mass <= 0.0:
-        given = body.mass.mass or 1.0
-        parts, mass = [MassProperties(given, np.zeros(3), 0.4 * given * 0.1**2 * np.eye(3))], given
+        mass = given.mass or 1.0
+        parts = [MassProperties(mass, np.zeros(3), 0.4 * mass * 0.1**2 * np.eye(3))]
     center = sum((part.mass * part.center for part in parts), np.zeros(3)) / mass
-    if body.mass.center_of_mass is not None:
-        center = np.asarray(body.mass.center_of_mass)
+    if given.center_of_mass is not None:
+        center = np.asarray(given.center_of_mass)
     inertia = sum((_inertia_about(part, center) for part in parts), np.zeros((3, 3)))
-    if body.mass.mass > 0.0:
-        inertia, mass = inertia * (body.mass.mass / mass), body.mass.mass
-    if body.mass.diagonal_inertia is not None:
-        axes = matrix_from_quat(body.mass.principal_axes)
-        inertia = axes.T @ np.diag(body.mass.diagonal_inertia) @ axes
-    return MassProperties(mass, center, _invertible(inertia, mass))
+    if given.mass > 0.0:
+        inertia, mass = inertia * (given.mass / mass), given.mass
+    if given.diagonal_inertia is not None:
+        axes = matrix_from_quat(given.principal_axes)
+        inertia = axes.T @ np.diag(given.diagonal_inertia) @ axes
+    inertia = _invertible(inertia, mass)
+    center.flags.writeable = inertia.flags.writeable = False
+    return MassProperties(mass, center, inertia)
 
 
 def _collider_mass(collider: Collider, body_density: float, total_volume: float | None) -> MassProperties:

@@ -83,7 +83,13 @@ def read_mass(prim: Usd.Prim, units: Units, to_frame: np.ndarray) -> MassSpec:
     # The schema's fallback for "not given" is -inf.
     if center is not None and not np.isfinite(center).all():
         center = None
-    if axes and not axes.GetLength() > 0:
+    if inertia is not None and not all(0.0 <= moment < np.inf for moment in inertia):
+        warn_once(
+            f"{prim.GetPath()}: physics:diagonalInertia is {tuple(inertia)}, so it counts as not given. Set positive "
+            "numbers, or zeros."
+        )
+        inertia = None
+    if axes and not 0.0 < axes.GetLength() < np.inf:
         axes = None
     return MassSpec(
         mass=_positive(prim, "physics:mass") * units.kilograms,

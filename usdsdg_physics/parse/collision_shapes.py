@@ -24,6 +24,9 @@ _HOLLOW_APPROXIMATIONS = ("convexDecomposition", "sdf", "meshSimplification")
 # Relative difference of scales up to which they are called uniform.
 _UNIFORM = 1e-3
 
+# Attributes of gprims that have no surface unless they are positive.
+_LENGTHS = ("size", "radius", "radiusTop", "radiusBottom", "height")
+
 _Reader = Callable[[Usd.Prim, np.ndarray, HullCache, bool], Shape | None]
 
 
@@ -50,6 +53,11 @@ def _primitive(prim: Usd.Prim, kind: str, matrix: np.ndarray, hulls: HullCache, 
             "here and is ignored. Put the API on a Mesh, Cube, Sphere, Capsule, Cylinder, Cone or Plane."
         )
         return None
+    for name in _LENGTHS:
+        length = value(prim, name, None)
+        if length is not None and not 0.0 < length < np.inf and kind != "Plane":
+            warn_once(f"{prim.GetPath()}: {name} is {length:g}, so it does not collide. Set a positive number.")
+            return None
     return reader(prim, matrix, hulls, dynamic)
 
 
@@ -180,7 +188,10 @@ def _parts(
 
 
 def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
-    """Return the used points (N, 3) float32 and the triangles (F, 3) int32 of a mesh; polygons become fans."""
+    """Return the used points (N, 3) float32 and the triangles (F, 3) int32 of a mesh; polygons become fans.
+
+    Triangles at points that are not finite are left out, with a warning.
+    """
     mesh = UsdGeom.Mesh(prim)
     points = np.asarray(mesh.GetPointsAttr().Get() or [], np.float32).reshape(-1, 3)
     counts = np.asarray(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
@@ -194,8 +205,15 @@ def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
     triangles = np.stack([corners[first], corners[first + step + 1], corners[first + step + 2]], axis=1)
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         triangles = triangles[:, ::-1]
-    used, renumbered = np.unique(triangles, return_inverse=True)
-    return points[used], renumbered.reshape(-1, 3).astype(np.int32)
+    finite = np.asarray(np.isfinite(points).all(axis=1))
+    if not finite.all():
+        triangles = triangles[finite[triangles].all(axis=1)]
+        warn_once(
+            f"{prim.GetPath()}: {(~finite).sum()} of its points are not finite, and nothing collides with it there."
+        )
+    used = np.zeros(len(points), bool)
+    used[triangles] = True
+    return points[used], (np.cumsum(used) - 1)[triangles].astype(np.int32)
 
 
 def _bounding_box(prim: Usd.Prim, points: np.ndarray, matrix: np.ndarray, hulls: HullCache) -> Shape | None:

@@ -56,10 +56,7 @@ def read_instances(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units, hull
         time, time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
     )
     if len(matrices) != len(indices):
-        warn_once(
-            f"{prim.GetPath()} has {len(indices)} protoIndices and {len(matrices)} positions at the default time, so "
-            "its instances are neither bodies nor colliders. Author as many of each, not only as time samples."
-        )
+        _warn_invalid(instancer)
         return found
     to_world = np.array(cache.GetLocalToWorldTransform(prim))
     prototypes = [_prototype(prim, path, units) for path in instancer.GetPrototypesRel().GetForwardedTargets()]
@@ -71,6 +68,23 @@ def read_instances(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units, hull
         if prototype is not None and index not in inactive and np.isfinite(world).all():
             _add(found, str(prim.GetPath()), index, prototype, world, velocities, cache, units, hulls)
     return found
+
+
+def _warn_invalid(instancer: UsdGeom.PointInstancer) -> None:
+    """Say why USD computes no transforms of the instances."""
+    path, indices = instancer.GetPath(), instancer.GetProtoIndicesAttr().Get() or ()
+    positions = instancer.GetPositionsAttr().Get() or ()
+    prototypes = len(instancer.GetPrototypesRel().GetForwardedTargets())
+    if len(indices) == len(positions) and (wrong := [kind for kind in indices if not 0 <= kind < prototypes]):
+        warn_once(
+            f"{path} has the protoIndices {sorted(set(wrong))} and {prototypes} prototypes, so its instances are "
+            "neither bodies nor colliders. Use indices of its prototypes."
+        )
+        return
+    warn_once(
+        f"{path} has {len(indices)} protoIndices and {len(positions)} positions at the default time, so "
+        "its instances are neither bodies nor colliders. Author as many of each, not only as time samples."
+    )
 
 
 def _prototype(instancer: Usd.Prim, path: Sdf.Path, units: Units) -> _Prototype | None:

@@ -19,6 +19,7 @@ from usdsdg_physics.parse.physics_prims import find_physics_prims, warn_no_colli
 from usdsdg_physics.parse.point_instancers import prototype_paths, read_instances
 from usdsdg_physics.parse.units import Units, scaled_vector
 from usdsdg_physics.scene.records import Scene, Vec3
+from usdsdg_physics.scene.rigid_frames import split_together
 
 GRAVITY = 9.81  # m/s²
 _DEFAULT_TIME = Usd.TimeCode.Default()
@@ -44,6 +45,7 @@ def parse(
     warn_unsupported(found)
     scene_prim = simulated_scene(found.scenes)
     animated, at_time = {prim.GetPath() for prim in found.animated}, UsdGeom.XformCache(time)
+    split_together([cache.GetLocalToWorldTransform(prim) for prim in found.bodies], units.meters)
     bodies = {
         str(prim.GetPath()): read_body(prim, at_time if prim.GetPath() in animated else cache, units)
         for prim in found.bodies
@@ -84,6 +86,7 @@ def parse(
         instancers=tuple(str(prim.GetPath()) for prim in found.instancers),
         prototypes=tuple(map(str, prototype_paths(found.instancers))),
         reports={str(prim.GetPath()): read_contact_report(prim, units) for prim in found.reports},
+        has_relations=bool(found.joints or found.groups or found.filtered),
         forces={force.path: force for force in forces if force is not None},
     )
 

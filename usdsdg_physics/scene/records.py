@@ -231,4 +231,6 @@ class Scene:
     prototypes: tuple[str, ...] = ()  # paths at and below which prims are parts of prototypes
     animated: tuple[str, ...] = ()  # kinematic bodies that follow time samples
     reports: dict[str, ContactReportSpec] = field(default_factory=dict)  # by prim path
+    # Whether joints, collision groups or filtered pairs relate its prims, so that no part of it can be read alone.
+    has_relations: bool = False
     halves: dict[str, str] = field(default_factory=dict)  # bodies that were cut off others, by path: whose they are

@@ -24,6 +24,7 @@ from usdsdg_physics.corrections.contacts.tunneling_guard import TunnelingGuard
 from usdsdg_physics.corrections.joints.distance_joints import DistanceJoints
 from usdsdg_physics.corrections.joints.joint_loads import JointLoads
 from usdsdg_physics.corrections.joints.links import Links
+from usdsdg_physics.model import build
 from usdsdg_physics.model.build import BuiltModel, distance_joints
 from usdsdg_physics.scene.records import Scene
 from usdsdg_physics.world.contact_events import reports_of
@@ -82,7 +83,7 @@ class StepCorrections:
         self.free_flight = FreeFlight(model, free, coordinate, self._contacts)
         self.depenetration = Depenetration(scene, model, shape_index, self._contacts, free, dof)
         self.impacts = Impacts(model, free, self._contacts)
-        self.squeezes = Squeezes(scene, model, shape_index, free, self._contacts)
+        self.squeezes = Squeezes(scene, model, shape_index, free, self._contacts, lifts=build.has_contacts_alone(built))
         self.stabilization = Stabilization(scene, model, inertia_per_mass, sleep_threshold, free, coordinate, dof)
         self.locked_axes = (
             LockedAxes(scene, model, coordinate, dof)
@@ -124,23 +125,23 @@ class StepCorrections:
 
     def before_solver(self, kind: StepKind, substep: int, state: newton.State) -> None:
         """Correct the contacts that were just found, and the velocities, before the solver's step."""
-        h = kind.substep
-        self.free_flight.note_contacts()
-        self.tunneling_guard.redirect_contacts(state)
+        h, visited = kind.substep, self._buffer.rigid_contact_max  # that of `VisitedContacts`
+        self.free_flight.note_contacts(visited)
+        self.tunneling_guard.redirect_contacts(state, visited)
         if kind.depenetrates:
             self.depenetration.raise_velocities(state)
         if kind.has_sleepers:
             self.sleeping.wake_touched(state, h)
         if self.report is not None:
             self.report.note_contacts(state, substep)
-        self.squeezes.redirect_contacts(state)
+        self.squeezes.redirect_contacts(state, h, visited)
         if self.surfaces is not None:
             self.surfaces.update_contacts(state)
         if self.coefficients is not None:
             self.coefficients.apply(state, self._surface_velocity, h)
         if self.links is not None:
             self.links.keep_awake(state)
-        self.impacts.center_contacts(state, h)
+        self.impacts.center_contacts(state, h, visited)
         if self.distances is not None:
             self.distances.add_contacts(state, self._surface_velocity, h)
 

@@ -6,15 +6,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from usdsdg_physics.corrections.bodies.stabilization import REST_DELAY
 from usdsdg_physics.corrections.contacts.contact_report import ContactRows
 from usdsdg_physics.model.build import (
-    COLLIDES,
-    DISABLED,
     build_model,
     build_pipeline,
     build_solver,
@@ -23,19 +20,18 @@ from usdsdg_physics.model.build import (
 )
 from usdsdg_physics.scene.loop_cuts import cut_loops
 from usdsdg_physics.scene.records import Drive, Force, Scene, SurfaceVelocity
+from usdsdg_physics.world.body_forces import BodyForces
+from usdsdg_physics.world.body_states import BodyStates, Indices
+from usdsdg_physics.world.colliders import Colliders
 from usdsdg_physics.world.compile_kernels import Progress, load_kernels, prepare_newton
+from usdsdg_physics.world.damping import Damping
 from usdsdg_physics.world.halves import Halves
 from usdsdg_physics.world.joints import Joints
 from usdsdg_physics.world.kinematic_motion import KinematicMotion
-from usdsdg_physics.world.static_motion import StaticMotion
 from usdsdg_physics.world.steady_forces import SteadyForces
 from usdsdg_physics.world.step_corrections import StepCorrections, StepKind
 from usdsdg_physics.world.step_launches import StepLaunches
 from usdsdg_physics.world.substeps import Substeps
-
-if TYPE_CHECKING:
-    import warp as wp
-
 
 # Kinetic energy per mass [m²/s²] below which a body rests: that of 1 mm/s.
 REST_ENERGY = 5e-7
@@ -67,23 +63,22 @@ class World:
         self.mass, self.center = built.mass, built.center
         self._halves = Halves(scene, built.body_index)
         self.bodies = self._halves.bodies
-        self._paths = list(built.body_index)
         self._inertia_per_mass = built.inertia_per_mass
         self.gravity = np.asarray(scene.gravity, np.float64)
         self._state, self._next = states = self.model.state(), self.model.state()
         self._contacts = self.pipeline.contacts()
         control = self.model.control()
         self.joints = Joints(scene, self.model, control, built.joints) if built.joints.trees else None
-        self._coordinate, self._dof = built.coordinate, built.dof
+        self._body_states = BodyStates(self._state, self._halves, built, self.joints)
+        self._damping = Damping(self.model, self._halves)
 
         bodies = list(scene.bodies.values())
         self._dynamic = np.array([not body.kinematic for body in bodies], bool)
-        self._gravity_enabled = np.array([body.gravity and not body.kinematic for body in bodies], bool)
+        self._pushes = BodyForces(scene, built, states, self._halves)
         self._kinematic = KinematicMotion(self.model, built.center, built.pose_coordinate)
-        self._wrenches: np.ndarray | None = None  # (N, 6) of the next step
-        self._static_motion = StaticMotion(scene, built.shape_index)
         self._corrections = StepCorrections(scene, built, self._contacts)
         self._corrections.stabilization.set_gravity(self.gravity)
+        self._colliders = Colliders(scene, self.model, built.shape_index, self._corrections.depenetration)
         self._breakable = built.joints.breakable
         jointed = self.joints is not None or self._corrections.distances is not None
         self._substeps = Substeps(scene, self.model, built.shape_index, jointed=jointed)
@@ -106,7 +101,6 @@ class World:
         )
         self._forces.set(scene.forces.values())
         self._latest_substeps = 0
-        self._triggers = {built.shape_index[c.path] for c in scene.colliders.values() if c.trigger}
 
         if self.model.device.is_cuda and bodies:
             self._launches.load_kernels(progress)
@@ -116,40 +110,27 @@ class World:
             self.set_velocities(indices, np.array([[*b.velocity, *b.angular_velocity] for b in bodies]))
             if self.joints is not None:
                 self.joints.start(self._state)
-            self._apply_gravity()
+            self._pushes.apply()
+            self._corrections.stabilization.set_gravity_enabled(self._pushes.gravity_enabled)
         self.set_colliders_enabled({built.shape_index[c.path]: c.enabled for c in scene.colliders.values()})
 
     def poses(self) -> np.ndarray:
         """Return (N, 7) float32: x, y, z [m] and quaternion x, y, z, w of every body frame."""
-        return self._all_poses()[: len(self.bodies)]
+        return self._body_states.poses()[: len(self.bodies)]
 
     def velocities(self) -> np.ndarray:
         """Return (N, 6) float32, world: velocity of the center of mass [m/s], angular velocity [rad/s]."""
-        return self._all_velocities()[: len(self.bodies)]
+        return self._body_states.velocities()[: len(self.bodies)]
 
-    def set_poses(self, indices: Sequence[int] | np.ndarray, poses: np.ndarray) -> None:
+    def set_poses(self, indices: Indices, poses: np.ndarray) -> None:
         """Teleport bodies; their velocities stay."""
-        q = self._all_poses()
-        q[indices] = poses
-        indices = self._halves.follow(q, indices)
-        # The solver reads joint coordinates, the collision pipeline body poses.
-        self._state.body_q.assign(q)
-        _assign_rows(self._state.joint_q, self._coordinate, q)
-        if self.joints is not None:
-            self.joints.teleport(self._state, {self._paths[index]: q[index] for index in indices})
+        indices = self._body_states.set_poses(indices, poses)
         self._corrections.tunneling_guard.mark_teleported(indices)
         self.wake(indices)
 
-    def set_velocities(self, indices: Sequence[int] | np.ndarray, velocities: np.ndarray) -> None:
+    def set_velocities(self, indices: Indices, velocities: np.ndarray) -> None:
         """Set rows of `velocities()`."""
-        qd = self._all_velocities()
-        qd[indices] = velocities
-        indices = self._halves.follow(qd, indices)
-        self._state.body_qd.assign(qd)
-        _assign_rows(self._state.joint_qd, self._dof, qd)
-        if self.joints is not None:
-            self.joints.push(self._state, {self._paths[index]: qd[index] for index in indices})
-        self.wake(indices)
+        self.wake(self._body_states.set_velocities(indices, velocities))
 
     def set_drives(self, drives: Mapping[tuple[str, str], Drive]) -> None:
         """Replace drives, by path of the joint and name of the axis; those of joints that close loops do not act."""
@@ -185,7 +166,7 @@ class World:
             self.joints.set_state(self._state, positions, velocities)
             self.wake()
 
-    def wake(self, indices: Sequence[int] | np.ndarray | None = None) -> None:
+    def wake(self, indices: Indices | None = None) -> None:
         """Let bodies move again that are held at rest or asleep; None: all that are held at rest."""
         self._corrections.stabilization.wake(indices)
         self._substeps.forget_rest()
@@ -216,34 +197,22 @@ class World:
         self.model.set_gravity((x, y, z))
         self.solver.notify_model_changed(newton.ModelFlags.MODEL_PROPERTIES)
         self._corrections.stabilization.set_gravity(self.gravity)
-        self._apply_gravity()
+        self._pushes.set_gravity(self.gravity)
         self.wake()
 
     def set_gravity_enabled(self, enabled: Mapping[int, bool]) -> None:
         """Switch gravity on or off for single bodies."""
-        for index, on in enabled.items():
-            self._gravity_enabled[self._halves.whole == index] = on and self._dynamic[index]
-        self._apply_gravity()
+        self._pushes.enable_gravity(enabled)
+        self._corrections.stabilization.set_gravity_enabled(self._pushes.gravity_enabled)
         self.wake(list(enabled))
 
     def set_damping(self, index: int, linear: float, angular: float) -> None:
         """Set the damping of one body [1/s]."""
-        for name, damping in (("linear", linear), ("angular", angular)):
-            array = getattr(self.model.steel, f"rigid_body_{name}_damping")
-            values = array.numpy().copy()
-            values[: len(self._halves)][self._halves.whole == index] = damping
-            array.assign(values)
+        self._damping.set(index, linear, angular)
 
     def set_least_damping(self, scene: Scene, damping: float) -> None:
         """Give every body at least this linear and angular damping [1/s], or its own where that is more."""
-        bodies = scene.bodies.values()
-        for name, own in (
-            ("linear", [body.linear_damping for body in bodies]),
-            ("angular", [body.angular_damping for body in bodies]),
-        ):
-            getattr(self.model.steel, f"rigid_body_{name}_damping").assign(
-                np.maximum(own, damping).astype(np.float32)[self._halves.whole]
-            )
+        self._damping.set_least(scene, damping)
 
     def stop_bodies(self) -> None:
         """Zero the velocities of all bodies but kinematic ones."""
@@ -258,40 +227,21 @@ class World:
         energy += 0.5 * self._inertia_per_mass[:count] * (velocities[:, 3:] ** 2).sum(axis=1)
         return [self.bodies[index] for index in np.flatnonzero(self._dynamic[:count] & (energy > REST_ENERGY))]
 
-    def add_wrenches(self, indices: Sequence[int] | np.ndarray, wrenches: np.ndarray) -> None:
+    def add_wrenches(self, indices: Indices, wrenches: np.ndarray) -> None:
         """Push bodies during the next step: force [N] and torque about the center of mass [N m] (n, 6), world.
 
         Wrenches add up; kinematic bodies have none.
         """
-        if self._wrenches is None:
-            self._wrenches = np.zeros((len(self._halves), 6))
-        np.add.at(self._wrenches, indices, wrenches)
-        self._wrenches[~self._dynamic] = 0.0
+        self._pushes.add_wrenches(indices, wrenches)
         self.wake(indices)
 
     def set_colliders_enabled(self, enabled: Mapping[int, bool]) -> None:
         """Switch colliders on or off, by shape index."""
-        # The broad phase reads the collision group at every step, the shape's flags only when it is built.
-        if enabled:
-            groups = self.model.shape_collision_group.numpy().copy()
-            self._corrections.depenetration.activate(
-                [index for index, on in enabled.items() if on and groups[index] == DISABLED]
-            )
-            self._corrections.depenetration.deactivate([index for index, on in enabled.items() if not on])
-            for index, on in enabled.items():
-                groups[index] = COLLIDES if on and index not in self._triggers else DISABLED
-            self.model.shape_collision_group.assign(groups)
+        self._colliders.enable(enabled)
 
     def set_shape_poses(self, poses: Mapping[int, Sequence[float]]) -> None:
         """Move static colliders, by shape index (7 numbers, world)."""
-        transforms = self.model.shape_transform.numpy().reshape(-1, 7).copy()
-        for index, pose in poses.items():
-            self._static_motion.note(index, transforms[index], np.asarray(pose))
-            transforms[index] = pose
-        self.model.shape_transform.assign(transforms)
-        if poses:
-            enabled = self.model.shape_collision_group.numpy() == COLLIDES
-            self._corrections.depenetration.activate([index for index in poses if enabled[index]])
+        self._colliders.set_poses(poses)
         self._substeps.set_static_poses(poses)
         self.wake()
 
@@ -337,14 +287,12 @@ class World:
         self._move_surfaces(dt)
         if self._forces:
             self.add_wrenches(*self._forces.wrenches(self.poses()))
-        if self._wrenches is not None:
-            self._set_forces(self._wrenches)
+        if self._pushes.push:
+            self._pushes.apply()
 
         self._launches.run(kind)
 
-        if self._wrenches is not None:
-            self._wrenches = None
-            self._set_forces()
+        self._pushes.forget_wrenches()
         if self.joints is not None:
             self.joints.clear_efforts()
         if moving:
@@ -358,7 +306,7 @@ class World:
 
     def _move_surfaces(self, dt: float) -> None:
         """Let static colliders that move carry what they touch during a step of `dt` seconds."""
-        motion = self._static_motion.take(dt)
+        motion = self._colliders.motion.take(dt)
         if motion and self._corrections.surfaces is None:
             self._add_surfaces()
         if self._corrections.surfaces is not None:
@@ -394,38 +342,12 @@ class World:
         )
         return [self.bodies[index] for index in found]
 
-    def _all_poses(self) -> np.ndarray:
-        """Return `poses`, with those of halves."""
-        return self._state.body_q.numpy().reshape(-1, 7).copy()
-
-    def _all_velocities(self) -> np.ndarray:
-        """Return `velocities`, with those of halves."""
-        return self._state.body_qd.numpy().reshape(-1, 6).copy()
-
     def _substeps_of(self, dt: float) -> int:
         """Return how many substeps the next step takes, of `dt` seconds."""
         if not self._substeps.vary:
             return self._substeps.least(dt)
         held = self._corrections.stabilization.rest_time.numpy() >= REST_DELAY
-        pushed = bool(self._kinematic.bodies) or self._wrenches is not None or bool(self._forces)
-        return self._substeps.of_step(dt, self._all_poses(), self._all_velocities(), held=held, is_pushed=pushed)
-
-    def _apply_gravity(self) -> None:
-        self._set_forces()
-        self._corrections.stabilization.set_gravity_enabled(self._gravity_enabled)
-
-    def _set_forces(self, wrenches: np.ndarray | None = None) -> None:
-        """Give bodies without gravity the opposite force, and all their `wrenches`; both states keep them."""
-        force = np.zeros((len(self._halves), 6)) if wrenches is None else wrenches.copy()
-        weightless = ~self._gravity_enabled & self._dynamic
-        force[weightless, :3] -= self.mass[weightless, None] * self.gravity
-        for state in (self._state, self._next):
-            state.body_f.assign(force.astype(np.float32))
-
-
-def _assign_rows(array: wp.array, starts: np.ndarray, rows: np.ndarray) -> None:
-    """Write rows (N, K) to where each starts in a flat array; rows that start below zero are left out."""
-    numbers = array.numpy().copy()
-    chosen = np.flatnonzero(starts >= 0)
-    numbers[starts[chosen, None] + np.arange(rows.shape[1])] = rows[chosen]
-    array.assign(numbers)
+        pushed = bool(self._kinematic.bodies) or self._pushes.push or bool(self._forces)
+        return self._substeps.of_step(
+            dt, self._body_states.poses(), self._body_states.velocities(), held=held, is_pushed=pushed
+        )

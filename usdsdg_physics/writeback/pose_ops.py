@@ -20,6 +20,7 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg.stage.poses.xform_ops import EULER_ORDERS, SINGLE_AXES
 
 _OP = UsdGeom.XformOp
+_IDENTITY = np.eye(4)
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def _pose_ops(
 
 def _product(ops: list[UsdGeom.XformOp]) -> np.ndarray:
     """Return the matrix of consecutive ops; the op listed last is applied first."""
-    matrix = np.eye(4)
+    matrix = _IDENTITY
     for op in ops:
         matrix = np.array(op.GetOpTransform(Usd.TimeCode.Default())) @ matrix
     return matrix

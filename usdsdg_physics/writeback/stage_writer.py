@@ -9,15 +9,16 @@ from itertools import compress
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, Vt
 
-from usdsdg.errors import warn_once
+from usdsdg.errors import PhysicsError, warn_once
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.physics.instances import split_instance
 from usdsdg.stage.poses.rotations import euler_from_matrix, quat_from_matrix
 from usdsdg_physics.scene.prim_paths import paths_below
 from usdsdg_physics.scene.records import Body
-from usdsdg_physics.scene.rigid_frames import pose_matrix
+from usdsdg_physics.writeback.pose_matrices import PoseMatrices
 from usdsdg_physics.writeback.pose_ops import PoseOps, choose_pose_ops
 from usdsdg_physics.writeback.restore import Backup, attribute_spec
+from usdsdg_physics.writeback.shown import is_strongest, warn_if_deformed, warn_if_overridden
 
 # What `spec.default = value` calls; a microsecond, which is most of the time that writing takes.
 _set_default = Sdf.AttributeSpec.default.fset
@@ -39,37 +40,36 @@ class _Channel:
 
 
 class StageWriter:
-    """Writes bodies into one edit target; what stays constant while they move is computed once, when it is made.
-
-    The matrix of the pose ops of a body is `left @ frame @ right`, where `frame` is its rigid frame (see `PoseOps`):
-    `left` = after⁻¹ · body_from_prim, `right` = parent_to_world⁻¹ · before⁻¹.
-    """
+    """Writes bodies into one edit target; what stays constant while they move is computed once, when it is made."""
 
     def __init__(self, stage: Usd.Stage, bodies: Mapping[str, Body], backup: Backup, *, meters_per_unit: float) -> None:
         self._stage = stage
         self._meters_per_unit = meters_per_unit
         self._target = stage.GetEditTarget()
+        if bodies and not self._target.GetLayer().permissionToEdit:
+            raise PhysicsError(
+                f"the edit target, layer {self._target.GetLayer().identifier}, may not be edited, so poses cannot be "
+                "written there. Allow edits (Sdf.Layer.SetPermissionToEdit), or set another edit target."
+            )
         self._backup = backup
-        self._is_strongest = _is_strongest(stage, self._target)
+        self._is_strongest = is_strongest(stage, self._target)
         self._channels: defaultdict[tuple[str, str], _Channel] = defaultdict(_Channel)
         self._rows = {path: row for row, path in enumerate(bodies)}
         self._sorted = sorted(bodies)
         self._written_ops: dict[str, set[str]] = {}
         self._specs: defaultdict[str, list[Sdf.AttributeSpec]] = defaultdict(list)
-        count = len(bodies)
-        self._left = np.tile(np.eye(4), (count, 1, 1))
-        self._right = np.tile(np.eye(4), (count, 1, 1))
-        self._between = np.tile(np.eye(4), (count, 1, 1))
-        # Bodies below another: row, row of the ancestor, parent_from_ancestor, before⁻¹.
-        self._nested: list[tuple[int, int, np.ndarray, np.ndarray]] = []
-        self._body_from_prim = (
-            np.array([body.body_from_prim for body in bodies.values()]).reshape(-1, 4, 4) / meters_per_unit
-        )
-        self._body_from_prim[:, 3, 3] = 1.0
-        cache = UsdGeom.XformCache(Usd.TimeCode.Default())
-        for row, body in enumerate(bodies.values()):
-            self._add(row, body, cache)
-        self._between_inverse = np.linalg.inv(self._between[:, :3, :3])
+        constants = np.array([body.body_from_prim for body in bodies.values()]).reshape(-1, 4, 4)
+        self._matrices = PoseMatrices(constants, meters_per_unit)
+        cache, is_flat = UsdGeom.XformCache(Usd.TimeCode.Default()), self._matrices.is_flat
+        for row, path in enumerate(bodies):
+            if bodies[path].kinematic or split_instance(path):
+                continue
+            if is_flat[row]:
+                warn_once(f"{path} has a scale of zero, so its pose cannot be written; give it a scale above zero.")
+                continue
+            self._add(row, path, cache)
+        self._matrices.finish()
+        warn_if_deformed(list(compress(bodies, self._matrices.deforms)))
         self._poses = np.array([body.pose for body in bodies.values()], np.float32).reshape(-1, 7)
         self._velocities = np.array(
             [[*body.velocity, *body.angular_velocity] for body in bodies.values()], np.float32
@@ -111,9 +111,8 @@ class StageWriter:
         """Return (N,) bool for roles of channels, "rotate" for all of rotations: of which bodies the value changed."""
         turned = (poses[:, 3:] != self._poses[:, 3:]).any(axis=1)
         moved = turned | (poses[:, :3] != self._poses[:, :3]).any(axis=1)
-        for row, ancestor, _, _ in self._nested:
-            turned[row] |= turned[ancestor]
-            moved[row] |= moved[ancestor]
+        self._matrices.follow_ancestors(turned)
+        self._matrices.follow_ancestors(moved)
         differs = velocities != self._velocities
         return {
             "rotate": turned,
@@ -125,57 +124,37 @@ class StageWriter:
 
     def _values(self, poses: np.ndarray, velocities: np.ndarray) -> dict[tuple[str, str], np.ndarray]:
         """Return for every channel its numbers for all bodies."""
-        frames = pose_matrix(poses, self._meters_per_unit)
-        self._follow_ancestors(frames)
-        pose_matrices = self._left @ frames @ self._right
-        rotation = pose_matrices[:, :3, :3] @ self._between_inverse
-        rotation /= np.linalg.norm(rotation, axis=2, keepdims=True)
+        matrices, rotations = self._matrices.of_poses(poses)
         roles = {
             VELOCITY: lambda: velocities[:, :3] / self._meters_per_unit,
             ANGULAR_VELOCITY: lambda: np.degrees(velocities[:, 3:]),
-            "translate": lambda: pose_matrices[:, 3, :3] - self._between[:, 3, :3],
-            "matrix": lambda: pose_matrices,
-            "quat": lambda: quat_from_matrix(rotation),
+            "translate": lambda: matrices[:, 3, :3] - self._matrices.between[:, 3, :3],
+            "matrix": lambda: matrices,
+            "quat": lambda: quat_from_matrix(rotations),
         }
         return {
-            (role, kind): roles[role]() if role in roles else _euler(rotation, role) for role, kind in self._channels
+            (role, kind): roles[role]() if role in roles else _euler(rotations, role) for role, kind in self._channels
         }
 
-    def _follow_ancestors(self, frames: np.ndarray) -> None:
-        """Recompute `right` of the bodies below another body, which has moved their parent."""
-        for row, ancestor, parent_from_ancestor, before_inverse in self._nested:
-            parent = parent_from_ancestor @ self._body_from_prim[ancestor] @ frames[ancestor]
-            self._right[row] = np.linalg.inv(parent) @ before_inverse
-
-    def _add(self, row: int, body: Body, cache: UsdGeom.XformCache) -> None:
-        if body.kinematic or split_instance(body.path):
-            return
-        prim = self._stage.GetPrimAtPath(body.path)
-        if abs(np.linalg.det(self._body_from_prim[row])) < 1e-30:
-            warn_once(f"{body.path} has a scale of zero, so its pose cannot be written; give it a scale above zero.")
-            return
+    def _add(self, row: int, path: str, cache: UsdGeom.XformCache) -> None:
+        prim = self._stage.GetPrimAtPath(path)
         self._remember_op_order(prim)
         ops = choose_pose_ops(prim)
-        before_inverse = np.linalg.inv(ops.before)
-        self._left[row] = np.linalg.inv(ops.after) @ self._body_from_prim[row]
-        self._right[row] = np.linalg.inv(np.array(cache.GetParentToWorldTransform(prim))) @ before_inverse
+        parent_to_world = np.array(cache.GetParentToWorldTransform(prim))
         if UsdGeom.Xformable(prim).GetResetXformStack():
-            self._right[row] = before_inverse
-        elif (ancestor := self._ancestor_body(prim)) is not None:
-            ancestor_prim = self._stage.GetPrimAtPath(list(self._rows)[ancestor])
-            relative = np.array(cache.ComputeRelativeTransform(prim.GetParent(), ancestor_prim)[0])
-            self._nested.append((row, ancestor, relative, before_inverse))
-        self._between[row] = ops.between
-        self._written_ops[body.path] = {ops.translate, *ops.rotate}
+            parent_to_world = np.eye(4)
+        elif (ancestor := self._ancestor_body(path)) is not None:
+            relative, _ = cache.ComputeRelativeTransform(prim.GetParent(), self._stage.GetPrimAtPath(ancestor))
+            self._matrices.set_ancestor(row, self._rows[ancestor], np.array(relative))
+        self._matrices.set(row, ops, parent_to_world)
+        self._written_ops[path] = {ops.translate, *ops.rotate}
         self._open_channels(row, prim, ops)
 
-    def _ancestor_body(self, prim: Usd.Prim) -> int | None:
-        """Return the row of the nearest rigid body above a prim."""
-        parent = prim.GetParent()
-        while parent and not parent.IsPseudoRoot():
-            if str(parent.GetPath()) in self._rows:
-                return self._rows[str(parent.GetPath())]
-            parent = parent.GetParent()
+    def _ancestor_body(self, path: str) -> str | None:
+        """Return the path of the nearest rigid body above another."""
+        while path := path.rpartition("/")[0]:
+            if path in self._rows:
+                return path
         return None
 
     def _remember_op_order(self, prim: Usd.Prim) -> None:
@@ -202,31 +181,10 @@ class StageWriter:
         channel = self._channels[role, str(attribute.GetTypeName())]
         spec = attribute_spec(self._target, attribute)
         if not self._is_strongest:
-            _warn_if_overridden(attribute, spec)
+            warn_if_overridden(attribute, spec)
         channel.rows.append(row)
         channel.specs.append(spec)
         self._specs[str(prim.GetPath())].append(spec)
-
-
-def _is_strongest(stage: Usd.Stage, target: Usd.EditTarget) -> bool:
-    """Return whether no layer with any prim is stronger than the edit target."""
-    for layer in stage.GetLayerStack():
-        if layer == target.GetLayer():
-            return target.GetMapFunction().isIdentity
-        if layer.rootPrims:
-            return False
-    return False
-
-
-def _warn_if_overridden(attribute: Usd.Attribute, spec: Sdf.AttributeSpec) -> None:
-    """Warn where a stronger layer has an opinion about an attribute that is written."""
-    stack = attribute.GetPropertyStack(Usd.TimeCode.Default())
-    strongest = next((each for each in stack if each == spec or each.HasDefaultValue()), spec)
-    if strongest != spec:
-        warn_once(
-            f"{attribute.GetPath()} is simulated but will not show: layer {strongest.layer.identifier} says otherwise "
-            "and is stronger than the edit target. Remove that opinion or edit in that layer."
-        )
 
 
 def _euler(rotation: np.ndarray, role: str) -> np.ndarray:

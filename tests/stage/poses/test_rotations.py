@@ -134,3 +134,11 @@ def test_one_quaternion_has_the_bits_of_one_of_many():
     many = rotations.quat_from_matrix(matrices)
     one = np.array([rotations.quat_from_matrix(matrix) for matrix in matrices])
     assert (one.view(np.int64) == many.view(np.int64)).all()
+
+
+def test_one_matrix_has_the_bits_of_one_of_many():
+    rng = np.random.default_rng(4)
+    quats = rng.normal(size=(500, 4)) * 10.0 ** rng.uniform(-6, 6, size=(500, 1))
+    quats = np.concatenate([quats, quats.astype(np.float32), np.eye(4)])
+    one = np.array([rotations.matrix_from_quat(quat) for quat in quats])
+    assert (one.view(np.int64) == rotations.matrix_from_quat(quats).view(np.int64)).all()

@@ -37,15 +37,15 @@ class FreeFlight:
         self.touched.zero_()
         wp.copy(self._start, state.body_q)
 
-    def note_contacts(self) -> None:
-        """Note which bodies the contacts that the collision pipeline just found belong to."""
+    def note_contacts(self, visited: int) -> None:
+        """Note which bodies the contacts belong to that the pipeline just found, at most `visited`."""
         import warp as wp
 
         from usdsdg_physics.corrections.bodies.free_flight_kernels import note_touched
 
         wp.launch(
             note_touched,
-            dim=self._contacts.shape0.size,
+            dim=visited,
             inputs=[self._model.shape_body, self._contacts],
             outputs=[self.touched],
             device=self._model.device,

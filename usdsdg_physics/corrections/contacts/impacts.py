@@ -26,15 +26,18 @@ class Impacts:
         """`free` (N,) marks the bodies that move, and that no joint holds."""
         self._model, self._free, self._contacts = model, free, contacts
 
-    def center_contacts(self, state: newton.State, dt: float) -> None:
-        """Move the contacts of impacts in the next `dt` seconds below the centers of mass of the bodies that fall."""
+    def center_contacts(self, state: newton.State, dt: float, visited: int) -> None:
+        """Move the contacts of impacts in the next `dt` seconds below the centers of mass of the bodies that fall.
+
+        There are at most `visited` contacts.
+        """
         import warp as wp
 
         from usdsdg_physics.corrections.contacts.impacts_kernels import center_impacts
 
         wp.launch(
             center_impacts,
-            dim=self._contacts.shape0.size,
+            dim=visited,
             inputs=[
                 self._model.shape_body,
                 self._model.shape_material_restitution,

@@ -29,40 +29,57 @@ class Squeezes:
     """
 
     def __init__(
-        self, scene: Scene, model: newton.Model, shape_index: dict[str, int], free: wp.array, contacts: ContactArrays
+        self,
+        scene: Scene,
+        model: newton.Model,
+        shape_index: dict[str, int],
+        free: wp.array,
+        contacts: ContactArrays,
+        *,
+        lifts: bool,
     ) -> None:
-        """`free` (N,) marks the bodies that move, and that no joint holds."""
+        """Allocate what bodies need.
+
+        Args:
+            free: (N,) the bodies that move, and that no joint holds.
+            lifts: whether what is light lifts what is much heavier as well where it only touches something fixed. Our
+                own solver moves it out of that at once; Newton's keeps it there, squeezed, until what it lifts is up.
+        """
         import warp as wp
 
-        self._model, self._free, self._contacts = model, free, contacts
+        self._model, self._free, self._contacts, self._lifts = model, free, contacts, lifts
         colliders = scene.colliders.values()
         thickness = half_thicknesses(colliders, shape_index, model.shape_count, least=MIN_HALF_THICKNESS)
         self._half_thickness = wp.array(thickness, dtype=wp.float32, device=model.device)
         # (N,) not zero for bodies that overlap with others farther than what rests.
         self.squeezed = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
-        self._support = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
+        self._support, self._touched, self._touched_by = (
+            wp.zeros(model.body_count, dtype=wp.int32, device=model.device) for _ in range(3)
+        )
         # (N,) how many others that are free touch each body.
         self.neighbors = wp.zeros(model.body_count, dtype=wp.int32, device=model.device)
 
-    def redirect_contacts(self, state: newton.State) -> None:
-        """Correct the contacts before the solver's step, after those that need to know which shapes touch."""
+    def redirect_contacts(self, state: newton.State, h: float, visited: int) -> None:
+        """Correct the contacts, at most `visited`, before the solver's step of `h` seconds.
+
+        That is after those that need the shapes that touch.
+        """
         import warp as wp
 
         from usdsdg_physics.corrections.contacts.squeezes_kernels import note_squeezes, redirect_squeezes
 
-        self.squeezed.zero_()
-        self._support.zero_()
-        self.neighbors.zero_()
+        for array in (self.squeezed, self._support, self._touched, self._touched_by, self.neighbors):
+            array.zero_()
         wp.launch(
             note_squeezes,
-            dim=self._contacts.shape0.size,
+            dim=visited,
             inputs=[self._model.shape_body, self._half_thickness, self._free, state.body_q, self._contacts],
-            outputs=[self.squeezed, self._support, self.neighbors],
+            outputs=[self.squeezed, self._support, self._touched, self._touched_by, self.neighbors],
             device=self._model.device,
         )
         wp.launch(
             redirect_squeezes,
-            dim=self._contacts.shape0.size,
+            dim=visited,
             inputs=[
                 self._model.shape_body,
                 self._half_thickness,
@@ -70,8 +87,13 @@ class Squeezes:
                 self._model.body_inv_mass,
                 self._model.body_com,
                 state.body_q,
+                state.body_qd,
                 self.squeezed,
                 self._support,
+                self._touched,
+                self._touched_by,
+                int(self._lifts),
+                h,
             ],
             outputs=[self._contacts],
             device=self._model.device,

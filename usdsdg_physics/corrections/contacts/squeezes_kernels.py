@@ -18,6 +18,10 @@ MAX_REST_DEPTH = wp.constant(0.002)
 OVERLAPS = wp.constant(64)  # set besides the bits of directions
 # Shapes touch where their gap is smaller [m].
 TOUCHES = wp.constant(1.0e-3)
+# What is so many times heavier than what it squeezes is held at the first depth as by what supports that, where it is
+# deeper than this part of it besides what both have moved in a step: what rolls over something squeezes nothing.
+MUCH_HEAVIER = wp.constant(100.0)
+LIFTED = wp.constant(0.5)
 # Cosine of the angle with an axis below which something pushes in its direction.
 MIN_COSINE = wp.constant(0.5)
 
@@ -34,12 +38,15 @@ def note_squeezes(
     # out
     squeezed: wp.array[wp.int32],
     support: wp.array[wp.int32],
+    touched: wp.array[wp.int32],
+    touched_by: wp.array[wp.int32],
     neighbors: wp.array[wp.int32],
 ):
     """Note in `squeezed` which bodies overlap with others, and where what is not `free` squeezes them.
 
-    Its bits are OVERLAPS and the `directions` in which such a shape, `support`, pushes the body. `half_thickness` [m]
-    is that of shapes. `neighbors` counts for each body the free ones that touch it, by pairs of their shapes.
+    Its bits are OVERLAPS and the `directions` in which such a shape, `support`, pushes the body; those of `touched` are
+    directions in which one, `touched_by`, at least touches it. `half_thickness` [m] is that of shapes. `neighbors`
+    counts for each body the free ones that touch it, by pairs of their shapes.
     """
     contact = wp.tid()
     if contact >= contacts.count[0] or contacts.shape0[contact] < 0 or contacts.shape1[contact] < 0:
@@ -56,6 +63,12 @@ def note_squeezes(
     if free0 and free1 and depth > -TOUCHES and is_first_of_pair(contact, contacts):
         wp.atomic_add(neighbors, body0, 1)
         wp.atomic_add(neighbors, body1, 1)
+    if depth > -TOUCHES and free0 and not free1:
+        wp.atomic_or(touched, body0, directions(-contacts.normal[contact]))
+        wp.atomic_max(touched_by, body0, second)
+    if depth > -TOUCHES and free1 and not free0:
+        wp.atomic_or(touched, body1, directions(contacts.normal[contact]))
+        wp.atomic_max(touched_by, body1, first)
     if depth <= 0.0:
         return
     if free0:
@@ -84,15 +97,20 @@ def redirect_squeezes(
     inverse_mass: wp.array[wp.float32],
     center: wp.array[wp.vec3],
     body_q: wp.array[wp.transform],
+    body_qd: wp.array[wp.spatial_vector],
     squeezed: wp.array[wp.int32],
     support: wp.array[wp.int32],
+    touched: wp.array[wp.int32],
+    touched_by: wp.array[wp.int32],
+    lifts: wp.int32,
+    h: wp.float32,
     # in and out
     contacts: ContactArrays,
 ):
     """Pass on what supports a squeezed body, and move the points of other deep contacts to below its center of mass.
 
-    A body that is squeezed against something fixed pushes others as that would. Of two bodies that move, the lighter
-    one counts.
+    A body that is squeezed against something fixed pushes others as that would, and so does one that only touches it
+    while what is much heavier squeezes it. Of two bodies that move, the lighter one counts.
     """
     contact = wp.tid()
     if contact >= contacts.count[0] or contacts.shape0[contact] < 0 or contacts.shape1[contact] < 0:
@@ -125,6 +143,18 @@ def redirect_squeezes(
             contacts.shape1[contact] = support[body1]
             contacts.point1[contact] = body_point(shape_body[support[body1]], point1, body_q)
             return
+        if lifts != 0 and is_lifted(body0, body1, normal, touched, inverse_mass):
+            limit = SQUEEZED * half_thickness[first]
+            if depth > LIFTED * limit + h * approach(body0, body1, body_qd):
+                contacts.shape0[contact] = touched_by[body0]
+                contacts.point0[contact] = body_point(shape_body[touched_by[body0]], point0 - limit * normal, body_q)
+                return
+        if lifts != 0 and is_lifted(body1, body0, -normal, touched, inverse_mass):
+            limit = SQUEEZED * half_thickness[second]
+            if depth > LIFTED * limit + h * approach(body0, body1, body_qd):
+                contacts.shape1[contact] = touched_by[body1]
+                contacts.point1[contact] = body_point(shape_body[touched_by[body1]], point1 + limit * normal, body_q)
+                return
 
     takes_second = is_free(body1, free)
     if is_free(body0, free) and is_free(body1, free):
@@ -138,6 +168,18 @@ def redirect_squeezes(
     move = -share * (arm - wp.dot(arm, normal) * normal)
     contacts.point0[contact] = body_point(body0, point0 + move, body_q)
     contacts.point1[contact] = body_point(body1, point1 + move, body_q)
+
+
+@wp.func
+def is_lifted(body: int, other: int, normal: wp.vec3, touched: wp.array[wp.int32], inverse_mass: wp.array[wp.float32]):
+    """Return whether a body lies between something fixed and one that is much heavier, in the direction `normal`."""
+    return inverse_mass[body] > MUCH_HEAVIER * inverse_mass[other] and (touched[body] & directions(normal)) != 0
+
+
+@wp.func
+def approach(body0: int, body1: int, body_qd: wp.array[wp.spatial_vector]):
+    """Return the speed [m/s] at which the centers of two bodies move relative to each other."""
+    return wp.length(wp.spatial_top(body_qd[body1]) - wp.spatial_top(body_qd[body0]))
 
 
 @wp.func

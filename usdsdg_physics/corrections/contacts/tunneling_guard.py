@@ -54,8 +54,8 @@ class TunnelingGuard:
         teleported[bodies] = 1
         self.teleported.assign(teleported)
 
-    def redirect_contacts(self, state: newton.State) -> None:
-        """Correct the contacts that the collision pipeline just found, before the solver's step."""
+    def redirect_contacts(self, state: newton.State, visited: int) -> None:
+        """Correct the contacts that the pipeline just found, at most `visited`, before the solver's step."""
         import warp as wp
 
         from usdsdg_physics.corrections.contacts.tunneling_guard_kernels import count_step, redirect_contacts
@@ -65,7 +65,7 @@ class TunnelingGuard:
         wp.launch(count_step, dim=1, outputs=[self._step], device=self._model.device)
         wp.launch(
             redirect_contacts,
-            dim=self._contacts.shape0.size,
+            dim=visited,
             inputs=[
                 self._box_index,
                 self._half_extent,
