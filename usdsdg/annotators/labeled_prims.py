@@ -6,6 +6,7 @@ the nearest: with "class:*", the gprims of a wheel labeled only {part: wheel} be
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
@@ -37,6 +38,10 @@ from usdsdg.stage.poses.transforms import as_array
 _GEOMETRY = {"points", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width", "length"}
 _GEOMETRY |= {"widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
 _GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
+
+
+# The prims that change are mostly those that changed before.
+_is_in_prototype = lru_cache(maxsize=1 << 14)(Usd.Prim.IsPathInPrototype)
 
 
 @dataclass(frozen=True)
@@ -114,6 +119,7 @@ class _Ownership:
     gprims: tuple[str, ...]
     steps: list[Steps]  # of each gprim
     owners: tuple[Owner, ...]
+    names: tuple[str, ...]  # of the owners
     labels: tuple[Labels, ...]
     groups: tuple[tuple[int, ...], ...]
     selections: Mapping[str | None, Selection]
@@ -135,6 +141,7 @@ class LabeledPrimReader:
         self._divided: set[Sdf.Path] = set()  # meshes whose GeomSubsets are gprims of their own
         self._skinning = Skinning()
         self._bounds: dict[Sdf.Path, dict[tuple[Owner, tuple[int, ...]], np.ndarray]] = {}  # by path of the owner
+        self._all_bounds: np.ndarray | None = None  # those of the ownership, (N, 2, 3); None: not known
         self._ownership: _Ownership | None = None
         self._filters: dict[str | None, None] = {None: None}  # all requested so far; the unfiltered one is first
         self._is_surveyed: set[str | None] = set()  # filters whose prims have numbers as the stage is now
@@ -156,12 +163,14 @@ class LabeledPrimReader:
         owned = self._owned(tuple(gprims), filters, time)
         cache = UsdGeom.XformCache(time)
         frames = PointFrames(self._stage, cache)
-        bounds = [self._bound(owner, group, cache, frames) for owner, group in zip(owned.owners, owned.groups)]
+        if self._all_bounds is None:
+            bounds = [self._bound(owner, group, cache, frames) for owner, group in zip(owned.owners, owned.groups)]
+            self._all_bounds = np.array(bounds, np.float64).reshape(-1, 2, 3)
         return LabeledPrims(
-            tuple(owner.name for owner in owned.owners),
+            owned.names,
             owned.labels,
             owned.groups,
-            np.array(bounds, np.float64).reshape(-1, 2, 3),
+            self._all_bounds.copy(),
             frames.all_to_world([(owner.path, owner.steps) for owner in owned.owners]),
             # The unfiltered selection is the first, so its members are the rows.
             owned.selections[None].member_of_gprim,
@@ -175,14 +184,14 @@ class LabeledPrimReader:
         """Return the labeled prims under a filter, and their paths, as `read` does, without bounds and poses."""
         owned = self._owned(tuple(gprims), [predicate], time)
         selection = owned.selections[predicate]
-        return tuple(owned.owners[row].name for row in selection.rows), selection
+        return tuple(owned.names[row] for row in selection.rows), selection
 
     def _owned(self, gprims: tuple[str, ...], filters: Iterable[str | None], time: Usd.TimeCode) -> _Ownership:
         """Return which prims own gprims now, after what has changed on the stage."""
         self._invalidate(self._changes.take())
         if time != self._time:
             self._hulls = {path: hull for path, hull in self._hulls.items() if path in self._static}
-            self._bounds.clear()
+            self._forget_bounds()
             self._time = time
             if self._labels.set_time(time):
                 self._ownership = None
@@ -192,7 +201,7 @@ class LabeledPrimReader:
         owned = self._ownership
         if owned is None or owned.gprims != gprims or owned.selections.keys() != self._filters.keys():
             owned = self._ownership = self._assign(gprims)
-            self._bounds.clear()
+            self._forget_bounds()
             self._divide(gprims)
         return owned
 
@@ -232,7 +241,8 @@ class LabeledPrimReader:
             if not rows:
                 warn_of_empty_selection(predicate, [labels for _, chain in found for _, labels in chain])
         owners, groups = tuple(owner for owner, _ in row_of), tuple(group for _, group in row_of)
-        return _Ownership(gprims, [steps for steps, _ in found], owners, tuple(labels), groups, selections)
+        names = tuple(owner.name for owner in owners)
+        return _Ownership(gprims, [steps for steps, _ in found], owners, names, tuple(labels), groups, selections)
 
     def _has_tables(self) -> bool:
         """Return whether ids are those of the session's class tables."""
@@ -327,12 +337,12 @@ class LabeledPrimReader:
 
     def _invalidate(self, changes: Changes) -> None:
         # A change in a prototype applies to all its instances, whose paths are not reported.
-        if any(Usd.Prim.IsPathInPrototype(path) for path in (*changes.resynced, *changes.changed)):
+        if any(map(_is_in_prototype, changes.resynced)) or any(map(_is_in_prototype, changes.changed)):
             changes = Changes({Sdf.Path.absoluteRootPath})
         if self._skinning.is_affected_by(self._stage, changes):
             self._skinning.invalidate()
             self._hulls.clear()
-            self._bounds.clear()
+            self._forget_bounds()
         if changes.resynced or any(map(self._keypoints.affects, changes.by_names)):
             self._keypoints.invalidate()
         for root in changes.resynced:
@@ -341,7 +351,7 @@ class LabeledPrimReader:
             self._labels.invalidate(root)
             changed = root.GetParentPath() if root.GetParentPath() in self._divided else root
             self._hulls = {path: hull for path, hull in self._hulls.items() if not path.HasPrefix(changed)}
-            self._bounds = {path: known for path, known in self._bounds.items() if not path.HasPrefix(root)}
+            self._keep_bounds(lambda path, root=root: not path.HasPrefix(root))
             self._invalidate_bounds([root])
         for names, paths in changes.by_names.items():
             if any(name.startswith(("semantics:", "semantic:")) for name in names):
@@ -356,7 +366,7 @@ class LabeledPrimReader:
                     for at, hull in self._hulls.items()
                     if at not in edited and at.GetParentPath() not in edited
                 }
-                self._bounds = {at: known for at, known in self._bounds.items() if at.GetParentPath() not in edited}
+                self._keep_bounds(lambda path, edited=edited: path.GetParentPath() not in edited)
                 self._invalidate_bounds(edited)
             elif any(name.startswith("xformOp") for name in names):
                 # The bounds of labeled ancestors change; those in the prim's own frame do not.
@@ -365,4 +375,13 @@ class LabeledPrimReader:
     def _invalidate_bounds(self, paths: Iterable[Sdf.Path]) -> None:
         for path in paths:
             for prefix in path.GetPrefixes():
-                self._bounds.pop(prefix, None)
+                if self._bounds.pop(prefix, None) is not None:
+                    self._all_bounds = None
+
+    def _keep_bounds(self, is_kept: Callable[[Sdf.Path], bool]) -> None:
+        self._bounds = {path: known for path, known in self._bounds.items() if is_kept(path)}
+        self._all_bounds = None
+
+    def _forget_bounds(self) -> None:
+        self._bounds.clear()
+        self._all_bounds = None

@@ -98,6 +98,7 @@ class StageRecords:
         self._changed: dict[Sdf.Path, tuple[Usd.Property, Any]] = {}
         self._in_order: list[tuple[Sdf.Path, Any, Any]] | None = None  # of them; None: not known
         self._noted: dict[Sdf.Path, set[str]] = {}  # names by prim that were looked at since the base
+        self._seen: set[Sdf.Path] = set()  # the properties of these
 
     def take(self, time: Usd.TimeCode) -> StageMoment | None:
         """Return the stage as it is now; None where it is not recorded."""
@@ -128,15 +129,18 @@ class StageRecords:
         if self._base is None or any(_matters(path) for path in changes.resynced):
             may_copy = self._copies < FREELY + self._captures // EVERY
             self._base = _base(self._stage) if may_copy else None
-            self._changed, self._in_order, self._noted = {}, None, {}
+            self._changed, self._in_order, self._noted, self._seen = {}, None, {}, set()
             self._copies += self._base is not None
         else:
             self._note(changes)
 
     def _note(self, changes: Changes) -> None:
+        # Frame by frame the same properties change.
+        if self._seen.issuperset(changes.properties):
+            return
+        self._seen.update(changes.properties)
         for prim, names in changes.changed.items():
             noted = self._noted.get(prim)
-            # Frame by frame the same properties change.
             if noted is not None and names <= noted:
                 continue
             if _matters(prim):

@@ -39,11 +39,6 @@ class Reading:
     alone: MakeFields | None = None
     given: Any = None
 
-    @property
-    def is_alone(self) -> bool:
-        """Whether its own value still makes its only field by itself."""
-        return self.alone is not None and len(self.fields) == 1 and not self.attribute.HasAuthoredConnections()
-
 
 @dataclass
 class Network:

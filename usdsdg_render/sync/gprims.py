@@ -10,6 +10,7 @@ from usdsdg_render.lights.mesh_lights import is_light
 from usdsdg_render.materials.display_color import DisplayColor, Shown
 from usdsdg_render.materials.material_table import AnyMaterial
 from usdsdg_render.materials.materials import Update
+from usdsdg_render.materials.plain_inputs import FieldEdits
 from usdsdg_render.scene.scene import Prototype
 from usdsdg_render.sync.invalidation import DirtySet
 from usdsdg_render.usd.point_instancer import PointInstance, expand
@@ -150,6 +151,16 @@ class Gprims:
                         gprim.materials[slot] = update.after
                     else:
                         gprim.materials = None
+
+    def keep_materials(self, edits: FieldEdits) -> None:
+        """Drop materials that gprims have made of those that were edited in place."""
+        for path, material in zip(edits.paths, edits.materials):
+            for gprim in self._users_of(path):
+                own = gprim.materials
+                if own is not None and any(
+                    bound == path and each is not material for bound, each in zip(gprim.bound, own)
+                ):
+                    gprim.materials = None
 
     def _users_of(self, material: Sdf.Path) -> Sequence[Gprim]:
         """The gprims to which a material is bound."""
