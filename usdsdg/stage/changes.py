@@ -94,7 +94,7 @@ class ChangeTracker:
             return Changes()
         if is_relevant is None and not handles and self._source is not None:
             return self._source.sorted_out(edits)
-        return _sorted_out(edits, is_relevant, handles)
+        return _sorted_out(*_united(edits), is_relevant, handles)
 
     @contextmanager
     def muted(self) -> Iterator[None]:
@@ -123,7 +123,10 @@ class ChangeTracker:
             self._edits = [_Edits.together(self._edits)]
 
 
-def _united(edits: Iterable[_Edits]) -> tuple[set[Sdf.Path], set[Sdf.Path], set[Sdf.Path]]:
+_Paths = tuple[set[Sdf.Path], set[Sdf.Path], set[Sdf.Path]]
+
+
+def _united(edits: Iterable[_Edits]) -> _Paths:
     """Return the changed, the resynced and the reapplied paths of several notices."""
     changed, resynced, reapplied = set(), set(), set()
     for each in edits:
@@ -134,13 +137,14 @@ def _united(edits: Iterable[_Edits]) -> tuple[set[Sdf.Path], set[Sdf.Path], set[
 
 
 def _sorted_out(
-    edits: Iterable[_Edits],
+    changed: set[Sdf.Path],
+    resynced: set[Sdf.Path],
+    reapplied: set[Sdf.Path],
     is_relevant: Callable[[Sdf.Path], bool] | None = None,
     handles: Mapping[Sdf.Path, Any] | None = None,
 ) -> Changes:
     """Return edits as `ChangeTracker.take` does."""
-    changed, resynced, reapplied = _united(edits)
-    resynced |= {path for path in reapplied if is_relevant is None or is_relevant(path)}
+    resynced = resynced | {path for path in reapplied if is_relevant is None or is_relevant(path)}
     prims = {path for path in resynced if path.IsAbsoluteRootOrPrimPath()}
     roots = set(Sdf.Path.RemoveDescendentPaths(sorted(prims))) if prims else set()
     edited = list(changed if resynced <= prims else changed | resynced - prims)
@@ -169,7 +173,8 @@ class _Notices:
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._readers: list[ReferenceType[ChangeTracker]] = []
-        self._sorted_out: tuple[list[_Edits], Changes] = [], Changes()  # the last ones that a reader asked for
+        # The last ones that a reader asked for: notices, the paths of them, and what these are.
+        self._asked: tuple[list[_Edits], _Paths, Changes] = [], (set(), set(), set()), Changes()
         # pxr holds the method weakly, so that the listener ends with the last tracker.
         self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._read, stage)
 
@@ -190,10 +195,17 @@ class _Notices:
         self._readers = [known for known in self._readers if known() is not reader]
 
     def sorted_out(self, edits: list[_Edits]) -> Changes:
-        """Return edits as changes; readers that ask one after the other mostly have the same ones."""
-        if edits != self._sorted_out[0]:
-            self._sorted_out = edits, _sorted_out(edits)
-        return self._sorted_out[1]
+        """Return edits as changes.
+
+        Readers that ask one after the other mostly have the same ones, and frame by frame the same properties change.
+        """
+        known, before, changes = self._asked
+        if edits != known:
+            paths = _united(edits)
+            if paths != before:
+                changes = _sorted_out(*paths)
+            self._asked = edits, paths, changes
+        return changes
 
     def _read(self, notice: Usd.Notice.ObjectsChanged, sender: Usd.Stage) -> None:
         resynced = list(notice.GetResolvedAssetPathsResyncedPaths())
