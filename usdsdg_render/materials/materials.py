@@ -1,6 +1,6 @@
 """Read UsdShade materials, and cache them by prim path."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -16,7 +16,7 @@ from usdsdg_render.materials.shading import Material
 from usdsdg_render.usd.prim_kinds import is_below
 
 
-@dataclass
+@dataclass(slots=True)
 class MaterialEntry:
     """A material, and what it was read from."""
 
@@ -134,11 +134,11 @@ class MaterialLibrary:
                     self._note_plain_inputs(prim, names, path, entry)
         return updates, others
 
-    def edit(self, inputs: Iterable[PlainInput]) -> tuple[list[FieldEdits], list[PlainInput]]:
+    def edit(self, inputs: Sequence[PlainInput]) -> tuple[list[FieldEdits], list[PlainInput]]:
         """Set what plain inputs make in place; returns as `edit_materials`."""
-        inputs = list(inputs)
         for each in inputs:
-            self._unshare(each.entry)
+            if each.entry.shared_as is not None:
+                self._unshare(each.entry)
         return edit_materials(inputs)
 
     def _replace(self, path: Sdf.Path, entry: MaterialEntry, fields: dict[str, Any], updates: dict[Sdf.Path, Update]) -> None:

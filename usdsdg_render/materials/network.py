@@ -28,7 +28,7 @@ NOTHING = Source(None, None, "")
 MakeFields = Callable[[Sequence[Any], Sequence[Any]], Sequence[Any]]
 
 
-@dataclass
+@dataclass(slots=True)
 class Reading:
     """An attribute of a network, and the fields of the material for which it was read; "" stands for all of them."""
 

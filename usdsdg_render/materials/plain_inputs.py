@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pxr import Sdf, Usd
@@ -33,7 +33,7 @@ class FieldEdits(NamedTuple):
     materials: Sequence[Material]
 
 
-def edit_materials(inputs: Iterable[PlainInput]) -> tuple[list[FieldEdits], list[PlainInput]]:
+def edit_materials(inputs: Sequence[PlainInput]) -> tuple[list[FieldEdits], list[PlainInput]]:
     """Set the fields that inputs make now, in the materials that are there.
 
     Returns:
@@ -58,7 +58,8 @@ def _set(name: str, make: Any, inputs: Sequence[PlainInput], others: list[PlainI
     values = current_values(attributes)
     made = make(values, [each.reading.given for each in inputs])
     connected = map(Usd.Attribute.HasAuthoredConnections, attributes)
-    paths, materials = [], []
+    paths: list[Sdf.Path] = []
+    materials: list[Material] = []
     for each, value, field, is_connected in zip(inputs, values, made, connected):
         material = each.entry.material
         if field is None or is_connected or material is None:

@@ -154,22 +154,24 @@ class Gprims:
 
     def keep_materials(self, edits: FieldEdits) -> None:
         """Drop materials that gprims have made of those that were edited in place."""
+        users = self._all_users()
         for path, material in zip(edits.paths, edits.materials):
-            for gprim in self._users_of(path):
-                own = gprim.materials
-                if own is not None and any(
-                    bound == path and each is not material for bound, each in zip(gprim.bound, own)
-                ):
-                    gprim.materials = None
+            for gprim in users.get(path, ()):
+                for bound, each in zip(gprim.bound, gprim.materials or ()):
+                    if each is not material and bound == path:
+                        gprim.materials = None
 
     def _users_of(self, material: Sdf.Path) -> Sequence[Gprim]:
         """The gprims to which a material is bound."""
+        return self._all_users().get(material, ())
+
+    def _all_users(self) -> dict[Sdf.Path, list[Gprim]]:
         if self._users is None:
             self._users = {}
             for gprim in self.known.values():
                 for path in {path for path in gprim.bound if path is not None}:
                     self._users.setdefault(path, []).append(gprim)
-        return self._users.get(material, ())
+        return self._users
 
     def forget_users(self) -> None:
         """Let the gprims of each material be found again, since others are known, or bound to others."""
