@@ -11,7 +11,6 @@ from weakref import ReferenceType, WeakKeyDictionary, ref
 
 from pxr import Sdf, Tf, Usd
 
-
 # Notices that a reader which does not ask keeps apart, before they become one.
 KEPT_APART = 64
 

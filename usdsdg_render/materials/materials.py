@@ -102,9 +102,7 @@ class MaterialLibrary:
         self._drop(stale)
         return stale
 
-    def update(
-        self, changed: Mapping[Sdf.Path, Collection[str]]
-    ) -> tuple[dict[Sdf.Path, Update], set[Sdf.Path]]:
+    def update(self, changed: Mapping[Sdf.Path, Collection[str]]) -> tuple[dict[Sdf.Path, Update], set[Sdf.Path]]:
         """Read the fields of materials again that depend on inputs of shading prims whose values may have changed.
 
         Args:
@@ -141,7 +139,9 @@ class MaterialLibrary:
                 self._unshare(each.entry)
         return edit_materials(inputs)
 
-    def _replace(self, path: Sdf.Path, entry: MaterialEntry, fields: dict[str, Any], updates: dict[Sdf.Path, Update]) -> None:
+    def _replace(
+        self, path: Sdf.Path, entry: MaterialEntry, fields: dict[str, Any], updates: dict[Sdf.Path, Update]
+    ) -> None:
         """Replace fields of a material, and note that in `updates`."""
         before, earlier = entry.material, updates.get(path)
         assert before is not None  # whoever calls this has read some of its fields

@@ -17,7 +17,8 @@ from usdsdg_render.images.textures import TextureUse
 MAX_COLOR, MAX_EMISSION = 1e3, 1e10
 
 
-class Input(NamedTuple):
+@dataclass(frozen=True)
+class Input:
     """A constant, multiplied by a texture where there is one.
 
     `fallback` is the value where the texture cannot be read; None means `value`.
