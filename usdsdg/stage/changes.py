@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -57,11 +57,6 @@ class _Edits:
     changed: Iterable[Sdf.Path]
     resynced: Iterable[Sdf.Path]
     reapplied: Iterable[Sdf.Path]  # prims of which only the applied schemas changed
-
-    @classmethod
-    def together(cls, several: Iterable[_Edits]) -> _Edits:
-        """Return the edits of several notices as one."""
-        return cls(*_united(several))
 
 
 class ChangeTracker:
@@ -118,17 +113,23 @@ class ChangeTracker:
         if self._muted:
             return
         self._edits.append(edits)
-        if len(self._edits) >= KEPT_APART:
-            self._edits = [_Edits.together(self._edits)]
+        if len(self._edits) > KEPT_APART:
+            self._edits = [_Edits(*_united(self._edits))]
 
 
 _Paths = tuple[set[Sdf.Path], set[Sdf.Path], set[Sdf.Path]]
 
 
-def _united(edits: Iterable[_Edits]) -> _Paths:
-    """Return the changed, the resynced and the reapplied paths of several notices."""
-    changed, resynced, reapplied = set(), set(), set()
-    for each in edits:
+def _united(edits: Sequence[_Edits]) -> _Paths:
+    """Return the changed, the resynced and the reapplied paths of several notices.
+
+    Sets are those of notices that one reader has united before; they are added to.
+    """
+    first = edits[0]
+    changed, resynced, reapplied = (
+        paths if isinstance(paths, set) else set(paths) for paths in (first.changed, first.resynced, first.reapplied)
+    )
+    for each in edits[1:]:
         changed.update(each.changed)
         resynced.update(each.resynced)
         reapplied.update(each.reapplied)

@@ -1,6 +1,6 @@
 """Read UsdShade materials, and cache them by prim path."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -10,7 +10,7 @@ from usdsdg import errors
 from usdsdg_render.materials.material_x import SURFACES, read_material_x
 from usdsdg_render.materials.mdl import mdl_file, mdl_name, read_mdl
 from usdsdg_render.materials.network import Network, shader_id
-from usdsdg_render.materials.plain_inputs import FieldEdits, PlainInput, edit_materials
+from usdsdg_render.materials.plain_inputs import PlainInput
 from usdsdg_render.materials.preview_surface import read_preview_surface
 from usdsdg_render.materials.shading import Material
 from usdsdg_render.usd.prim_kinds import is_below
@@ -24,7 +24,6 @@ class MaterialEntry:
     network: Network
     shared_as: tuple | None
     users: int = 0  # paths that have it
-    is_own: bool = True  # whether no other entry can have this very material, so that it may be edited in place
 
 
 class Update(NamedTuple):
@@ -57,7 +56,7 @@ class MaterialLibrary:
         self._by_specs: dict[tuple, MaterialEntry] = {}
         self._readers: dict[Sdf.Path, set[Sdf.Path]] = {}  # the materials that depend on each prim
         self._unread: dict[Sdf.Path, bool] = {}  # `_is_unread_shader`, until other materials are read
-        self._dropped: dict[Sdf.Path, MaterialEntry] = {}  # as they were before they were dropped
+        self._dropped: dict[Sdf.Path, Material | None] = {}  # as they were before they were dropped
 
     def read(self, prim: Usd.Prim) -> Material | None:
         """Read the material at `prim`; None (with a warning) when its surface shader is missing or unknown."""
@@ -77,7 +76,6 @@ class MaterialLibrary:
             self._by_path[path] = entry
             self._forget_inputs()
             entry.users += 1
-            entry.is_own = entry.is_own and entry.users == 1
             for visited in entry.network.visited:
                 self._readers.setdefault(visited, set()).add(path)
             self._dropped.pop(path, None)
@@ -132,13 +130,6 @@ class MaterialLibrary:
                     self._note_plain_inputs(prim, names, path, entry)
         return updates, others
 
-    def edit(self, inputs: Sequence[PlainInput]) -> tuple[list[FieldEdits], list[PlainInput]]:
-        """Set what plain inputs make in place; returns as `edit_materials`."""
-        for each in inputs:
-            if each.entry.shared_as is not None:
-                self._unshare(each.entry)
-        return edit_materials(inputs)
-
     def _replace(
         self, path: Sdf.Path, entry: MaterialEntry, fields: dict[str, Any], updates: dict[Sdf.Path, Update]
     ) -> None:
@@ -146,7 +137,6 @@ class MaterialLibrary:
         before, earlier = entry.material, updates.get(path)
         assert before is not None  # whoever calls this has read some of its fields
         after = entry.material = before.with_fields(fields)
-        entry.is_own = True
         self._unshare(entry)
         if earlier is None:
             updates[path] = Update(before, after, fields)
@@ -177,7 +167,7 @@ class MaterialLibrary:
         for path in paths:
             entry = self._by_path.pop(path)
             self._forget_inputs()
-            self._dropped[path] = entry
+            self._dropped[path] = entry.material
             entry.users -= 1
             for visited in entry.network.visited:
                 self._readers[visited].discard(path)
@@ -197,22 +187,22 @@ class MaterialLibrary:
     def keep_only(self, paths: set[Sdf.Path]) -> None:
         """Drop all materials but these, which are still bound."""
         self._drop(path for path in list(self._by_path) if path not in paths)
-        self._dropped = {path: entry for path, entry in self._dropped.items() if path in paths}
+        self._dropped = {path: material for path, material in self._dropped.items() if path in paths}
 
 
 def _specs(prim: Usd.Prim) -> tuple:
     return tuple((spec.layer.identifier, spec.path) for spec in prim.GetPrimStack())
 
 
-def _read(prim: Usd.Prim, specs: tuple, before: MaterialEntry | None) -> MaterialEntry:
-    """Read a material; one that equals that of `before` is that object, by which others know it."""
+def _read(prim: Usd.Prim, specs: tuple, before: Material | None) -> MaterialEntry:
+    """Read a material; one that equals `before` is that object, by which others know it."""
     network = Network(prim)
-    material, is_own = _read_surface(network), True
-    if before is not None and material == before.material:
-        material, is_own = before.material, before.is_own
+    material = _read_surface(network)
+    if material == before:
+        material = before
     own = prim.GetPath()
     closed = all(path.HasPrefix(own) for path in network.visited) and not any(map(_has_arcs, Usd.PrimRange(prim)))
-    return MaterialEntry(material, network, specs if closed else None, is_own=is_own)
+    return MaterialEntry(material, network, specs if closed else None)
 
 
 def _has_arcs(prim: Usd.Prim) -> bool:

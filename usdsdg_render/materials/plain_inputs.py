@@ -36,6 +36,8 @@ class FieldEdits(NamedTuple):
 def edit_materials(inputs: Sequence[PlainInput]) -> tuple[list[FieldEdits], list[PlainInput]]:
     """Set the fields that inputs make now, in the materials that are there.
 
+    No other entry has such a material: an input is plain only after an edit, which made the material of its own.
+
     Returns:
         What was set, and the inputs that are not plain any more.
     """
@@ -43,7 +45,7 @@ def edit_materials(inputs: Sequence[PlainInput]) -> tuple[list[FieldEdits], list
     others: list[PlainInput] = []
     for each in inputs:
         entry, reading = each.entry, each.reading
-        if reading.alone is None or len(reading.fields) != 1 or entry.users != 1 or not entry.is_own:
+        if reading.alone is None or len(reading.fields) != 1 or entry.users != 1:
             others.append(each)
         else:
             (name,) = reading.fields
