@@ -15,7 +15,8 @@ def own_box(prim: Usd.Prim, purposes: Sequence[str], *, cache: UsdGeom.BBoxCache
 
     cache: for these purposes, to be shared by several prims.
     """
-    cache = cache or UsdGeom.BBoxCache(_DEFAULT, purposes, useExtentsHint=False)
+    if cache is None:
+        cache = UsdGeom.BBoxCache(_DEFAULT, purposes, useExtentsHint=False)
     whole = cache.ComputeUntransformedBound(prim).ComputeAlignedRange()
     drawn = list(_drawn(prim, purposes))
     if whole.IsEmpty() or len(drawn) < 2:
