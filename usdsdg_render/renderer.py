@@ -26,7 +26,7 @@ from usdsdg_render.labels.label_batch import LabelBatch
 from usdsdg_render.labels.parts import DividedGprims, FaceEntries
 from usdsdg_render.labels.previous_frame import PreviousFrames
 from usdsdg_render.labels.sight import SurfacePoints
-from usdsdg_render.path.dropped_samples import report_dropped
+from usdsdg_render.path.dropped_samples import DroppedSamples
 from usdsdg_render.path.film import Film, tone_map
 from usdsdg_render.path.path_tracer import PathTracer
 from usdsdg_render.scene.scene import Scene
@@ -88,6 +88,7 @@ class WarpRenderer:
         self._on_device = DeviceScene(self.device)
         self._previous_frames = PreviousFrames(self.device)
         self._path_tracer = PathTracer(self._on_device)
+        self._dropped = DroppedSamples()
         self._previous_transforms = np.zeros((0, 4, 4))  # local to world, at the sync before the last
         self._worlds: WorldRenderer | None = None
         self._reading: Later | None = None  # what still reads the scene on the device
@@ -344,7 +345,7 @@ class WarpRenderer:
         extractor.always_show(shown)
         self._sync(time)
         if self._worlds is None:
-            self._worlds = WorldRenderer(extractor, self._on_device, self._path_tracer.wavefront)
+            self._worlds = WorldRenderer(extractor, self._on_device, self._path_tracer.wavefront, self._dropped)
         self._worlds.place(values)
         return self._worlds
 
@@ -404,11 +405,13 @@ class WarpRenderer:
         Returns:
             HdrColor, (H, W, 4) float16 radiance [nits]; LdrColor, (H, W, 4) uint8 sRGB; and the film's light AOVs.
         """
-        return tone_map(film, tone or ToneSettings(), threads=self.threads, fetched=fetched)
+        images = tone_map(film, tone or ToneSettings(), threads=self.threads, fetched=fetched)
+        self._dropped.look_at(film)
+        return images
 
     def finish(self) -> None:
         """Wait for what the device still does, and warn of samples of the last images that were not finite."""
-        report_dropped()
+        self._dropped.report()
 
 
 def keep_memory(device: str) -> None:

@@ -23,6 +23,7 @@ from usdsdg_render.settings import PathSettings, ToneSettings
 
 if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
+    from usdsdg_render.path.dropped_samples import DroppedSamples
     from usdsdg_render.scene.scene import Scene
     from usdsdg_render.sync.extract import SceneExtractor
     from usdsdg_render.usd.world_transforms import WorldTransforms
@@ -31,8 +32,10 @@ if TYPE_CHECKING:
 class WorldRenderer:
     """Renders worlds of the stage of a renderer. `place` reads what differs; the other methods render that."""
 
-    def __init__(self, extractor: SceneExtractor, on_device: DeviceScene, wavefront: WavefrontTracer) -> None:
-        self._extractor, self._wavefront = extractor, wavefront
+    def __init__(
+        self, extractor: SceneExtractor, on_device: DeviceScene, wavefront: WavefrontTracer, dropped: DroppedSamples
+    ) -> None:
+        self._extractor, self._wavefront, self._dropped = extractor, wavefront, dropped
         self._worlds = DeviceWorlds(on_device)
         self._transforms: WorldTransforms | None = None
         self._films: dict[tuple[int, int, int, bool], FilmBatch] = {}
@@ -99,7 +102,9 @@ class WorldRenderer:
         if not self._worlds.has_glass:
             options.glass_bounces = 0
         trace(self._worlds, self._wavefront, film.table, records, options, samples, threads)
-        return film.develop(tone, threads=threads)
+        images = film.develop(tone, threads=threads)
+        self._dropped.look_at(film)
+        return images
 
     def _records(self, view: CameraView) -> np.ndarray:
         matrices = self.cameras(view)

@@ -13,6 +13,7 @@ from usdsdg.graph import evaluate
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.poses import transforms
+from usdsdg.stage.poses.xform_ops import author_pose
 
 
 def run():
@@ -86,6 +87,25 @@ def test_size_is_the_edge_length_of_the_bounding_box(stage, cube):
     rep.modify.pose(size=3, input_prims=cube)
     run()
     np.testing.assert_allclose(np.diff(box(stage, cube), axis=0)[0], (3, 3, 3), atol=1e-6)
+
+
+@pytest.mark.parametrize("rotation", [(0, 0, 0), (0, 0, 30), (45, 20, 10)])
+def test_size_and_pivot_do_not_depend_on_the_rotation_before(stage, rotation):
+    """The box is along the axes of the prim, whose parts are turned with it."""
+    group = UsdGeom.Xform.Define(stage, "/World/Group").GetPrim()
+    rep.modify.pose(rotation=rotation, input_prims=group)
+    for k, turn in enumerate((0, 30, 70)):
+        part = UsdGeom.Cube.Define(stage, f"/World/Group/part_{k}").GetPrim()
+        author_pose(part, translate=(3 * k, k, 0), rotate_xyz=(turn, 0, 0))
+    run()
+    halves = np.array([math.cos(turn) + math.sin(turn) for turn in np.radians([0, 30, 70])])  # along y and z
+    top, bottom = max(halves + np.arange(3)), min(np.arange(3) - halves)
+    lengths = np.array([8, top - bottom, 2 * max(halves)])
+    rep.modify.pose(size=(4, 2, 1), input_prims=group)
+    rep.modify.pose(pivot=(0, 0, 1), position=(0, 0, 0), input_prims=group)
+    run()
+    np.testing.assert_allclose(group.GetAttribute("xformOp:scale").Get(), (4, 2, 1) / lengths, rtol=1e-6)
+    np.testing.assert_allclose(group.GetAttribute("xformOp:translate:pivot").Get()[2], lengths[2] / 2, rtol=1e-6)
 
 
 def test_size_keeps_the_scale_of_a_flat_axis(stage):

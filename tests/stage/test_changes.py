@@ -4,7 +4,7 @@ import weakref
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.changes import KEPT_APART, Changes, ChangeTracker
 from usdsdg.stage.poses.xform_ops import author_pose
 
 ROOT = Sdf.Path.absoluteRootPath
@@ -205,3 +205,17 @@ def test_a_tracker_outlives_its_stage():
     gc.collect()
     assert tracker.take().resynced == {path("/a")}
     tracker.close()
+
+
+def test_readers_that_ask_at_different_times_miss_nothing(stage, tracker):
+    """Also one that does not ask for many notices, and one that was told of the same properties before."""
+    other, size = ChangeTracker(stage), UsdGeom.Cube(stage.GetPrimAtPath("/World/a")).GetSizeAttr()
+    translate = stage.GetAttributeAtPath("/World/a.xformOp:translate")
+    for k in range(3 * KEPT_APART):
+        size.Set(1.0 + k)
+        assert tracker.take().changed == {path("/World/a"): {"size"}}
+    translate.Set(Gf.Vec3d(1, 0, 0))
+    assert other.take().changed == {path("/World/a"): {"size", "xformOp:translate"}}
+    assert tracker.take().changed == {path("/World/a"): {"xformOp:translate"}}
+    stage.DefinePrim("/World/new")
+    assert other.take() == tracker.take() == Changes({path("/World/new")})

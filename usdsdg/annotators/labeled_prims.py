@@ -6,6 +6,7 @@ the nearest: with "class:*", the gprims of a wheel labeled only {part: wheel} be
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
@@ -51,6 +52,10 @@ _GEOMETRY |= {"widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
 _GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
 # What decides which material a gprim shows: relationships to materials, and collections of prims that bind one.
 _BINDINGS = ("material:binding", "collection:")
+
+
+# The prims that change are mostly those that changed before.
+_is_in_prototype = lru_cache(maxsize=1 << 14)(Usd.Prim.IsPathInPrototype)
 
 
 @dataclass(frozen=True)
@@ -151,6 +156,7 @@ class LabeledPrimReader:
         self._divided: set[Sdf.Path] = set()  # meshes whose GeomSubsets are gprims of their own
         self._skinning = Skinning()
         self._bounds: dict[Sdf.Path, dict[tuple[Owner, tuple[int, ...]], np.ndarray]] = {}  # by path of the owner
+        self._all_bounds: np.ndarray | None = None  # those of the ownership, (N, 2, 3); None: not known
         self._ownership: _Ownership | None = None
         self._filters: dict[str | None, None] = {None: None}  # all requested so far; the unfiltered one is first
         self._is_surveyed: set[str | None] = set()  # filters whose prims have numbers as the stage is now
@@ -172,12 +178,14 @@ class LabeledPrimReader:
         owned = self._owned(tuple(gprims), filters, time)
         cache = UsdGeom.XformCache(time)
         frames = PointFrames(self._stage, cache)
-        bounds = [self._bound(owner, group, cache, frames) for owner, group in zip(owned.owners, owned.groups)]
+        if self._all_bounds is None:
+            bounds = [self._bound(owner, group, cache, frames) for owner, group in zip(owned.owners, owned.groups)]
+            self._all_bounds = np.array(bounds, np.float64).reshape(-1, 2, 3)
         return LabeledPrims(
             owned.names,
             owned.labels,
             owned.groups,
-            np.array(bounds, np.float64).reshape(-1, 2, 3),
+            self._all_bounds.copy(),
             frames.all_to_world([(owner.path, owner.steps) for owner in owned.owners]),
             # The unfiltered selection is the first, so its members are the rows.
             owned.selections[None].member_of_gprim,
@@ -199,7 +207,7 @@ class LabeledPrimReader:
         self._invalidate(self._changes.take())
         if time != self._time:
             self._hulls = {path: hull for path, hull in self._hulls.items() if path in self._static}
-            self._bounds.clear()
+            self._forget_bounds()
             self._time = time
             if self._labels.set_time(time):
                 self._ownership = None
@@ -209,7 +217,7 @@ class LabeledPrimReader:
         owned = self._ownership
         if owned is None or owned.gprims != gprims or owned.selections.keys() != self._filters.keys():
             owned = self._ownership = self._assign(gprims)
-            self._bounds.clear()
+            self._forget_bounds()
             self._divide(gprims)
         return owned
 
@@ -249,8 +257,8 @@ class LabeledPrimReader:
             if not rows:
                 warn_of_empty_selection(predicate, [labels for _, chain in found for _, labels in chain])
         owners, groups = tuple(owner for owner, _ in row_of), tuple(group for _, group in row_of)
-        names, steps = tuple(owner.name for owner in owners), [steps for steps, _ in found]
-        return _Ownership(gprims, steps, owners, names, tuple(labels), groups, selections)
+        names = tuple(owner.name for owner in owners)
+        return _Ownership(gprims, [steps for steps, _ in found], owners, names, tuple(labels), groups, selections)
 
     def _has_tables(self) -> bool:
         """Return whether ids are those of the session's class tables."""
@@ -345,12 +353,12 @@ class LabeledPrimReader:
 
     def _invalidate(self, changes: Changes) -> None:
         # A change in a prototype applies to all its instances, whose paths are not reported.
-        if any(Usd.Prim.IsPathInPrototype(path) for path in (*changes.resynced, *changes.changed)):
+        if any(map(_is_in_prototype, changes.resynced)) or any(map(_is_in_prototype, changes.changed)):
             changes = Changes({Sdf.Path.absoluteRootPath})
         if self._skinning.is_affected_by(self._stage, changes):
             self._skinning.invalidate()
             self._hulls.clear()
-            self._bounds.clear()
+            self._forget_bounds()
         if changes.resynced:
             self._skeletons.invalidate()
         if changes.resynced or any(map(self._keypoints.affects, changes.by_names)):
@@ -361,7 +369,7 @@ class LabeledPrimReader:
             self._labels.invalidate(root)
             changed = root.GetParentPath() if root.GetParentPath() in self._divided else root
             self._hulls = {path: hull for path, hull in self._hulls.items() if not path.HasPrefix(changed)}
-            self._bounds = {path: known for path, known in self._bounds.items() if not path.HasPrefix(root)}
+            self._keep_bounds(lambda path, root=root: not path.HasPrefix(root))
             self._invalidate_bounds([root])
         for names, paths in changes.by_names.items():
             if any(name.startswith(("semantics:", "semantic:")) for name in names):
@@ -379,7 +387,7 @@ class LabeledPrimReader:
                     for at, hull in self._hulls.items()
                     if at not in edited and at.GetParentPath() not in edited
                 }
-                self._bounds = {at: known for at, known in self._bounds.items() if at.GetParentPath() not in edited}
+                self._keep_bounds(lambda path, edited=edited: path.GetParentPath() not in edited)
                 self._invalidate_bounds(edited)
             elif any(name.startswith("xformOp") for name in names):
                 # The bounds of labeled ancestors change; those in the prim's own frame do not.
@@ -388,4 +396,13 @@ class LabeledPrimReader:
     def _invalidate_bounds(self, paths: Iterable[Sdf.Path]) -> None:
         for path in paths:
             for prefix in path.GetPrefixes():
-                self._bounds.pop(prefix, None)
+                if self._bounds.pop(prefix, None) is not None:
+                    self._all_bounds = None
+
+    def _keep_bounds(self, is_kept: Callable[[Sdf.Path], bool]) -> None:
+        self._bounds = {path: known for path, known in self._bounds.items() if is_kept(path)}
+        self._all_bounds = None
+
+    def _forget_bounds(self) -> None:
+        self._bounds.clear()
+        self._all_bounds = None

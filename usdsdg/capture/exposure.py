@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pxr import Usd
-
 from usdsdg.capture.render_settings import RenderMode, path_settings, tone_settings
 from usdsdg.capture.requests import Requests
 from usdsdg.capture.tiles import assembled, view_of, views_of
 from usdsdg.session import engines
 from usdsdg.session.progress import report
 from usdsdg.session.stage_context import current_stage
-from usdsdg.session.timeline import get_timeline
+from usdsdg.session.timeline import stage_time
 from usdsdg.stage.cameras.camera_reader import CameraReader
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
@@ -72,14 +70,14 @@ class Exposure:
 
     def open_shutter(self) -> None:
         """Read the stage as it is now: the poses at which a motion-blurred exposure begins."""
-        engines.renderer().sync(stage_time())
+        engines.renderer().sync(stage_time(current_stage()))
 
     def add(self, mode: RenderMode) -> None:
         """Add the samples of `mode` to every film; creates the films at the first call.
 
         With motion blur the samples are distributed over the motion since the last exposure or `open_shutter`.
         """
-        engines.renderer().sync(stage_time())
+        engines.renderer().sync(stage_time(current_stage()))
         if not mode.motion_blur:
             for step in self.steps(mode):
                 step.run()
@@ -124,8 +122,3 @@ class Exposure:
             return {}
         assert self._renderer is not None
         return assembled(view, [self._renderer.develop(film, self._tone, fetched=False) for film in films])
-
-
-def stage_time() -> Usd.TimeCode:
-    """Return the current time of the timeline as a time code of the stage."""
-    return Usd.TimeCode(get_timeline().get_current_time() * current_stage().GetTimeCodesPerSecond())

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.capture.exposure import stage_time
 from usdsdg.capture.render_settings import RenderMode, path_settings, tone_settings
 from usdsdg.capture.requests import Requests
 from usdsdg.errors import Unsupported, warn_once
@@ -14,7 +13,7 @@ from usdsdg.graph.evaluate import graph
 from usdsdg.graph.worlds import WorldDraws
 from usdsdg.session import engines
 from usdsdg.session.stage_context import current_stage
-from usdsdg.session.timeline import get_timeline
+from usdsdg.session.timeline import get_timeline, stage_time
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.settings import LIGHT_AOVS
@@ -54,7 +53,7 @@ class PicturesAhead:
         ]
         if not products:
             return
-        now = stage_time()
+        now = stage_time(current_stage())
         settings = path_settings(mode, self.frame, with_light_aovs=False)
         try:
             renderer.place_worlds(self._values, now)

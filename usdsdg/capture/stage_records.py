@@ -6,6 +6,7 @@ import gzip
 import os
 import threading
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -48,38 +49,52 @@ class StageMoment:
     @cached_property
     def layer(self) -> bytes:
         """The edits as the text of a layer."""
-        with _scratch.lock:
-            layer = _scratch.layer
-            try:
-                with Sdf.ChangeBlock():
-                    for path, kind, value in self.edits:
-                        if kind is None:
-                            owner = Sdf.CreatePrimInLayer(layer, path.GetPrimPath())
-                            spec = Sdf.RelationshipSpec(owner, path.name, custom=False)
-                            spec.targetPathList.explicitItems = value
-                        else:
-                            Sdf.JustCreatePrimAttributeInLayer(layer, path, kind)
-                            layer.GetAttributeAtPath(path).default = value
-                return layer.ExportToString().encode()
-            finally:
-                layer.Clear()
+        return _scratch.text_of(self.edits)
 
 
 class _Scratch:
-    """A layer that serves all moments: those that end leave the handles of their specs in memory (USD 26.11)."""
+    """A layer that serves all moments: those that end leave the handles of their specs in memory (USD 26.11).
+
+    Moment by moment the same properties have other values, so that their specs stay.
+    """
 
     def __init__(self) -> None:
-        self.lock = threading.Lock()
-
-    @cached_property
-    def layer(self) -> Sdf.Layer:
-        """The layer, which is empty while nobody has the lock."""
-        return Sdf.Layer.CreateAnonymous(".usda")
+        self.forget()
 
     def forget(self) -> None:
         """Begin anew, as in a forked process, whose parent may have been writing."""
-        self.lock = threading.Lock()
-        vars(self).pop("layer", None)
+        self._lock = threading.Lock()
+        self._layer: Sdf.Layer | None = None
+        self._properties: list[tuple[Sdf.Path, Any]] = []  # with their types, in the order in which they were made
+        self._specs: list[Sdf.PropertySpec] = []
+
+    def text_of(self, edits: Sequence[tuple[Sdf.Path, Any, Any]]) -> bytes:
+        """Return the text of a layer with these edits alone, in their order."""
+        with self._lock:
+            self._layer = layer = self._layer or Sdf.Layer.CreateAnonymous(".usda")
+            try:
+                with Sdf.ChangeBlock():
+                    properties = [edit[:2] for edit in edits]
+                    if properties != self._properties:
+                        layer.Clear()
+                        self._specs, self._properties = [_spec(layer, *each) for each in properties], properties
+                    for spec, (_, kind, value) in zip(self._specs, edits):
+                        if kind is None:
+                            spec.targetPathList.explicitItems = value
+                        else:
+                            spec.default = value
+                return layer.ExportToString().encode()
+            except BaseException:
+                self._properties = []
+                raise
+
+
+def _spec(layer: Sdf.Layer, path: Sdf.Path, kind: Any) -> Sdf.PropertySpec:
+    """Make an attribute of a type, or a relationship."""
+    if kind is None:
+        return Sdf.RelationshipSpec(Sdf.CreatePrimInLayer(layer, path.GetPrimPath()), path.name, custom=False)
+    Sdf.JustCreatePrimAttributeInLayer(layer, path, kind)
+    return layer.GetAttributeAtPath(path)
 
 
 _scratch = _Scratch()
@@ -98,6 +113,7 @@ class StageRecords:
         self._changed: dict[Sdf.Path, tuple[Usd.Property, Any]] = {}
         self._in_order: list[tuple[Sdf.Path, Any, Any]] | None = None  # of them; None: not known
         self._noted: dict[Sdf.Path, set[str]] = {}  # names by prim that were looked at since the base
+        self._seen: set[Sdf.Path] = set()  # the properties of these
 
     def take(self, time: Usd.TimeCode) -> StageMoment | None:
         """Return the stage as it is now; None where it is not recorded."""
@@ -128,15 +144,18 @@ class StageRecords:
         if self._base is None or any(_matters(path) for path in changes.resynced):
             may_copy = self._copies < FREELY + self._captures // EVERY
             self._base = _base(self._stage) if may_copy else None
-            self._changed, self._in_order, self._noted = {}, None, {}
+            self._changed, self._in_order, self._noted, self._seen = {}, None, {}, set()
             self._copies += self._base is not None
         else:
             self._note(changes)
 
     def _note(self, changes: Changes) -> None:
+        # Frame by frame the same properties change.
+        if self._seen.issuperset(changes.properties):
+            return
+        self._seen.update(changes.properties)
         for prim, names in changes.changed.items():
             noted = self._noted.get(prim)
-            # Frame by frame the same properties change.
             if noted is not None and names <= noted:
                 continue
             if _matters(prim):

@@ -14,7 +14,7 @@ from usdsdg.annotators.base import Annotation
 from usdsdg.annotators.device_arrays import delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.labeled_prims import LabeledPrimReader
-from usdsdg.capture.exposure import SAMPLES_PER_CALL, stage_time
+from usdsdg.capture.exposure import SAMPLES_PER_CALL
 from usdsdg.capture.frame_scene import EarlierPoints, FrameScene
 from usdsdg.capture.render_settings import RenderMode, glass_labels, path_settings, still_mode, tone_settings
 from usdsdg.capture.subsets import gprim_table
@@ -22,6 +22,7 @@ from usdsdg.session import engines
 from usdsdg.session.progress import report
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
+from usdsdg.session.timeline import stage_time
 from usdsdg.stage.cameras import default_view
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.geometry.pixel_masks import PixelMasks
@@ -52,7 +53,7 @@ def still(
         RenderError: the camera gives no image of this size.
     """
     stage, number = twin_of(current_stage()), current().orchestrator.captures
-    time = stage_time()
+    time = stage_time(current_stage())
     has_light = default_view.has_light(stage)
     if not has_light:
         default_view.add_sky(stage)
@@ -67,7 +68,8 @@ def still(
     if needs.amodal_masks:
         (aovs,), (masks,) = renderer.labels_and_masks([view], needs.aovs, labeled_prims.groups, faces=table.faces)
     else:
-        (aovs,), masks = renderer.labels_of([view], needs.aovs, faces=table.faces), _no_masks(view, len(labeled_prims))
+        (aovs,) = renderer.labels_of([view], needs.aovs, faces=table.faces)
+        masks = PixelMasks.nothing((view.height, view.width), len(labeled_prims))
     images = _images(renderer, view, still_mode(samples), number) if needs.path_tracing else {}
     frame = Frame(
         index=number, view=view, render_product=PATH, gprims=table.gprims, aovs=aovs | images,
@@ -77,10 +79,6 @@ def still(
     found = {each.get_name(): delivered(each.compute(frame), None, copy=False) for each in annotators}
     reader.close()
     return Still(view, found, has_light)
-
-
-def _no_masks(view: CameraView, count: int) -> PixelMasks:
-    return PixelMasks.nothing((view.height, view.width), count)
 
 
 def _images(renderer: engines.Renderer, view: CameraView, mode: RenderMode, number: int) -> dict:

@@ -12,7 +12,6 @@ from pxr import Usd
 
 from usdsdg.annotators.colors import BACKGROUND, UNLABELLED
 from usdsdg.annotators.labeled_prims import LabeledPrimReader, Selection
-from usdsdg.capture.exposure import stage_time
 from usdsdg.capture.render_settings import RenderMode, glass_labels, path_settings, tone_settings
 from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.graph.evaluate import graph
@@ -22,7 +21,7 @@ from usdsdg.session.progress import FRAMES, report
 from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
-from usdsdg.session.timeline import get_timeline
+from usdsdg.session.timeline import get_timeline, stage_time
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.world_values import WorldValues
 from usdsdg.writers.base import attached_writers
@@ -134,7 +133,7 @@ class WorldTap:
         if mode.motion_blur:
             raise Unsupported(f"worlds: motion blur exposes over time, which worlds do not have. {_REMEDY}")
         renderer = engines.renderer()
-        now = stage_time()
+        now = stage_time(current_stage())
         with _stage_lock:
             renderer.place_worlds(values, now)
             renderer.glass_labels = glass_labels()

@@ -13,7 +13,7 @@ from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.gprims import rows_below
 from usdsdg.session import engines
-from usdsdg.session.timeline import get_timeline
+from usdsdg.session.timeline import stage_time
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.poses.xform_ops import author_pose
 
@@ -68,7 +68,7 @@ class Aiming:
         Poses are drawn until the target covers enough of the middle of the image and not all of it, and is no streak;
         the best one is taken if none is.
         """
-        engines.renderer().sync(Usd.TimeCode(get_timeline().get_current_time() * stage.GetTimeCodesPerSecond()))
+        engines.renderer().sync(stage_time(stage))
         self._lights = _lights(stage)
         for number, (camera, place) in enumerate(zip(self._cameras, self._places, strict=True)):
             best = None

@@ -252,6 +252,8 @@ class Engines:
         """Close both engines, so that new ones are created for the next stage; step listeners stay."""
         if self.physics is not None:
             self.physics.close()
+        if self.renderer is not None:
+            self.renderer.finish()
         self.physics = self.renderer = None
 
 

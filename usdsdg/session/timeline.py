@@ -3,6 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
+from pxr import Usd
+
 from usdsdg.errors import Unsupported
 from usdsdg.session.session import current
 
@@ -188,3 +190,8 @@ class Timeline:
 def get_timeline() -> Timeline:
     """Return the timeline of the session (`omni.timeline.get_timeline_interface()`)."""
     return current().timeline
+
+
+def stage_time(stage: Usd.Stage) -> Usd.TimeCode:
+    """Return the current time of the timeline as a time code of a stage."""
+    return Usd.TimeCode(get_timeline().get_current_time() * stage.GetTimeCodesPerSecond())

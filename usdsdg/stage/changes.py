@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -11,10 +11,15 @@ from weakref import ReferenceType, WeakKeyDictionary, ref
 
 from pxr import Sdf, Tf, Usd
 
+# Notices that a reader which does not ask keeps apart, before they become one.
+KEPT_APART = 64
+
 
 @dataclass(frozen=True)
 class Changes:
     """Edits since a reader last asked: subtrees to read again, and properties that changed on other prims.
+
+    Readers share them: they must not be written into.
 
     resynced: roots of subtrees whose prims, types, references or applied schemas changed; "/" means
         everything. A path may not exist on the stage any more.
@@ -45,14 +50,20 @@ class Changes:
         return groups
 
 
+@dataclass(eq=False)
+class _Edits:
+    """Raw paths of one notice, or of several; they are sorted out when a reader asks."""
+
+    changed: Iterable[Sdf.Path]
+    resynced: Iterable[Sdf.Path]
+    reapplied: Iterable[Sdf.Path]  # prims of which only the applied schemas changed
+
+
 class ChangeTracker:
     """Records the edits of one stage for one reader; each reader has its own tracker, which it can mute."""
 
     def __init__(self, stage: Usd.Stage) -> None:
-        # Sets of raw paths: a notice costs one union, and paths are classified in `take` only.
-        self._resynced: set[Sdf.Path] = set()
-        self._changed: set[Sdf.Path] = set()
-        self._reapplied: set[Sdf.Path] = set()  # prims of which only the applied schemas changed
+        self._edits: list[_Edits] = []
         self._muted = 0
         self._source: _Notices | None = _Notices.of(stage)
         self._source.add(self)
@@ -60,7 +71,7 @@ class ChangeTracker:
     @property
     def is_empty(self) -> bool:
         """Whether nothing was edited since the last `take`."""
-        return not (self._resynced or self._changed or self._reapplied)
+        return not self._edits
 
     def take(
         self, *, is_relevant: Callable[[Sdf.Path], bool] | None = None, handles: Mapping[Sdf.Path, Any] | None = None
@@ -72,28 +83,12 @@ class ChangeTracker:
             handles: what properties are reported as, in `Changes.handles`, and not None; unused if anything is
                 `resynced`.
         """
-        resynced, changed, reapplied = self._resynced, self._changed, self._reapplied
-        self._resynced, self._changed, self._reapplied = set(), set(), set()
-        resynced |= {path for path in reapplied if is_relevant is None or is_relevant(path)}
-        prims = {path for path in resynced if path.IsAbsoluteRootOrPrimPath()}
-        roots = set(Sdf.Path.RemoveDescendentPaths(sorted(prims)))
-        edited = list(changed | (resynced - prims))
-        found = list(map(handles.get, edited)) if handles and not roots else [None] * len(edited)
-        if None not in found:
-            return Changes(handles=found, properties=edited, resynced=roots)
-        by_prim: dict[Sdf.Path, set[str]] = {}
-        properties = []
-        for path, handle in zip(edited, found):
-            if handle is None:
-                prim, path, name = _parts(path)
-                if roots and _has_prefix(prim, roots):
-                    continue
-                names = by_prim.setdefault(prim, set())
-                if path is None:
-                    continue
-                names.add(name)
-            properties.append(path)
-        return Changes(roots, by_prim, [handle for handle in found if handle is not None], properties)
+        edits, self._edits = self._edits, []
+        if not edits:
+            return Changes()
+        if is_relevant is None and not handles and self._source is not None:
+            return self._source.sorted_out(edits)
+        return _sorted_out(*_united(edits), is_relevant, handles)
 
     @contextmanager
     def muted(self) -> Iterator[None]:
@@ -118,12 +113,60 @@ class ChangeTracker:
         """Whether edits are ignored now."""
         return self._muted > 0
 
-    def record(self, changed: Sequence[Sdf.Path], resynced: Sequence[Sdf.Path], reapplied: Sequence[Sdf.Path]) -> None:
+    def record(self, edits: _Edits) -> None:
         """Add the paths of one notice."""
-        self._changed.update(changed)
-        if resynced or reapplied:
-            self._resynced.update(resynced)
-            self._reapplied.update(reapplied)
+        self._edits.append(edits)
+        if len(self._edits) > KEPT_APART:
+            self._edits = [_Edits(*_united(self._edits))]
+
+
+_Paths = tuple[set[Sdf.Path], set[Sdf.Path], set[Sdf.Path]]
+
+
+def _united(edits: Sequence[_Edits]) -> _Paths:
+    """Return the changed, the resynced and the reapplied paths of several notices.
+
+    Sets are those of notices that one reader has united before; they are added to.
+    """
+    first = edits[0]
+    changed, resynced, reapplied = (
+        paths if isinstance(paths, set) else set(paths) for paths in (first.changed, first.resynced, first.reapplied)
+    )
+    for each in edits[1:]:
+        changed.update(each.changed)
+        resynced.update(each.resynced)
+        reapplied.update(each.reapplied)
+    return changed, resynced, reapplied
+
+
+def _sorted_out(
+    changed: set[Sdf.Path],
+    resynced: set[Sdf.Path],
+    reapplied: set[Sdf.Path],
+    is_relevant: Callable[[Sdf.Path], bool] | None = None,
+    handles: Mapping[Sdf.Path, Any] | None = None,
+) -> Changes:
+    """Return edits as `ChangeTracker.take` does."""
+    resynced = resynced | {path for path in reapplied if is_relevant is None or is_relevant(path)}
+    prims = {path for path in resynced if path.IsAbsoluteRootOrPrimPath()}
+    roots = set(Sdf.Path.RemoveDescendentPaths(sorted(prims))) if prims else set()
+    edited = list(changed if resynced <= prims else changed | resynced - prims)
+    found = list(map(handles.get, edited)) if handles and not roots else [None] * len(edited)
+    if None not in found:
+        return Changes(handles=found, properties=edited, resynced=roots)
+    by_prim: dict[Sdf.Path, set[str]] = {}
+    properties = []
+    for path, handle in zip(edited, found):
+        if handle is None:
+            prim, path, name = _parts(path)
+            if roots and _has_prefix(prim, roots):
+                continue
+            names = by_prim.setdefault(prim, set())
+            if path is None:
+                continue
+            names.add(name)
+        properties.append(path)
+    return Changes(roots, by_prim, [handle for handle in found if handle is not None], properties)
 
 
 class _Notices:
@@ -133,6 +176,8 @@ class _Notices:
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._readers: list[ReferenceType[ChangeTracker]] = []
+        # The last ones that a reader asked for: notices, the paths of them, and what these are.
+        self._asked: tuple[list[_Edits], _Paths, Changes] = [], (set(), set(), set()), Changes()
         # pxr holds the method weakly, so that the listener ends with the last tracker.
         self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._read, stage)
 
@@ -152,17 +197,30 @@ class _Notices:
     def remove(self, reader: ChangeTracker) -> None:
         self._readers = [known for known in self._readers if known() is not reader]
 
+    def sorted_out(self, edits: list[_Edits]) -> Changes:
+        """Return edits as changes.
+
+        Readers that ask one after the other mostly have the same ones, and frame by frame the same properties change.
+        """
+        known, before, changes = self._asked
+        if edits != known:
+            paths = _united(edits)
+            if paths != before:
+                changes = _sorted_out(*paths)
+            self._asked = edits, paths, changes
+        return changes
+
     def _read(self, notice: Usd.Notice.ObjectsChanged, sender: Usd.Stage) -> None:
         readers = [reader for known in self._readers if (reader := known()) is not None and not reader.is_muted]
         if not readers:
             return  # a simulation that nobody else watches changes a thousand properties in each step
-        changed = notice.GetChangedInfoOnlyPaths()
         resynced = list(notice.GetResolvedAssetPathsResyncedPaths())
         reapplied: list[Sdf.Path] = []
         for path in notice.GetResyncedPaths():
             (reapplied if notice.GetChangedFields(path) == ["apiSchemas"] else resynced).append(path)
+        edits = _Edits(notice.GetChangedInfoOnlyPaths(), resynced, reapplied)
         for reader in readers:
-            reader.record(changed, resynced, reapplied)
+            reader.record(edits)
 
 
 def _has_prefix(path: Sdf.Path, roots: set[Sdf.Path]) -> bool:

@@ -14,7 +14,7 @@ from usdsdg.errors import AssetError, RenderError, StageError, Unsupported
 from usdsdg.session import engines
 from usdsdg.session.render_products import products
 from usdsdg.session.stage_context import current_stage
-from usdsdg.session.timeline import get_timeline
+from usdsdg.session.timeline import stage_time
 from usdsdg.stage.cameras import default_view
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.poses.transforms import meters_per_unit
@@ -63,7 +63,7 @@ class Scene:
             self._begin(current_stage())
         renderer = engines.renderer()
         if not self._is_read:
-            renderer.sync(Usd.TimeCode(get_timeline().get_current_time() * self.stage.GetTimeCodesPerSecond()))
+            renderer.sync(stage_time(self.stage))
             renderer.glass_labels = glass_labels()
             self._table = gprim_table(renderer.gprims, renderer.time)
             self._is_read = True

@@ -50,7 +50,8 @@ class LightReader:
 
     def invalidate(self, roots: Set[Sdf.Path]) -> None:
         """Drop the cached lights at and below `roots`."""
-        self._known = {path: light for path, light in self._known.items() if not is_below(path, roots)}
+        if roots:
+            self._known = {path: light for path, light in self._known.items() if not is_below(path, roots)}
 
     def invalidate_emission(self, paths: Set[Sdf.Path]) -> None:
         """Drop the rows alone of the cached lights at `paths`."""

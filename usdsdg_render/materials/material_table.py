@@ -8,6 +8,7 @@ import numpy as np
 from usdsdg_render.images.textures import Progress, TexturePool, TextureUse
 from usdsdg_render.materials.display_color import DisplayColor
 from usdsdg_render.materials.material_rows import PLAIN, display_color_rows, material_row, write_field
+from usdsdg_render.materials.plain_inputs import FieldEdits
 from usdsdg_render.materials.shading import Input, Material
 from usdsdg_render.scene.scene import MATERIAL, Texture
 
@@ -28,7 +29,7 @@ class MaterialTable:
         self._queued: set[int] = set()  # the rows in that heap
         self._stale: list[int] = []  # rows to be written
         self._released: list[int] = []  # rows that have lost their last user since the last `write`
-        self._edited: list[tuple[int, Collection[str]]] = []  # rows, and the fields of them that changed
+        self._edited: dict[str, dict[int, None]] = {}  # rows by the field of them that changed
         self._must_load = True  # whether textures may have come or gone
 
     def __len__(self) -> int:
@@ -63,10 +64,16 @@ class MaterialTable:
         self._row_of[_key(after)] = row
         self._materials[row] = after
         if all(_have_one_texture(getattr(before, name), getattr(after, name)) for name in names):
-            self._edited.append((row, names))
+            for name in names:
+                self._edited.setdefault(name, {})[row] = None
         else:
             self._stale.append(row)
             self._must_load = True
+
+    def edit(self, edits: FieldEdits) -> None:
+        """Write a field again that was set in place, of the materials that have a row."""
+        rows = map(self._row_of.get, map(id, edits.materials))
+        self._edited.setdefault(edits.name, {}).update((row, None) for row in rows if row is not None)
 
     def _free_row(self) -> int:
         while self._unused:
@@ -128,15 +135,12 @@ class MaterialTable:
 
     def _write_fields(self) -> None:
         """Write the fields that changed in rows that keep their textures."""
-        edited, self._edited = self._edited, []
-        by_field: dict[str, dict[int, Material]] = {}
-        for row, names in edited:
-            material = self._materials[row]
-            if isinstance(material, Material):  # else the row has been given away since
-                for name in names:
-                    by_field.setdefault(name, {})[row] = material
-        for name, materials in by_field.items():
-            write_field(self._rows, list(materials), list(materials.values()), name, self._indices)
+        edited, self._edited = self._edited, {}
+        for name, rows in edited.items():
+            # A row may have been given away since.
+            own = {row: each for row in rows if isinstance(each := self._materials[row], Material)}
+            if own:
+                write_field(self._rows, list(own), list(own.values()), name, self._indices)
 
 
 def _key(material: AnyMaterial) -> Hashable:

@@ -1,6 +1,6 @@
 """Read UsdShade materials, and cache them by prim path."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -9,15 +9,17 @@ from pxr import Sdf, Usd, UsdShade
 from usdsdg import errors
 from usdsdg_render.materials.material_x import SURFACES, read_material_x
 from usdsdg_render.materials.mdl import mdl_file, mdl_name, read_mdl
-from usdsdg_render.materials.network import Network, Reading, shader_id
+from usdsdg_render.materials.network import Network, shader_id
+from usdsdg_render.materials.plain_inputs import PlainInput
 from usdsdg_render.materials.preview_surface import read_preview_surface
 from usdsdg_render.materials.shading import Material
 from usdsdg_render.usd.prim_kinds import is_below
-from usdsdg_render.usd.time_code import current_values
 
 
-@dataclass
-class _Entry:
+@dataclass(slots=True)
+class MaterialEntry:
+    """A material, and what it was read from."""
+
     material: Material | None  # None: its surface shader is missing or unknown
     network: Network
     shared_as: tuple | None
@@ -30,16 +32,6 @@ class Update(NamedTuple):
     before: Material
     after: Material
     names: Collection[str]
-
-
-class PlainInput(NamedTuple):
-    """An input of a shading prim that makes one field of one material, alone: most edits are of the same ones again."""
-
-    prim: Sdf.Path
-    name: str
-    material: Sdf.Path  # that reads it
-    entry: _Entry
-    reading: Reading
 
 
 # Handle of an input that no material reads.
@@ -60,8 +52,8 @@ class MaterialLibrary:
     def __init__(self, stage: Usd.Stage, handles: dict[Sdf.Path, Any]) -> None:
         self._handles = handles
         self._stage = stage
-        self._by_path: dict[Sdf.Path, _Entry] = {}
-        self._by_specs: dict[tuple, _Entry] = {}
+        self._by_path: dict[Sdf.Path, MaterialEntry] = {}
+        self._by_specs: dict[tuple, MaterialEntry] = {}
         self._readers: dict[Sdf.Path, set[Sdf.Path]] = {}  # the materials that depend on each prim
         self._unread: dict[Sdf.Path, bool] = {}  # `_is_unread_shader`, until other materials are read
         self._dropped: dict[Sdf.Path, Material | None] = {}  # as they were before they were dropped
@@ -108,24 +100,17 @@ class MaterialLibrary:
         self._drop(stale)
         return stale
 
-    def update(
-        self, changed: Mapping[Sdf.Path, Collection[str]], plain: Sequence[PlainInput] = ()
-    ) -> tuple[dict[Sdf.Path, Update], set[Sdf.Path]]:
+    def update(self, changed: Mapping[Sdf.Path, Collection[str]]) -> tuple[dict[Sdf.Path, Update], set[Sdf.Path]]:
         """Read the fields of materials again that depend on inputs of shading prims whose values may have changed.
 
         Args:
             changed: names of inputs by prim.
-            plain: more inputs, by the handles that earlier calls gave them.
 
         Returns:
             Materials that were updated, by path, and those of the prims that `invalidate` must be told of instead.
         """
         updates: dict[Sdf.Path, Update] = {}
         others: set[Sdf.Path] = set()
-        if unusual := self._update_plain(plain, updates):
-            changed = {prim: set(names) for prim, names in changed.items()}
-            for each in unusual:
-                changed.setdefault(each.prim, set()).add(each.name)
         for prim, names in changed.items():
             found = self._readers.get(prim, ())
             if not found and self._is_unread_shader(prim):
@@ -145,27 +130,9 @@ class MaterialLibrary:
                     self._note_plain_inputs(prim, names, path, entry)
         return updates, others
 
-    def _update_plain(self, plain: Sequence[PlainInput], updates: dict[Sdf.Path, Update]) -> list[PlainInput]:
-        """Update what plain inputs make; return those that are not plain any more."""
-        others: list[PlainInput] = []
-        by_make: dict[Any, list[PlainInput]] = {}
-        for each in plain:
-            if each.entry.users == 1 and each.reading.is_alone:
-                by_make.setdefault(each.reading.alone, []).append(each)
-            else:
-                others.append(each)
-        for make, inputs in by_make.items():
-            values = current_values([each.reading.attribute for each in inputs])
-            for each, value, made in zip(inputs, values, make(values, [each.reading.given for each in inputs])):
-                if made is None:
-                    others.append(each)
-                    continue
-                each.reading.value = value
-                (name,) = each.reading.fields
-                self._replace(each.material, each.entry, {name: made}, updates)
-        return others
-
-    def _replace(self, path: Sdf.Path, entry: _Entry, fields: dict[str, Any], updates: dict[Sdf.Path, Update]) -> None:
+    def _replace(
+        self, path: Sdf.Path, entry: MaterialEntry, fields: dict[str, Any], updates: dict[Sdf.Path, Update]
+    ) -> None:
         """Replace fields of a material, and note that in `updates`."""
         before, earlier = entry.material, updates.get(path)
         assert before is not None  # whoever calls this has read some of its fields
@@ -176,7 +143,7 @@ class MaterialLibrary:
         else:
             updates[path] = Update(earlier.before, after, {*fields, *earlier.names})
 
-    def _note_plain_inputs(self, prim: Sdf.Path, names: Iterable[str], path: Sdf.Path, entry: _Entry) -> None:
+    def _note_plain_inputs(self, prim: Sdf.Path, names: Iterable[str], path: Sdf.Path, entry: MaterialEntry) -> None:
         for name in names:
             reading = entry.network.readings[prim, name]
             if reading.alone is not None:
@@ -208,9 +175,10 @@ class MaterialLibrary:
                     del self._readers[visited]
             self._unshare(entry)
 
-    def _unshare(self, entry: _Entry) -> None:
+    def _unshare(self, entry: MaterialEntry) -> None:
         if entry.shared_as is not None:
             self._by_specs.pop(entry.shared_as, None)
+            entry.shared_as = None
 
     def _is_shading(self, path: Sdf.Path) -> bool:
         prim = self._stage.GetPrimAtPath(path)
@@ -226,7 +194,7 @@ def _specs(prim: Usd.Prim) -> tuple:
     return tuple((spec.layer.identifier, spec.path) for spec in prim.GetPrimStack())
 
 
-def _read(prim: Usd.Prim, specs: tuple, before: Material | None) -> _Entry:
+def _read(prim: Usd.Prim, specs: tuple, before: Material | None) -> MaterialEntry:
     """Read a material; one that equals `before` is that object, by which others know it."""
     network = Network(prim)
     material = _read_surface(network)
@@ -234,7 +202,7 @@ def _read(prim: Usd.Prim, specs: tuple, before: Material | None) -> _Entry:
         material = before
     own = prim.GetPath()
     closed = all(path.HasPrefix(own) for path in network.visited) and not any(map(_has_arcs, Usd.PrimRange(prim)))
-    return _Entry(material, network, specs if closed else None)
+    return MaterialEntry(material, network, specs if closed else None)
 
 
 def _has_arcs(prim: Usd.Prim) -> bool:

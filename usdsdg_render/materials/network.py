@@ -28,7 +28,7 @@ NOTHING = Source(None, None, "")
 MakeFields = Callable[[Sequence[Any], Sequence[Any]], Sequence[Any]]
 
 
-@dataclass
+@dataclass(slots=True)
 class Reading:
     """An attribute of a network, and the fields of the material for which it was read; "" stands for all of them."""
 
@@ -38,11 +38,6 @@ class Reading:
     # Where its only field depends on nothing else: a function of values and of what is noted here for each of them.
     alone: MakeFields | None = None
     given: Any = None
-
-    @property
-    def is_alone(self) -> bool:
-        """Whether its own value still makes its only field by itself."""
-        return self.alone is not None and len(self.fields) == 1 and not self.attribute.HasAuthoredConnections()
 
 
 @dataclass

@@ -88,6 +88,13 @@ class Material:
         made.__dict__.update(changed)
         return made
 
+    def set_field(self, name: str, value: Input) -> None:
+        """Set an input in this very material, to one with the same texture.
+
+        For the one who holds it: most edits are of constants, and all holders would have to take over a new material.
+        """
+        self.__dict__[name] = value
+
     def with_base_color(self, color: tuple[float, ...]) -> Material:
         return replace(self, base_color=Input(color))
 

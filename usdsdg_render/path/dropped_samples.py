@@ -19,32 +19,35 @@ if TYPE_CHECKING:
 # Films whose counts may be under way; then the oldest one is waited for.
 AHEAD = 8
 
-_under_way: deque[tuple[Arrival, int, int]] = deque()  # with the width and height of the film
 
+class DroppedSamples:
+    """The samples of one renderer's images that were dropped; those of a GPU are told of when it has counted them."""
 
-def look_for_dropped(film: Film | FilmBatch) -> None:
-    """Warn if samples of one image or of a batch of images were dropped.
+    def __init__(self) -> None:
+        self._under_way: deque[tuple[Arrival, int, int]] = deque()  # with the width and height of the film
 
-    On a CPU that is at once, on CUDA after the device has counted them.
-    """
-    if film.device == "cpu":
-        _warn(int(film.arrays.dropped.numpy().sum()), film.width, film.height)
-        return
-    total = wp.zeros(1, dtype=wp.int32, device=film.device)
-    dropped = film.arrays.dropped
-    wp.launch(
-        sum_dropped, dim=dropped.shape, inputs=[dropped], outputs=[total], device=film.device, block_dim=CUDA_BLOCK
-    )
-    _under_way.append((start_to_read_back({"total": total}), film.width, film.height))
-    report_dropped(but=AHEAD)
+    def look_at(self, film: Film | FilmBatch) -> None:
+        """Warn if samples of one image or of a batch of images were dropped.
 
+        On a CPU that is at once, on CUDA after the device has counted them.
+        """
+        if film.device == "cpu":
+            _warn(int(film.arrays.dropped.numpy().sum()), film.width, film.height)
+            return
+        total = wp.zeros(1, dtype=wp.int32, device=film.device)
+        dropped = film.arrays.dropped
+        wp.launch(
+            sum_dropped, dim=dropped.shape, inputs=[dropped], outputs=[total], device=film.device, block_dim=CUDA_BLOCK
+        )
+        self._under_way.append((start_to_read_back({"total": total}), film.width, film.height))
+        self.report(but=AHEAD)
 
-def report_dropped(*, but: int = 0) -> None:
-    """Warn of what the device has counted, waiting for all films but the last ones."""
-    while len(_under_way) > but:
-        arrival, width, height = _under_way.popleft()
-        arrival.wait()
-        _warn(int(arrival.copies["total"][0]), width, height)
+    def report(self, *, but: int = 0) -> None:
+        """Warn of what the device has counted, waiting for all films but the last ones."""
+        while len(self._under_way) > but:
+            arrival, width, height = self._under_way.popleft()
+            arrival.wait()
+            _warn(int(arrival.copies["total"][0]), width, height)
 
 
 def _warn(count: int, width: int, height: int) -> None:

@@ -12,7 +12,6 @@ from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.tone_map import tone_map_pixels
 from usdsdg_render.kernels.path.wavelet_denoiser import blend
 from usdsdg_render.path import oidn_denoiser, wavelet_denoiser
-from usdsdg_render.path.dropped_samples import look_for_dropped
 from usdsdg_render.settings import LIGHT_AOVS, ToneSettings
 
 _DENOISERS = {"wavelet": wavelet_denoiser.denoise, "oidn": oidn_denoiser.denoise}
@@ -73,7 +72,6 @@ def tone_map(film: Film, tone: ToneSettings, *, threads: int | None = None, fetc
     if film.has_features and tone.denoise is not False:
         radiance = _denoised(film, tone, threads)
     images = tone_mapped(radiance, film.arrays.color, tone, threads)
-    look_for_dropped(film)
     return {**(read_back(images) if fetched or film.device == "cpu" else images), **film.light_aovs()}
 
 

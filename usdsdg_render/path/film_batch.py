@@ -7,7 +7,6 @@ import warp as wp
 from usdsdg.errors import Unsupported
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.path import wavelet_denoiser
-from usdsdg_render.path.dropped_samples import look_for_dropped
 from usdsdg_render.path.film import tone_mapped
 from usdsdg_render.settings import ToneSettings
 
@@ -61,6 +60,5 @@ class FilmBatch:
                 )
             radiance = wavelet_denoiser.denoise(self.arrays, self.device, images=self.images, threads=threads)
         images = tone_mapped(radiance, self.arrays.color, tone, threads)
-        look_for_dropped(self)
         shape = (self.images, self.height, self.width)
         return {name: array.reshape(shape) for name, array in images.items()}

@@ -19,6 +19,7 @@ from usdsdg_render.materials.display_color import (
 )
 from usdsdg_render.materials.material_table import AnyMaterial
 from usdsdg_render.materials.materials import MaterialLibrary
+from usdsdg_render.materials.plain_inputs import edit_materials
 from usdsdg_render.materials.shading import Material
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.sync.gprims import Gprim, Gprims
@@ -50,7 +51,15 @@ class GprimMaterials:
         if not (dirty.materials or dirty.resynced or dirty.inputs or dirty.plain_inputs):
             return False
         stale = self._library.invalidate(dirty.materials, dirty.resynced)
-        updates, others = self._library.update(dirty.inputs, dirty.plain_inputs)
+        edits, unusual = edit_materials(dirty.plain_inputs)
+        for each in edits:
+            gprims.keep_materials(each)
+            self._slots.table.edit(each)
+            self._is_stale = True
+        inputs = {prim: set(names) for prim, names in dirty.inputs.items()}
+        for each in unusual:
+            inputs.setdefault(each.prim, set()).add(each.name)
+        updates, others = self._library.update(inputs)
         if others:
             stale |= self._library.invalidate(others, ())
         if stale:
@@ -60,7 +69,7 @@ class GprimMaterials:
             for update in updates.values():
                 self._slots.table.replace(*update)
             self._is_stale = True
-        return bool(stale or updates)
+        return bool(stale or updates or edits)
 
     @property
     def are_written(self) -> bool:

@@ -10,6 +10,7 @@ from usdsdg_render.lights.mesh_lights import is_light
 from usdsdg_render.materials.display_color import DisplayColor, Shown
 from usdsdg_render.materials.material_table import AnyMaterial
 from usdsdg_render.materials.materials import Update
+from usdsdg_render.materials.plain_inputs import FieldEdits
 from usdsdg_render.scene.scene import Prototype
 from usdsdg_render.sync.invalidation import DirtySet
 from usdsdg_render.usd.point_instancer import PointInstance, expand
@@ -151,14 +152,26 @@ class Gprims:
                     else:
                         gprim.materials = None
 
+    def keep_materials(self, edits: FieldEdits) -> None:
+        """Drop materials that gprims have made of those that were edited in place."""
+        users = self._all_users()
+        for path, material in zip(edits.paths, edits.materials):
+            for gprim in users.get(path, ()):
+                for bound, each in zip(gprim.bound, gprim.materials or ()):
+                    if each is not material and bound == path:
+                        gprim.materials = None
+
     def _users_of(self, material: Sdf.Path) -> Sequence[Gprim]:
         """The gprims to which a material is bound."""
+        return self._all_users().get(material, ())
+
+    def _all_users(self) -> dict[Sdf.Path, list[Gprim]]:
         if self._users is None:
             self._users = {}
             for gprim in self.known.values():
                 for path in {path for path in gprim.bound if path is not None}:
                     self._users.setdefault(path, []).append(gprim)
-        return self._users.get(material, ())
+        return self._users
 
     def forget_users(self) -> None:
         """Let the gprims of each material be found again, since others are known, or bound to others."""

@@ -9,7 +9,8 @@ from functools import lru_cache
 from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import Changes
-from usdsdg_render.materials.materials import UNREAD, PlainInput
+from usdsdg_render.materials.materials import UNREAD
+from usdsdg_render.materials.plain_inputs import PlainInput
 from usdsdg_render.usd import prim_kinds
 from usdsdg_render.usd.prim_kinds import is_below
 from usdsdg_render.usd.stage_tree import StageTree

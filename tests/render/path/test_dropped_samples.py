@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import warp as wp
+from pxr import Usd
 
 from usdsdg.errors import UsdsdgWarning, forget_warnings
-from usdsdg_render.path.dropped_samples import look_for_dropped
+from usdsdg_render.path.dropped_samples import DroppedSamples
 from usdsdg_render.path.film import Film
 from usdsdg_render.path.film_batch import FilmBatch
-from usdsdg_render.settings import ToneSettings
+from usdsdg_render.renderer import WarpRenderer
 
 
 @pytest.fixture(autouse=True)
@@ -25,17 +26,25 @@ def drop(film: Film | FilmBatch, count: int) -> None:
 
 
 def test_those_of_one_image():
-    film = Film(4, 3, "cpu")
-    look_for_dropped(film)
+    film, dropped = Film(4, 3, "cpu"), DroppedSamples()
+    dropped.look_at(film)
     drop(film, 2)
     with pytest.warns(UsdsdgWarning, match="2 samples of a 4x3 image were not finite"):
-        look_for_dropped(film)
+        dropped.look_at(film)
 
 
 def test_those_of_many_images_at_once():
     batch = FilmBatch(2, 4, 3, "cpu", features=False)
     drop(batch, 5)
     with pytest.warns(UsdsdgWarning, match="5 samples of a 4x3 image were not finite"):
-        batch.develop(ToneSettings(denoise=False), threads=1)
+        DroppedSamples().look_at(batch)
     batch.clear()
     assert not batch.arrays.dropped.numpy().any()
+
+
+def test_a_renderer_tells_of_those_of_the_images_that_it_develops():
+    renderer = WarpRenderer(Usd.Stage.CreateInMemory(), device="cpu")
+    film = renderer.new_film(4, 3)
+    drop(film, 7)
+    with pytest.warns(UsdsdgWarning, match="7 samples of a 4x3 image were not finite"):
+        renderer.develop(film)

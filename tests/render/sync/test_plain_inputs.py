@@ -135,3 +135,18 @@ def test_another_material_may_read_an_input_that_one_alone_has_read(stage):
     extractor.update()
     shader.GetInput("diffuse_color_constant").Set((0.7, 0.8, 0.9))
     assert_fresh(extractor, stage)
+
+
+def test_materials_that_were_one_are_edited_apart(stage):
+    """Copies of an asset share what was read, until one of them has a value of its own, be it the same one."""
+    for name in ("/World/a0", "/World/b0"):
+        ball = stage.GetPrimAtPath(name)
+        copy = stage.DefinePrim(f"{name}/Look")
+        copy.GetReferences().AddInternalReference(LOOKS[0])
+        UsdShade.MaterialBindingAPI(ball).Bind(UsdShade.Material(copy))
+    extractor = SceneExtractor(stage)
+    colors = [AUTHORED["diffuse_color_constant"], *((0.1 * k, 0.5, 0.2) for k in range(4))]
+    for k, color in enumerate(colors):
+        for name in ("/World/a0", "/World/b0")[: 1 + k % 2]:
+            set_input(stage.GetPrimAtPath(f"{name}/Look"), "diffuse_color_constant", color)
+        assert_fresh(extractor, stage)

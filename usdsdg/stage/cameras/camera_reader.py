@@ -40,9 +40,10 @@ class CameraReader:
             # Of a path above cameras, another one may be the only one now.
             self._views.clear()
             self._sources.clear()
-        for path in changes.changed.keys() & self._sources.keys():
-            for key in self._sources[path]:
-                self._views.pop(key, None)
+        for path, keys in self._sources.items():
+            if path in changes.changed:
+                for key in keys:
+                    self._views.pop(key, None)
 
     def close(self) -> None:
         """Stop listening to the stage."""

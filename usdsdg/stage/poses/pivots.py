@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.errors import BadPrim
+from usdsdg.stage.geometry.own_box import own_box
 from usdsdg.stage.poses.pose_batch import Rotations
 from usdsdg.stage.poses.rotations import decompose
 from usdsdg.stage.poses.transforms import local_matrices
@@ -23,9 +24,7 @@ _INVERSE = f"!invert!{PIVOT}"
 
 def bounds(prim: Usd.Prim) -> Gf.Range3d:
     """Return the bounding box of the geometry at and below a prim, in its own space; empty without geometry."""
-    purposes = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render, UsdGeom.Tokens.proxy]
-    cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), purposes, useExtentsHint=False)
-    return cache.ComputeUntransformedBound(prim).ComputeAlignedRange()
+    return own_box(prim, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render, UsdGeom.Tokens.proxy])
 
 
 def extents(prim: Usd.Prim) -> Array:
@@ -85,10 +84,11 @@ def translations_about_pivots(
 
 def _pivot_points(prims: Sequence[Usd.Prim], relative: Array) -> Array:
     """Return the pivots (N, 3) in the prims' own spaces."""
-    cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
+    purposes = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render]
+    cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), purposes)
     points = []
     for prim, normalized in zip(prims, relative):
-        box = cache.ComputeUntransformedBound(prim).ComputeAlignedRange()
+        box = own_box(prim, purposes, cache=cache)
         if box.IsEmpty():
             raise BadPrim(f"{prim.GetPath()} has no extent, so it has no pivot; leave pivot out")
         low, high = np.array(box.GetMin()), np.array(box.GetMax())

@@ -133,6 +133,8 @@ class _Batch:
     def __init__(self, prims: list[Usd.Prim], target: Usd.EditTarget, roles: Set[str]) -> None:
         """Look up the ops; attributes are added to the layer only for `roles`, which will be written."""
         self.prims, self.target = prims, target
+        self._stage = prims[0].GetStage() if prims and prims[0] else None
+        self._stronger = _stronger_layers(self._stage, target.GetLayer())
         self.others: set[int] = set()  # rows that need `author_pose` whatever is written
         self.lacking: dict[str, set[int]] = {role: set() for role in _ROLES}
         self._groups: dict[str, list[_Group]] = {role: [] for role in _ROLES}
@@ -184,7 +186,7 @@ class _Batch:
         """Return the attribute of each op by role; None for ops that only `author_pose` supports."""
         if not prim or prim.IsInstanceProxy() or prim.IsInPrototype() or not prim.IsA(UsdGeom.Xformable):
             return None
-        if prim.GetStage() != self.prims[0].GetStage():
+        if prim.GetStage() != self._stage:
             return None
         layer, order = self.target.GetLayer(), prim.GetAttribute("xformOpOrder")
         names = list(order.Get() or ())
@@ -195,11 +197,19 @@ class _Batch:
         ops = {_ROLE_OF[name]: prim.GetAttribute(name) for name in names}
         if any(not attribute or attribute.GetNumTimeSamples() for attribute in ops.values()):
             return None
-        spec = layer.GetAttributeAtPath(order.GetPath())
+        path = order.GetPath()
+        spec = layer.GetAttributeAtPath(path)
         # If another layer has the order, it must be read from the stage.
-        ours = spec is not None and order.GetPropertyStack(Usd.TimeCode.Default())[0].layer == layer
+        layers = self._stronger
+        ours = spec is not None and layers is not None and not any(each.GetAttributeAtPath(path) for each in layers)
         self._orders.append(spec if ours else _Composed(order))
         return ops
+
+
+def _stronger_layers(stage: Usd.Stage | None, layer: Sdf.Layer) -> list[Sdf.Layer] | None:
+    """The layers of a stage whose opinions are stronger than those of one; None if it is no layer of the stage."""
+    layers = stage.GetLayerStack() if stage else []
+    return layers[: layers.index(layer)] if layer in layers else None
 
 
 class _Composed:

@@ -5,13 +5,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
-from pxr import Usd
 
 from usdsdg.compat.omni.syntheticdata.instance_mappings import instance_mappings
 from usdsdg.compat.omni.syntheticdata.structured import BOX_3D, CORNER_NAMES, MAPPING, OCCLUSION, PRIM_FIELDS, joined
 from usdsdg.errors import Unsupported
 from usdsdg.session.stage_context import current_stage
-from usdsdg.session.timeline import get_timeline
+from usdsdg.session.timeline import stage_time
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.poses.transforms import as_array, local_to_world
 
@@ -74,7 +73,7 @@ def reduce_bboxes_3d(bboxes: np.ndarray, instance_mappings: np.ndarray) -> np.nd
 
     The fields are uniqueId, name, semanticLabel, metadata, instanceIds, and those of `bboxes` but instanceId.
     """
-    time = get_timeline().get_current_time() * current_stage().GetTimeCodesPerSecond()
+    time = stage_time(current_stage())
     corners = get_bbox_3d_corners(bboxes)
     kept, rows = [], []
     for mapping in instance_mappings:
@@ -167,9 +166,8 @@ def get_view_params(viewport: View) -> dict[str, Any]:
     projection_type.
     """
     stage = current_stage()
-    time = get_timeline().get_current_time() * stage.GetTimeCodesPerSecond()
     width, height = viewport.resolution
-    view = read_camera(stage, str(viewport.camera_path), (width, height), time=Usd.TimeCode(time))
+    view = read_camera(stage, str(viewport.camera_path), (width, height), time=stage_time(stage))
     return {
         "view_to_world": view.local_to_world, "world_to_view": view.world_to_camera,
         "projection_type": view.projection_type, "ftheta": None, "width": width, "height": height,

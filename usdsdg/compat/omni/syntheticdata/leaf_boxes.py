@@ -4,14 +4,14 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import UsdGeom
 
 from usdsdg.annotators.bounds import read_hull
 from usdsdg.annotators.point_instances import PointFrames, find_steps, prim_path
 from usdsdg.compat.omni.syntheticdata.instance_mappings import gprim_ids
 from usdsdg.compat.omni.syntheticdata.structured import BOX_3D, CORNER_NAMES
 from usdsdg.session.stage_context import current_stage
-from usdsdg.session.timeline import get_timeline
+from usdsdg.session.timeline import stage_time
 from usdsdg.stage.geometry.skinning import Skinning
 
 
@@ -25,7 +25,7 @@ def leaf_boxes(mappings: Iterable[Mapping[str, Any]]) -> np.ndarray:
         for number in row["instanceIds"]:
             semantic_of.setdefault(number, row["semanticId"])
     stage = current_stage()
-    time = Usd.TimeCode(get_timeline().get_current_time() * stage.GetTimeCodesPerSecond())
+    time = stage_time(stage)
     frames, skinning = PointFrames(stage, UsdGeom.XformCache(time)), Skinning()
     drawn = [(path, number) for path, number in gprim_ids().items() if number in semantic_of]
     rows = []

@@ -19,7 +19,7 @@ from usdsdg.compat.omni.syntheticdata.structured import BOX_2D, OCCLUSION, joine
 from usdsdg.compat.omni.syntheticdata.synthetic_data import SyntheticData, SyntheticDataException, SyntheticDataStage
 from usdsdg.errors import Unsupported
 from usdsdg.session.stage_context import current_stage
-from usdsdg.session.timeline import get_timeline
+from usdsdg.session.timeline import stage_time
 from usdsdg.stage.poses.transforms import as_array, world_to_local
 
 __all__ = [
@@ -318,7 +318,7 @@ def _boxes_2d(viewport: RenderView, sensor: SensorType, mappings: Any) -> np.nda
 def _into_camera(boxes: np.ndarray, viewport: RenderView) -> None:
     """Transform boxes in the world into the frame of the viewport's camera, in place."""
     camera = UsdGeom.Imageable(current_stage().GetPrimAtPath(viewport.camera_path)).GetPrim()
-    time = get_timeline().get_current_time() * current_stage().GetTimeCodesPerSecond()
+    time = stage_time(current_stage())
     to_camera = as_array(world_to_local(camera, time))
     boxes["transform"] = boxes["transform"] @ to_camera
     if "corners" in (boxes.dtype.names or ()):

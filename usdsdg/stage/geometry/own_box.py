@@ -1,0 +1,53 @@
+"""The bounding box of a prim along its own axes, which does not depend on how the prim is posed."""
+
+from collections.abc import Iterator, Sequence
+
+from pxr import Gf, Usd, UsdGeom
+
+_DEFAULT = Usd.TimeCode.Default()
+
+
+def own_box(prim: Usd.Prim, purposes: Sequence[str], *, cache: UsdGeom.BBoxCache | None = None) -> Gf.Range3d:
+    """Return the box of the geometry at and below a prim in its own space, at the default time; empty without any.
+
+    USD's BBoxCache unites the boxes of gprims along the axes of the world, so that what it returns grows as the prim
+    turns. Here each gprim's own box is united with the others along the axes of the prim.
+
+    cache: for these purposes, to be shared by several prims.
+    """
+    if cache is None:
+        cache = UsdGeom.BBoxCache(_DEFAULT, purposes, useExtentsHint=False)
+    whole = cache.ComputeUntransformedBound(prim).ComputeAlignedRange()
+    drawn = list(_drawn(prim, purposes))
+    if whole.IsEmpty() or len(drawn) < 2:
+        return whole
+    united, transforms = Gf.Range3d(), UsdGeom.XformCache(_DEFAULT)
+    for each in drawn:
+        box = cache.ComputeUntransformedBound(each)
+        if not box.GetRange().IsEmpty():
+            box.Transform(_relative(transforms, each, prim))
+            united.UnionWith(box.ComputeAlignedRange())
+    return united
+
+
+def _drawn(prim: Usd.Prim, purposes: Sequence[str]) -> Iterator[Usd.Prim]:
+    """Yield the prims with a box at and below a prim; what is below one of them is in its box."""
+    prims = iter(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
+    for each in prims:
+        imageable = UsdGeom.Imageable(each)
+        if not imageable:
+            continue
+        if imageable.GetVisibilityAttr().Get() == UsdGeom.Tokens.invisible:
+            prims.PruneChildren()
+        elif each.IsA(UsdGeom.Boundable):
+            prims.PruneChildren()
+            if imageable.ComputePurpose() in purposes:
+                yield each
+
+
+def _relative(transforms: UsdGeom.XformCache, prim: Usd.Prim, ancestor: Usd.Prim) -> Gf.Matrix4d:
+    """Return the matrix from a prim's space to that of a prim above it."""
+    matrix, resets = transforms.ComputeRelativeTransform(prim, ancestor)
+    if not resets:
+        return matrix
+    return transforms.GetLocalToWorldTransform(prim) * transforms.GetLocalToWorldTransform(ancestor).GetInverse()
