@@ -33,3 +33,13 @@ def test_what_is_no_file_is_not_read(tmp_path):
     note_opened(os.fspath(tmp_path))
     note_opened(str(tmp_path / "gone.png"))
     assert names(facts) == []
+
+
+def test_assets_have_their_names_below_the_root_also_where_no_stage_was_seen(tmp_path, monkeypatch):
+    # As where the disk is full at the first frame: a run that goes on then would name its textures twice.
+    monkeypatch.setenv("USDSDG_ASSETS_ROOT", str(tmp_path))
+    (tmp_path / "Isaac").mkdir()
+    (tmp_path / "Isaac/sky.hdr").touch()
+    facts = AssetFacts()
+    note_opened(str(tmp_path / "Isaac/sky.hdr"))
+    assert names(facts) == ["/Isaac/sky.hdr"]

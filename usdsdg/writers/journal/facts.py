@@ -41,7 +41,6 @@ class AssetFacts:
     """The assets that a run has read; their hashes are computed on a thread of their own."""
 
     def __init__(self) -> None:
-        self._root = ""  # of assets
         self._seen: set[str] = set()  # files
         self._note = last_note()  # of files that were used before, by what this process did earlier
         self._open: list[Future[tuple[str, dict[str, Any]] | None]] = []
@@ -50,11 +49,9 @@ class AssetFacts:
 
     def see(self, stage: Usd.Stage) -> None:
         """Note the layers of a stage."""
-        new = [layer for layer in stage.GetUsedLayers() if layer.realPath and layer.realPath not in self._seen]
-        if new or not self._root:
-            self._root = _root()
-        for layer in new:
-            self._add(layer.realPath, self._root, layer)
+        for layer in stage.GetUsedLayers():
+            if layer.realPath:
+                self._add(layer.realPath, layer)
 
     def take(self) -> dict[str, Any]:
         """Return, once, what is known of the assets that were noted, and of files that were read; waits for hashes.
@@ -63,15 +60,16 @@ class AssetFacts:
         """
         note, self._note = self._note, last_note()
         for path in opened_since(note):
-            self._add(path, self._root, None)
+            self._add(path, None)
         with self._lock:
             open_, self._open = self._open, []
         return dict(found for future in open_ if (found := future.result()) is not None)
 
-    def _add(self, path: str, root: str, layer: Sdf.Layer | None) -> None:
+    def _add(self, path: str, layer: Sdf.Layer | None) -> None:
         if path in self._seen:
             return
         self._seen.add(path)
+        root = _root()  # also where a run fails before it has seen a stage
         if self._pool is None:
             self._pool = ThreadPoolExecutor(1, thread_name_prefix="usdsdg-assets")
         with self._lock:

@@ -232,7 +232,7 @@ def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None) -> 
 def _check_room_for_part(path: Path, there: str, mode: Mode, *, is_other: bool) -> None:
     """Check that a part would not be mixed with a run that is no part: a process of a part removes that part alone."""
     if (path / BESIDE / NAME).is_file() and journal.read(path / BESIDE / NAME).frames:
-        what = "a run that is whole, or whose parts were joined"
+        what = "a run that is not in parts"
     elif is_other and mode is Mode.OVERWRITE:
         what = "parts of another recipe"
     else:

@@ -76,7 +76,10 @@ def _check_frames(where: str, frames: dict[str, set[int]]) -> None:
     for name, own in frames.items():
         for number in sorted(own):
             if number in owner:
-                raise DatasetError(f"{where}: frame {number} is in the parts {owner[number]} and {name}")
+                raise DatasetError(
+                    f"{where}: frame {number} is in the parts {owner[number]} and {name}. Remove one of them, a folder "
+                    f"in {where}/{PARTS}, and make the frames that are missing then; or begin again with --overwrite."
+                )
             owner[number] = name
     missing = [number for number in range(max(owner, default=-1) + 1) if number not in owner]
     if missing:
