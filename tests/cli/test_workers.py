@@ -12,7 +12,7 @@ from usdsdg.writers.journal.place import PARTS, FolderPlace
 
 @pytest.fixture(scope="module")
 def trials(tmp_path_factory):
-    return Trials(tmp_path_factory.mktemp("trials"))
+    return Trials(tmp_path_factory.mktemp("trials"), most_ends=2)
 
 
 @pytest.mark.parametrize("how", ["kill", "worker"])

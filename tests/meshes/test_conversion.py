@@ -520,7 +520,7 @@ def test_the_command(wedge, tmp_path):
 def test_the_command_says_what_is_wrong(tmp_path):
     (tmp_path / "mug.obj").write_text("v 0 0 0\n")
     for given, reason in (
-        ([str(tmp_path / "mag.obj"), "x.usd"], "did you mean mug.obj"),
+        ([str(tmp_path / "mag.obj"), "x.usd"], f"did you mean {tmp_path / 'mug.obj'}?"),
         ([str(tmp_path / "mug.obj"), "x.usd"], "no triangles"),
         ([str(tmp_path / "mug.obj"), "x.usd", "--unit", "yard"], "expected one of m, cm, mm, inch, foot"),
         ([str(tmp_path / "mug.obj"), "x.usd", "--collider", "hull"], "expected one of none, convexHull"),

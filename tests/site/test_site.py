@@ -29,7 +29,7 @@ def test_search_finds_pages_but_not_sources(site):
 
 def test_readers_see_sizes_in_place_of_variables(site):
     pages = list((site[0] / "pages").rglob("*.md"))
-    assert "--set num_frames=200 --set" in (site[0] / "pages/tutorials/meshes_to_detector.md").read_text()
+    assert "--set num_frames=40 --set" in (site[0] / "pages/tutorials/meshes_to_detector.md").read_text()
     assert not [page for page in pages if ":-" in page.read_text() and "tutorials" in page.parts]
 
 

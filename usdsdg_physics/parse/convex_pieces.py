@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import ConvexHull, QhullError
 
 # Part of the volume of its hull that a piece may leave empty: rounding of its points.
 _EMPTY = 1e-3
@@ -52,6 +49,9 @@ def _pieces(points: np.ndarray, triangles: np.ndarray, most: int) -> tuple[list[
 
 def _connected(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the numbers of the pieces, and that of each triangle."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     edges = triangles[:, [0, 1, 1, 2]].reshape(-1, 2)
     graph = coo_matrix((np.ones(len(edges), bool), edges.T), shape=(count, count))
     piece_of = connected_components(graph, directed=False)[1][triangles[:, 0]]
@@ -68,6 +68,8 @@ def _solid(points: np.ndarray, triangles: np.ndarray) -> tuple[float, np.ndarray
 
     These are None unless it fills its hull.
     """
+    from scipy.spatial import ConvexHull, QhullError
+
     own = points[np.unique(triangles)]
     a, b, c = (points[triangles[:, k]] - own[0] for k in range(3))
     volume = float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
