@@ -10,7 +10,7 @@ import usdsdg as rep
 from usdsdg import errors
 from usdsdg.session import session
 from usdsdg.session.settings_store import get_settings
-from usdsdg.session.stage_context import new_stage
+from usdsdg.session.stage_context import current_stage, new_stage
 from usdsdg.stage.semantics.labels import add_labels
 
 FRUIT = ["plum", "apple", "pear", "fig"]
@@ -81,6 +81,36 @@ def test_names_that_come_up_later_are_appended(fruit, product):
     before = ids(product)
     rep.functional.create.cube(position=(0, 0, 1), scale=0.4, semantics={"class": "aardvark"}, parent="/World")
     assert ids(product) == {**before, "aardvark": 6}
+
+
+def test_fifty_frames_of_things_that_come_and_go_have_one_id_and_one_color_for_each_class(fruit, product):
+    rng, names = np.random.default_rng(5), [*FRUIT, "quince", "aardvark"]
+    ids = rep.annotators.get("semantic_segmentation", init_params={"semanticFilter": "class:*"})
+    colors = rep.annotators.get("semantic_segmentation", init_params={"semanticFilter": "class:*", "colorize": True})
+    ids.attach(product)
+    colors.attach(product)
+    things, found, seen = list(fruit), {}, set()
+    for k in range(50):
+        UsdGeom.Imageable(things[k % len(things)]).GetVisibilityAttr().Set(["inherited", "invisible"][k // 7 % 2])
+        if k % 3 == 0:
+            things.remove(thing := things[rng.integers(len(things))])
+            current_stage().RemovePrim(thing.GetPath())
+        if k % 3 != 1 and len(things) < 6:
+            at, name = (rng.uniform(-1, 4), 0, rng.uniform(-1.5, 1.5)), names[rng.integers(len(names))]
+            made = rep.functional.create.cube(position=at, scale=0.4, semantics={"class": name}, parent="/World")
+            things.append(made)
+        rep.orchestrator.step()
+        by_id, by_color = ids.get_data(), colors.get_data()
+        pixels = by_color["data"].view(np.uint8).reshape(*by_id["data"].shape[:2], 4)
+        for number in np.unique(by_id["data"]):
+            color = np.unique(pixels[by_id["data"] == number], axis=0)
+            assert len(color) == 1
+            label = by_id["info"]["idToLabels"][str(number)]["class"]
+            assert by_color["info"]["idToLabels"][str(tuple(map(int, color[0])))]["class"] == label
+            assert found.setdefault(label, (number, tuple(color[0]))) == (number, tuple(color[0]))
+            seen.add(label)
+    assert seen >= {*names}
+    assert len(set(found.values())) == len(found)
 
 
 @pytest.mark.parametrize(
