@@ -15,15 +15,14 @@ def own_box(prim: Usd.Prim, purposes: Sequence[str], *, cache: UsdGeom.BBoxCache
 
     cache: for these purposes, to be shared by several prims.
     """
-    if cache is None:
-        cache = UsdGeom.BBoxCache(_DEFAULT, purposes, useExtentsHint=False)
-    whole = cache.ComputeUntransformedBound(prim).ComputeAlignedRange()
+    boxes = UsdGeom.BBoxCache(_DEFAULT, purposes, useExtentsHint=False) if cache is None else cache
+    whole = boxes.ComputeUntransformedBound(prim).ComputeAlignedRange()
     drawn = list(_drawn(prim, purposes))
     if whole.IsEmpty() or len(drawn) < 2:
         return whole
     united, transforms = Gf.Range3d(), UsdGeom.XformCache(_DEFAULT)
     for each in drawn:
-        box = cache.ComputeUntransformedBound(each)
+        box = boxes.ComputeUntransformedBound(each)
         if not box.GetRange().IsEmpty():
             box.Transform(_relative(transforms, each, prim))
             united.UnionWith(box.ComputeAlignedRange())
