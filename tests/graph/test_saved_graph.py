@@ -160,6 +160,10 @@ def test_nodes_added_to_a_loaded_graph_get_new_keys():
             lambda s: s.GetPrimAtPath("/Replicator/SDGPipeline/OgnWritePose").GetAttribute("node:type").Set("x.Fold"),
             "of type Fold",
         ),
+        (
+            lambda s: s.GetPrimAtPath("/Replicator/SDGPipeline/OgnSampleUniform").RemoveProperty("node:type"),
+            "/Replicator/SDGPipeline/OgnSampleUniform: .* is not a distribution",
+        ),
     ],
 )
 def test_loading_a_damaged_graph_names_what_is_missing(break_it, words):

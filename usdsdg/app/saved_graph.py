@@ -163,7 +163,10 @@ class _Loader:
                 raise GraphError(f"{path}, which a node of the graph draws from, is not on the stage")
             record = read_node(prim)
             inputs = {name: self._value(value) for name, value in record.inputs.items()}
-            item = distribution.from_inputs(record.kind, inputs, record.metadata.get("name"))
+            try:
+                item = distribution.from_inputs(record.kind, inputs, record.metadata.get("name"))
+            except GraphError as error:
+                raise GraphError(f"{path}: {error}. Save the stage again.") from None
             item.node.path, item.node.layer = path, self._stage.GetRootLayer()
             item.node.line = record.metadata.get("line", path)
             self._distributions[path] = item
