@@ -4,14 +4,11 @@ import pytest
 
 from tests.cli.likely_mistakes import MISTAKES, PAGE, page, said
 from usdsdg.session import session
-from usdsdg.stage import assets
 
 
 @pytest.fixture(scope="module")
 def texts(tmp_path_factory):
     yield {mistake: said(mistake, tmp_path_factory.mktemp("mistake")) for mistake in MISTAKES}
-    # What commands set for the whole process.
-    assets.set_on_missing(assets.OnMissing.RAISE)
     session.restart()
 
 

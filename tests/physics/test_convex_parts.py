@@ -160,7 +160,7 @@ def test_convex_pieces_become_parts_exactly():
     pieces = [_box(low, high, 8 * k) for k, (low, high) in enumerate(boards)]
     points = np.array([corner for corners, _ in pieces for corner in corners], np.float32)
     triangles = np.array([face for _, faces in pieces for face in faces], np.int32)
-    parts, rest = convex_pieces(points, triangles, 32)
+    parts, rest = convex_pieces(points, triangles, 32, 64)
     assert len(rest) == 0
     for part, (low, high) in zip(parts, boards, strict=True):
         np.testing.assert_array_equal(part.min(0), np.float32(low))
@@ -170,7 +170,7 @@ def test_convex_pieces_become_parts_exactly():
 def test_faces_with_points_of_their_own_are_one_piece():
     corners, faces = _box((0, 0, 0), (1, 2, 3), 0)
     points = np.array(corners, np.float32)[np.array(faces).reshape(-1)]
-    parts, rest = convex_pieces(points, np.arange(len(points), dtype=np.int32).reshape(-1, 3), 4)
+    parts, rest = convex_pieces(points, np.arange(len(points), dtype=np.int32).reshape(-1, 3), 4, 64)
     assert len(rest) == 0
     assert [len(part) for part in parts] == [8]
 
@@ -178,10 +178,17 @@ def test_faces_with_points_of_their_own_are_one_piece():
 def test_what_is_open_hollow_or_not_convex_is_left_for_the_split():
     corners, faces = _box((0, 0, 0), (1, 1, 1), 0)
     box, triangles = np.array(corners, np.float32), np.array(faces, np.int32)
-    assert convex_pieces(box, triangles[1:], 4)[0] == []
+    assert convex_pieces(box, triangles[1:], 4, 64)[0] == []
     inside = triangles[:, ::-1] + 8
     hollow = np.concatenate([box, box * 0.5 + 0.25])
-    assert convex_pieces(hollow, np.concatenate([triangles, inside]), 4)[0] == []
+    assert convex_pieces(hollow, np.concatenate([triangles, inside]), 4, 64)[0] == []
+    # Also where only the hollow has points of its own in each face.
+    split = np.concatenate([box, (box * 0.5 + 0.25)[triangles[:, ::-1].reshape(-1)]])
+    assert (
+        convex_pieces(split, np.concatenate([triangles, 8 + np.arange(36, dtype=np.int32).reshape(-1, 3)]), 4, 64)[0]
+        == []
+    )
+    assert convex_pieces(box, triangles, 4, 7)[0] == []
     dented = np.concatenate([box, [[0.5, 0.5, 0.5]]]).astype(np.float32)
     top = [face for face in faces if np.all(box[face][:, 2] == 1)]
     rim = [
@@ -192,7 +199,7 @@ def test_what_is_open_hollow_or_not_convex_is_left_for_the_split():
         not in [sorted(other) for own in top if own is not face for other in (own[:2], own[1:], own[::2])]
     ]
     crater = [face for face in faces if face not in top] + [[*edge, 8] for edge in rim]
-    parts, rest = convex_pieces(dented, np.array(crater, np.int32), 4)
+    parts, rest = convex_pieces(dented, np.array(crater, np.int32), 4, 64)
     assert parts == []
     assert len(rest) == len(crater)
 
@@ -201,5 +208,5 @@ def test_fewer_parts_than_pieces_are_left_for_the_split():
     corners, faces = _box((0, 0, 0), (1, 1, 1), 0)
     points = np.concatenate([np.array(corners, np.float32) + 3 * k for k in range(3)])
     triangles = np.concatenate([np.array(faces, np.int32) + 8 * k for k in range(3)])
-    assert len(convex_pieces(points, triangles, 3)[0]) == 3
-    assert convex_pieces(points, triangles, 2)[0] == []
+    assert len(convex_pieces(points, triangles, 3, 64)[0]) == 3
+    assert convex_pieces(points, triangles, 2, 64)[0] == []

@@ -36,19 +36,8 @@ from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg.stage.poses.transforms import as_array
 
 # Attributes that determine the geometry of a gprim, or the transforms of point instances.
-_GEOMETRY = {
-    "points",
-    "faceVertexCounts",
-    "faceVertexIndices",
-    "extent",
-    "radius",
-    "height",
-    "axis",
-    "size",
-    "width",
-    "length",
-}
-_GEOMETRY |= {"widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
+_GEOMETRY = {"points", "faceVertexCounts", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width"}
+_GEOMETRY |= {"length", "widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
 _GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
 # What decides which material a gprim shows: relationships to materials, and collections of prims that bind one.
 _BINDINGS = ("material:binding", "collection:")

@@ -213,7 +213,7 @@ class _Notices:
     def _read(self, notice: Usd.Notice.ObjectsChanged, sender: Usd.Stage) -> None:
         readers = [reader for known in self._readers if (reader := known()) is not None and not reader.is_muted]
         if not readers:
-            return  # a simulation that nobody else watches changes a thousand properties in each step
+            return  # reading its paths is most of what a notice costs, and a physics step changes a thousand of them
         resynced = list(notice.GetResolvedAssetPathsResyncedPaths())
         reapplied: list[Sdf.Path] = []
         for path in notice.GetResyncedPaths():

@@ -7,7 +7,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
-from usdsdg.stage.physics.instances import part_name, split_instance, whole
+from usdsdg.stage.physics.instances import split_instance
 from usdsdg_physics.edits.subtrees import SubtreeReader, nearly_equal, same_geometry
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
@@ -105,10 +105,6 @@ class EditReader:
         self._units = Units.of(stage)
         self._subtrees = SubtreeReader(stage, scene, hulls)
         self._animated = set(scene.animated)
-        # Instances of PointInstancers have no prims.
-        self._bodies = sorted(path for path in scene.bodies if not split_instance(path))
-        self._colliders = sorted(path for path in scene.colliders if not split_instance(path) and whole(path) == path)
-        self._materials = {collider.material.path for collider in scene.colliders.values()} - {""}
 
     def read(self, changes: Changes) -> Edits:
         """Read the edits that changes of the stage mean; values are those on the stage now."""
@@ -145,7 +141,7 @@ class EditReader:
                 edits.gravity = read_gravity(self._stage, self._stage.GetPrimAtPath(path), self._units)
         elif path in self._scene.joints:
             self._read_joint(path, names, cache, edits)
-        elif path in self._materials:
+        elif path in self._subtrees.materials:
             edits.rebuild |= any(name.startswith(("physics:", "physxMaterial:")) for name in names)
         elif path in self._scene.bodies or path in self._scene.colliders:
             self._read_body_or_collider(path, names, cache, edits)
@@ -164,7 +160,7 @@ class EditReader:
         edits.rebuild |= collider is not None and bool(others & _SHAPE_ATTRIBUTES)
         if collider is not None and _COLLISION_ENABLED in names:
             enabled = bool(value(prim, _COLLISION_ENABLED, True))
-            for part in self._parts_of(path):
+            for part in self._subtrees.parts_of(path):
                 before = edits.colliders.get(part, self._scene.colliders[part])
                 edits.colliders[part] = replace(before, enabled=enabled)
         if body is not None and names & _VELOCITIES:
@@ -223,7 +219,7 @@ class EditReader:
 
     def _read_poses(self, path: str, cache: UsdGeom.XformCache, edits: Edits) -> None:
         """Read poses after a transform changed: those of bodies below, and of colliders relative to their owners."""
-        for body in paths_below(self._bodies, path):
+        for body in paths_below(self._subtrees.bodies, path):
             if body in self._animated:
                 continue  # `PlaySession` moves it at every step
             local_to_world = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(body)))
@@ -235,7 +231,7 @@ class EditReader:
             before = self._scene.bodies[body]
             if not nearly_equal(to_frame, before.body_from_prim):
                 edits.rebuild = True
-        for name in paths_below(self._colliders, path):
+        for name in paths_below(self._subtrees.colliders, path):
             collider = edits.colliders.get(name, self._scene.colliders[name])
             if collider.body == STATIC or not at_or_below(collider.body, path):
                 self._read_collider_pose(collider, cache, edits)
@@ -249,17 +245,13 @@ class EditReader:
         to_frame = frame_from_prim(prim, owner, cache, self._units)
         solid = owner is not None or (collider.trigger and prim.IsA(UsdGeom.Mesh))
         shapes = read_shapes(prim, to_frame, self._hulls, dynamic=solid)
-        for part, shape in zip(self._parts_of(collider.path), shapes):
+        for part, shape in zip(self._subtrees.parts_of(collider.path), shapes):
             before = edits.colliders.get(part, self._scene.colliders[part])
             edits.rebuild |= not same_geometry(shape, before.shape)
             edits.colliders[part] = replace(before, shape=shape)
         edits.rebuild |= len(shapes) != collider.parts
 
-    def _parts_of(self, path: str) -> list[str]:
-        """Return the names of the parts of a collider, of most only its own."""
-        return [part_name(path, part) for part in range(self._scene.colliders[path].parts)]
-
     def _material_changed(self, path: str) -> bool:
-        colliders = paths_below(self._colliders, path)
+        colliders = paths_below(self._subtrees.colliders, path)
         materials = bound_materials([self._stage.GetPrimAtPath(name) for name in colliders], self._units)
         return any(self._scene.colliders[name].material != new for name, new in zip(colliders, materials))

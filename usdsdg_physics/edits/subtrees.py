@@ -24,17 +24,18 @@ class SubtreeReader:
 
     def __init__(self, stage: Usd.Stage, scene: Scene, hulls: HullCache) -> None:
         self._stage, self._scene, self._hulls = stage, scene, hulls
-        self._bodies = sorted(path for path in scene.bodies if not split_instance(path))
-        self._colliders = sorted(path for path in scene.colliders if not split_instance(path) and whole(path) == path)
+        # Sorted paths; instances of PointInstancers have no prims.
+        self.bodies = sorted(path for path in scene.bodies if not split_instance(path))
+        self.colliders = sorted(path for path in scene.colliders if not split_instance(path) and whole(path) == path)
         self._joints = sorted(scene.joints)
-        self._materials = {collider.material.path for collider in scene.colliders.values()} - {""}
+        self.materials = {collider.material.path for collider in scene.colliders.values()} - {""}
 
     def read(self, roots: Iterable[Sdf.Path]) -> dict[str, Scene] | None:
         """Return what differs, physically, from the scene below some roots, by root; None where all has to be read."""
         found: dict[str, Scene] = {}
         for root in roots:
             path = str(root)
-            if root == Sdf.Path.absoluteRootPath or any(at_or_below(each, path) for each in self._materials):
+            if root == Sdf.Path.absoluteRootPath or any(at_or_below(each, path) for each in self.materials):
                 return None
             if any(at_or_below(p, path) or at_or_below(path, p) for p in self._scene.prototypes):
                 return None
@@ -47,14 +48,14 @@ class SubtreeReader:
                 found[path] = now
         return found
 
+    def parts_of(self, path: str) -> list[str]:
+        """Return the names of the parts of a collider, of most only its own."""
+        return [part_name(path, part) for part in range(self._scene.colliders[path].parts)]
+
     def _differs(self, path: str, now: Scene) -> bool:
         scene = self._scene
-        before_bodies = paths_below(self._bodies, path)
-        before_colliders = [
-            part_name(each, part)
-            for each in paths_below(self._colliders, path)
-            for part in range(scene.colliders[each].parts)
-        ]
+        before_bodies = paths_below(self.bodies, path)
+        before_colliders = [part for each in paths_below(self.colliders, path) for part in self.parts_of(each)]
         return not (
             now.forces == {p: force for p, force in scene.forces.items() if at_or_below(p, path)}
             and now.reports == {p: report for p, report in scene.reports.items() if at_or_below(p, path)}

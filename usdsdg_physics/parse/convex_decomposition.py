@@ -56,9 +56,7 @@ def convex_parts(points: np.ndarray, triangles: np.ndarray, splitting: Splitting
 
 def _split(points: np.ndarray, triangles: np.ndarray, splitting: Splitting, prim_path: str) -> list[Part]:
     most = max(1, splitting.max_parts)
-    parts, rest = convex_pieces(points, triangles, most)
-    if any(len(part) > splitting.max_vertices for part in parts):
-        parts, rest = [], triangles
+    parts, rest = convex_pieces(points, triangles, most, max(4, splitting.max_vertices))
     if not len(rest):
         return parts
     others = _split_by_coacd(points, rest, splitting, most - len(parts), prim_path)

@@ -8,7 +8,9 @@ import numpy as np
 _EMPTY = 1e-3
 
 
-def convex_pieces(points: np.ndarray, triangles: np.ndarray, most: int) -> tuple[list[np.ndarray], np.ndarray]:
+def convex_pieces(
+    points: np.ndarray, triangles: np.ndarray, most: int, most_corners: int
+) -> tuple[list[np.ndarray], np.ndarray]:
     """Return the pieces of a mesh that are closed and convex, and the triangles of all others.
 
     Triangles are connected by the points that they share, and then, in what is left, also by points at one place.
@@ -17,34 +19,30 @@ def convex_pieces(points: np.ndarray, triangles: np.ndarray, most: int) -> tuple
         points: (N, 3) float32.
         triangles: (F, 3) int32.
         most: where there are more pieces than this, there are none; nor where faces of some look inward, as in hollows.
+        most_corners: pieces whose hull has more corners are left with the others.
 
     Returns:
         Of each piece the corners of its hull, (V, 3) float32; and (G, 3) int32.
     """
-    found, left = _pieces(points.astype(np.float64), triangles, most)
-    rest = triangles[left]
-    if len(rest):
-        places, place_of = np.unique(points, axis=0, return_inverse=True)
-        more, left = _pieces(places.astype(np.float64), place_of.reshape(-1)[rest], most - len(found))
-        found, rest = found + more, rest[left]
-    return found, rest
-
-
-def _pieces(points: np.ndarray, triangles: np.ndarray, most: int) -> tuple[list[np.ndarray], np.ndarray]:
-    """Return the convex pieces, and which triangles (F,) are in none."""
-    numbers, piece_of = _connected(triangles, len(points))
-    found, left, inward = [], np.ones(len(triangles), bool), set()
-    if len(numbers) <= most:
+    places, place_of = np.unique(points, axis=0, return_inverse=True)
+    found, rest, inward = [], triangles, set()
+    for where, number_of in ((points, np.arange(len(points))), (places, place_of.reshape(-1))):
+        numbers, piece_of = _connected(number_of[rest], len(where))
+        if len(found) + len(numbers) > most:
+            continue
+        left = np.ones(len(rest), bool)
         for number in numbers:
             own = piece_of == number
-            if not _is_closed(triangles[own]):
+            corners = number_of[rest[own]]
+            if not _is_closed(corners):
                 continue
-            volume, part = _solid(points, triangles[own])
+            volume, part = _solid(where.astype(np.float64), corners)
             inward.add(volume < 0.0)
-            if part is not None:
+            if part is not None and len(part) <= most_corners:
                 found.append(part)
                 left &= ~own
-    return (found, left) if len(inward) == 1 else ([], np.ones(len(triangles), bool))
+        rest = rest[left]
+    return (found, rest) if len(inward) < 2 else ([], triangles)
 
 
 def _connected(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

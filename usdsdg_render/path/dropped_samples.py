@@ -21,7 +21,7 @@ AHEAD = 8
 
 
 class DroppedSamples:
-    """The samples of one renderer's images that were dropped; those of a GPU are told of when it has counted them."""
+    """Warns of samples of one renderer's images that were not finite; on CUDA once the device has counted them."""
 
     def __init__(self) -> None:
         self._under_way: deque[tuple[Arrival, int, int]] = deque()  # with the width and height of the film

@@ -1,4 +1,4 @@
-"""Samples that are not finite are told of, of single images and of many at once."""
+"""The warning about samples that are not finite: for one image, and for a batch of images."""
 
 from __future__ import annotations
 
