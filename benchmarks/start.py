@@ -55,7 +55,7 @@ def first_picture(what: str, cache: Path, cores: int, *, verbose: bool) -> tuple
         log = Path(folder) / "log"
         environment = {
             **os.environ, "WARP_CACHE_PATH": str(cache / "warp"), "XDG_CACHE_HOME": str(cache),
-            "PYTHONPATH": str(REPOSITORY),
+            "PYTHONPATH": os.pathsep.join([str(REPOSITORY), *filter(None, [os.environ.get("PYTHONPATH")])]),
         }  # fmt: skip
         started = time.perf_counter()
         with log.open("w") as stream:

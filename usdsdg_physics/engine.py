@@ -31,8 +31,22 @@ class NewtonEngine:
     next, and every step writes its result back.
     """
 
-    def __init__(self, stage: Usd.Stage, *, device: str | None = None, progress: Progress | None = None) -> None:
-        """`device` is "cpu", "cuda:0" or None for Warp's default; `progress` is called while kernels compile."""
+    def __init__(
+        self,
+        stage: Usd.Stage,
+        *,
+        device: str | None = None,
+        progress: Progress | None = None,
+        writes_velocities: Callable[[], bool] = lambda: True,
+    ) -> None:
+        """Prepare to simulate a stage.
+
+        Args:
+            device: "cpu", "cuda:0" or None for Warp's default.
+            progress: is called while kernels compile.
+            writes_velocities: whether steps of a play write them to the stage, as they do poses; asked when it begins.
+        """
+        self._writes_velocities = writes_velocities
         self._stage, self._device, self._progress = stage, device, progress
         self._hulls = HullCache(progress=progress)
         self._listeners, self._listeners_before = Listeners(), Listeners()
@@ -69,7 +83,12 @@ class NewtonEngine:
             start = self._stage.GetStartTimeCode() / self._stage.GetTimeCodesPerSecond()
             self._time = start if time is None else time
             self._session = PlaySession(
-                self._stage, self._hulls, time=self._time_code(), device=self._device, progress=self._progress
+                self._stage,
+                self._hulls,
+                time=self._time_code(),
+                device=self._device,
+                progress=self._progress,
+                writes_velocities=self._writes_velocities(),
             )
             self._elapsed = 0.0
 
@@ -154,6 +173,16 @@ class NewtonEngine:
             for rows, missing in ((forces, 0.0), (torques, 0.0), (positions, np.nan))
         ]
         self._playing("apply_forces").add_forces(bodies, *given)
+
+    def velocities(self, bodies: Sequence[str]) -> np.ndarray:
+        """Return the velocities (N, 6) of the bodies at these paths: linear [stage units/s], angular [rad/s]; world.
+
+        They are those after the latest step and what was set since, also where they are not written to the stage.
+
+        Raises:
+            PhysicsError: `play` has not been called, or a path is no rigid body.
+        """
+        return self._playing("velocities").velocities(bodies)
 
     @property
     def joints(self) -> tuple[str, ...]:

@@ -13,7 +13,9 @@ from usdsdg.stage.physics.scenes import steps_per_second
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.edits.apply_edits import apply_edits
 from usdsdg_physics.edits.edit_reader import EditReader, Edits
-from usdsdg_physics.edits.subtrees import nearly_equal, with_subtrees
+from usdsdg_physics.edits.subtrees import with_subtrees
+from usdsdg_physics.edits.time_samples import TimeSamples
+from usdsdg_physics.edits.told_velocities import ToldVelocities
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.parse.units import Units
@@ -21,7 +23,7 @@ from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.queries.triggers import Triggers
 from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
 from usdsdg_physics.scene.records import Scene
-from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
+from usdsdg_physics.scene.rigid_frames import rigid_pose
 from usdsdg_physics.world.compile_kernels import Progress
 from usdsdg_physics.world.contact_events import ContactEvents
 from usdsdg_physics.world.world import World
@@ -43,9 +45,11 @@ class PlaySession:
         time: Usd.TimeCode,
         device: str | None = None,
         progress: Progress | None = None,
+        writes_velocities: bool = True,
     ) -> None:
         """`time` is that of the stage when the simulation begins."""
         self._time = time
+        self._writes_velocities = writes_velocities
         self._stage, self._hulls, self._device, self._progress = stage, hulls, device, progress
         self._tracker = ChangeTracker(stage)
         self._backup = Backup()
@@ -58,6 +62,7 @@ class PlaySession:
         self._asleep: set[str] = set()  # bodies to put to sleep when the world is built
         self._trigger_states = TriggerStates(stage)
         self._inside: list[tuple[str, str]] = []  # triggers, and the colliders inside
+        self._told = ToldVelocities()
         self._touching: set[tuple[str, str]] = set()  # colliders whose contacts are reported
         # Of the latest step.
         self.trigger_events: list[TriggerEvent] = []
@@ -73,7 +78,7 @@ class PlaySession:
         self._apply_stage_edits()
         before, self._time = self._time, time
         if all(body.is_collider for body in self.scene.bodies.values()):
-            self.poses = self._poses_at(time)
+            self.poses = self._time_samples.poses_at(time, self.poses)
             self._note_events(None, dt)
             return  # Newton is not even imported
         world = self._built_world()
@@ -89,36 +94,13 @@ class PlaySession:
 
     def _follow_time_samples(self, world: World, *, rewound: bool) -> None:
         """Move what time samples move: with the step, or at once where time went back, as at the end of a loop."""
-        poses = self._poses_at(self._time) if self.scene.animated else self.poses
+        poses = self._time_samples.poses_at(self._time, self.poses)
         rows = [world.body_index[path] for path in self.scene.animated]
         moved = [row for row in rows if not np.allclose(poses[row], self.poses[row], rtol=0.0, atol=1e-7)]
         if moved and rewound:
             world.set_poses(moved, poses[moved])
         elif moved:
             world.add_kinematic_targets({row: poses[row] for row in moved})
-
-    def _poses_at(self, time: Usd.TimeCode) -> np.ndarray:
-        """Return the poses (N, 7) [m] of all bodies, those that time samples move at a time."""
-        poses, cache = np.array(self.poses, np.float64), UsdGeom.XformCache(time)
-        rows = {path: row for row, path in enumerate(self.scene.bodies)} if self.scene.animated else {}
-        constant: dict[str, np.ndarray] = {}
-        for path in self.scene.animated:
-            matrix = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(path)))
-            if not np.isfinite(matrix).all():
-                warn_once(
-                    f"{path}: its time samples are not finite at {time.GetValue():g}, so it stays where it was before."
-                )
-                continue
-            poses[rows[path]] = rigid_pose(matrix, self._units.meters)
-            constant[path] = body_from_prim(matrix, self._units.meters)
-        first = [self.scene.bodies[path].body_from_prim for path in constant]
-        if constant and not nearly_equal(list(constant.values()), first):
-            path = next(path for path, then in zip(constant, first) if not nearly_equal(constant[path], then))
-            warn_once(
-                f"{path}: time samples change its scale, which its collider does not follow: it keeps the size that it "
-                "had when the simulation began. Move and turn it only, or simulate without it."
-            )
-        return poses
 
     def write(self) -> None:
         """Write to the stage where bodies are, after steps that did not."""
@@ -150,15 +132,25 @@ class PlaySession:
             PhysicsError: a path is no rigid body that is simulated.
         """
         world = self.current_world()
-        if unknown := [path for path in bodies if path not in world.body_index]:
-            raise PhysicsError(f"{unknown[0]} is not a simulated rigid body, so no force acts on it")
-        rows = np.array([world.body_index[path] for path in bodies], int)
+        rows = np.array([world.body_index[path] for path in _known(bodies, world)], int)
         newtons, meters = self._units.kilograms * self._units.meters, self._units.meters
         poses = world.poses().astype(np.float64)[rows]
         centers = np.einsum("ni,nij->nj", world.center[rows], matrix_from_quat(poses[:, 3:])) + poses[:, :3]
         arms = np.where(np.isnan(points), 0.0, points * meters - centers)
         force = forces * newtons
         world.add_wrenches(rows, np.hstack([force, torques * newtons * meters + np.cross(arms, force)]))
+
+    def velocities(self, bodies: Sequence[str]) -> np.ndarray:
+        """Return the velocities (N, 6) of bodies; see `NewtonEngine.velocities`.
+
+        Raises:
+            PhysicsError: a path is no rigid body that is simulated.
+        """
+        world = self.current_world()
+        rows = [world.body_index[path] for path in _known(bodies, world)]
+        found = world.velocities().astype(np.float64)[rows].reshape(-1, 6)
+        found[:, :3] /= self._units.meters
+        return found
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -286,9 +278,13 @@ class PlaySession:
             self.contact_events = events.of_step(contacts, dt)
             self._touching = events.touching
 
-    def _read_stage(self) -> None:
+    def _read_stage(self, changes: Changes | None = None) -> None:
+        """Read all of the stage again, after `changes`."""
         self._units = Units.of(self._stage)
-        self._begin_with(parse(self._stage, self._hulls, time=self._time, broken=self._broken))
+        scene = parse(self._stage, self._hulls, time=self._time, broken=self._broken)
+        if not self._writes_velocities:
+            self._told.go_on(scene.bodies, self.world, changes or Changes())
+        self._begin_with(scene)
 
     def _begin_with(self, scene: Scene) -> None:
         self.scene = scene
@@ -301,6 +297,7 @@ class PlaySession:
         self._queries = SceneQueries(self.scene)
         self._queries_are_stale = False
         self._triggers = Triggers(self.scene, self._queries)
+        self._time_samples = TimeSamples(self._stage, self.scene, self._units.meters)
         self.poses = initial_poses(self.scene)
         self.world = None
         self._open_writer()
@@ -308,10 +305,14 @@ class PlaySession:
     def _open_writer(self) -> None:
         with self._tracker.muted():
             meters = self._units.meters
-            self._writer = StageWriter(self._stage, self.scene.bodies, self._backup, meters_per_unit=meters)
-            self._instances = InstancerWriter(self._stage, self.scene.bodies, self._backup, meters_per_unit=meters)
+            bodies, velocities = self.scene.bodies, self._writes_velocities
+            self._writer, self._instances = (
+                writer(self._stage, bodies, self._backup, meters_per_unit=meters, velocities=velocities)
+                for writer in (StageWriter, InstancerWriter)
+            )
             joints = self.scene.joints.values()
             self._joint_writer = JointStateWriter(self._stage, joints, self._backup, meters_per_unit=meters)
+            self._backup.hold()
         if self.world is not None:
             self._writer.set_written(self.world.poses(), self.world.velocities())
 
@@ -323,15 +324,15 @@ class PlaySession:
         stays = self.world is not None or not (self.scene.bodies or edits.subtrees)
         if edits.rebuild or self._must_rebuild or (edits and not stays):
             self._must_rebuild = False
-            self._read_stage()
+            self._read_stage(changes)
             return
         if edits.subtrees:
-            self._replace_subtrees(edits.subtrees)
+            self._replace_subtrees(edits.subtrees, changes)
             # What else changed, of the scene that is now there.
             changes = Changes(changed=changes.changed)
             edits = self._reader.read(changes)
             if edits.rebuild or (edits and not self.scene.bodies):
-                self._read_stage()
+                self._read_stage(changes)
                 return
             if edits:
                 self._built_world()
@@ -341,13 +342,16 @@ class PlaySession:
             apply_edits(edits, self.world, self.scene, self._queries)
             self.poses = self.world.poses()
             self._writer.set_written(self.poses, self.world.velocities())
+            self._told.note(edits.velocities)
         if self._writer.is_stale(changes):
             self._open_writer()
 
-    def _replace_subtrees(self, subtrees: Mapping[str, Scene]) -> None:
+    def _replace_subtrees(self, subtrees: Mapping[str, Scene], changes: Changes) -> None:
         """Go on with what is now below some prims, and with all other bodies where and as fast as they are."""
         world, cache = self.world, UsdGeom.XformCache(Usd.TimeCode.Default())
         assert world is not None
+        for part in subtrees.values() if not self._writes_velocities else ():
+            self._told.go_on(part.bodies, world, changes)
         scene = with_subtrees(self._stage, self.scene, subtrees)
         poses, velocities = world.poses().tolist(), world.velocities().tolist()
         for path in scene.bodies.keys() - {path for part in subtrees.values() for path in part.bodies}:
@@ -355,7 +359,7 @@ class PlaySession:
             if body.kinematic:  # it is still on its way to where it was put on the stage
                 matrix = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(path)))
                 if not np.isfinite(matrix).all():
-                    self._read_stage()  # which leaves it out
+                    self._read_stage(changes)  # which leaves it out
                     return
                 scene.bodies[path] = replace(body, pose=tuple(rigid_pose(matrix, self._units.meters).tolist()))
                 continue
@@ -385,3 +389,10 @@ class PlaySession:
 def initial_poses(scene: Scene) -> np.ndarray:
     """Return the poses (N, 7) [m] of the bodies as they were read."""
     return np.array([body.pose for body in scene.bodies.values()]).reshape(-1, 7)
+
+
+def _known(bodies: Sequence[str], world: World) -> Sequence[str]:
+    """Return paths that are all of rigid bodies in a world."""
+    if unknown := [path for path in bodies if path not in world.body_index]:
+        raise PhysicsError(f"{unknown[0]} is not a simulated rigid body")
+    return bodies

@@ -24,9 +24,12 @@ IMPORTABLE = [
 ]
 # A member of a module by its name, as in `_part("usdsdg.app.app:App")`: an import inside a function.
 NAMED = re.compile(r"(usdsdg\w*(?:\.\w+)+):\w+")
-# Loads each module that is named on the command line in a process of its own, forked from one that has loaded nothing.
+# Loads each module that is named on the command line in a process of its own, forked from one that has loaded nothing
+# of the product; what it has loaded of other libraries is not loaded again for each.
 LOADER = """
 import json, os, sys
+for name in BEFORE:
+    __import__(name)
 for name in sys.argv[1:]:
     sys.stdout.flush()
     if (child := os.fork()) == 0:
@@ -156,11 +159,16 @@ def test_no_module_imports_itself_by_way_of_others():
 @cache
 def loaded() -> dict[str, set[str]]:
     """Module -> everything of the product that is loaded after `import module` in a fresh process."""
-    names = [f"{package}.{room}".removesuffix(".__init__") for package, room in IMPORTABLE]
-    source = f"PACKAGES, ENGINES = {tuple(PACKAGES)}, ('newton', 'warp')\n{LOADER}"
-    done = subprocess.run([sys.executable, "-c", source, *names], capture_output=True, text=True, cwd=ROOT)
-    assert done.returncode == 0, done.stderr
-    return {name: set(found) for name, found in map(json.loads, done.stdout.splitlines())}
+    light, heavy = ["numpy"], ["newton", "warp", "trimesh"]
+    found = {}
+    for before, has_engines in ((light, False), (light + heavy, True)):
+        rooms = [room for room in IMPORTABLE if (room[0] in layers.ENGINES) == has_engines]
+        names = [f"{package}.{room}".removesuffix(".__init__") for package, room in rooms]
+        source = f"PACKAGES, ENGINES, BEFORE = {tuple(PACKAGES)}, ('newton', 'warp'), {before}\n{LOADER}"
+        done = subprocess.run([sys.executable, "-c", source, *names], capture_output=True, text=True, cwd=ROOT)
+        assert done.returncode == 0, done.stderr
+        found |= {name: set(modules) for name, modules in map(json.loads, done.stdout.splitlines())}
+    return found
 
 
 @pytest.mark.parametrize(("package", "room"), IMPORTABLE)

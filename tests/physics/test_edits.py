@@ -290,6 +290,30 @@ def test_play_stop_play():
     assert (position(prim) == first).all()
 
 
+@pytest.mark.parametrize("new_path", ["/World/other", "/World/group/box"])
+def test_what_is_renamed_while_playing_is_restored_where_it_is_then(new_path):
+    stage = new_stage()
+    add(stage, "/World/box", at=(0, 0, 5))
+    UsdGeom.Xform.Define(stage, "/World/group")
+    authored = stage.GetRootLayer().ExportToString()
+    engine = playing(stage)
+    engine.advance(STEP)
+    renamed, back = Sdf.BatchNamespaceEdit(), Sdf.BatchNamespaceEdit()
+    renamed.Add("/World/box", new_path)
+    back.Add(new_path, "/World/box")
+    assert stage.GetRootLayer().Apply(renamed)
+    engine.advance(5 * STEP)
+    assert position(stage.GetPrimAtPath(new_path))[2] == pytest.approx(5.0 - fallen(6), abs=1e-3)
+    engine.stop()
+    assert stage.GetRootLayer().Apply(back)
+    assert _sorted_lines(stage.GetRootLayer().ExportToString()) == _sorted_lines(authored)
+
+
+def _sorted_lines(text: str) -> list[str]:
+    """The lines of a layer: moving a prim there and back may change its place among its siblings."""
+    return sorted(text.splitlines())
+
+
 def test_listener_may_stop_the_simulation():
     stage = new_stage()
     prim = add(stage, "/World/box", at=(0, 0, 5))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
+from scipy.spatial import ConvexHull
 
 from tests.physics.scenes import add, collide, fallen, make_body, mesh, new_stage, physics_material, playing, position
 from usdsdg import errors
@@ -342,3 +343,32 @@ def test_parsing_works_without_registered_schemas():
     assert scene.bodies["/box"].angular_damping == pytest.approx(0.7)
     assert scene.colliders["/box"].gap == pytest.approx(0.002 * 0.01)
     assert scene.colliders["/box"].margin == pytest.approx(0.001 * 0.01)
+
+
+@pytest.mark.parametrize(("kind", "half"), [("Cube", 1), ("Sphere", 1), ("Capsule", 0.5), ("Cylinder", 1), ("Mesh", 1)])
+def test_a_rest_offset_below_the_middle_of_a_collider_is_named(kind, half, recwarn):
+    errors.forget_warnings()
+    stage = new_stage(meters_per_unit=0.01)
+    for name, part in (("/World/outer", 0.2), ("/World/inner", -0.9), ("/World/beyond", -1.0)):
+        if kind == "Mesh":
+            mesh(stage, name, CORNERS, ConvexHull(CORNERS).simplices)
+        prim = add(stage, name, kind, scale=(1, 1, 1))
+        prim.CreateAttribute("physxCollision:restOffset", Sdf.ValueTypeNames.Float).Set(part * half)
+    _parse(stage)
+    messages = [str(warning.message) for warning in recwarn]
+    assert len(messages) == 1
+    assert messages[0].startswith("/World/beyond: physxCollision:restOffset")
+    assert f"above {-half:.3g}." in messages[0]
+
+
+@pytest.mark.parametrize("kind", ["Plane", "Mesh"])
+def test_a_surface_may_have_any_rest_offset(kind, recwarn):
+    stage = new_stage()
+    if kind == "Mesh":
+        mesh(stage, "/World/ground", CORNERS, ConvexHull(CORNERS).simplices)
+    prim = add(stage, "/World/ground", kind, scale=(1, 1, 1), body=False)
+    if kind == "Mesh":
+        UsdPhysics.MeshCollisionAPI(prim).GetApproximationAttr().Set("none")
+    prim.CreateAttribute("physxCollision:restOffset", Sdf.ValueTypeNames.Float).Set(-3.0)
+    _parse(stage)
+    assert not [str(warning.message) for warning in recwarn]

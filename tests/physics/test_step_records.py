@@ -1,5 +1,7 @@
 """A step that is replayed from a record gives the same bits as one launched from Python."""
 
+import threading
+
 import numpy as np
 import pytest
 import warp as wp
@@ -255,3 +257,37 @@ def test_kinds_that_do_not_come_back_are_forgotten():
     assert values.numpy()[0] == 4 * step_records.MAX_KINDS
     assert len(records._records) == 1
     assert len(records._uses) <= step_records.MAX_KINDS
+
+
+@wp.kernel
+def _add_one(numbers: wp.array(dtype=int)):
+    i = wp.tid()
+    numbers[i] = numbers[i] + 1
+
+
+def test_a_record_has_nothing_of_what_other_threads_launch_meanwhile():
+    """Frames are rendered while physics records; an array of theirs in the record could take the number of another."""
+    own, other = wp.zeros(8, dtype=int, device="cpu"), wp.zeros(1 << 10, dtype=int, device="cpu")
+    copied = wp.zeros(1 << 10, dtype=int, device="cpu")
+
+    def render() -> None:
+        for _ in range(20):
+            wp.launch(_add_one, dim=other.shape, inputs=[other], device="cpu")
+        wp.copy(copied, other)
+
+    def launch() -> None:
+        wp.launch(_add_one, dim=own.shape, inputs=[own], device="cpu")
+        thread = threading.Thread(target=render)
+        thread.start()
+        thread.join()
+
+    records = StepRecords(wp.get_device("cpu"))
+    for _ in range(step_records.RECORD_AT_USE):
+        records.run("kind", launch)
+    graph = records._records["kind"]
+    held = {id(base) for _, _, _, base in graph._apic_capture._regions.values()}
+    assert held == {id(own)}
+    assert (other.numpy() == 20 * step_records.RECORD_AT_USE).all()  # what they launch is run
+    assert (copied.numpy() == other.numpy()).all()
+    records.run("kind", launch)
+    assert (own.numpy() == step_records.RECORD_AT_USE + 1).all()

@@ -59,6 +59,8 @@ class PhysicsEngine(Protocol):
         positions: ArrayLike | None = None,
     ) -> None: ...
 
+    def velocities(self, bodies: Sequence[str]) -> np.ndarray: ...
+
     @property
     def joints(self) -> tuple[str, ...]: ...
 
@@ -289,7 +291,9 @@ def physics() -> PhysicsEngine:
         quiet_warp()
         from usdsdg_physics.engine import NewtonEngine
 
-        engines.physics = NewtonEngine(current_stage(), device=physics_device(), progress=report)
+        engines.physics = NewtonEngine(
+            current_stage(), device=physics_device(), progress=report, writes_velocities=writes_velocities
+        )
         made = engines.physics
         made.subscribe_step(engines.on_step, heard=lambda: bool(engines.step_listeners))
         made.subscribe_step(engines.before_step, before=True, heard=lambda: bool(engines.step_listeners_before))
@@ -301,6 +305,11 @@ def physics() -> PhysicsEngine:
 def physics_if_made() -> PhysicsEngine | None:
     """Return the physics engine, or None if it has not been created yet."""
     return current().engines.physics
+
+
+def writes_velocities() -> bool:
+    """Return whether steps of physics write velocities to the stage: `/physics/updateVelocitiesToUsd`."""
+    return current().settings.get_as_bool("/physics/updateVelocitiesToUsd")
 
 
 def physics_device() -> str:

@@ -19,6 +19,7 @@ DEFAULTS: dict[str, Any] = {
     "/omni/replicator/backends/disk/root_dir": "",
     "/omni/replicator/backend/queueSize": 1000,
     "/omni/replicator/backend/writeThreads": 4,
+    "/physics/updateVelocitiesToUsd": True,
     "/rtx/rendermode": "RaytracedLighting",
     "/rtx/pathtracing/spp": 1,
     "/rtx/pathtracing/totalSpp": 64,

@@ -15,7 +15,9 @@ def apply_edits(edits: Edits, world: World, scene: Scene, queries: SceneQueries)
     _apply_poses(edits, world, scene)
     if edits.velocities:
         rows = [world.body_index[path] for path in edits.velocities]
-        world.set_velocities(rows, np.array(list(edits.velocities.values())))
+        given = np.array(list(edits.velocities.values()))
+        is_set = np.array([edits.velocities_set[path] for path in edits.velocities])
+        world.set_velocities(rows, np.where(is_set, given, world.velocities()[rows]))
     if edits.gravity is not None:
         world.set_gravity(edits.gravity)
     for path, body in edits.bodies.items():

@@ -25,6 +25,8 @@ from usdsdg_physics.scene.prim_paths import at_or_below, paths_below
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Force, Joint, Scene
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 
+_LINEAR = frozenset({"physics:velocity", "velocities"})  # of bodies, and of the instances of a PointInstancer
+_ANGULAR = frozenset({"physics:angularVelocity", "angularVelocities"})
 _VELOCITIES = frozenset({"physics:velocity", "physics:angularVelocity"})
 _LIVE_BODY_ATTRIBUTES = frozenset(
     {"physxRigidBody:disableGravity", "physxRigidBody:linearDamping", "physxRigidBody:angularDamping"}
@@ -80,6 +82,7 @@ class Edits:
     rebuild: bool = False
     subtrees: dict[str, Scene] = field(default_factory=dict)  # what is now at and below prims, which needs a new world
     velocities: dict[str, np.ndarray] = field(default_factory=dict)  # by body: (6,) m/s, rad/s
+    velocities_set: dict[str, np.ndarray] = field(default_factory=dict)  # which of these: (6,) bool
     poses: dict[str, np.ndarray] = field(default_factory=dict)  # by body: (7,) m
     bodies: dict[str, Body] = field(default_factory=dict)  # whose gravity switch or damping changed
     colliders: dict[str, Collider] = field(default_factory=dict)  # that were switched or moved
@@ -164,8 +167,8 @@ class EditReader:
                 before = edits.colliders.get(part, self._scene.colliders[part])
                 edits.colliders[part] = replace(before, enabled=enabled)
         if body is not None and names & _VELOCITIES:
-            velocity, angular = read_velocity(prim, self._units), read_angular_velocity(prim)
-            edits.velocities[path] = np.array([*velocity, *angular])
+            velocities = np.array([*read_velocity(prim, self._units), *read_angular_velocity(prim)])
+            edits.velocities[path], edits.velocities_set[path] = velocities, _set(names)
         if body is not None and (names & _LIVE_BODY_ATTRIBUTES or any(name.startswith(_SURFACE) for name in names)):
             edits.bodies[path] = replace(read_body(prim, cache, self._units), kinematic=body.kinematic, held=body.held)
 
@@ -205,6 +208,7 @@ class EditReader:
                 edits.poses[name] = np.array(body.pose)
             if names & _INSTANCE_VELOCITIES:
                 edits.velocities[name] = np.array([*body.velocity, *body.angular_velocity])
+                edits.velocities_set[name] = _set(names)
         for name, collider in now.colliders.items():
             old = self._scene.colliders[name]
             if collider.body == STATIC and collider.shape != old.shape:
@@ -255,3 +259,13 @@ class EditReader:
         colliders = paths_below(self._subtrees.colliders, path)
         materials = bound_materials([self._stage.GetPrimAtPath(name) for name in colliders], self._units)
         return any(self._scene.colliders[name].material != new for name, new in zip(colliders, materials))
+
+
+def velocities_set(path: str, changes: Changes) -> np.ndarray:
+    """Return which (6,) of the linear and the angular velocity of a body changed on the stage."""
+    owner = (split_instance(path) or (path,))[0]
+    return _set(changes.changed.get(Sdf.Path(owner), set()))
+
+
+def _set(names: set[str]) -> np.ndarray:
+    return np.repeat([bool(names & _LINEAR), bool(names & _ANGULAR)], 3)

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg.errors import warn_once
 from usdsdg.stage.physics.instances import part_name
 from usdsdg_physics.parse.attributes import TRIGGER, TRIGGER_STATE, authored, finite, has_api, value
 from usdsdg_physics.parse.bodies import read_mass
-from usdsdg_physics.parse.collision_shapes import read_shapes
+from usdsdg_physics.parse.collision_shapes import half_thickness, read_shapes
 from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units
-from usdsdg_physics.scene.records import STATIC, Body, Collider, MassSpec, Material
+from usdsdg_physics.scene.records import STATIC, Body, Collider, MassSpec, Material, Shape
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 
 # PhysX's contact offset when a collider names none is a few centimeters at human scale.
@@ -74,7 +75,7 @@ def colliders_in_frame(
     shapes = read_shapes(prim, to_frame, hulls, dynamic=solid or (trigger and prim.IsA(UsdGeom.Mesh)))
     if not shapes:
         return []
-    margin = finite(authored(prim, "physxCollision:restOffset"), 0.0) * units.meters
+    margin = _rest_offset(prim, shapes[0], units)
     offset = finite(authored(prim, "physxCollision:contactOffset"), -1.0) * units.meters
     collider = Collider(
         path=str(prim.GetPath()),
@@ -89,6 +90,17 @@ def colliders_in_frame(
         parts=len(shapes),
     )
     return [replace(collider, path=part_name(collider.path, part), shape=shape) for part, shape in enumerate(shapes)]
+
+
+def _rest_offset(prim: Usd.Prim, shape: Shape, units: Units) -> float:
+    """Read the distance [m] from the surface of a collider at which others rest."""
+    offset = finite(authored(prim, "physxCollision:restOffset"), 0.0) * units.meters
+    if offset < 0.0 and (half := half_thickness(shape)) <= -offset:
+        warn_once(
+            f"{prim.GetPath()}: physxCollision:restOffset is {offset / units.meters:g}, which is below the middle of "
+            f"the collider, so others fall through it. Set one above {-half / units.meters:.3g}."
+        )
+    return offset
 
 
 def frame_from_prim(prim: Usd.Prim, owner: Usd.Prim | None, cache: UsdGeom.XformCache, units: Units) -> np.ndarray:

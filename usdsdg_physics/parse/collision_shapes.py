@@ -45,6 +45,17 @@ def read_shapes(prim: Usd.Prim, frame_from_prim: ArrayLike, hulls: HullCache, *,
     return [shape] if shape is not None else []
 
 
+def half_thickness(shape: Shape) -> float:
+    """Return half the least of a shape's lengths along its axes [m]; infinity of a surface, which has no inside."""
+    if shape.kind in ("plane", "mesh"):
+        return np.inf
+    if shape.kind in ("sphere", "capsule"):
+        return shape.size[0]
+    if shape.solid is not None:
+        return float((np.ptp(shape.solid.vertices, axis=0) * np.abs(shape.size)).min()) / 2.0
+    return min(length for length in shape.size if length > 0.0)
+
+
 def _primitive(prim: Usd.Prim, kind: str, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
     reader = _PRIMITIVES.get(kind)
     if reader is None:

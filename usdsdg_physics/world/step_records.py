@@ -6,6 +6,7 @@ from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING
 
 from usdsdg.errors import warn_once
+from usdsdg_physics.world.captures_by_thread import keep_captures_by_thread
 
 if TYPE_CHECKING:
     import warp as wp
@@ -50,6 +51,8 @@ class StepRecords:
         if kind in self._failed:
             return False
         try:
+            if self._device.is_cpu:
+                keep_captures_by_thread()
             with wp.ScopedCapture(self._device) as capture:
                 launch()
         except RuntimeError as error:

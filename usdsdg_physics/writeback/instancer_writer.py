@@ -24,14 +24,24 @@ class InstancerWriter:
     (prototype's matrix · scale)⁻¹ · body_from_prim, `right` = instancer_to_world⁻¹.
     """
 
-    def __init__(self, stage: Usd.Stage, bodies: Mapping[str, Body], backup: Backup, *, meters_per_unit: float) -> None:
+    def __init__(
+        self,
+        stage: Usd.Stage,
+        bodies: Mapping[str, Body],
+        backup: Backup,
+        *,
+        meters_per_unit: float,
+        velocities: bool = True,
+    ) -> None:
+        """`velocities`: whether those are written where an instancer has them."""
         rows: dict[str, list[tuple[int, int, Body]]] = {}
         for row, body in enumerate(bodies.values()):
             found = split_instance(body.path)
             if found is not None and not body.kinematic:
                 rows.setdefault(found[0], []).append((row, found[1], body))
         self._instancers = {
-            path: _Instancer(stage, path, instances, backup, meters_per_unit) for path, instances in rows.items()
+            path: _Instancer(stage, path, instances, backup, meters_per_unit, velocities)
+            for path, instances in rows.items()
         }
 
     def write(self, poses: np.ndarray, velocities: np.ndarray) -> None:
@@ -49,7 +59,13 @@ class InstancerWriter:
 
 class _Instancer:
     def __init__(
-        self, stage: Usd.Stage, path: str, instances: list[tuple[int, int, Body]], backup: Backup, meters: float
+        self,
+        stage: Usd.Stage,
+        path: str,
+        instances: list[tuple[int, int, Body]],
+        backup: Backup,
+        meters: float,
+        has_velocities: bool,
     ) -> None:
         self._meters = meters
         self._schema = UsdGeom.PointInstancer(stage.GetPrimAtPath(path))
@@ -67,7 +83,8 @@ class _Instancer:
         self._positions = np.array(self._schema.GetPositionsAttr().Get(), np.float32).reshape(count, 3)
         self._orientations = self._read_orientations(count)
         names = ["positions", "orientationsf" if self._fine else "orientations"]
-        names += [name for name in ("velocities", "angularVelocities") if prim.GetAttribute(name).Get()]
+        if has_velocities:
+            names += [name for name in ("velocities", "angularVelocities") if prim.GetAttribute(name).Get()]
         self._specs = {}
         for name in names:
             attribute = prim.GetAttribute(name)

@@ -8,58 +8,68 @@ _ABSENT = object()
 
 
 class Backup:
-    """Remembered opinions of attributes; `restore` puts back exactly these, and removes what was not there."""
+    """Remembered opinions of attributes; `restore` puts back exactly these, and removes what was not there.
+
+    Specs are held and not their paths, for they follow prims that are renamed or moved.
+    """
 
     def __init__(self) -> None:
-        # Default value by layer and spec path; _ABSENT for no attribute at all, None for one without a default.
-        self._values: dict[tuple[Sdf.Layer, Sdf.Path], object] = {}
-        # Prim specs that did not exist.
-        self._created: list[tuple[Sdf.Layer, Sdf.Path]] = []
+        # Default values; _ABSENT of an attribute that was not there, None of one without a default.
+        self._values: dict[Sdf.AttributeSpec, object] = {}
+        self._created: list[Sdf.PrimSpec] = []
+        # Of attributes and prims that have no spec yet, until `hold` finds that.
+        self._absent: dict[tuple[Sdf.Layer, Sdf.Path], None] = {}
 
     def keep(self, layer: Sdf.Layer, path: Sdf.Path) -> None:
         """Remember the opinion of an attribute, before it is written for the first time."""
-        if (layer, path) in self._values:
-            return
         spec = layer.GetAttributeAtPath(path)
-        self._values[layer, path] = _ABSENT if spec is None else spec.default
-        if spec is None:
-            prim_path = path.GetPrimPath()
-            while prim_path != Sdf.Path.absoluteRootPath and layer.GetPrimAtPath(prim_path) is None:
-                self._created.append((layer, prim_path))
-                prim_path = prim_path.GetParentPath()
+        if spec is not None:
+            if (layer, path) not in self._absent:
+                self._values.setdefault(spec, spec.default)
+            return
+        while path != Sdf.Path.absoluteRootPath and layer.GetObjectAtPath(path) is None:
+            self._absent[layer, path] = None
+            path = path.GetParentPath()
+
+    def hold(self) -> None:
+        """Find the specs of what was not there and has been made since; call it before a user can edit the stage."""
+        for layer, path in self._absent:
+            spec = layer.GetObjectAtPath(path)
+            if isinstance(spec, Sdf.AttributeSpec):
+                self._values.setdefault(spec, _ABSENT)
+            elif isinstance(spec, Sdf.PrimSpec):
+                self._created.append(spec)
+        self._absent.clear()
 
     def restore_prims(self, prims: Collection[str]) -> None:
         """Restore the opinions of some prims, and keep remembering them."""
         with Sdf.ChangeBlock():
-            for layer, path in self._values:
-                if str(path.GetPrimPath().StripAllVariantSelections()) in prims:
-                    self._restore_attribute(layer, path)
+            for spec, value in self._values.items():
+                if not spec.expired and str(spec.path.GetPrimPath().StripAllVariantSelections()) in prims:
+                    _restore(spec, value)
 
     def restore(self) -> None:
         """Restore every remembered opinion and forget it; layers that are gone need none."""
         with Sdf.ChangeBlock():
-            for layer, path in self._values:
-                self._restore_attribute(layer, path)
-            for layer, path in self._created:
-                if layer.expired:
-                    continue
-                spec = layer.GetPrimAtPath(path)
-                if spec is not None and _is_empty(spec):
-                    del (spec.nameParent or layer.pseudoRoot).nameChildren[spec.name]
+            for spec, value in self._values.items():
+                if not spec.expired:
+                    _restore(spec, value)
+            # What is deeper first, so that an over that held nothing but another is empty too.
+            there = [spec for spec in self._created if not spec.expired]
+            for spec in sorted(there, key=lambda spec: spec.path.pathElementCount, reverse=True):
+                if _is_empty(spec):
+                    del (spec.nameParent or spec.layer.pseudoRoot).nameChildren[spec.name]
         self._values.clear()
         self._created.clear()
 
-    def _restore_attribute(self, layer: Sdf.Layer, path: Sdf.Path) -> None:
-        value = self._values[layer, path]
-        spec = None if layer.expired else layer.GetAttributeAtPath(path)
-        if spec is None:
-            return
-        if value is _ABSENT:
-            spec.owner.RemoveProperty(spec)
-        elif value is None:
-            spec.ClearDefaultValue()
-        else:
-            spec.default = value
+
+def _restore(spec: Sdf.AttributeSpec, value: object) -> None:
+    if value is _ABSENT:
+        spec.owner.RemoveProperty(spec)
+    elif value is None:
+        spec.ClearDefaultValue()
+    else:
+        spec.default = value
 
 
 def _is_empty(spec: Sdf.PrimSpec) -> bool:

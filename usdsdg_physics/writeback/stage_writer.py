@@ -42,8 +42,18 @@ class _Channel:
 class StageWriter:
     """Writes bodies into one edit target; what stays constant while they move is computed once, when it is made."""
 
-    def __init__(self, stage: Usd.Stage, bodies: Mapping[str, Body], backup: Backup, *, meters_per_unit: float) -> None:
+    def __init__(
+        self,
+        stage: Usd.Stage,
+        bodies: Mapping[str, Body],
+        backup: Backup,
+        *,
+        meters_per_unit: float,
+        velocities: bool = True,
+    ) -> None:
+        """`velocities`: whether those are written, too."""
         self._stage = stage
+        self._has_velocities = velocities
         self._meters_per_unit = meters_per_unit
         self._target = stage.GetEditTarget()
         if bodies and not self._target.GetLayer().permissionToEdit:
@@ -138,7 +148,8 @@ class StageWriter:
 
     def _add(self, row: int, path: str, cache: UsdGeom.XformCache) -> None:
         prim = self._stage.GetPrimAtPath(path)
-        self._remember_op_order(prim)
+        for name in ("xformOpOrder", "xformOp:translate", "xformOp:orient"):  # which `choose_pose_ops` may make
+            self._keep(prim, name)
         ops = choose_pose_ops(prim)
         parent_to_world = np.array(cache.GetParentToWorldTransform(prim))
         if UsdGeom.Xformable(prim).GetResetXformStack():
@@ -157,11 +168,6 @@ class StageWriter:
                 return path
         return None
 
-    def _remember_op_order(self, prim: Usd.Prim) -> None:
-        path = self._target.MapToSpecPath(prim.GetPath())
-        for name in ("xformOpOrder", "xformOp:translate", "xformOp:orient"):
-            self._backup.keep(self._target.GetLayer(), path.AppendProperty(name))
-
     def _open_channels(self, row: int, prim: Usd.Prim, ops: PoseOps) -> None:
         if ops.order == "matrix":
             self._open(row, prim, ops.translate, "matrix")
@@ -172,12 +178,18 @@ class StageWriter:
             else:
                 for axis, name in zip("XYZ", ops.rotate):
                     self._open(row, prim, name, f"{ops.order}:{axis}")
-        self._open(row, prim, VELOCITY, VELOCITY)
-        self._open(row, prim, ANGULAR_VELOCITY, ANGULAR_VELOCITY)
+        for name in (VELOCITY, ANGULAR_VELOCITY):
+            if self._has_velocities:
+                self._open(row, prim, name, name)
+            else:  # what a user sets while the scene plays is undone with the rest
+                self._keep(prim, name)
+
+    def _keep(self, prim: Usd.Prim, name: str) -> None:
+        self._backup.keep(self._target.GetLayer(), self._target.MapToSpecPath(prim.GetPath().AppendProperty(name)))
 
     def _open(self, row: int, prim: Usd.Prim, name: str, role: str) -> None:
+        self._keep(prim, name)
         attribute = prim.GetAttribute(name)
-        self._backup.keep(self._target.GetLayer(), self._target.MapToSpecPath(attribute.GetPath()))
         channel = self._channels[role, str(attribute.GetTypeName())]
         spec = attribute_spec(self._target, attribute)
         if not self._is_strongest:

@@ -18,6 +18,8 @@ from usdsdg.stage.physics.rigid_bodies import apply_rigid_body_schemas
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg.stage.schemas import physx
 
+_STILL = (0.0, 0.0, 0.0)
+
 
 def make_rigid(prims: Iterable[Usd.Prim]) -> None:
     """Apply the schemas of rigid bodies."""
@@ -33,9 +35,14 @@ def is_simulating() -> bool:
 
 def velocities(prims: Sequence[Usd.Prim]) -> tuple[np.ndarray, np.ndarray]:
     """Return linear (N, 3) and angular velocities (N, 3) [rad/s], float32."""
+    if not engines.writes_velocities() and is_simulating():
+        paths = [str(prim.GetPath()) for prim in prims]
+        if set(paths) <= set(engines.physics().rigid_bodies):
+            both = engines.physics().velocities(paths).astype(np.float32)
+            return both[:, :3], both[:, 3:]
     bodies = [UsdPhysics.RigidBodyAPI(prim) for prim in prims]
-    linear = np.array([body.GetVelocityAttr().Get() for body in bodies], np.float32)
-    angular = np.array([body.GetAngularVelocityAttr().Get() for body in bodies], np.float32)
+    linear = np.array([body.GetVelocityAttr().Get() or _STILL for body in bodies], np.float32)
+    angular = np.array([body.GetAngularVelocityAttr().Get() or _STILL for body in bodies], np.float32)
     return linear.reshape(-1, 3), np.radians(angular).reshape(-1, 3)
 
 

@@ -17,6 +17,9 @@ from usdsdg.compat.isaacsim.core.prims import (
 )
 from usdsdg.compat.isaacsim.core.simulation_manager import SimulationManager
 from usdsdg.errors import BadPrim
+from usdsdg.session import engines
+from usdsdg.session.settings_store import get_settings
+from usdsdg.session.timeline import get_timeline
 
 
 def cubes(stage, count):
@@ -83,6 +86,21 @@ def test_bodies_have_velocities_masses_and_states(stage):
     assert UsdPhysics.RigidBodyAPI(view.prims[0]).GetRigidBodyEnabledAttr().Get() is False
     state = view.get_current_dynamic_state()
     assert state.positions.shape == state.linear_velocities.shape == (2, 3)
+
+
+def test_velocities_that_are_not_written_are_read_from_the_simulation(stage):
+    get_settings().set("/physics/updateVelocitiesToUsd", False)
+    view = RigidPrim(cubes(stage, 1), linear_velocities=[(1, 0, 0)])
+    timeline = get_timeline()
+    timeline.play()
+    for _ in range(3):
+        engines.physics().step(1 / 60)
+    linear = view.get_linear_velocities()[0]
+    np.testing.assert_allclose(linear[:2], (1, 0), atol=1e-3)
+    assert linear[2] < -0.1
+    assert tuple(UsdPhysics.RigidBodyAPI(view.prims[0]).GetVelocityAttr().Get()) == (1, 0, 0)
+    timeline.stop()
+    np.testing.assert_allclose(view.get_linear_velocities()[0], (1, 0, 0))
 
 
 def test_a_single_body_is_made_and_moved(stage):
