@@ -30,7 +30,9 @@ def test_frames_of_three_processes_are_those_of_one(made, tmp_path):
 def test_shards_are_the_whole(made, tmp_path):
     job, whole = made
     for shard in ("1/2", "0/2"):
-        assert generate(job, tmp_path / "out", "--shard", shard).returncode == 0
+        done = generate(job, tmp_path / "out", "--shard", shard)
+        assert done.returncode == 0, done.stderr
+        assert f"{FRAMES // 2} of {FRAMES} frames" in done.stdout
     early = merge(tmp_path / "out")
     assert early.returncode == 0, early.stderr
     assert content(tmp_path / "out") == content(whole)

@@ -28,6 +28,8 @@ def test_two_workers_make_what_one_process_makes_and_go_on_with_its_frames(tmp_p
     assert early.returncode == 0, early.stderr
     done = generate(job, tmp_path / "out", "--workers", "2", "--overwrite")
     assert done.returncode == 0, done.stderr
+    assert f"{FRAMES} frames in" in done.stdout
+    assert f"dataset: {tmp_path / 'out'}" in done.stdout
     assert content(tmp_path / "out") == content(tmp_path / "whole")
     done = generate(job, tmp_path / "out", "--workers", "2", "--resume")  # when nothing is left to be made
     assert done.returncode == 0, done.stderr

@@ -1,5 +1,6 @@
 """`usdsdg generate CONFIG`: run the object-based scenario from a YAML or JSON file, or the graph of a saved stage."""
 
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -138,4 +139,8 @@ def _let_workers_make(
         address, gpus = cluster
         pieces = PARTS_ON_RAY * (count or 1)
         make = on_ray(arguments, count, make_part, address=address, resources=Resources(each, gpus))
-    make_dataset(job.places(values), values.num_frames, pieces, make, unit=job.episode(values))
+    places, started = job.places(values), time.perf_counter()
+    make_dataset(places, values.num_frames, pieces, make, unit=job.episode(values))
+    print(f"{values.num_frames} frames in {time.perf_counter() - started:.1f} s")
+    for place in places:
+        print(f"dataset: {place}")

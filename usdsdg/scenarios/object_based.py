@@ -20,6 +20,7 @@ from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.episodes import Episode, can_be_passed_over, episodes
 from usdsdg.scenarios.output_folder import with_absolute_output_dir
+from usdsdg.scenarios.shared.runs import frames_made
 from usdsdg.session.render_products import products
 from usdsdg.session.session import current
 from usdsdg.session.timeline import get_timeline
@@ -72,7 +73,7 @@ def run(config: ObjectBasedConfig) -> Summary:
     seconds = time.perf_counter() - started
     summary = Summary(frames, frames * config.num_cameras, seconds, simulated, _output_dir(writer))
     if current().tap is None:  # else nothing was written
-        _print_summary(summary)
+        _print_summary(summary, config.num_cameras)
     if frames < config.num_frames:
         raise KeyboardInterrupt
     return summary
@@ -181,13 +182,14 @@ def _output_dir(writer: Writer | None) -> str | None:
     return getattr(writer.backend, "output_dir", None) if writer is not None else None
 
 
-def _print_summary(summary: Summary) -> None:
+def _print_summary(summary: Summary, views: int) -> None:
     if not summary.images:
         print("nothing was captured: num_frames or num_cameras is 0", file=sys.stderr)
         return
-    rate = summary.frames / summary.seconds if summary.seconds > 0 else 0.0
+    made = get_run().made
+    rate = made / summary.seconds if summary.seconds > 0 else 0.0
     print(
-        f"{summary.frames} frames, {summary.images} views in {summary.seconds:.1f} s "
+        f"{frames_made(summary.frames)}, {made * views} views in {summary.seconds:.1f} s "
         f"({rate:.2f} frames/s, {summary.simulated_seconds:.2f} s simulated)"
     )
     if summary.output_dir:

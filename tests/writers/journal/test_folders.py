@@ -16,6 +16,7 @@ from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
+from usdsdg.writers.journal.run import Run
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -137,6 +138,24 @@ def test_parts_are_written_beside_each_other_and_one_part_by_one_process(tmp_pat
         DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.NEW, None)
     for folder in (first, second):
         folder.release()
+
+
+@pytest.mark.parametrize("portion", [None, Portion(0, 2)])
+def test_a_run_that_goes_on_is_told_from_one_that_was_not_finished(tmp_path, portion):
+    def check() -> None:
+        later = Run()
+        later.begin(recipe(), Mode.NEW, portion)
+        later.check(tmp_path)
+
+    first = DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.NEW, portion)
+    write_frame(first, 0)
+    with pytest.raises(DatasetInTheWay, match="another process is writing"):
+        check()
+    first.release()
+    with pytest.raises(DatasetInTheWay, match="an unfinished run of this recipe"):
+        check()
+    first = DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.RESUME, portion)  # which `check` has not kept out
+    first.release()
 
 
 HOLDER = """

@@ -93,7 +93,7 @@ def capture(
             del stage  # which can be freed before the next one is built
     summary = Summary(done, done * views, time.perf_counter() - started, tuple(folders(list(writers))))
     if current().tap is None:  # else nothing was written
-        _print_summary(summary)
+        _print_summary(summary, views)
     if done < frames:
         raise KeyboardInterrupt
     return summary
@@ -115,9 +115,16 @@ def _capture_stage(stage: Arranged, frames: int, rendering: Rendering, stop_requ
     return done
 
 
-def _print_summary(summary: Summary) -> None:
-    rate = summary.images / summary.seconds if summary.seconds > 0 else 0.0
-    print(f"{summary.frames} frames, {summary.images} pictures in {summary.seconds:.1f} s ({rate:.2f} pictures/s)")
+def frames_made(of: int) -> str:
+    """Return how many frames this process has made, as it is printed: "40 frames", or "8 of 40 frames"."""
+    made = get_run().made
+    return f"{made} frames" if made == of else f"{made} of {of} frames"
+
+
+def _print_summary(summary: Summary, views: int) -> None:
+    images = get_run().made * views
+    rate = images / summary.seconds if summary.seconds > 0 else 0.0
+    print(f"{frames_made(summary.frames)}, {images} pictures in {summary.seconds:.1f} s ({rate:.2f} pictures/s)")
     for folder in summary.folders:
         print(f"dataset: {folder}")
     if not summary.folders:

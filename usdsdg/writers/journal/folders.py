@@ -19,7 +19,7 @@ from usdsdg.writers.journal import journal, lines, recipe
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME, Contents, Journal
-from usdsdg.writers.journal.place import PARTS, Lock, Place
+from usdsdg.writers.journal.place import PARTS, FolderPlace, Lock, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 
@@ -186,6 +186,22 @@ def shared_lock(place: Place) -> Lock:
 
 def _held(place: Place, held: Locked) -> DatasetInTheWay:
     return DatasetInTheWay(f"{place.name}: another process is writing to this dataset ({held}).")
+
+
+def check_unused(place: Place, portion: Portion | None) -> None:
+    """Check that no other process writes to a folder; of a store, where it takes long, that is found when it is locked.
+
+    Raises:
+        DatasetInTheWay: one does.
+    """
+    if isinstance(place, FolderPlace):
+        try:
+            for lock in place.locks(portion):
+                lock.release()
+        except Locked as held:
+            raise _held(place, held) from None
+        except FileNotFoundError:  # nobody has written there yet
+            return
 
 
 def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 
 from pxr import Usd
 
+from usdsdg.errors import DatasetInTheWay
 from usdsdg.session import engines
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
@@ -43,6 +44,7 @@ class Run:
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
         self.counts_only = False  # frames are counted here, and made by other processes
         self.captures = 0  # at which a writer was due
+        self.made = 0  # frames of which this process made files
         self.scratch: Path | None = None  # folder below which all files go that would go to other places
         self._places: dict[str, Place] = {}
         self._folders: dict[str, DatasetFolder] = {}
@@ -77,7 +79,11 @@ class Run:
             assert self.recipe is not None
             place = self._place(os.fspath(folder))
             place.pull(self.portion)
-            folders.check(place, self.recipe.of(place.name), self.mode, self.portion)
+            try:
+                folders.check(place, self.recipe.of(place.name), self.mode, self.portion)
+            except DatasetInTheWay:
+                folders.check_unused(place, self.portion)  # such a run looks unfinished, and cannot be gone on with
+                raise
 
     def folder_to_go_on(self, wanted: Path) -> Path | None:
         """Return the folder with this run or a part of it, where new runs are put beside earlier ones; None: a new one.
@@ -179,6 +185,7 @@ class Run:
 
     def hand(self, number: int) -> FrameFiles:
         """Begin a frame of which files are made; the capture ends it with `release`."""
+        self.made += 1
         return self._in_hand.begin(number)
 
     def note(self, folder: str, path: str, facts: FileFacts, frame: FrameFiles | None) -> None:
