@@ -10,8 +10,8 @@ from pxr import Usd
 from usdsdg.errors import PhysicsError
 from usdsdg.stage.poses.transforms import meters_per_unit
 from usdsdg_physics.listeners import Listeners
-from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.play import PlaySession, initial_poses
 from usdsdg_physics.queries.scene_queries import Overlap, RayHit, SceneQueries
 from usdsdg_physics.scene.events import ContactEvent, TriggerEvent

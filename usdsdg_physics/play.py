@@ -16,8 +16,8 @@ from usdsdg_physics.edits.edit_reader import EditReader, Edits
 from usdsdg_physics.edits.subtrees import with_subtrees
 from usdsdg_physics.edits.time_samples import TimeSamples
 from usdsdg_physics.edits.told_velocities import ToldVelocities
-from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.queries.triggers import Triggers

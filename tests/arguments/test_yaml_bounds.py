@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from usdsdg.arguments import yaml_bounds
 from usdsdg.arguments.yaml_bounds import TooLarge, check_yaml, load_json, read_bounded
-from usdsdg.cli.file_kinds import FileKind, check_kind
+from usdsdg.cli.options.file_kinds import FileKind, check_kind
 from usdsdg.errors import ConfigError
 from usdsdg.replicator_yaml import ParserError, parse
-from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.config_file import read_config
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 
 # Unbounded, most of these files take minutes or for ever; bounded, a fraction of a second.
 pytestmark = pytest.mark.timeout(30)

@@ -5,7 +5,7 @@ import shutil
 import pytest
 
 from tests.scripts.conftest import ROOT, usdsdg
-from usdsdg.cli.file_kinds import FileKind, check_kind
+from usdsdg.cli.options.file_kinds import FileKind, check_kind
 from usdsdg.errors import ConfigError
 
 FILES = {

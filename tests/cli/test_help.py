@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from usdsdg.cli.commands import app
 from usdsdg.cli.examples import EXAMPLES
-from usdsdg.cli.optional_values import completed
+from usdsdg.cli.options.optional_values import completed
 
 
 def commands() -> dict[str, click.Command]:

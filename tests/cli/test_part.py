@@ -2,7 +2,7 @@
 
 from tests.cli.datasets import FRAMES, content, generate, merge, run, write_job
 from usdsdg.cli.generate import make_part
-from usdsdg.cli.optional_values import completed
+from usdsdg.cli.options.optional_values import completed
 
 
 def test_one_process_makes_all_parts(tmp_path):

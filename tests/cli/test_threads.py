@@ -59,7 +59,7 @@ LIMITED = """
 import os
 
 from usdsdg.cli import commands
-from usdsdg.cli.thread_limit import limit_threads
+from usdsdg.cli.options.thread_limit import limit_threads
 
 before = len(os.listdir("/proc/self/task"))
 limit_threads(1)

@@ -10,10 +10,10 @@ from pxr import Gf, UsdGeom, UsdPhysics
 from tests.physics.scenes import add, make_body, mesh, new_stage, playing, position
 from usdsdg import errors
 from usdsdg.stage.schemas import physx
-from usdsdg_physics.parse import convex_decomposition
-from usdsdg_physics.parse.convex_hulls import SPLITTING_LABEL, HullCache
-from usdsdg_physics.parse.convex_pieces import convex_pieces
 from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.shapes import convex_decomposition
+from usdsdg_physics.parse.shapes.convex_hulls import SPLITTING_LABEL, HullCache
+from usdsdg_physics.parse.shapes.convex_pieces import convex_pieces
 
 pytest.importorskip("coacd")
 

@@ -9,8 +9,8 @@ from pxr import Gf, UsdGeom, UsdPhysics
 from tests.physics.scenes import add, mesh, new_stage, physics_material
 from usdsdg import errors
 from usdsdg_physics.model.mass import body_mass, volume_integrals
-from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.scene.records import Shape
 
 

@@ -9,8 +9,8 @@ from scipy.spatial import ConvexHull
 
 from tests.physics.scenes import add, collide, fallen, make_body, mesh, new_stage, physics_material, playing, position
 from usdsdg import errors
-from usdsdg_physics.parse.convex_hulls import MAX_HULL_VERTICES, HullCache
 from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 

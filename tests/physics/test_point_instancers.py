@@ -9,8 +9,8 @@ from pxr import Gf, UsdGeom, UsdPhysics
 from tests.physics.scenes import add, fallen, make_body, new_stage, playing, position
 from usdsdg import errors
 from usdsdg.stage.schemas import physx
-from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 
 STEP = 1 / 60
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.physics.scenes import add, collide, make_body, mesh, new_stage, playing, set_value
 from usdsdg_physics import Overlap
-from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.scene.records import STATIC, Collider, Material, Scene, Shape
 

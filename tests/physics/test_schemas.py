@@ -13,7 +13,6 @@ from tests.physics.mechanisms import drive, free_axes, joint
 from tests.physics.scenes import add, new_stage, physics_material, playing
 from usdsdg import errors
 from usdsdg.stage.schemas import physx
-from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.parse.schema_table import (
     READ,
@@ -23,6 +22,7 @@ from usdsdg_physics.parse.schema_table import (
     unread_attribute,
     unread_schema,
 )
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 
 _USD_PROPERTIES = frozenset({"visibility", "purpose", "proxyPrim"})
 

@@ -11,8 +11,8 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, make_body, mesh, new_stage, physics_material, playing, position, set_value
 from usdsdg_physics import play
-from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 
 STEP = 1 / 60
 _SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5]], float), np.array([[0, 1, 2], [0, 2, 3], [3, 1, 0]])

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.physics.test_queries import SIZES, _placed, _scene
-from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.scene.records import Shape
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdLux, UsdPhysics
 
-from usdsdg.scenarios import aiming
-from usdsdg.scenarios.aiming import Aiming
-from usdsdg.scenarios.cameras import Cameras
-from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
+from usdsdg.scenarios.object_based import aiming
+from usdsdg.scenarios.object_based.aiming import Aiming
+from usdsdg.scenarios.object_based.cameras import Cameras
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.session import engines
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.poses.xform_ops import author_pose

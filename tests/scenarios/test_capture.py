@@ -9,12 +9,13 @@ from pxr import Sdf, UsdGeom, UsdPhysics
 
 import usdsdg as rep
 from usdsdg.capture.render_settings import render_mode
-from usdsdg.scenarios import capture_loop, object_based, randomizers
-from usdsdg.scenarios.cameras import Cameras
-from usdsdg.scenarios.capture_loop import Scene
-from usdsdg.scenarios.config import ObjectBasedConfig, PathTracing
 from usdsdg.scenarios.draws import Draws
-from usdsdg.scenarios.objects import Bodies
+from usdsdg.scenarios.object_based import capture_loop, randomizers
+from usdsdg.scenarios.object_based import job as object_based
+from usdsdg.scenarios.object_based.cameras import Cameras
+from usdsdg.scenarios.object_based.capture_loop import Scene
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig, PathTracing
+from usdsdg.scenarios.object_based.objects import Bodies
 from usdsdg.session import engines, stage_context
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from usdsdg.errors import ConfigError
-from usdsdg.scenarios.config import load_config
+from usdsdg.scenarios.object_based.config import load_config
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

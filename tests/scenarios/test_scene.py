@@ -11,9 +11,11 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 import usdsdg as rep
 from usdsdg.app.app import get_app
 from usdsdg.errors import AssetNotFound, UsdsdgWarning, WriterError, forget_warnings
-from usdsdg.scenarios import cameras, environment, object_based, objects, randomizers
-from usdsdg.scenarios.config import ObjectBasedConfig
+from usdsdg.scenarios import environment
 from usdsdg.scenarios.draws import Draws
+from usdsdg.scenarios.object_based import cameras, objects, randomizers
+from usdsdg.scenarios.object_based import job as object_based
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.scenarios.output_folder import with_absolute_output_dir
 from usdsdg.session import engines, stage_context
 from usdsdg.stage import assets

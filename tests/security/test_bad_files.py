@@ -16,9 +16,9 @@ from usdsdg.datasets.folder import Folder
 from usdsdg.errors import ArgumentError, AssetUnreadable, ConfigError, UsdsdgError
 from usdsdg.inspect.report import inspect
 from usdsdg.replicator_yaml import run_file
-from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.config_file import read_config
 from usdsdg.scenarios.jobs import load_job
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.session.stage_context import open_stage
 from usdsdg.stage.assets import check_file
 from usdsdg.stage.semantics.semantic_classes import read_semantic_classes

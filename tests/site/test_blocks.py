@@ -12,7 +12,7 @@ import usdsdg as rep
 from tests.site.test_walks import PAGES as WALKED
 from tests.site.walk import ROOT, Block, blocks
 from usdsdg.cli.commands import app
-from usdsdg.cli.optional_values import completed
+from usdsdg.cli.options.optional_values import completed
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 # Its commands are wrong on purpose, and a test of their own makes them.

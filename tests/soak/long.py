@@ -10,8 +10,8 @@ import time
 from pathlib import Path
 
 from usdsdg.capture import capture
-from usdsdg.cli.command_context import seed_everything
-from usdsdg.cli.dataset_options import begin_run
+from usdsdg.cli.options.command_context import seed_everything
+from usdsdg.cli.options.dataset_options import begin_run
 from usdsdg.scenarios import jobs
 from usdsdg.session import engines
 from usdsdg.writers.aggregates import finish_run

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from usdsdg.cli.command_context import AssetsRoot, Quiet, command_context
 from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.command_context import AssetsRoot, Quiet, command_context
 from usdsdg.errors import ConfigError
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from usdsdg.cli.generate import generate
 from usdsdg.cli.inspect import inspect
 from usdsdg.cli.merge import merge
 from usdsdg.cli.new import new
-from usdsdg.cli.optional_values import completed
+from usdsdg.cli.options.optional_values import completed
 from usdsdg.cli.render import render
 from usdsdg.cli.reproduce import reproduce
 from usdsdg.cli.run import run

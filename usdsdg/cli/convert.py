@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from usdsdg.cli.command_context import Quiet, command_context
-from usdsdg.cli.file_kinds import no_file
+from usdsdg.cli.options.command_context import Quiet, command_context
+from usdsdg.cli.options.file_kinds import no_file
 
 
 class OriginOption(enum.StrEnum):

@@ -7,8 +7,8 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from usdsdg.cli.command_context import command_context
 from usdsdg.cli.machine_advice import Machine, advice, gpu_line
+from usdsdg.cli.options.command_context import command_context
 from usdsdg.operating_system import usable_cores
 from usdsdg.warp_start import cuda_driver_version, has_nvidia_gpu, quiet_warp, start_warp
 

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from usdsdg.cli.command_context import (
+from usdsdg.cli.inspect import Inspect, show_written
+from usdsdg.cli.options.command_context import (
     AssetsRoot,
     Device,
     Quiet,
@@ -18,12 +19,20 @@ from usdsdg.cli.command_context import (
     fix_classes,
     seed_everything,
 )
-from usdsdg.cli.dataset_options import AllowOutside, GpusPerWorker, Overwrite, Ray, Resume, Shard, Workers, begin_run
-from usdsdg.cli.file_kinds import FileKind, check_kind
-from usdsdg.cli.inspect import Inspect, show_written
+from usdsdg.cli.options.dataset_options import (
+    AllowOutside,
+    GpusPerWorker,
+    Overwrite,
+    Ray,
+    Resume,
+    Shard,
+    Workers,
+    begin_run,
+)
+from usdsdg.cli.options.file_kinds import FileKind, check_kind
+from usdsdg.cli.options.rerun_option import Rerun, recorded
+from usdsdg.cli.options.thread_limit import Threads
 from usdsdg.cli.part import run_here
-from usdsdg.cli.rerun_option import Rerun, recorded
-from usdsdg.cli.thread_limit import Threads
 from usdsdg.errors import BadValue
 
 # Threads of an actor of Ray, unless --threads says otherwise; parts for each, so that none waits long for the others.

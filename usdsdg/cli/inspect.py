@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from usdsdg.cli.command_context import command_context
+from usdsdg.cli.options.command_context import command_context
 from usdsdg.errors import DatasetError
 from usdsdg.session.next_commands import next_commands, written_datasets
 from usdsdg.session.progress import say

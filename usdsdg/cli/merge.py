@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from usdsdg.cli.command_context import Quiet, command_context
+from usdsdg.cli.options.command_context import Quiet, command_context
 
 
 def merge(

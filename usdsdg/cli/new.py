@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from usdsdg.cli.command_context import command_context
+from usdsdg.cli.options.command_context import command_context
 
 SCHEMA = "usdsdg.schema.json"
 

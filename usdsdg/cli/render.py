@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, Seed, command_context, seed_everything
-from usdsdg.cli.file_kinds import FileKind, check_kind
-from usdsdg.cli.thread_limit import Threads
+from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, Seed, command_context, seed_everything
+from usdsdg.cli.options.file_kinds import FileKind, check_kind
+from usdsdg.cli.options.thread_limit import Threads
 from usdsdg.errors import StageError
 
 if TYPE_CHECKING:

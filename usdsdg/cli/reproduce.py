@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from usdsdg.cli.command_context import (
+from usdsdg.cli.options.command_context import (
     AssetsRoot,
     Device,
     Quiet,
@@ -21,7 +21,7 @@ from usdsdg.cli.command_context import (
     fix_classes,
     seed_everything,
 )
-from usdsdg.cli.thread_limit import Threads
+from usdsdg.cli.options.thread_limit import Threads
 from usdsdg.errors import BadValue, DatasetError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 

@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from usdsdg.cli.command_context import (
+from usdsdg.cli.inspect import Inspect, show_written
+from usdsdg.cli.options.command_context import (
     AssetsRoot,
     Device,
     Quiet,
@@ -18,13 +19,12 @@ from usdsdg.cli.command_context import (
     fix_classes,
     seed_everything,
 )
-from usdsdg.cli.dataset_options import AllowOutside, Overwrite, Resume, Shard, Workers, begin_run
-from usdsdg.cli.file_kinds import FileKind, check_kind, no_file
-from usdsdg.cli.inspect import Inspect, show_written
-from usdsdg.cli.rerun_option import Rerun, recorded
+from usdsdg.cli.options.dataset_options import AllowOutside, Overwrite, Resume, Shard, Workers, begin_run
+from usdsdg.cli.options.file_kinds import FileKind, check_kind, no_file
+from usdsdg.cli.options.rerun_option import Rerun, recorded
+from usdsdg.cli.options.thread_limit import Threads
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
 from usdsdg.cli.script.workers import ScriptWorkers
-from usdsdg.cli.thread_limit import Threads
 from usdsdg.errors import BadValue
 
 YAML = (".yaml", ".yml")

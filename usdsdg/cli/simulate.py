@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, command_context
-from usdsdg.cli.file_kinds import FileKind, check_kind
+from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, command_context
+from usdsdg.cli.options.file_kinds import FileKind, check_kind
 from usdsdg.warp_start import quiet_warp
 
 

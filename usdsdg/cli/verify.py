@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, command_context
+from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, command_context
 from usdsdg.errors import BadValue
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from usdsdg.cli.command_context import AssetsRoot, Device, Quiet, command_context
-from usdsdg.cli.file_kinds import FileKind, kind_of
-from usdsdg.cli.thread_limit import Threads
+from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, command_context
+from usdsdg.cli.options.file_kinds import FileKind, kind_of
+from usdsdg.cli.options.thread_limit import Threads
 from usdsdg.errors import ConfigError
 
 Port = Annotated[int, typer.Option(min=0, max=65535, help="Port of the page on 127.0.0.1.", show_default="a free one")]

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from usdsdg.cli.command_context import Device, Quiet, command_context
+from usdsdg.cli.options.command_context import Device, Quiet, command_context
 from usdsdg.warp_start import quiet_warp, start_warp
 
 # What Warp keeps for CPUs and for CUDA.

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from usdsdg.errors import ConfigError
-from usdsdg.scenarios import object_based
 from usdsdg.scenarios.bin_picking import job as bin_picking
 from usdsdg.scenarios.bin_picking.config import BinPickingConfig
-from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.config_errors import suggestion
 from usdsdg.scenarios.config_file import read_config, read_key
 from usdsdg.scenarios.detection import job as detection
 from usdsdg.scenarios.detection.config import DetectionConfig
+from usdsdg.scenarios.object_based import job as object_based
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.scenarios.shared.runs import begin
 from usdsdg.writers import Writer
 from usdsdg.writers.spool import place_of

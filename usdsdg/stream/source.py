@@ -11,8 +11,8 @@ from pathlib import Path
 import typer
 
 from usdsdg import replicator_yaml
-from usdsdg.cli.command_context import seed_everything
-from usdsdg.cli.file_kinds import FileKind, kind_of
+from usdsdg.cli.options.command_context import seed_everything
+from usdsdg.cli.options.file_kinds import FileKind, kind_of
 from usdsdg.cli.script.execution import execute
 from usdsdg.errors import ConfigError, GraphError
 from usdsdg.scenarios import jobs

@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from usdsdg.capture.tap import Tap
-from usdsdg.cli.file_kinds import FileKind, kind_of
+from usdsdg.cli.options.file_kinds import FileKind, kind_of
 from usdsdg.orchestrator import get_orchestrator
 from usdsdg.session import session
 from usdsdg.session.confinement import confined

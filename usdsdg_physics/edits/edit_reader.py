@@ -12,13 +12,13 @@ from usdsdg_physics.edits.subtrees import SubtreeReader, nearly_equal, same_geom
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
 from usdsdg_physics.parse.colliders import frame_from_prim
-from usdsdg_physics.parse.collision_shapes import read_shapes
-from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.joints import read_joint
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.point_instancers import read_instances
 from usdsdg_physics.parse.scene import read_gravity
+from usdsdg_physics.parse.shapes.collision_shapes import read_shapes
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.parse.unread import warn_unread
 from usdsdg_physics.scene.prim_paths import at_or_below, paths_below

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from pxr import Sdf, Usd
 
 from usdsdg.stage.physics.instances import part_name, split_instance, whole
-from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.scene.prim_paths import at_or_below, paths_below
 from usdsdg_physics.scene.records import Body, Collider, Scene, Shape
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from usdsdg.stage.physics.instances import whole
 from usdsdg.stage.poses.rotations import matrix_from_quat
-from usdsdg_physics.parse.convex_hulls import inertia_from_covariance
+from usdsdg_physics.parse.shapes.convex_hulls import inertia_from_covariance
 from usdsdg_physics.scene.records import Body, Collider, MassSpec, Shape
 
 DEFAULT_DENSITY = 1000.0  # kg/m³, that of water, as in PhysX

@@ -9,8 +9,8 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.physics.instances import part_name
 from usdsdg_physics.parse.attributes import TRIGGER, TRIGGER_STATE, authored, finite, has_api, value
 from usdsdg_physics.parse.bodies import read_mass
-from usdsdg_physics.parse.collision_shapes import half_thickness, read_shapes
-from usdsdg_physics.parse.convex_hulls import HullCache
+from usdsdg_physics.parse.shapes.collision_shapes import half_thickness, read_shapes
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.scene.records import STATIC, Body, Collider, MassSpec, Material, Shape
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose

@@ -14,8 +14,8 @@ from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.attributes import COLLISION, RIGID_BODY, has_api, value
 from usdsdg_physics.parse.bodies import read_body, read_mass, read_surface_velocity
 from usdsdg_physics.parse.colliders import colliders_in_frame
-from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.materials import bound_materials
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units, scaled_vector
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Material, Shape
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose, rotation_quat

@@ -11,12 +11,12 @@ from usdsdg_physics.parse.bodies import read_body
 from usdsdg_physics.parse.colliders import read_collider, read_moving_collider
 from usdsdg_physics.parse.collision_filters import read_filtered_pairs
 from usdsdg_physics.parse.contact_reports import read_contact_report
-from usdsdg_physics.parse.convex_hulls import HullCache
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.jointed_bodies import hold_unsupported, read_jointed_pairs, read_joints
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.physics_prims import find_physics_prims, warn_no_collider, warn_unsupported
 from usdsdg_physics.parse.point_instancers import prototype_paths, read_instances
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units, scaled_vector
 from usdsdg_physics.scene.records import Scene, Vec3
 from usdsdg_physics.scene.rigid_frames import split_together

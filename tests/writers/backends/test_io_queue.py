@@ -271,7 +271,7 @@ def check_that_files_are_whole(folder: Path) -> int:
 
 def test_a_second_ctrl_c_drops_what_waits_and_leaves_whole_files(tmp_path):
     result = run_python(
-        "from usdsdg.cli.command_context import command_context\n"
+        "from usdsdg.cli.options.command_context import command_context\n"
         "with command_context(quiet=True):\n"
         f"{SLOW}\n"
         "    threading.Timer(0.3, _thread.interrupt_main).start()\n"

@@ -238,7 +238,7 @@ def test_the_viewer_needs_a_display(monkeypatch):
 
 
 def test_a_value_may_be_left_out(tmp_path, monkeypatch):
-    from usdsdg.cli.optional_values import completed
+    from usdsdg.cli.options.optional_values import completed
 
     monkeypatch.chdir(tmp_path)
     for name in ("script.py", "job.yaml", "old.rrd"):

@@ -14,11 +14,12 @@ from usdsdg.app.app import get_app
 from usdsdg.errors import AssetError, AssetNotFound, Unsupported, warnings_remembered
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.orchestrator import get_orchestrator
-from usdsdg.scenarios import cameras, capture_loop, environment, objects, randomizers
-from usdsdg.scenarios.capture_loop import Scene
-from usdsdg.scenarios.config import ObjectBasedConfig
+from usdsdg.scenarios import environment
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.episodes import Episode, can_be_passed_over, episodes
+from usdsdg.scenarios.object_based import cameras, capture_loop, objects, randomizers
+from usdsdg.scenarios.object_based.capture_loop import Scene
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.scenarios.output_folder import with_absolute_output_dir
 from usdsdg.scenarios.shared.runs import frames_made
 from usdsdg.session.render_products import products

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from usdsdg.errors import warn_once
-from usdsdg_physics.parse.convex_decomposition import Splitting, convex_parts
+from usdsdg_physics.parse.shapes.convex_decomposition import Splitting, convex_parts
 from usdsdg_physics.scene.records import Solid
 
 SPLITTING_LABEL = "splitting meshes into convex parts"

@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from usdsdg.errors import ConfigError
-from usdsdg.scenarios.camera_properties import checked_camera_properties
 from usdsdg.scenarios.config_file import read_config
 from usdsdg.scenarios.config_values import (
     AtLeastOne,
@@ -25,6 +24,7 @@ from usdsdg.scenarios.config_values import (
     Shape,
     Text,
 )
+from usdsdg.scenarios.object_based.camera_properties import checked_camera_properties
 from usdsdg.scenarios.shared.sections import as_value_error
 from usdsdg.session.render_products import size_problem
 from usdsdg.stage.semantics.semantic_classes import read_semantic_classes

@@ -7,8 +7,8 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.errors import warn_once
 from usdsdg.scenarios import rigid_bodies
-from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.session import engines
 from usdsdg.stage.poses.xform_ops import author_pose
 

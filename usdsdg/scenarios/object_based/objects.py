@@ -9,8 +9,8 @@ from pxr import Usd, UsdGeom
 from usdsdg.errors import warn_once
 from usdsdg.meshes.placement import LARGEST, SMALLEST
 from usdsdg.scenarios import rigid_bodies
-from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws, Placement
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.stage import assets
 from usdsdg.stage.paths import next_free_path, valid_name
 from usdsdg.stage.poses.xform_ops import author_pose

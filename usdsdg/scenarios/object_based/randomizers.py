@@ -6,8 +6,8 @@ import numpy as np
 from pxr import Gf, Usd, UsdPhysics
 
 import usdsdg as rep
-from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.session import engines
 from usdsdg.stage import assets
 

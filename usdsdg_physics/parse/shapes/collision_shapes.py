@@ -8,8 +8,8 @@ from pxr import Usd, UsdGeom
 
 from usdsdg.errors import warn_once
 from usdsdg_physics.parse.attributes import value
-from usdsdg_physics.parse.convex_decomposition import Splitting
-from usdsdg_physics.parse.convex_hulls import MAX_HULL_VERTICES, HullCache
+from usdsdg_physics.parse.shapes.convex_decomposition import Splitting
+from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
 from usdsdg_physics.scene.records import Shape, ShapeKind, Solid
 from usdsdg_physics.scene.rigid_frames import rotation_quat, split_scale
 

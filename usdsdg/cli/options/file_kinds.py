@@ -51,7 +51,7 @@ def _kind_of_values(file: Path) -> FileKind | None:
     import yaml
 
     from usdsdg.arguments.yaml_bounds import TooLarge, read_bounded
-    from usdsdg.scenarios.config import ObjectBasedConfig
+    from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 
     try:
         values = yaml.safe_load(read_bounded(file))

@@ -9,14 +9,14 @@ from pxr import Usd
 import usdsdg as rep
 from usdsdg.app.app import get_app
 from usdsdg.create.render_products import HydraTexture
-from usdsdg.scenarios import cameras as camera_steps
-from usdsdg.scenarios import randomizers
-from usdsdg.scenarios.aiming import Aiming
-from usdsdg.scenarios.cameras import Cameras
-from usdsdg.scenarios.config import ObjectBasedConfig, PathTracing
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.interruption import stop_request
-from usdsdg.scenarios.objects import Bodies
+from usdsdg.scenarios.object_based import cameras as camera_steps
+from usdsdg.scenarios.object_based import randomizers
+from usdsdg.scenarios.object_based.aiming import Aiming
+from usdsdg.scenarios.object_based.cameras import Cameras
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig, PathTracing
+from usdsdg.scenarios.object_based.objects import Bodies
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.schemas import physx

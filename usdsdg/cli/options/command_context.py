@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from usdsdg.cli.interrupts import INTERRUPTED, let_commands_be_interrupted
-from usdsdg.cli.thread_limit import limit_threads
+from usdsdg.cli.options.thread_limit import limit_threads
 from usdsdg.errors import UsdsdgError, UsdsdgWarning, described
 from usdsdg.session import progress, termination
 from usdsdg.session.device_memory import device_memory

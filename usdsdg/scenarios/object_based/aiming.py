@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdLux
 
-from usdsdg.scenarios.cameras import CLEARANCE, Cameras, drawn_aim
-from usdsdg.scenarios.config import ObjectBasedConfig
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.gprims import rows_below
+from usdsdg.scenarios.object_based.cameras import CLEARANCE, Cameras, drawn_aim
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.session import engines
 from usdsdg.session.timeline import stage_time
 from usdsdg.stage.cameras.camera_view import read_camera

@@ -17,7 +17,7 @@ import numpy as np
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.assets import cache_folder
-from usdsdg_physics.parse.convex_pieces import convex_pieces
+from usdsdg_physics.parse.shapes.convex_pieces import convex_pieces
 
 # A part of the names of results: another version of the settings below must not find those of this one.
 _VERSION = "2"
