@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pxr import Gf, UsdGeom, UsdPhysics
 
-from tests.physics.scenes import add, mesh, new_stage, physics_material
+from tests.physics.scenes import add, mesh, new_stage, physics_material, playing, position
 from usdsdg import errors
 from usdsdg_physics.model.mass import body_mass, volume_integrals
 from usdsdg_physics.parse.scene import parse
@@ -135,3 +135,18 @@ def test_a_mass_that_nothing_has_is_named_and_counts_as_not_given(given):
         found = _properties(stage, "/World/box")
     errors.forget_warnings()
     assert found.mass == pytest.approx(1000 * 0.2**3)
+
+
+@pytest.mark.parametrize("mass", [1e7, 1e12])
+def test_what_is_too_heavy_for_the_solver_rests_and_is_named(mass, recwarn):
+    errors.forget_warnings()
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(5, 5, 0.1), body=False)
+    prim = add(stage, "/World/box", at=(0, 0, 0.12))
+    UsdPhysics.MassAPI.Apply(prim).CreateMassAttr(mass)
+    engine = playing(stage)
+    engine.advance(2.0)
+    assert position(prim)[2] == pytest.approx(0.1, abs=5e-4)
+    named = [str(warning.message) for warning in recwarn if "counts as 1e+08 kg" in str(warning.message)]
+    assert len(named) == (mass > 1e8)
+    assert all(message.startswith("/World/box has a mass of 1e+12 kg") for message in named)

@@ -2,17 +2,21 @@
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
+from usdsdg.errors import warn_once
 from usdsdg.stage.physics.instances import whole
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.shapes.convex_hulls import inertia_from_covariance
 from usdsdg_physics.scene.records import Body, Collider, MassSpec, Shape
 
 DEFAULT_DENSITY = 1000.0  # kg/m³, that of water, as in PhysX
+# kg; the solver's regularization lets what weighs ten times as much sink millimeters into a floor, and what weighs a
+# hundred times as much fall through it.
+MOST_MASS = 1e8
 
 
 @dataclass(frozen=True)
@@ -28,9 +32,19 @@ def body_mass(body: Body, colliders: Sequence[Collider]) -> MassProperties:
     """Return the mass properties of a body from its colliders, its own density, mass and inertia overriding theirs.
 
     Disabled colliders count too: switching a collider off does not make a body lighter. Triggers do not. A body
-    without colliders has 1 kg unless its MassAPI says otherwise. The arrays are read-only.
+    without colliders has 1 kg unless its MassAPI says otherwise. More than `MOST_MASS` counts as that, with a warning.
+    The arrays are read-only.
     """
-    return _mass_of(body.mass, tuple(colliders))
+    found = _mass_of(body.mass, tuple(colliders))
+    if found.mass <= MOST_MASS:
+        return found
+    if not body.kinematic:
+        warn_once(
+            f"{body.path} has a mass of {found.mass:.3g} kg, with which the solver would let it sink through a floor, "
+            f"so it counts as {MOST_MASS:.3g} kg. Check its size, its mass and density, and the stage's metersPerUnit."
+        )
+    share = MOST_MASS / found.mass
+    return replace(found, mass=MOST_MASS, inertia=share * found.inertia)
 
 
 @lru_cache(maxsize=8192)  # a scene is built again when something is added to it while it plays
