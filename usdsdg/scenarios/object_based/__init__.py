@@ -1,0 +1,1 @@
+"""The object-based scenario: its configuration, scene, randomizers and loop."""

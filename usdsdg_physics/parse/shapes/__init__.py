@@ -1,0 +1,1 @@
+"""Collision shapes of gprims and meshes: primitives, hulls, convex parts and triangles."""
