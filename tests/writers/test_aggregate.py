@@ -65,7 +65,8 @@ def test_bop_tables_are_the_text_that_json_makes(tmp_path):
     for number in cameras:
         tables = {"scene_camera": cameras[number], "scene_gt": poses[number], "scene_gt_info": infos[number]}
         scene.add(number, number=number, **tables)
-    models.note(infos={number: {"diameter": 0.1 * number} for number in (1, 1001, 2, 1002)})
+    known = (1, 1001, 2, 1002)
+    models.note(infos={n: {"diameter": 0.1 * n} for n in known}, names={n: f"class {n}" for n in known})
     for frame, seen in enumerate(([1002], [1, 2], [2])):
         models.add(frame, models=seen, camera={"fx": 1.5 + frame})
     scene.write()
@@ -76,13 +77,15 @@ def test_bop_tables_are_the_text_that_json_makes(tmp_path):
         assert text == json.dumps({str(key): value for key, value in values.items()}, indent=1)
     info = {str(number): {"diameter": 0.1 * number} for number in (1, 2, 1002)}
     assert (tmp_path / "models/models_info.json").read_text() == json.dumps(info, indent=1)
+    names = {str(number): f"class {number}" for number in (1, 2, 1002)}
+    assert (tmp_path / "models/names.json").read_text() == json.dumps(names, indent=1)
     assert (tmp_path / "camera.json").read_text() == json.dumps({"fx": 1.5}, indent=1)
 
 
 def test_without_models_the_table_is_empty(tmp_path):
     backend = DiskBackend(tmp_path)
     models = ModelTables(backend, "BopWriter/models")
-    models.note(infos={})
+    models.note(infos={}, names={})
     models.add(0, models=[], camera={})
     models.write()
     backend.wait_until_done()

@@ -19,7 +19,8 @@ class Fault:
     def line(self) -> str:
         """Return the fault as a line of text."""
         compared = f": expected {self.expected}, found {self.found}" if self.expected or self.found else ""
-        return f"{self.file}: frame {self.frame}: {self.what}{compared}"
+        where = "all frames" if self.frame == "all" else f"frame {self.frame}"
+        return f"{self.file}: {where}: {self.what}{compared}"
 
 
 Faults = Iterator[Fault]

@@ -34,7 +34,8 @@ def _imported(name: str) -> Any:
 
 def _tell_of_demo_assets() -> None:
     _imported("usdsdg.session.progress:say_once")(
-        "demo assets, simple shapes made by code, stand in for Isaac Sim's: no assets root is set "
+        "demo assets, simple shapes and skies made by code, stand in for Isaac Sim's, not for files of yours: no "
+        "assets root is set "
         f"(--assets-root, {assets.ROOT_VARIABLE}, or usdsdg.stage.assets.set_assets_root)"
     )
 

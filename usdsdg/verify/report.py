@@ -21,6 +21,7 @@ class Report:
     recorded: int = 0  # frames with a record
     rendered: int = 0  # frames that were rendered again
     compared: int = 0  # files that were compared with the journal
+    reads_labels: bool = True  # whether images and labels are checked, too
 
     @property
     def is_clean(self) -> bool:
@@ -39,9 +40,10 @@ class Report:
         seen = ", ".join(f"{count} of {name}" for name, count in sorted(self.formats.items())) or "none"
         again = f", {self.rendered} rendered again" if self.rendered else ""
         files = f"; files: {self.compared}" if self.compared else ""
-        return (
-            f"{self.folder}: {len(self.faults)} faults{files}; images: {seen}; recorded frames: {self.recorded}{again}"
-        )
+        labels = f"images: {seen}; recorded frames: {self.recorded}{again}"
+        if not self.reads_labels:
+            labels = "images and labels were not read"
+        return f"{self.folder}: {len(self.faults)} faults{files}; {labels}"
 
     def values(self) -> dict[str, Any]:
         """Return everything as values for JSON."""

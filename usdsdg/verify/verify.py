@@ -102,7 +102,7 @@ def verify(
         NothingRecognized: nothing in it is recognized, or it has no journal and `labels` is False.
     """
     data = Folder(Path(folder), files=files, recorded=labels)
-    report = Report(str(folder), recorded=len(data.records))
+    report = Report(str(folder), recorded=len(data.records), reads_labels=labels)
     whole = check_integrity(data.path, progress)
     report.add_integrity(whole)
     if not labels:

@@ -127,6 +127,7 @@ def test_models_are_in_millimeters(folder):
     assert box["diameter"] == pytest.approx(np.linalg.norm((400, 300, 200)), abs=0.02)
     assert np.allclose([box[f"min_{axis}"] for axis in "xyz"], (-200, -150, -100), atol=0.01)
     assert sorted(int(each) for each in info) == [1, 2, 3, 4, 5]
+    assert json.loads((folder / "models/names.json").read_text()) == {str(n): names[n - 1] for n in range(1, 6)}
 
 
 def test_frames_scenes_and_far_depths(stage, tmp_path):

@@ -17,7 +17,7 @@ Rerun = Annotated[
     str | None,
     typer.Option(
         metavar="[FILE.rrd]",
-        help="Show the frames in the Rerun viewer, or record them in a file; needs usdsdg[rerun].",
+        help="Show the frames in the Rerun viewer, or record them in a file; needs usdsdg\\[rerun].",
         show_default=False,
     ),
 ]

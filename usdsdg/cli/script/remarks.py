@@ -14,9 +14,10 @@ def remarks() -> list[str]:
     found = []
     if seen.pictures and not seen.light_seen:
         found.append(
-            f"{_all(seen.pictures, 'picture')} black: no light reaches what the camera sees. A script that was made in "
-            "the GUI may count on the light of its stage: --new-stage kit or --new-stage isaac gives it that of a new "
-            "stage, --stage FILE opens one."
+            f"{_all(seen.pictures, 'picture')} black: no light reaches what the camera sees, or the camera is inside "
+            "of a prim. A script that was made in the GUI may count on the light and the units of its stage: "
+            "--new-stage kit (centimeters) or --new-stage isaac (meters) gives it those of a new stage, --stage FILE "
+            "opens one."
         )
     if seen.label_frames and not seen.label_seen:
         found.append(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import usdsdg as rep
+from usdsdg.errors import warn_once
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.orchestrator import get_orchestrator
 from usdsdg.scenarios.interruption import stop_request
@@ -16,10 +17,12 @@ from usdsdg.scenarios.shared.sections import JobConfig, Rendering
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.writers import Writer
+from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.journal.run import get_run
 
 # The fast mode takes this many samples, and one more for each sub-frame.
 MIN_SAMPLES = 4
+_FEW = 100  # frames for each part of a dataset; with more, a part that gets none has a share of less than 1 %
 # Samples of a path-traced picture that a filter cleans well.
 _PATH_TRACED = 128
 
@@ -42,10 +45,12 @@ class Summary:
     folders: tuple[str, ...]
 
 
-def begin(config: JobConfig, **options: object) -> tuple[dict[str, list[str]], list[tuple[str, Writer]]]:
+def begin(
+    config: JobConfig, *, frames_per_scene: int | None = None
+) -> tuple[dict[str, list[str]], list[tuple[str, Writer]]]:
     """Set seed, render mode and classes; return the mesh files by class, and the initialized writers by format.
 
-    options: of writers that have them, besides the splits and the least that is visible.
+    frames_per_scene: so many frames in a row belong together, and are not divided by splits; None: each is its own.
 
     Raises:
         WriterError: an option of a format has a wrong value, or its files cannot be written.
@@ -55,8 +60,10 @@ def begin(config: JobConfig, **options: object) -> tuple[dict[str, list[str]], l
     by_label = config.files()
     if not current().class_tables.given:  # by --semantic-classes
         rep.settings.set_semantic_classes(list(by_label))
+    _warn_of_empty_splits(config.splits, config.num_frames, frames_per_scene or 1)
     common = {"splits": config.splits, "min_visibility": config.min_visibility, "min_pixels": config.min_pixels}
-    return by_label, make_writers(config.output_dir, config.formats, common | options)
+    common |= {} if frames_per_scene is None else {"frames_per_scene": frames_per_scene}
+    return by_label, make_writers(config.output_dir, config.formats, common)
 
 
 def _apply_rendering(rendering: Rendering) -> None:
@@ -113,6 +120,16 @@ def _capture_stage(stage: Arranged, frames: int, rendering: Rendering, stop_requ
     finally:
         rep.orchestrator.wait_until_complete()
     return done
+
+
+def _warn_of_empty_splits(splits: Mapping[str, float], frames: int, together: int) -> None:
+    """Warn of parts of a dataset that get none of so few frames; so many `together` are not divided."""
+    if 0 < frames <= _FEW * together * len(splits):
+        dealt = Splits("splits", splits, together)
+        empty = set(splits) - {dealt.of(frame) for frame in range(frames)}
+        if empty:
+            kept = f", of which {together} in a row stay together" if together > 1 else ""
+            warn_once(f"splits: {', '.join(sorted(empty))} gets none of {frames} frames{kept}. Make more.")
 
 
 def frames_made(of: int) -> str:

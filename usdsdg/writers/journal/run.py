@@ -15,6 +15,7 @@ from pxr import Usd
 
 from usdsdg.errors import DatasetInTheWay
 from usdsdg.session import engines
+from usdsdg.session.progress import say_once
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.stores.whole_file import facts_of
@@ -121,6 +122,8 @@ class Run:
                 place = self._place(folder)
                 claimed = DatasetFolder(place, self.recipe.of(place.name), self.mode, self.portion)
                 self._folders[folder] = claimed
+                if self.mode is Mode.RESUME and (there := len(claimed.journal.contents.frames)):
+                    say_once(f"{place.name} has {there} frames, which are not made again")
                 if self._source is not None and (kept := recipe_file.keep_source(place.path, self._source)):
                     claimed.note_shared(kept, facts_of(place.path / kept))
             return self._folders.get(folder)

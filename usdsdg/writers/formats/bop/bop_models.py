@@ -73,6 +73,7 @@ class Models:
 
     def __init__(self) -> None:
         self.infos: dict[int, dict[str, float]] = {}  # the records of models_info of all models, by id
+        self.names: dict[int, str] = {}  # of their classes
         self._shapes: dict[int, list[tuple[int, Model]]] = {}  # id and model of each shape, by class
         self._known: dict[tuple[str, int, bytes], int | None] = {}  # by prim, class and scale; None: no triangles
         self._stretches = Stretches()
@@ -138,7 +139,7 @@ class Models:
             )
         obj_id = number + len(shapes) * VARIANT
         shapes.append((obj_id, model))
-        self.infos[obj_id] = measures(model.points)
+        self.infos[obj_id], self.names[obj_id] = measures(model.points), name
         return obj_id
 
 

@@ -30,24 +30,29 @@ class Scene(Aggregate):
 
 
 class ModelTables(Aggregate):
-    """`models_info.json`, of the models that are seen, and `camera.json`.
+    """`models_info.json` and `names.json`, of the models that are seen, and `camera.json`.
 
     A record has the ids of the "models" that a frame shows, and the "camera" of its first picture. Of all frames are
-    known the "infos" of all models by id.
+    known the "infos" and "names" of all models by id.
     """
 
     @staticmethod
     def files(records: Records) -> dict[str, Texts]:
-        return {files.MODELS_INFO: partial(_models_info, records), files.CAMERA: partial(_camera, records)}
+        return {
+            files.MODELS_INFO: partial(_models, records, "infos"),
+            files.MODEL_NAMES: partial(_models, records, "names"),
+            files.CAMERA: partial(_camera, records),
+        }
 
 
 def _table(records: Records, name: str) -> Iterator[str]:
     return _object((each["number"], each[name]) for each in records)
 
 
-def _models_info(records: Records) -> Iterator[str]:
+def _models(records: Records, what: str) -> Iterator[str]:
+    """Yield the JSON object of what is known of the models that are seen, by id."""
     seen = sorted({obj_id for each in records for obj_id in each["models"]})
-    return _object((obj_id, records.about["infos"][str(obj_id)]) for obj_id in seen)
+    return _object((obj_id, records.about[what][str(obj_id)]) for obj_id in seen)
 
 
 def _camera(records: Records) -> Iterator[str]:

@@ -35,8 +35,8 @@ MANY = 1 << 62  # frames of a scene without end
 
 class BopWriter(Writer):
     """Writes `<split>/<scene>/rgb`, `depth`, `mask`, `mask_visib`, `scene_camera.json`, `scene_gt.json`,
-    `scene_gt_info.json`; `models/obj_NNNNNN.ply` with `models_info.json`; and `camera.json`, of the first picture
-    (bop.felk.cvut.cz).
+    `scene_gt_info.json`; `models/obj_NNNNNN.ply` with `models_info.json`, and `names.json` of their classes; and
+    `camera.json`, of the first picture (bop.felk.cvut.cz).
 
     Each render product is a scene, or one for each `frames_per_scene`, and each frame a picture of it. Lengths are in
     millimeters, poses map the model to the camera with x right, y down and z ahead, and pixel coordinates are 0 at the
@@ -109,7 +109,7 @@ class BopWriter(Writer):
         for product, seen in data["renderProducts"].items():
             models |= self._write_picture(self._scene_of(product), seen)
         self._write_models(models)
-        self._tables.note(infos=self._models.infos)
+        self._tables.note(infos=self._models.infos, names=self._models.names)
         camera = View(next(iter(data["renderProducts"].values()))[CAMERA], self._depth_scale).sensor()
         self._tables.add(self.num_written, models=sorted(models), camera=camera)
         self._frame_id += 1
