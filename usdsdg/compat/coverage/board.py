@@ -78,6 +78,8 @@ def report_text(rows: Sequence[Row], *, supported: bool = False) -> str:
     """Return the report on scripts: totals, then what is not supported, or everything, with lines and reasons."""
     count = Counter(row.state for row in rows)
     lines = [f"{len(rows)} names: " + ", ".join(f"{count[state]} {state}" for state in STATES)]
+    if count[PARTIAL]:
+        lines.append("  Partial names work; what is said of them matters only to a script that uses it.")
     for state in (MISSING, PARTIAL, OUT_OF_SCOPE, *([SUPPORTED] if supported else [])):
         for row in (row for row in rows if row.state == state):
             lines.append(f"  {state:12}  {row.name}{f': {row.why}' if row.why else ''}")
