@@ -11,7 +11,6 @@ from functools import lru_cache
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
-from usdsdg.annotators.bounds import Hull, read_hull
 from usdsdg.annotators.class_table import ClassTable, ids_are_stable
 from usdsdg.annotators.colors import FIRST_LABELED
 from usdsdg.annotators.ownership import (
@@ -23,22 +22,16 @@ from usdsdg.annotators.ownership import (
     parse_filter,
     warn_of_empty_selection,
 )
-from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
+from usdsdg.annotators.point_instances import PointFrames, Steps
 from usdsdg.annotators.prims.keypoint_prims import KeypointPrim, KeypointReader
 from usdsdg.annotators.prims.label_tables import FrameClasses, PrimTable
 from usdsdg.annotators.prims.possible_labels import possible_outputs
+from usdsdg.annotators.prims.prim_bounds import PrimBounds
 from usdsdg.annotators.prims.skeleton_prims import SkeletonPrims
-from usdsdg.errors import warn_once
 from usdsdg.graph.label_sources import label_sources
 from usdsdg.session.session import current
 from usdsdg.stage.changes import Changes, ChangeTracker
-from usdsdg.stage.geometry.skinning import Skinning
-from usdsdg.stage.poses.transforms import as_array
 
-# Attributes that determine the geometry of a gprim, or the transforms of point instances.
-_GEOMETRY = {"points", "faceVertexCounts", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width"}
-_GEOMETRY |= {"length", "widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
-_GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
 # What decides which material a gprim shows: relationships to materials, and collections of prims that bind one.
 _BINDINGS = ("material:binding", "collection:")
 
@@ -140,12 +133,7 @@ class LabeledPrimReader:
         self._for_dataset = for_dataset
         self._changes = ChangeTracker(stage)
         self._labels = LabeledStage(stage)
-        self._hulls: dict[Sdf.Path, Hull | None] = {}
-        self._static: set[Sdf.Path] = set()  # gprims whose hull does not vary over time
-        self._divided: set[Sdf.Path] = set()  # meshes whose GeomSubsets are gprims of their own
-        self._skinning = Skinning()
-        self._bounds: dict[Sdf.Path, dict[tuple[Owner, tuple[int, ...]], np.ndarray]] = {}  # by path of the owner
-        self._all_bounds: np.ndarray | None = None  # those of the ownership, (N, 2, 3); None: not known
+        self._bounds = PrimBounds(stage)
         self._ownership: _Ownership | None = None
         self._filters: dict[str | None, None] = {None: None}  # all requested so far; the unfiltered one is first
         self._is_surveyed: set[str | None] = set()  # filters whose prims have numbers as the stage is now
@@ -167,14 +155,11 @@ class LabeledPrimReader:
         owned = self._owned(tuple(gprims), filters, time)
         cache = UsdGeom.XformCache(time)
         frames = PointFrames(self._stage, cache)
-        if self._all_bounds is None:
-            bounds = [self._bound(owner, group, cache, frames) for owner, group in zip(owned.owners, owned.groups)]
-            self._all_bounds = np.array(bounds, np.float64).reshape(-1, 2, 3)
         return LabeledPrims(
             owned.names,
             owned.labels,
             owned.groups,
-            self._all_bounds.copy(),
+            self._bounds.read(owned.owners, owned.groups, owned.gprims, owned.steps, cache, frames),
             frames.all_to_world([(owner.path, owner.steps) for owner in owned.owners]),
             # The unfiltered selection is the first, so its members are the rows.
             owned.selections[None].member_of_gprim,
@@ -195,8 +180,7 @@ class LabeledPrimReader:
         """Return which prims own gprims now, after what has changed on the stage."""
         self._invalidate(self._changes.take())
         if time != self._time:
-            self._hulls = {path: hull for path, hull in self._hulls.items() if path in self._static}
-            self._forget_bounds()
+            self._bounds.leave_time()
             self._time = time
             if self._labels.set_time(time):
                 self._ownership = None
@@ -206,8 +190,7 @@ class LabeledPrimReader:
         owned = self._ownership
         if owned is None or owned.gprims != gprims or owned.selections.keys() != self._filters.keys():
             owned = self._ownership = self._assign(gprims)
-            self._forget_bounds()
-            self._divide(gprims)
+            self._bounds.divide(gprims)
         return owned
 
     def survey(self, filters: Iterable[str | None]) -> None:
@@ -285,69 +268,13 @@ class LabeledPrimReader:
             classes.add(outputs)
         return classes, self._prims[predicate]
 
-    # Geometry
-
-    def _divide(self, gprims: tuple[str, ...]) -> None:
-        """Note which meshes are divided: hulls of those that were not, or are no more, are others."""
-        prims = map(self._stage.GetPrimAtPath, map(prim_path, gprims))
-        meshes = {prim.GetPath().GetParentPath() for prim in prims if prim.IsA(UsdGeom.Subset)}
-        for path in meshes ^ self._divided:
-            self._hulls.pop(path, None)
-        self._divided = meshes
-
-    def _bound(
-        self, owner: Owner, group: tuple[int, ...], cache: UsdGeom.XformCache, frames: PointFrames
-    ) -> np.ndarray:
-        """Return (2, 3) bounds of the group in the owner's frame; both zero when nothing has an extent."""
-        known = self._bounds.setdefault(owner.path, {})
-        if (owner, group) not in known:
-            bounds = [self._gprim_bound(gprim, owner, cache, frames) for gprim in group]
-            parts = [part for part in bounds if part is not None]
-            if not parts:
-                warn_once(f"{owner.name}: none of its gprims has finite bounds, so its 3D box is empty.")
-                return np.zeros((2, 3))
-            known[owner, group] = np.stack([np.min(parts, axis=0)[0], np.max(parts, axis=0)[1]])
-        return known[owner, group]
-
-    def _gprim_bound(
-        self, gprim: int, owner: Owner, cache: UsdGeom.XformCache, frames: PointFrames
-    ) -> np.ndarray | None:
-        assert self._ownership is not None
-        path, steps = prim_path(self._ownership.gprims[gprim]), self._ownership.steps[gprim]
-        prim = self._stage.GetPrimAtPath(path)
-        if path not in self._hulls:
-            self._hulls[path] = read_hull(prim, cache.GetTime(), self._skinning, divided=path in self._divided)
-            self._note_whether_static(prim)
-        hull = self._hulls[path]
-        if hull is None:
-            return None
-        if steps == owner.steps:
-            relative, resets = cache.ComputeRelativeTransform(prim, self._stage.GetPrimAtPath(owner.path))
-            if not resets:
-                return hull(as_array(relative))
-        # With an instancer or `resetXformStack` between the two, only their world transforms are comparable.
-        return hull(frames.to_world(path, steps) @ np.linalg.inv(frames.to_world(owner.path, owner.steps)))
-
-    def _note_whether_static(self, prim: Usd.Prim) -> None:
-        varies = any(
-            attribute.GetName() in _GEOMETRY and attribute.ValueMightBeTimeVarying()
-            for attribute in prim.GetAuthoredAttributes()
-        )
-        if varies or self._skinning.is_skinned(prim):
-            self._static.discard(prim.GetPath())
-        else:
-            self._static.add(prim.GetPath())
-
     # Changes
 
     def _invalidate(self, changes: Changes) -> None:
         # A change in a prototype applies to all its instances, whose paths are not reported.
         if any(map(_is_in_prototype, changes.resynced)) or any(map(_is_in_prototype, changes.changed)):
             changes = Changes({Sdf.Path.absoluteRootPath})
-        if self._skinning.is_affected_by(self._stage, changes):
-            self._skinning.invalidate()
-            self._hulls.clear()
-            self._forget_bounds()
+        self._bounds.follow(changes)
         if changes.resynced:
             self._skeletons.invalidate()
         if changes.resynced or any(map(self._keypoints.affects, changes.by_names)):
@@ -356,11 +283,7 @@ class LabeledPrimReader:
             self._ownership = None
             self._is_surveyed.clear()
             self._labels.invalidate(root)
-            changed = root.GetParentPath() if root.GetParentPath() in self._divided else root
-            self._hulls = {path: hull for path, hull in self._hulls.items() if not path.HasPrefix(changed)}
-            self._keep_bounds(lambda path, root=root: not path.HasPrefix(root))
-            self._invalidate_bounds([root])
-        for names, paths in changes.by_names.items():
+        for names in changes.by_names:
             if any(name.startswith(("semantics:", "semantic:")) for name in names):
                 self._ownership = None
                 self._is_surveyed.clear()
@@ -368,30 +291,3 @@ class LabeledPrimReader:
             elif self._labels.has_labeled_materials and any(name.startswith(_BINDINGS) for name in names):
                 self._ownership = None
                 self._is_surveyed.clear()
-            if not _GEOMETRY.isdisjoint(names):
-                # Also those of the subsets of a mesh, and of the mesh and others of its subsets.
-                edited = {path.GetParentPath() if path.GetParentPath() in self._divided else path for path in paths}
-                self._hulls = {
-                    at: hull
-                    for at, hull in self._hulls.items()
-                    if at not in edited and at.GetParentPath() not in edited
-                }
-                self._keep_bounds(lambda path, edited=edited: path.GetParentPath() not in edited)
-                self._invalidate_bounds(edited)
-            elif any(name.startswith("xformOp") for name in names):
-                # The bounds of labeled ancestors change; those in the prim's own frame do not.
-                self._invalidate_bounds({path.GetParentPath() for path in paths})
-
-    def _invalidate_bounds(self, paths: Iterable[Sdf.Path]) -> None:
-        for path in paths:
-            for prefix in path.GetPrefixes():
-                if self._bounds.pop(prefix, None) is not None:
-                    self._all_bounds = None
-
-    def _keep_bounds(self, is_kept: Callable[[Sdf.Path], bool]) -> None:
-        self._bounds = {path: known for path, known in self._bounds.items() if is_kept(path)}
-        self._all_bounds = None
-
-    def _forget_bounds(self) -> None:
-        self._bounds.clear()
-        self._all_bounds = None

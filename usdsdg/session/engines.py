@@ -336,6 +336,15 @@ def new_renderer(stage: Usd.Stage) -> Renderer:
     return WarpRenderer(stage, device=current().engines.device, progress=report)
 
 
+def compile_renderer_beside() -> None:
+    """Begin to compile the kernels of the renderer for CUDA, if need be, while the CPU's are compiled for physics."""
+    quiet_warp()
+    from usdsdg_render.device.precompile import precompile_beside
+    from usdsdg_render.renderer import chosen_device
+
+    precompile_beside(chosen_device(current().engines.device), report)
+
+
 def renderer_aovs() -> dict[str, np.dtype]:
     """Return the NumPy dtype of each AOV of the renderer, by name, without color images, which have annotator names."""
     quiet_warp()

@@ -1,8 +1,10 @@
 """Compile kernels before the first image on a machine; later, load them from Warp's cache."""
 
+from concurrent.futures import Future, ThreadPoolExecutor
+
 import warp as wp
 
-from usdsdg.compilation import ModuleLoad, Progress, load_modules
+from usdsdg.compilation import THREADS, ModuleLoad, Progress, load_modules
 from usdsdg.parallel import CUDA_BLOCK, available_threads
 from usdsdg.stage.image_files.run_kernels import deflate_runs
 from usdsdg_render.bvh import build, compress, forest
@@ -12,7 +14,11 @@ from usdsdg_render.kernels.scene import instance_transforms
 
 # More do not help: each thread precompiles Warp's headers itself, and two modules make up most of the work.
 MAX_THREADS = 3
+# On fewer cores, kernels that are compiled beside others delay those.
+ENOUGH_CORES = 8
 _ready: set[tuple[str, bool]] = set()
+_beside: dict[str, Future[int]] = {}  # by device
+_heard: set[str] = set()  # devices for which somebody waits
 
 
 def precompile(device: str = "cpu", progress: Progress | None = None, *, everything: bool = False) -> int:
@@ -22,6 +28,30 @@ def precompile(device: str = "cpu", progress: Progress | None = None, *, everyth
         progress: called with (label, done, total), only if something must be compiled.
         everything: also those that only some scenes need, which otherwise wait for such a scene.
     """
+    if device in _beside:
+        _heard.add(device)
+        _beside.pop(device).result()
+    return _precompile(device, progress, everything=everything)
+
+
+def precompile_beside(device: str, progress: Progress | None = None) -> None:
+    """Begin `precompile` on another thread, for CUDA and where there are cores for it; its next call waits for that.
+
+    progress: is called while somebody waits.
+    """
+    if device == "cpu" or available_threads() < ENOUGH_CORES or device in _beside or (device, False) in _ready:
+        return
+
+    def heard(label: str, done: int, total: int | None) -> None:
+        if progress is not None and device in _heard:
+            progress(label, done, total)
+
+    pool = ThreadPoolExecutor(1, thread_name_prefix=THREADS)
+    _beside[device] = pool.submit(_precompile, device, heard)
+    pool.shutdown(wait=False)
+
+
+def _precompile(device: str, progress: Progress | None, *, everything: bool = False) -> int:
     if {(device, everything), (device, True)} & _ready:
         return 0
     loads = module_loads(wp.get_device(device), everything=everything)

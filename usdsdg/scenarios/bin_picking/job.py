@@ -29,7 +29,7 @@ from usdsdg.scenarios.shared.mesh_folder import MeshAsset, read_assets
 from usdsdg.scenarios.shared.patterns import pattern_folder
 from usdsdg.scenarios.shared.pictures import Picture, pictures_in, skies_in
 from usdsdg.scenarios.shared.runs import Arranged, Summary, begin, capture
-from usdsdg.session import stage_context
+from usdsdg.session import engines, stage_context
 from usdsdg.writers import Writer
 
 Kind = tuple[str, int]  # class and number of the shape
@@ -56,6 +56,7 @@ def run(config: BinPickingConfig) -> Summary:
         WriterError: an option of a format has a wrong value, or its files cannot be written.
     """
     by_label, writers = begin(config, frames_per_scene=config.frames_per_drop)
+    engines.compile_renderer_beside()
     assets = read_assets(by_label, config.mesh_unit)
     with warnings_remembered():  # all drops are of one configuration
         views = _survey(config, assets, [writer for _, writer in writers])

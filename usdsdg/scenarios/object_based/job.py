@@ -22,6 +22,7 @@ from usdsdg.scenarios.object_based.capture_loop import Scene
 from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.scenarios.output_folder import with_absolute_output_dir
 from usdsdg.scenarios.shared.runs import frames_made
+from usdsdg.session import engines
 from usdsdg.session.render_products import products
 from usdsdg.session.session import current
 from usdsdg.session.timeline import get_timeline
@@ -56,6 +57,7 @@ def run(config: ObjectBasedConfig) -> Summary:
         rep.settings.set_semantic_classes(config.semantic_classes)
     capture_loop.apply_render_settings(config)
     writer = make_writer(config)
+    engines.compile_renderer_beside()
     started, frames, simulated = time.perf_counter(), 0, 0.0
     planned = episodes(config.seed, config.num_frames, config.frames_per_episode)
     with warnings_remembered():  # all episodes are of one configuration

@@ -1,0 +1,161 @@
+"""Bounds of labeled prims in their own frames, kept from frame to frame and read again where the stage has changed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom
+
+from usdsdg.annotators.bounds import Hull, read_hull
+from usdsdg.annotators.ownership import Owner
+from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
+from usdsdg.errors import warn_once
+from usdsdg.stage.changes import Changes
+from usdsdg.stage.geometry.skinning import Skinning
+from usdsdg.stage.poses.transforms import as_array
+
+# Attributes that determine the geometry of a gprim, or the transforms of point instances.
+_GEOMETRY = {"points", "faceVertexCounts", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width"}
+_GEOMETRY |= {"length", "widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
+_GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
+
+_Group = tuple[int, ...]  # indices into the gprims that are drawn
+
+
+class PrimBounds:
+    """The bounds of the groups of gprims that labeled prims own, at one time of a stage."""
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
+        self._hulls: dict[Sdf.Path, Hull | None] = {}
+        self._static: set[Sdf.Path] = set()  # gprims whose hull does not vary over time
+        self._divided: set[Sdf.Path] = set()  # meshes whose GeomSubsets are gprims of their own
+        self._skinning = Skinning()
+        self._bounds: dict[Sdf.Path, dict[tuple[Owner, _Group], np.ndarray]] = {}  # by path of the owner
+        self._all: np.ndarray | None = None  # those of the last call of `read`, if they still hold
+
+    def read(
+        self,
+        owners: Sequence[Owner],
+        groups: Sequence[_Group],
+        gprims: Sequence[str],
+        steps: Sequence[Steps],
+        cache: UsdGeom.XformCache,
+        frames: PointFrames,
+    ) -> np.ndarray:
+        """Return (N, 2, 3) float64 minima and maxima of the groups of owners, in the owners' frames.
+
+        gprims, steps: those that are drawn, since the last call of `divide`. cache, frames: at the time of the frame.
+        """
+        if self._all is None:
+            bounds = [
+                self._of_group(owner, group, gprims, steps, cache, frames) for owner, group in zip(owners, groups)
+            ]
+            self._all = np.array(bounds, np.float64).reshape(-1, 2, 3)
+        return self._all.copy()
+
+    def leave_time(self) -> None:
+        """Forget what holds only for the time of the last frame."""
+        self._hulls = {path: hull for path, hull in self._hulls.items() if path in self._static}
+        self._forget()
+
+    def divide(self, gprims: Iterable[str]) -> None:
+        """Note other gprims, and which meshes are divided: hulls of those that were not, or are no more, are others."""
+        self._forget()
+        prims = map(self._stage.GetPrimAtPath, map(prim_path, gprims))
+        meshes = {prim.GetPath().GetParentPath() for prim in prims if prim.IsA(UsdGeom.Subset)}
+        for path in meshes ^ self._divided:
+            self._hulls.pop(path, None)
+        self._divided = meshes
+
+    def follow(self, changes: Changes) -> None:
+        """Forget what changes of the stage concern."""
+        if self._skinning.is_affected_by(self._stage, changes):
+            self._skinning.invalidate()
+            self._hulls.clear()
+            self._forget()
+        for root in changes.resynced:
+            changed = root.GetParentPath() if root.GetParentPath() in self._divided else root
+            self._hulls = {path: hull for path, hull in self._hulls.items() if not path.HasPrefix(changed)}
+            self._keep(lambda path, root=root: not path.HasPrefix(root))
+            self._forget_above([root])
+        for names, paths in changes.by_names.items():
+            if not _GEOMETRY.isdisjoint(names):
+                self._forget_geometry(paths)
+            elif any(name.startswith("xformOp") for name in names):
+                # The bounds of labeled ancestors change; those in the prim's own frame do not.
+                self._forget_above({path.GetParentPath() for path in paths})
+
+    def _of_group(
+        self,
+        owner: Owner,
+        group: _Group,
+        gprims: Sequence[str],
+        steps: Sequence[Steps],
+        cache: UsdGeom.XformCache,
+        frames: PointFrames,
+    ) -> np.ndarray:
+        """Return (2, 3) bounds of the group in the owner's frame; both zero when nothing has an extent."""
+        known = self._bounds.setdefault(owner.path, {})
+        if (owner, group) not in known:
+            bounds = [self._of_gprim(prim_path(gprims[each]), steps[each], owner, cache, frames) for each in group]
+            parts = [part for part in bounds if part is not None]
+            if not parts:
+                warn_once(f"{owner.name}: none of its gprims has finite bounds, so its 3D box is empty.")
+                return np.zeros((2, 3))
+            known[owner, group] = np.stack([np.min(parts, axis=0)[0], np.max(parts, axis=0)[1]])
+        return known[owner, group]
+
+    def _of_gprim(
+        self, path: Sdf.Path, steps: Steps, owner: Owner, cache: UsdGeom.XformCache, frames: PointFrames
+    ) -> np.ndarray | None:
+        prim = self._stage.GetPrimAtPath(path)
+        if path not in self._hulls:
+            self._hulls[path] = read_hull(prim, cache.GetTime(), self._skinning, divided=path in self._divided)
+            self._note_whether_static(prim)
+        hull = self._hulls[path]
+        if hull is None:
+            return None
+        if steps == owner.steps:
+            relative, resets = cache.ComputeRelativeTransform(prim, self._stage.GetPrimAtPath(owner.path))
+            if not resets:
+                return hull(as_array(relative))
+        # With an instancer or `resetXformStack` between the two, only their world transforms are comparable.
+        return hull(frames.to_world(path, steps) @ np.linalg.inv(frames.to_world(owner.path, owner.steps)))
+
+    def _note_whether_static(self, prim: Usd.Prim) -> None:
+        varies = any(
+            attribute.GetName() in _GEOMETRY and attribute.ValueMightBeTimeVarying()
+            for attribute in prim.GetAuthoredAttributes()
+        )
+        if varies or self._skinning.is_skinned(prim):
+            self._static.discard(prim.GetPath())
+        else:
+            self._static.add(prim.GetPath())
+
+    def _forget_geometry(self, paths: Iterable[Sdf.Path]) -> None:
+        """Forget gprims, also the subsets of a mesh, and of a subset the mesh and the other ones."""
+        edited = {path.GetParentPath() if path.GetParentPath() in self._divided else path for path in paths}
+        self._hulls = {
+            path: hull
+            for path, hull in self._hulls.items()
+            if path not in edited and path.GetParentPath() not in edited
+        }
+        self._keep(lambda path: path.GetParentPath() not in edited)
+        self._forget_above(edited)
+
+    def _forget_above(self, paths: Iterable[Sdf.Path]) -> None:
+        """Forget the bounds of owners at and above some prims."""
+        for path in paths:
+            for prefix in path.GetPrefixes():
+                if self._bounds.pop(prefix, None) is not None:
+                    self._all = None
+
+    def _keep(self, is_kept: Callable[[Sdf.Path], bool]) -> None:
+        self._bounds = {path: known for path, known in self._bounds.items() if is_kept(path)}
+        self._all = None
+
+    def _forget(self) -> None:
+        self._bounds.clear()
+        self._all = None
