@@ -94,9 +94,9 @@ def start(engine: NewtonEngine) -> None:
     world_of(engine).poses()
 
 
-def measure_steps(stage: Usd.Stage, frames: int, device: str, clock: Clock) -> NewtonEngine:
-    """Print loading and the median step of a scene; return its engine."""
-    engine = NewtonEngine(stage, device=device)
+def measure_steps(stage: Usd.Stage, frames: int, device: str, clock: Clock, *, velocities: bool = True) -> NewtonEngine:
+    """Print loading and the median step of a scene; return its engine. `velocities`: whether they are written."""
+    engine = NewtonEngine(stage, device=device, writes_velocities=lambda: velocities)
     load = clock.milliseconds(lambda: start(engine))
     bodies = len(engine.rigid_bodies)
     report(f"load {bodies} bodies and take a step", load)
@@ -192,6 +192,9 @@ def main() -> int:
     parser.add_argument("--frames", type=int, default=60)
     parser.add_argument("--worlds", type=int, default=0)
     parser.add_argument("--empty-cache", action="store_true")
+    parser.add_argument(
+        "--without-velocities", action="store_true", help="leave them off the stage: /physics/updateVelocitiesToUsd"
+    )
     options = parser.parse_args()
     if options.empty_cache:
         return measure_empty_cache(options.device)
@@ -205,7 +208,9 @@ def main() -> int:
     report("first load in a process, 337 bodies, and a step", clock.milliseconds(lambda: start(first)))
     first.stop()
     for bodies in options.bodies or [10, MEDIUM, 2000]:
-        engine = measure_steps(maker(bodies).stage, options.frames, options.device, clock)
+        engine = measure_steps(
+            maker(bodies).stage, options.frames, options.device, clock, velocities=not options.without_velocities
+        )
         if bodies == MEDIUM:
             measure_edits(engine, clock)
         engine.stop()
