@@ -7,7 +7,8 @@ from pxr import Gf, Usd, UsdGeom, UsdShade, UsdSkel
 from tests.annotators.ray_caster import RayCaster, add_cube, add_sphere, new_stage, place
 from tests.stage.geometry.characters import LENGTH, add_character
 from usdsdg.annotators import LabeledPrimReader, bounds
-from usdsdg.annotators import labeled_prims as entities
+from usdsdg.annotators.prims import prim_bounds
+from usdsdg.annotators.prims.prim_bounds import PrimBounds
 from usdsdg.stage.semantics.labels import add_labels, remove_labels
 
 
@@ -177,9 +178,9 @@ def test_only_what_moved_is_bounded_again(stage, monkeypatch):
     gprims = RayCaster(stage).gprims
     reader.read(gprims)
     monkeypatch.setattr(
-        "usdsdg.annotators.labeled_prims.read_hull", lambda *_, **__: pytest.fail("geometry was read again")
+        "usdsdg.annotators.prims.prim_bounds.read_hull", lambda *_, **__: pytest.fail("geometry was read again")
     )
-    monkeypatch.setattr(LabeledPrimReader, "_gprim_bound", lambda *_: pytest.fail("bounds were computed again"))
+    monkeypatch.setattr(PrimBounds, "_of_gprim", lambda *_: pytest.fail("bounds were computed again"))
     place(stage.GetPrimAtPath("/World/A"), translate=(1, 0, 0))
     reader.read(gprims)
 
@@ -309,7 +310,7 @@ def test_readers_with_different_filters_take_turns(car_with_wheel, monkeypatch):
     reader, gprims = LabeledPrimReader(car_with_wheel), RayCaster(car_with_wheel).gprims
     for filters in ([], ["class:*"], ["part:*"]):
         reader.read(gprims, filters)
-    monkeypatch.setattr(LabeledPrimReader, "_gprim_bound", lambda *_: pytest.fail("bounds were computed again"))
+    monkeypatch.setattr(PrimBounds, "_of_gprim", lambda *_: pytest.fail("bounds were computed again"))
     entities = reader.read(gprims, ["class:*"])
     assert entities.select("class:*").labels == ({"class": "car"},)
     assert entities.select("part:*").labels == ({"part": "wheel"},)
@@ -349,7 +350,7 @@ def test_a_new_time_reads_the_geometry_of_what_varies_alone(stage, monkeypatch):
         seen.append(prim.GetName())
         return bounds.read_hull(prim, *rest, **options)
 
-    monkeypatch.setattr(entities, "read_hull", noted)
+    monkeypatch.setattr(prim_bounds, "read_hull", noted)
     found = reader.read(gprims, time=Usd.TimeCode(5))
     assert seen == ["Growing"]
     widths = dict(zip(found.prim_paths, found.bounds[:, 1, 0] - found.bounds[:, 0, 0]))

@@ -125,7 +125,7 @@ LATE = {
     "usdsdg.graph.node": ("usdsdg.notebook", SHOWN),
     "usdsdg.graph.evaluate": ("usdsdg.notebook", SHOWN),
     "usdsdg.session.engines": (
-        "usdsdg_physics.engine usdsdg_render.renderer usdsdg_render.labels",
+        "usdsdg_physics.engine usdsdg_render.renderer usdsdg_render.labels usdsdg_render.device",
         "newton takes seconds to import, warp one",
     ),
     "usdsdg.capture.render_settings": ("usdsdg_render.path", "warp takes a second to import"),
