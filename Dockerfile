@@ -11,6 +11,9 @@ ENV PIP_NO_CACHE_DIR=1 \
     PYTHONDONTWRITEBYTECODE=1 \
     WARP_CACHE_PATH=/opt/usdsdg/kernels \
     XDG_CACHE_HOME=/opt/usdsdg/cache
+# Open Image Denoise needs libatomic, which slim images lack.
+# hadolint ignore=DL3008
+RUN apt-get update && apt-get install -y --no-install-recommends libatomic1 && rm -rf /var/lib/apt/lists/*
 RUN useradd --create-home --uid 1000 usdsdg && install -d -o usdsdg /opt/usdsdg /data
 COPY . /tmp/source
 RUN pip install "/tmp/source[denoise,meshes,stores,parquet]" && rm -rf /tmp/source

@@ -99,9 +99,8 @@ def library() -> Any:
         ) from error
     except RuntimeError as error:
         raise RenderError(
-            f"Open Image Denoise is installed but cannot be loaded ({error}). On aarch64 it needs the system's "
-            "libatomic (libatomic1 in Debian and Ubuntu); install that, or set the denoiser "
-            "(/usdsdg/denoiser) to 'wavelet'."
+            f"Open Image Denoise is installed but cannot be loaded ({error}). On Linux it needs the system's libatomic "
+            "(libatomic1 in Debian and Ubuntu); install that, or set the denoiser (/usdsdg/denoiser) to 'wavelet'."
         ) from error
     return mitsuba_oidn
 

@@ -178,7 +178,7 @@ def test_sve_is_detected_on_linux(monkeypatch, features, lacks):
 
 
 def test_the_error_names_a_missing_system_library(monkeypatch, tmp_path):
-    """As on aarch64 without libatomic, where the binding raises no ImportError."""
+    """As on Linux without libatomic, where the binding raises no ImportError."""
     (tmp_path / "mitsuba_oidn.py").write_text("raise RuntimeError('could not load libnanothread.so')")
     monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: False)
     monkeypatch.delitem(sys.modules, "mitsuba_oidn", raising=False)
