@@ -174,6 +174,11 @@ class NewtonEngine:
         ]
         self._playing("apply_forces").add_forces(bodies, *given)
 
+    @property
+    def writes_velocities(self) -> bool:
+        """Whether the stage has the velocities of the bodies; it has while stopped."""
+        return self._session is None or self._session.writes_velocities
+
     def velocities(self, bodies: Sequence[str]) -> np.ndarray:
         """Return the velocities (N, 6) of the bodies at these paths: linear [stage units/s], angular [rad/s]; world.
 

@@ -49,7 +49,7 @@ class PlaySession:
     ) -> None:
         """`time` is that of the stage when the simulation begins."""
         self._time = time
-        self._writes_velocities = writes_velocities
+        self.writes_velocities = writes_velocities
         self._stage, self._hulls, self._device, self._progress = stage, hulls, device, progress
         self._tracker = ChangeTracker(stage)
         self._backup = Backup()
@@ -282,7 +282,7 @@ class PlaySession:
         """Read all of the stage again, after `changes`."""
         self._units = Units.of(self._stage)
         scene = parse(self._stage, self._hulls, time=self._time, broken=self._broken)
-        if not self._writes_velocities:
+        if not self.writes_velocities:
             self._told.go_on(scene.bodies, self.world, changes or Changes())
         self._begin_with(scene)
 
@@ -305,7 +305,7 @@ class PlaySession:
     def _open_writer(self) -> None:
         with self._tracker.muted():
             meters = self._units.meters
-            bodies, velocities = self.scene.bodies, self._writes_velocities
+            bodies, velocities = self.scene.bodies, self.writes_velocities
             self._writer, self._instances = (
                 writer(self._stage, bodies, self._backup, meters_per_unit=meters, velocities=velocities)
                 for writer in (StageWriter, InstancerWriter)
@@ -350,7 +350,7 @@ class PlaySession:
         """Go on with what is now below some prims, and with all other bodies where and as fast as they are."""
         world, cache = self.world, UsdGeom.XformCache(Usd.TimeCode.Default())
         assert world is not None
-        for part in subtrees.values() if not self._writes_velocities else ():
+        for part in subtrees.values() if not self.writes_velocities else ():
             self._told.go_on(part.bodies, world, changes)
         scene = with_subtrees(self._stage, self.scene, subtrees)
         poses, velocities = world.poses().tolist(), world.velocities().tolist()

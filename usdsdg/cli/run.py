@@ -58,7 +58,7 @@ def run(
             metavar="N|A:B",
             show_default=False,
             help="A number: if the script starts no run, or one that nothing ends, capture frames 0 to this one, as "
-            "after a press on Start in the GUI. Two make only the frames from A up to B; `usdsdg merge` joins them.",
+            "after a press on Start in the GUI. With A:B, make the frames from A up to B; `usdsdg merge` joins them.",
         ),
     ] = None,
     shard: Shard = None,

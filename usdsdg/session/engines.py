@@ -59,6 +59,9 @@ class PhysicsEngine(Protocol):
         positions: ArrayLike | None = None,
     ) -> None: ...
 
+    @property
+    def writes_velocities(self) -> bool: ...
+
     def velocities(self, bodies: Sequence[str]) -> np.ndarray: ...
 
     @property
@@ -292,7 +295,7 @@ def physics() -> PhysicsEngine:
         from usdsdg_physics.engine import NewtonEngine
 
         engines.physics = NewtonEngine(
-            current_stage(), device=physics_device(), progress=report, writes_velocities=writes_velocities
+            current_stage(), device=physics_device(), progress=report, writes_velocities=_wants_velocities_written
         )
         made = engines.physics
         made.subscribe_step(engines.on_step, heard=lambda: bool(engines.step_listeners))
@@ -307,8 +310,7 @@ def physics_if_made() -> PhysicsEngine | None:
     return current().engines.physics
 
 
-def writes_velocities() -> bool:
-    """Return whether steps of physics write velocities to the stage: `/physics/updateVelocitiesToUsd`."""
+def _wants_velocities_written() -> bool:
     return current().settings.get_as_bool("/physics/updateVelocitiesToUsd")
 
 

@@ -18,7 +18,7 @@ MAX_THREADS = 3
 ENOUGH_CORES = 8
 _ready: set[tuple[str, bool]] = set()
 _beside: dict[str, Future[int]] = {}  # by device
-_heard: set[str] = set()  # devices for which somebody waits
+_awaited: set[str] = set()  # devices for which a call of `precompile` waits
 
 
 def precompile(device: str = "cpu", progress: Progress | None = None, *, everything: bool = False) -> int:
@@ -29,7 +29,7 @@ def precompile(device: str = "cpu", progress: Progress | None = None, *, everyth
         everything: also those that only some scenes need, which otherwise wait for such a scene.
     """
     if device in _beside:
-        _heard.add(device)
+        _awaited.add(device)
         _beside.pop(device).result()
     return _precompile(device, progress, everything=everything)
 
@@ -37,13 +37,13 @@ def precompile(device: str = "cpu", progress: Progress | None = None, *, everyth
 def precompile_beside(device: str, progress: Progress | None = None) -> None:
     """Begin `precompile` on another thread, for CUDA and where there are cores for it; its next call waits for that.
 
-    progress: is called while somebody waits.
+    progress: is called while a call of `precompile` waits.
     """
     if device == "cpu" or available_threads() < ENOUGH_CORES or device in _beside or (device, False) in _ready:
         return
 
     def heard(label: str, done: int, total: int | None) -> None:
-        if progress is not None and device in _heard:
+        if progress is not None and device in _awaited:
             progress(label, done, total)
 
     pool = ThreadPoolExecutor(1, thread_name_prefix=THREADS)

@@ -21,7 +21,7 @@ def compiled(monkeypatch):
             raise RenderError("no such device")
         return 3
 
-    for name, value in (("_precompile", compile_all), ("_beside", {}), ("_ready", set()), ("_heard", set())):
+    for name, value in (("_precompile", compile_all), ("_beside", {}), ("_ready", set()), ("_awaited", set())):
         monkeypatch.setattr(module, name, value)
     monkeypatch.setattr(module, "available_threads", lambda: 8)
     return calls, go_on
@@ -35,11 +35,11 @@ def test_it_goes_on_beside_and_is_waited_for_with_progress(compiled):
     assert heard == []
     threading.Timer(0.1, go_on.set).start()
     module.precompile("cuda:0", lambda *report: None)
-    assert heard == [("compiling", 1, 2)]  # somebody waited
+    assert heard == [("compiling", 1, 2)]  # `precompile` waited
     assert calls == [("cuda:0", False)] * 2
 
 
-def test_nobody_hears_of_it_who_does_not_wait(compiled):
+def test_there_is_no_progress_while_none_waits(compiled):
     _, go_on = compiled
     heard = []
     module.precompile_beside("cuda:0", lambda *report: heard.append(report))

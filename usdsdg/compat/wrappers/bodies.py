@@ -35,10 +35,11 @@ def is_simulating() -> bool:
 
 def velocities(prims: Sequence[Usd.Prim]) -> tuple[np.ndarray, np.ndarray]:
     """Return linear (N, 3) and angular velocities (N, 3) [rad/s], float32."""
-    if not engines.writes_velocities() and is_simulating():
+    physics = engines.physics_if_made()
+    if physics is not None and not physics.writes_velocities:
         paths = [str(prim.GetPath()) for prim in prims]
-        if set(paths) <= set(engines.physics().rigid_bodies):
-            both = engines.physics().velocities(paths).astype(np.float32)
+        if set(paths) <= set(physics.rigid_bodies):
+            both = physics.velocities(paths).astype(np.float32)
             return both[:, :3], both[:, 3:]
     bodies = [UsdPhysics.RigidBodyAPI(prim) for prim in prims]
     linear = np.array([body.GetVelocityAttr().Get() or _STILL for body in bodies], np.float32)

@@ -200,7 +200,7 @@ def check_unused(place: Place, portion: Portion | None) -> None:
                 lock.release()
         except Locked as held:
             raise _held(place, held) from None
-        except FileNotFoundError:  # nobody has written there yet
+        except FileNotFoundError:  # the folder has no journal yet
             return
 
 

@@ -95,6 +95,7 @@ def test_velocities_that_are_not_written_are_read_from_the_simulation(stage):
     timeline.play()
     for _ in range(3):
         engines.physics().step(1 / 60)
+    get_settings().set("/physics/updateVelocitiesToUsd", True)  # from the next play on
     linear = view.get_linear_velocities()[0]
     np.testing.assert_allclose(linear[:2], (1, 0), atol=1e-3)
     assert linear[2] < -0.1
