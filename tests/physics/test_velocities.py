@@ -95,6 +95,16 @@ def test_a_velocity_and_a_mass_that_are_set_together():
     assert moving[1] == pytest.approx(70.0, rel=1e-4)
 
 
+def test_a_kinematic_body_that_becomes_dynamic_begins_with_the_velocity_on_the_stage():
+    stage, prim = _thrown()
+    UsdPhysics.RigidBodyAPI(prim).CreateKinematicEnabledAttr(True)
+    engine = _play(stage, written=False)
+    engine.advance(3 * STEP)
+    UsdPhysics.RigidBodyAPI(prim).GetKinematicEnabledAttr().Set(False)
+    engine.advance(STEP)
+    assert engine.velocities(["/World/box"])[0, :3] == pytest.approx([100, 0, 50 - 981 * STEP], rel=1e-3)
+
+
 def test_nothing_of_the_simulation_is_on_the_stage_but_poses():
     stage, prim = _thrown()
     authored = stage.GetRootLayer().ExportToString()

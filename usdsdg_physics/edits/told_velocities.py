@@ -35,7 +35,8 @@ class ToldVelocities:
         }
         if world is not None:
             moving = world.velocities().astype(np.float64)
-            for path in told.keys() & world.body_index.keys():
+            # What was kinematic has velocities of its own now.
+            for path in told.keys() & self._told.keys() & world.body_index.keys():
                 is_set = velocities_set(path, changes) | (told[path] != self._told[path])
                 linear, angular = np.where(is_set, told[path], moving[world.body_index[path]]).reshape(2, 3).tolist()
                 bodies[path] = replace(bodies[path], velocity=tuple(linear), angular_velocity=tuple(angular))

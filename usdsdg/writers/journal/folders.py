@@ -200,7 +200,7 @@ def check_unused(place: Place, portion: Portion | None) -> None:
                 lock.release()
         except Locked as held:
             raise _held(place, held) from None
-        except FileNotFoundError:  # the folder has no journal yet
+        except OSError:  # no journal is there yet, or the file system has no locks: nothing is known of others
             return
 
 
