@@ -1,6 +1,7 @@
 """Frames a second of a job by several processes of a thread each, by one such process, and by one without a limit.
 
-    python -m benchmarks.workers [--config FILE] [--frames 4 16] [--workers 2] [--set KEY=VALUE ...]
+    python -m benchmarks.workers [--config FILE] [--frames 4 16] [--workers 2] [--threads 1] [--set KEY=VALUE ...]
+        [--device cuda:0] [--only one several]
 
 Each contender makes the job twice, with fewer and with more frames. The rate with start-up is that of the longer run,
 from the command to its end; the rate without it is that of the frames between the two runs, in the time between them.
@@ -58,13 +59,18 @@ def main() -> None:
     parser.add_argument("--frames", type=int, nargs=2, default=[4, 16], metavar=("FEWER", "MORE"))
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
+    parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--device", default="cpu")
-    parser.add_argument("--only", choices=["one", "thread", "several"])
+    parser.add_argument("--only", nargs="+", choices=["one", "thread", "several"], default=["one", "thread", "several"])
     arguments = parser.parse_args()
+    bound = ["--threads", str(arguments.threads)]
     contenders = {
         "one": ("one process", []),
-        "thread": ("one, of 1 thread", ["--threads", "1"]),
-        "several": (f"{arguments.workers}, of 1 thread each", ["--workers", str(arguments.workers), "--threads", "1"]),
+        "thread": (f"one, --threads {arguments.threads}", bound),
+        "several": (
+            f"{arguments.workers}, --threads {arguments.threads}",
+            ["--workers", str(arguments.workers), *bound],
+        ),
     }
     report.begin()
     device = ["--device", arguments.device]
@@ -72,7 +78,7 @@ def main() -> None:
     fewer, more = sorted(arguments.frames)
     rates: dict[str, tuple[float, float]] = {}
     for key, (name, options) in contenders.items():
-        if arguments.only in (None, key):
+        if key in arguments.only:
             short, long = (cost(arguments.config, arguments.set, count, [*device, *options]) for count in (fewer, more))
             between = long - short
             rates[key] = more / long.wall, (more - fewer) / between.wall
@@ -81,7 +87,7 @@ def main() -> None:
             report.row(
                 "  processor time", f"{short.cpu:.1f} s for {fewer}", f"{long.cpu:.1f} s for {more}, {each:.2f} each"
             )
-    for key in ("thread", "one") if arguments.only is None else ():
+    for key in sorted(rates.keys() - {"several"}) if "several" in rates else ():
         ratios = [mine / other for mine, other in zip(rates["several"], rates[key], strict=True)]
         report.row(
             f"{arguments.workers} against {contenders[key][0]}", f"{ratios[0]:.2f}x", f"{ratios[1]:.2f}x without"

@@ -1,7 +1,8 @@
 """The physics engine: play, advance, stop, step listeners, and scene queries on one stage."""
 
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -57,6 +58,7 @@ class NewtonEngine:
             self._trigger_listeners,
             self._contact_listeners,
         )
+        self._is_unread = False  # whether nobody reads the stage between steps
         self.step_seconds = 0.0  # wall-clock time of the latest step
         self._session: PlaySession | None = None
         self._elapsed = 0.0
@@ -263,9 +265,27 @@ class NewtonEngine:
             is_last = write and self._elapsed < dt * (1.0 - _MISSING)
             self._step(dt, until=end - self._elapsed, write=is_last or any(self._all_listeners))
             steps += 1
-        if write and self._session is not None:
-            self._session.catch_up()
+        if write:
+            self._catch_up()
         return steps
+
+    @contextmanager
+    def stage_unread(self) -> Iterator[None]:
+        """Leave the results of steps within off the stage, which has that of the last one at the end.
+
+        That is for steps between which nobody reads bodies from the stage, listeners included: writing takes
+        about as long as a step. Of bodies nothing but velocities may be set there until then.
+        """
+        before, self._is_unread = self._is_unread, True
+        try:
+            yield
+        finally:
+            self._is_unread = before
+            self._catch_up()
+
+    def _catch_up(self) -> None:
+        if self._session is not None and not self._is_unread:
+            self._session.catch_up()
 
     def step(self, dt: float, *, until: float | None = None) -> None:
         """Take one step of `dt` seconds, whatever the step rate; listeners are called before and after it.
@@ -284,7 +304,7 @@ class NewtonEngine:
             return
         start = time.perf_counter()
         self._time = self._time + dt if until is None else until
-        self._session.step(dt, self._time_code(), write=write)
+        self._session.step(dt, self._time_code(), write=write and not self._is_unread)
         self.step_seconds = time.perf_counter() - start
         self._report_events()
         self._listeners.call(dt)

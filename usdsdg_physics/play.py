@@ -110,6 +110,7 @@ class PlaySession:
     def catch_up(self) -> None:
         """As `write`, where the last step did not."""
         if self._unwritten:
+            self._apply_stage_edits()  # or velocities that were set would be lost
             self.write()
 
     def put_to_sleep(self, bodies: Collection[str]) -> None:
@@ -313,7 +314,11 @@ class PlaySession:
             joints = self.scene.joints.values()
             self._joint_writer = JointStateWriter(self._stage, joints, self._backup, meters_per_unit=meters)
             self._backup.hold()
-        if self.world is not None:
+        self._note_written()
+
+    def _note_written(self) -> None:
+        """Take the state of the world for that of the stage, of which it was read, unless it is steps ahead."""
+        if self.world is not None and not self._unwritten:
             self._writer.set_written(self.world.poses(), self.world.velocities())
 
     def _apply_stage_edits(self) -> None:
@@ -341,7 +346,7 @@ class PlaySession:
         if edits and self.world is not None:
             apply_edits(edits, self.world, self.scene, self._queries)
             self.poses = self.world.poses()
-            self._writer.set_written(self.poses, self.world.velocities())
+            self._note_written()
             self._told.note(edits.velocities)
         if self._writer.is_stale(changes):
             self._open_writer()

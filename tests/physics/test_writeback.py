@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
-from tests.physics.scenes import add, collide, make_body, new_stage, playing, position, set_value, velocity
+from tests.physics.scenes import DEVICE, add, collide, make_body, new_stage, playing, position, set_value, velocity
 from usdsdg import errors
 from usdsdg_physics import simulate
+from usdsdg_physics.engine import NewtonEngine
 from usdsdg_physics.writeback.stage_writer import StageWriter
 
 OP = UsdGeom.XformOp
@@ -274,6 +277,38 @@ def test_several_steps_in_one_advance_leave_what_single_steps_leave(listens):
     assert several == single
     assert every == each
     assert len(set(every)) == (30 if listens else 0)
+
+
+@pytest.mark.parametrize("velocities", [False, True])
+def test_an_unread_stage_is_written_at_the_end_with_velocities_that_were_set_within(velocities):
+    def simulate(unread):
+        stage = new_stage()
+        add(stage, "/World/ground", at=(0, 0, -0.1), scale=(2, 2, 0.1), body=False)
+        prims = [add(stage, f"/World/b{i}", at=(0.05 * i, 0, 0.3 + 0.25 * i), rotate=(10 * i, 20, 0)) for i in range(4)]
+        engine = NewtonEngine(stage, device=DEVICE, writes_velocities=lambda: velocities)
+        engine.play()
+        heights = []
+
+        def on_step(dt):
+            heights.append(position(prims[3])[2])
+            if len(heights) % 5 == 3:
+                set_value(prims[1], "physics:velocity", Gf.Vec3f(0.5, 0, 2 + 0.1 * len(heights)))
+
+        engine.subscribe_step(on_step)
+        engine.advance(1 / 60)
+        with engine.stage_unread() if unread else nullcontext():
+            for _ in range(12):
+                engine.advance(1 / 60)
+        left = [position(prim) for prim in prims]
+        engine.advance(1 / 60)
+        return heights, left, stage.GetRootLayer().ExportToString()
+
+    seen, left, final = simulate(unread=True)
+    heights, expected, text = simulate(unread=False)
+    assert final == text
+    np.testing.assert_array_equal(left, expected)
+    assert len(set(heights)) == 14
+    assert len(set(seen)) == 2
 
 
 def test_a_simulation_that_nobody_watches_is_written_once(monkeypatch):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from contextlib import nullcontext
 
 import pytest
 from pxr import Sdf, UsdGeom, UsdPhysics
@@ -49,6 +50,9 @@ class Physics:
         self.advanced += seconds
         current().engines.on_step(seconds)
         return 1
+
+    def stage_unread(self):
+        return nullcontext()
 
     def overlap_box(self, half_extent, origin, rotation_xyzw):
         self.box = (half_extent, origin)

@@ -52,12 +52,11 @@ def cuboids(picture: np.ndarray, annotation: Annotation, camera: Mapping[str, An
         low, high = ([row[f"{axis}_{end}"] for axis in "xyz"] for end in ("min", "max"))
         corners = cuboid.keypoints(np.array(low), np.array(high))
         to_camera = np.asarray(row["transform"], np.float64).reshape(4, 4) @ view
-        drawn = []
-        for start, end in cuboid.edge_segments(corners) @ to_camera[:3, :3] + to_camera[3, :3]:
-            for a, b in edge_pixels(start, end, camera):
-                canvas.line(a, b, color, width=LINE)
-                drawn += [a, b]
-        ends = np.array(drawn).reshape(-1, 2)
+        edges = cuboid.edge_segments(corners) @ to_camera[:3, :3] + to_camera[3, :3]
+        drawn = np.concatenate(edge_pixels(edges, camera))
+        for a, b in drawn:
+            canvas.line(a, b, color, width=LINE)
+        ends = drawn.reshape(-1, 2)
         places.append(tuple(ends.min(axis=0)) if len(ends) else None)
     return written_names(canvas.image(), places, names(annotation), colors)
 

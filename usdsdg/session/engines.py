@@ -6,6 +6,7 @@ Each engine is created on first use, and only then are newton and warp imported.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -81,6 +82,8 @@ class PhysicsEngine(Protocol):
     def step_seconds(self) -> float: ...
 
     def step(self, dt: float, *, until: float | None = None) -> None: ...
+
+    def stage_unread(self) -> AbstractContextManager[None]: ...
 
     def subscribe_step(
         self, listener: Callable[[float], None], *, before: bool = False, heard: Callable[[], bool] | None = None

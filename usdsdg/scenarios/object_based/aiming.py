@@ -54,6 +54,7 @@ class Aiming:
     def __init__(self, cameras: Cameras, targets: list[Usd.Prim], config: ObjectBasedConfig, draws: Draws) -> None:
         self._cameras, self._targets, self._config, self._draws = cameras.prims, targets, config, draws
         self._places: list[Gf.Vec3d] = []
+        self._lamps: list[Usd.Prim] | None = None
         self._lights: list[tuple[Gf.Vec3d, float]] = []
 
     def remember_places(self) -> None:
@@ -69,7 +70,9 @@ class Aiming:
         the best one is taken if none is.
         """
         engines.renderer().sync(stage_time(stage))
-        self._lights = _lights(stage)
+        if self._lamps is None:  # randomizers make theirs when they first run, before the first aim, and no more later
+            self._lamps = [prim for prim in stage.Traverse() if prim.IsA(UsdLux.SphereLight)]
+        self._lights = _spheres(self._lamps)
         for number, (camera, place) in enumerate(zip(self._cameras, self._places, strict=True)):
             best = None
             for attempt in range(MAX_ATTEMPTS):
@@ -100,14 +103,13 @@ def _speed(target: Usd.Prim) -> float:
     return 0.0 if velocity is None else Gf.Vec3f(velocity).GetLength()
 
 
-def _lights(stage: Usd.Stage) -> list[tuple[Gf.Vec3d, float]]:
-    """Return center and radius of the sphere lights, which images show as white balls and labels do not."""
+def _spheres(lights: Sequence[Usd.Prim]) -> list[tuple[Gf.Vec3d, float]]:
+    """Return center and radius of sphere lights, which images show as white balls and labels do not."""
     cache, found = UsdGeom.XformCache(), []
-    for prim in stage.Traverse():
-        if prim.IsA(UsdLux.SphereLight):
-            pose = cache.GetLocalToWorldTransform(prim)
-            scale = max(Gf.Vec3d(*pose.GetRow3(axis)).GetLength() for axis in range(3))
-            found.append((pose.ExtractTranslation(), UsdLux.SphereLight(prim).GetRadiusAttr().Get() * scale))
+    for prim in lights:
+        pose = cache.GetLocalToWorldTransform(prim)
+        scale = max(Gf.Vec3d(*pose.GetRow3(axis)).GetLength() for axis in range(3))
+        found.append((pose.ExtractTranslation(), UsdLux.SphereLight(prim).GetRadiusAttr().Get() * scale))
     return found
 
 

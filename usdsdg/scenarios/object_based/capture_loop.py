@@ -17,6 +17,7 @@ from usdsdg.scenarios.object_based.aiming import Aiming
 from usdsdg.scenarios.object_based.cameras import Cameras
 from usdsdg.scenarios.object_based.config import ObjectBasedConfig, PathTracing
 from usdsdg.scenarios.object_based.objects import Bodies
+from usdsdg.session import engines
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.schemas import physx
@@ -109,8 +110,9 @@ def _clear_space_around(cameras: Cameras) -> None:
         return
     cameras.set_colliding(True)
     get_timeline().play()
-    for _ in range(CLEARING_UPDATES):
-        get_app().update()
+    with engines.physics().stage_unread():
+        for _ in range(CLEARING_UPDATES):
+            get_app().update()
     cameras.set_colliding(False)
 
 
@@ -193,7 +195,8 @@ def _simulate_between(seconds: float) -> None:
     timeline = get_timeline()
     timeline.play()
     start = timeline.get_current_time()
-    while True:
-        get_app().update()
-        if timeline.get_current_time() - start > seconds:
-            return
+    with engines.physics().stage_unread():
+        while True:
+            get_app().update()
+            if timeline.get_current_time() - start > seconds:
+                return

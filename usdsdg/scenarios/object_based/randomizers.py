@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 
 import numpy as np
-from pxr import Gf, Usd, UsdPhysics
+from pxr import Gf, Sdf, Usd, UsdPhysics
 
 import usdsdg as rep
 from usdsdg.scenarios.draws import Draws
@@ -76,10 +76,11 @@ def add_background_randomizer() -> None:
 
 def pull_to_center(prims: Iterable[Usd.Prim], draws: Draws, index: int) -> None:
     """Set velocities towards the origin that would reach it in one to ten seconds. `index` counts the calls."""
-    for prim in prims:
-        position = Gf.Vec3f(prim.GetAttribute("xformOp:translate").Get())
-        strength = float(draws.generator(f"pull{prim.GetPath()}", index).uniform(0.1, 1.0))
-        _set_velocity(prim, -position * strength)
+    with Sdf.ChangeBlock():
+        for prim in prims:
+            position = Gf.Vec3f(prim.GetAttribute("xformOp:translate").Get())
+            strength = float(draws.generator(f"pull{prim.GetPath()}", index).uniform(0.1, 1.0))
+            _set_velocity(prim, -position * strength)
 
 
 def bounce_at_floor(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -> Callable[[], None]:
@@ -92,12 +93,13 @@ def bounce_at_floor(stage: Usd.Stage, config: ObjectBasedConfig, draws: Draws) -
     def on_step(_seconds: float) -> None:
         nonlocal steps
         hits = engines.physics().overlap_box(half_extent, origin, (0.0, 0.0, 0.0, 1.0))
-        for path in dict.fromkeys(str(hit.rigid_body) for hit in hits if hit.rigid_body):
-            # Camera spheres and walls overlap as well, but are not rigid bodies.
-            prim = stage.GetPrimAtPath(path)
-            if prim and prim.HasAPI(UsdPhysics.RigidBodyAPI):
-                speed = draws.generator(f"bounce{path}", steps).uniform((-2.0, -2.0, 4.0), (2.0, 2.0, 8.0))
-                _set_velocity(prim, speed)
+        with Sdf.ChangeBlock():
+            for path in dict.fromkeys(str(hit.rigid_body) for hit in hits if hit.rigid_body):
+                # Camera spheres and walls overlap as well, but are not rigid bodies.
+                prim = stage.GetPrimAtPath(path)
+                if prim and prim.HasAPI(UsdPhysics.RigidBodyAPI):
+                    speed = draws.generator(f"bounce{path}", steps).uniform((-2.0, -2.0, 4.0), (2.0, 2.0, 8.0))
+                    _set_velocity(prim, speed)
         steps += 1
 
     return engines.subscribe_step(on_step)

@@ -142,9 +142,9 @@ def _draw_solids(draw: ImageDraw.ImageDraw, boxes: np.ndarray, camera: Mapping[s
         low, high = ([box[f"{axis}_{end}"] for axis in "xyz"] for end in ("min", "max"))
         corners = cuboid.keypoints(np.array(low), np.array(high))
         to_camera = np.asarray(box["transform"], np.float64).reshape(4, 4) @ view
-        for start, end in cuboid.edge_segments(corners) @ to_camera[:3, :3] + to_camera[3, :3]:
-            for (x0, y0), (x1, y1) in edge_pixels(start, end, camera):
-                draw.line([x0, y0, x1, y1], fill=color, width=width)
+        edges = cuboid.edge_segments(corners) @ to_camera[:3, :3] + to_camera[3, :3]
+        for (x0, y0), (x1, y1) in np.concatenate(edge_pixels(edges, camera)):
+            draw.line([x0, y0, x1, y1], fill=color, width=width)
 
 
 def _color(color: Any) -> Any:

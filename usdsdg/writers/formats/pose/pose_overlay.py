@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.writers.formats.shapes import cuboid
-from usdsdg.writers.formats.shapes.camera_projection import clip_to_front, edge_pixels, project
+from usdsdg.writers.formats.shapes.camera_projection import edge_pixels, in_front, project
 from usdsdg.writers.formats.shapes.drawing import Canvas, Color
 
 RED, GREEN, BLUE = (255, 0, 0), (0, 128, 0), (0, 0, 255)
@@ -40,34 +40,35 @@ class PosedBox:
 def draw_overlay(image: np.ndarray, boxes: Sequence[PosedBox], params: Mapping[str, Any]) -> np.ndarray:
     """Draw `boxes`, far ones first, and the world's axes over `image` (H, W, 4)."""
     canvas = Canvas(image)
-    for box in sorted(boxes, key=lambda b: b.keypoints[cuboid.CENTER][2]):
-        _draw_box(canvas, box, params)
+    boxes = sorted(boxes, key=lambda b: b.keypoints[cuboid.CENTER][2])
+    # Of all boxes at once, since a call costs more than what it computes.
+    edges = [_edges(box) for box in boxes]
+    pixels = iter(edge_pixels(np.array([edge for each in edges for edge, _ in each]).reshape(-1, 2, 3), params))
+    points = np.array([list(box.keypoints.values()) for box in boxes]).reshape(-1, 3)
+    centers = zip(in_front(np.stack([points, points], axis=1), params), project(points, params))
+    for each in edges:
+        for _, color in each:
+            _draw_edge(canvas, next(pixels), color)
+        for color, (is_seen, center) in zip(KEYPOINT_COLORS, centers):
+            if is_seen:  # keypoints behind the camera have no pixel
+                canvas.disc(center, _SHADOW, radius=_POINT_RADIUS + 1, opacity=0.5)
+                canvas.disc(center, color, radius=_POINT_RADIUS)
     _draw_world_axes(canvas, params)
     return canvas.image()
 
 
-def _draw_box(canvas: Canvas, box: PosedBox, params: Mapping[str, Any]) -> None:
+def _edges(box: PosedBox) -> list[tuple[np.ndarray, Color]]:
+    """Return the edges (2, 3) of a box, far ones first, and its axes, each with its color."""
     edges = [
         (np.array([box.keypoints[a], box.keypoints[b]]), _EDGE_COLORS[face])
         for face, pairs in cuboid.EDGES.items()
         for a, b in pairs
     ]
-    edges.sort(key=lambda edge: edge[0][:, 2].sum())
-    for segment, color in edges:
-        _draw_segment(canvas, segment, color, params)
-    for segment, color in zip(box.axes, _AXIS_COLORS):
-        _draw_segment(canvas, segment, color, params)
-    for point, color in zip(box.keypoints.values(), KEYPOINT_COLORS):
-        # Keypoints behind the camera have no pixel.
-        if len(clip_to_front(np.array([[point, point]]), params)):
-            center = project(point, params)[0]
-            canvas.disc(center, _SHADOW, radius=_POINT_RADIUS + 1, opacity=0.5)
-            canvas.disc(center, color, radius=_POINT_RADIUS)
+    return sorted(edges, key=lambda edge: edge[0][:, 2].sum()) + list(zip(box.axes, _AXIS_COLORS))
 
 
-def _draw_segment(canvas: Canvas, segment: np.ndarray, color: Color, params: Mapping[str, Any]) -> None:
-    """Draw an edge, clipped to the part in front of the camera."""
-    pixels = edge_pixels(segment[0], segment[1], params)
+def _draw_edge(canvas: Canvas, pixels: np.ndarray, color: Color) -> None:
+    """Draw the line segments (N, 2, 2) of an edge."""
     # A thin dark border separates the line from a background of the same color.
     for start, end in pixels:
         canvas.line(start, end, _SHADOW, width=_LINE_WIDTH + 1.5, opacity=0.35)

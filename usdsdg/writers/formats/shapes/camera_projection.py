@@ -107,28 +107,40 @@ def camera_matrix(params: Params) -> np.ndarray:
     )
 
 
-def edge_pixels(start: np.ndarray, end: np.ndarray, params: Params) -> np.ndarray:
-    """Project the part of an edge in front of the camera to line segments (N, 2, 2) [pixels], more for curved lenses.
+def edge_pixels(edges: np.ndarray, params: Params) -> list[np.ndarray]:
+    """Project the parts of edges in front of the camera: (M, 2, 2) line segments [pixels] of each edge.
 
-    start, end: points (3,) in the camera's frame.
+    That is one segment or none, and more where the lens curves edges.
+
+    edges: (N, 2, 3) in the camera's frame.
     """
     pieces = 1 if is_straight(params) else _CURVE_SEGMENTS
-    points = start + np.linspace(0, 1, pieces + 1)[:, None] * (end - start)
-    in_front = clip_to_front(np.stack([points[:-1], points[1:]], axis=1), params)
-    pixels = project(in_front, params).reshape(-1, 2, 2)
+    start, along = edges[:, :1], edges[:, 1:] - edges[:, :1]
+    points = start + np.linspace(0, 1, pieces + 1)[:, None] * along
+    parts = np.stack([points[:, :-1], points[:, 1:]], axis=2).reshape(-1, 2, 3)
+    seen = in_front(parts, params)
+    owner = np.repeat(np.arange(len(edges)), pieces)[seen]
+    pixels = project(clip_to_front(parts, params), params).reshape(-1, 2, 2)
     if pieces > 1:
         # A segment across the seam of a panorama would be drawn through the whole image.
-        width = int(params["renderProductResolution"][0])
-        pixels = pixels[np.abs(pixels[:, 1] - pixels[:, 0]).max(axis=1) < width / 2]
-    return pixels
+        short = np.abs(pixels[:, 1] - pixels[:, 0]).max(axis=1) < int(params["renderProductResolution"][0]) / 2
+        pixels, owner = pixels[short], owner[short]
+    return np.split(pixels, np.searchsorted(owner, np.arange(1, len(edges)))) if len(edges) else []
+
+
+def in_front(segments: np.ndarray, params: Params) -> np.ndarray:
+    """Return (N,) bool: of which segments (N, 2, 3) in the camera's frame a part is beyond the near plane."""
+    if not has_near_plane(params):
+        return np.ones(len(segments), bool)
+    return (-segments[..., 2] - _near(params) > 0).any(axis=1)
 
 
 def clip_to_front(segments: np.ndarray, params: Params) -> np.ndarray:
     """Clip segments (N, 2, 3) in the camera's frame to the parts (M, 2, 3) beyond the near plane."""
     if not has_near_plane(params):
         return segments
+    segments = segments[in_front(segments, params)].copy()
     depth = -segments[..., 2] - _near(params)
-    segments, depth = segments[(depth > 0).any(axis=1)].copy(), depth[(depth > 0).any(axis=1)]
     for end, other in ((0, 1), (1, 0)):
         behind = depth[:, end] < 0
         fraction = depth[behind, end] / (depth[behind, end] - depth[behind, other])
