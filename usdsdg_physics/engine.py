@@ -9,14 +9,13 @@ from numpy.typing import ArrayLike
 from pxr import Usd
 
 from usdsdg.errors import PhysicsError
-from usdsdg.stage.poses.transforms import meters_per_unit
 from usdsdg_physics.listeners import Listeners
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.play import PlaySession, initial_poses
-from usdsdg_physics.queries.scene_queries import Overlap, RayHit, SceneQueries
+from usdsdg_physics.queries.scene_queries import SceneQueries
+from usdsdg_physics.queries.stage_queries import StageQueries
 from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
-from usdsdg_physics.scene.records import ShapeKind
 from usdsdg_physics.settling import settle
 from usdsdg_physics.world.compile_kernels import Progress
 
@@ -25,7 +24,7 @@ from usdsdg_physics.world.compile_kernels import Progress
 _MISSING = 2.5e-3
 
 
-class NewtonEngine:
+class NewtonEngine(StageQueries):
     """Simulates the rigid bodies of one stage with Newton.
 
     Whatever is written to the stage between two steps (velocities, transforms, switches, new prims) takes effect at the
@@ -358,78 +357,6 @@ class NewtonEngine:
         for event in triggers:
             self._trigger_listeners.call(event)
 
-    def overlap_box(
-        self, half_extent: Sequence[float], origin: Sequence[float], rotation_xyzw: Sequence[float] = (0, 0, 0, 1)
-    ) -> list[Overlap]:
-        """Return the enabled colliders that overlap a box [stage units], sorted by collider path."""
-        queries, poses = self._queries()
-        return queries.overlap_box(poses, self._meters(half_extent), self._meters(origin), rotation_xyzw)
-
-    def overlap_sphere(self, radius: float, origin: Sequence[float]) -> list[Overlap]:
-        """Return the enabled colliders that overlap a sphere [stage units], sorted by collider path."""
-        queries, poses = self._queries()
-        return queries.overlap_sphere(poses, radius * meters_per_unit(self._stage), self._meters(origin))
-
-    def raycast(self, origin: Sequence[float], direction: Sequence[float], distance: float) -> RayHit | None:
-        """Return the nearest enabled collider along a ray [stage units], None when there is none within `distance`."""
-        return next(iter(self.raycast_all(origin, direction, distance)), None)
-
-    def raycast_all(
-        self, origin: Sequence[float], direction: Sequence[float], distance: float, *, both_sides: bool = True
-    ) -> list[RayHit]:
-        """Return the first hit of every enabled collider along a ray [stage units], nearest first, then in path order.
-
-        Triangles of meshes that face along the ray are hit if `both_sides`.
-        """
-        queries, poses = self._queries()
-        meters = meters_per_unit(self._stage)
-        hits = queries.raycast(poses, self._meters(origin), direction, distance * meters, both_sides=both_sides)
-        return [hit.scaled(1.0 / meters) for hit in hits]
-
-    def sweep_sphere(
-        self,
-        radius: float,
-        origin: Sequence[float],
-        direction: Sequence[float],
-        distance: float,
-        *,
-        both_sides: bool = True,
-    ) -> list[RayHit]:
-        """Return where a sphere that moves from `origin` [stage units] touches each enabled collider, nearest first."""
-        size = (radius * meters_per_unit(self._stage), 0.0, 0.0)
-        return self._sweep("sphere", size, origin, (0.0, 0.0, 0.0, 1.0), direction, distance, both_sides)
-
-    def sweep_box(
-        self,
-        half_extent: Sequence[float],
-        origin: Sequence[float],
-        rotation_xyzw: Sequence[float],
-        direction: Sequence[float],
-        distance: float,
-        *,
-        both_sides: bool = True,
-    ) -> list[RayHit]:
-        """Return where a box that moves from `origin` [stage units] touches each enabled collider, nearest first."""
-        size = self._meters(half_extent)
-        return self._sweep("box", size, origin, rotation_xyzw, direction, distance, both_sides)
-
-    def _sweep(
-        self,
-        kind: ShapeKind,
-        size: Sequence[float] | np.ndarray,
-        origin: Sequence[float],
-        rotation: Sequence[float],
-        direction: Sequence[float],
-        distance: float,
-        both_sides: bool,
-    ) -> list[RayHit]:
-        queries, poses = self._queries()
-        meters = meters_per_unit(self._stage)
-        hits = queries.sweep(
-            poses, kind, size, self._meters(origin), rotation, direction, distance * meters, both_sides=both_sides
-        )
-        return [hit.scaled(1.0 / meters) for hit in hits]
-
     def _queries(self) -> tuple[SceneQueries, np.ndarray]:
         """Return scene queries and body poses: those of the last step, or of a stopped stage as it is authored."""
         if self._session is not None:
@@ -445,6 +372,3 @@ class NewtonEngine:
     def _time_code(self) -> Usd.TimeCode:
         """Return the time of the latest step on the stage."""
         return Usd.TimeCode(self._time * self._stage.GetTimeCodesPerSecond())
-
-    def _meters(self, vector: Sequence[float]) -> np.ndarray:
-        return np.array([float(component) for component in vector]) * meters_per_unit(self._stage)

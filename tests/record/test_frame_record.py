@@ -37,6 +37,30 @@ def test_numpy_opens_a_record_and_bytes_repeat():
         np.testing.assert_array_equal(read["a"], content["a"])
 
 
+SMALL = st.one_of(
+    arrays.arrays(kind, arrays.array_shapes(min_dims=0, max_dims=3, min_side=0), elements=st.integers(0, 100))
+    for kind in (np.uint8, np.int32, np.float32, np.float64)
+)
+
+
+@given(content=st.dictionaries(st.text(max_size=5), SMALL, max_size=5))
+def test_packed_arrays_are_read_back(content):
+    data, places = npz.packed(content)
+    read = npz.unpacked(data, json.loads(json.dumps(places)))
+    assert list(read) == list(content)
+    for name, array in content.items():
+        assert read[name].dtype == array.dtype
+        np.testing.assert_array_equal(read[name], array)
+
+
+@pytest.mark.parametrize(
+    "places", [[["a", "<f4", [3]]], [["a", "<f4", [1]]], [["a", "|O", [1]]], [["a", "<f4", [-2]]], [["a", "x", [2]]]]
+)
+def test_places_of_other_arrays_are_an_error(places):
+    with pytest.raises((ValueError, TypeError)):
+        npz.unpacked(np.zeros(8, np.uint8), places)
+
+
 def test_means_of_blocks_are_those_of_their_pixels():
     image = np.random.default_rng(1).integers(0, 256, (35, 50, 4), np.uint8)
     means = samples.block_means(image)
@@ -88,6 +112,19 @@ def test_the_same_run_has_the_same_records(folder, tmp_path):
     for name in ("basic_ids", "pose", "cosmos"):
         for path in (folder / name / ".usdsdg" / "frames").iterdir():
             assert path.read_bytes() == (again / name / ".usdsdg" / "frames" / path.name).read_bytes()
+
+
+def test_a_record_of_version_1_is_read(folder):
+    """It had a member for each array, edits among them, and no places of arrays in its facts."""
+    data = next((folder / "pose" / ".usdsdg" / "frames").iterdir()).read_bytes()
+    members = npz.decode(data)
+    facts = json.loads(members["facts"].tobytes())
+    separate = npz.unpacked(members["arrays"], facts.pop("arrays"))
+    text = np.frombuffer(json.dumps(facts | {"version": 1}).encode(), np.uint8)
+    old = frame_record.decode(npz.encode({"facts": text, **separate}))
+    new = frame_record.decode(data)
+    assert frame_record.encode(old) == frame_record.encode(new) == data
+    assert old.edits == new.edits
 
 
 def test_a_record_is_small(folder):

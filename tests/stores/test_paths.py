@@ -62,6 +62,22 @@ def test_the_folder_may_be_a_link_and_links_below_it_may_not_lead_out(tmp_path):
     assert list((tmp_path / "elsewhere").iterdir()) == []
 
 
+def test_a_folder_that_becomes_a_link_is_checked_again(backend, tmp_path):
+    folder = Path(backend.output_dir, "a")
+    (tmp_path / "elsewhere").mkdir()
+    backend.write_blob("a/x", b"1")
+    folder.rename(tmp_path / "moved")
+    folder.symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(WriterError, match="symbolic link"):
+        backend.write_blob("a/x", b"2")
+    folder.unlink()
+    backend.write_blob("a/x", b"3")
+    assert folder.is_dir()
+    assert (folder / "x").read_bytes() == b"3"
+    assert (tmp_path / "moved" / "x").read_bytes() == b"1"
+    assert list((tmp_path / "elsewhere").iterdir()) == []
+
+
 def test_a_link_in_place_of_a_file_is_replaced_not_followed(backend, tmp_path):
     (tmp_path / "secret").write_bytes(b"keep")
     Path(backend.output_dir, "x").symlink_to(tmp_path / "secret")

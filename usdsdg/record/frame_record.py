@@ -14,7 +14,7 @@ import numpy as np
 from usdsdg.record import cameras, id_runs, npz
 from usdsdg.stage.cameras.camera_view import CameraView
 
-VERSION = 1
+VERSION = 2  # 1 had a member of the file for each array
 # Distance of the pixels of the grids of depth and normals, and sides of the blocks that a thumbnail averages.
 STEP, BLOCK = 8, 16
 
@@ -106,11 +106,14 @@ def encode(record: FrameRecord) -> bytes:
         described, own = _encoded(product)
         products.append(described)
         arrays |= {f"{index}_{name}": array for name, array in own.items()}
+    if record.edits:
+        arrays["edits"] = np.frombuffer(record.edits, np.uint8)
+    packed, places = npz.packed(arrays)
     text = json.dumps(
-        {"version": VERSION, **facts, "products": products}, separators=(",", ":"), default=_plain, skipkeys=True
-    )
-    edits = {"edits": np.frombuffer(record.edits, np.uint8)} if record.edits else {}
-    return npz.encode({"facts": np.frombuffer(text.encode(), np.uint8), **edits, **arrays})
+        {"version": VERSION, **facts, "products": products, "arrays": places},
+        separators=(",", ":"), default=_plain, skipkeys=True,
+    )  # fmt: skip
+    return npz.encode({"facts": np.frombuffer(text.encode(), np.uint8), "arrays": packed})
 
 
 def decode(data: bytes) -> FrameRecord:
@@ -123,6 +126,8 @@ def decode(data: bytes) -> FrameRecord:
     facts = json.loads(arrays["facts"].tobytes())
     if facts["version"] > VERSION:
         raise ValueError(f"it is of version {facts['version']}, and this program reads up to {VERSION}")
+    if facts["version"] > 1:
+        arrays = npz.unpacked(arrays["arrays"], facts["arrays"])
     products = []
     for index, described in enumerate(facts["products"]):
         own = {name.split("_", 1)[1]: array for name, array in arrays.items() if name.startswith(f"{index}_")}

@@ -41,13 +41,36 @@ def path_below(folder: Path, path: str | os.PathLike) -> Path:
     if os.path.isabs(text) and ".." not in Path(text).parts and Path(text).is_relative_to(folder):
         text = os.path.relpath(text, folder)
     file = folder / checked_path(text, str(folder))
-    real, root = os.path.realpath(file.parent), os.path.realpath(folder)
+    parent = _identity(file.parent)
+    if parent is None or _inside.get((folder, file.parent)) != parent:
+        _check_inside(folder, file.parent)
+        if parent is not None and len(_inside) < _MOST:
+            _inside[folder, file.parent] = parent
+    return file
+
+
+# Folders that were found to be inside of others, as the file system knows them: following the links of all parts of a
+# path takes longer than writing a small file.
+_inside: dict[tuple[Path, Path], tuple[int, int]] = {}
+_MOST = 10_000
+
+
+def _identity(folder: Path) -> tuple[int, int] | None:
+    """Return what tells a folder from all others, wherever links to it are; None if there is none, or it is unknown."""
+    try:
+        found = os.stat(folder)
+    except OSError:
+        return None
+    return (found.st_dev, found.st_ino) if found.st_ino else None
+
+
+def _check_inside(folder: Path, parent: Path) -> None:
+    real, root = os.path.realpath(parent), os.path.realpath(folder)
     if os.path.commonpath([real, root]) != root:
         raise OutputNotWritable(
-            f"{file.parent} is outside of {folder} by a symbolic link, and no file is written there. Remove the link, "
+            f"{parent} is outside of {folder} by a symbolic link, and no file is written there. Remove the link, "
             f"or write to {real} as a folder of its own."
         )
-    return file
 
 
 def checked_key(path: str | os.PathLike, where: str) -> str:

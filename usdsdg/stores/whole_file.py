@@ -31,7 +31,7 @@ def write_whole(path: Path, data: bytes | Iterable[bytes | memoryview], *, durab
         OutputNotWritable: it could not be written; no partial file is left behind.
     """
     with _part_of(path, data, durable) as part:
-        part.replace(path)
+        os.replace(part, path)
 
 
 def write_new(path: Path, data: bytes | Iterable[bytes | memoryview]) -> bool:
@@ -42,7 +42,10 @@ def write_new(path: Path, data: bytes | Iterable[bytes | memoryview]) -> bool:
     if path.exists():
         return False
     with _part_of(path, data, durable=True) as part:
-        return _named_if_free(part, path)
+        try:
+            return _named_if_free(part, path)
+        finally:
+            _remove(part)
 
 
 @contextlib.contextmanager
@@ -50,7 +53,6 @@ def _part_of(path: Path, data: bytes | Iterable[bytes | memoryview], durable: bo
     """Write a file under a temporary name, which the body gives its own name."""
     part = path.with_name(f".{path.name[:100]}.{os.getpid()}-{next(_part_numbers)}.part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         try:
             _write(part, [data] if isinstance(data, bytes) else data)
             if durable:
@@ -58,11 +60,16 @@ def _part_of(path: Path, data: bytes | Iterable[bytes | memoryview], durable: bo
             yield part
             if durable:
                 sync_file(path.parent)
-        finally:
-            with contextlib.suppress(OSError):
-                part.unlink()
+        except BaseException:
+            _remove(part)
+            raise
     except OSError as error:
         raise not_writable(path, error) from error
+
+
+def _remove(part: Path) -> None:
+    with contextlib.suppress(OSError):
+        part.unlink()
 
 
 def write_whole_with_hash(path: Path, data: Iterable[bytes | memoryview]) -> tuple[int, str]:
@@ -88,9 +95,18 @@ def facts_of(path: Path) -> tuple[int, str]:
 
 
 def _write(part: Path, chunks: Iterable[bytes | memoryview]) -> None:
-    with open(part, "wb") as file:
+    with _opened(part) as file:
         for chunk in chunks:
             file.write(chunk)
+
+
+def _opened(part: Path) -> IO[bytes]:
+    """Open a new file, and make its folder if there is none, which costs a file in a folder nothing."""
+    try:
+        return open(part, "wb")
+    except FileNotFoundError:
+        part.parent.mkdir(parents=True, exist_ok=True)
+        return open(part, "wb")
 
 
 def synced(file: IO[bytes]) -> None:

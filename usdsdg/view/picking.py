@@ -9,6 +9,7 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
 
 from usdsdg.annotators.point_instances import prim_path
+from usdsdg.session.body_velocities import velocities
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.poses.rotations import decompose
 from usdsdg.stage.poses.transforms import as_array, local_to_world
@@ -100,12 +101,11 @@ def _body(prim: Usd.Prim, unit: float) -> dict[str, Any]:
         each = each.GetParent()
     if not each:
         return {}
-    body = UsdPhysics.RigidBodyAPI(each)
-    velocity, angular = body.GetVelocityAttr().Get(), body.GetAngularVelocityAttr().Get()
+    (velocity,), (angular,) = velocities([each])
     return {
         "body": str(each.GetPath()),
-        "velocity": _numbers(np.array(velocity or (0, 0, 0)) * unit),
-        "angular velocity": _numbers(np.array(angular or (0, 0, 0))),
+        "velocity": _numbers(velocity * unit),
+        "angular velocity": _numbers(np.degrees(angular)),
     }
 
 

@@ -18,8 +18,6 @@ from usdsdg.stage.physics.rigid_bodies import apply_rigid_body_schemas
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg.stage.schemas import physx
 
-_STILL = (0.0, 0.0, 0.0)
-
 
 def make_rigid(prims: Iterable[Usd.Prim]) -> None:
     """Apply the schemas of rigid bodies."""
@@ -31,20 +29,6 @@ def is_simulating() -> bool:
     """Whether physics has begun to simulate the current stage."""
     physics = engines.physics_if_made()
     return physics is not None and physics.is_playing
-
-
-def velocities(prims: Sequence[Usd.Prim]) -> tuple[np.ndarray, np.ndarray]:
-    """Return linear (N, 3) and angular velocities (N, 3) [rad/s], float32."""
-    physics = engines.physics_if_made()
-    if physics is not None and not physics.writes_velocities:
-        paths = [str(prim.GetPath()) for prim in prims]
-        if set(paths) <= set(physics.rigid_bodies):
-            both = physics.velocities(paths).astype(np.float32)
-            return both[:, :3], both[:, 3:]
-    bodies = [UsdPhysics.RigidBodyAPI(prim) for prim in prims]
-    linear = np.array([body.GetVelocityAttr().Get() or _STILL for body in bodies], np.float32)
-    angular = np.array([body.GetAngularVelocityAttr().Get() or _STILL for body in bodies], np.float32)
-    return linear.reshape(-1, 3), np.radians(angular).reshape(-1, 3)
 
 
 def set_velocities(prims: Sequence[Usd.Prim], linear: np.ndarray | None, angular: np.ndarray | None) -> None:

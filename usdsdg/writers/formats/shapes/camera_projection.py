@@ -132,7 +132,8 @@ def in_front(segments: np.ndarray, params: Params) -> np.ndarray:
     """Return (N,) bool: of which segments (N, 2, 3) in the camera's frame a part is beyond the near plane."""
     if not has_near_plane(params):
         return np.ones(len(segments), bool)
-    return (-segments[..., 2] - _near(params) > 0).any(axis=1)
+    beyond = -segments[..., 2] - _near(params) > 0
+    return beyond[:, 0] | beyond[:, 1]
 
 
 def clip_to_front(segments: np.ndarray, params: Params) -> np.ndarray:

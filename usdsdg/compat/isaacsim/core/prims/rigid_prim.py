@@ -14,6 +14,7 @@ from usdsdg.compat.wrappers import bodies
 from usdsdg.compat.wrappers.arrays import as_numpy, chosen, column, rows
 from usdsdg.compat.wrappers.unsupported import Refused
 from usdsdg.errors import warn_once
+from usdsdg.session import body_velocities
 from usdsdg.stage.schemas import physx
 
 if TYPE_CHECKING:
@@ -76,15 +77,15 @@ class RigidPrim(XFormPrim):
     # --- velocities ---
     def get_linear_velocities(self, indices: Indices = None, clone: bool = True) -> np.ndarray:
         """Return (N, 3) [stage units/s]."""
-        return self._out(bodies.velocities(self._chosen(indices))[0])[0]
+        return self._out(body_velocities.velocities(self._chosen(indices))[0])[0]
 
     def get_angular_velocities(self, indices: Indices = None, clone: bool = True) -> np.ndarray:
         """Return (N, 3) [rad/s]."""
-        return self._out(bodies.velocities(self._chosen(indices))[1])[0]
+        return self._out(body_velocities.velocities(self._chosen(indices))[1])[0]
 
     def get_velocities(self, indices: Indices = None, clone: bool = True) -> np.ndarray:
         """Return (N, 6): linear [stage units/s], then angular velocities [rad/s]."""
-        return self._out(np.hstack(bodies.velocities(self._chosen(indices))))[0]
+        return self._out(np.hstack(body_velocities.velocities(self._chosen(indices))))[0]
 
     def set_linear_velocities(self, velocities: Values, indices: Indices = None) -> None:
         prims = self._chosen(indices)

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from usdsdg.compat.isaacsim.replicator.randomization import prim_values
-from usdsdg.compat.wrappers import bodies
-from usdsdg.session import engines
+from usdsdg.session import body_velocities, engines
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import valid_name
 from usdsdg.stage.schemas import physx
@@ -58,7 +57,7 @@ class RigidBodies:
 
 # --- velocities ---
 def _linear(prim: Usd.Prim) -> Sequence[float]:
-    return bodies.velocities([prim])[0][0].tolist()
+    return body_velocities.velocities([prim])[0][0].tolist()
 
 
 def _set_linear(prim: Usd.Prim, value: Sequence[float]) -> None:
@@ -66,7 +65,7 @@ def _set_linear(prim: Usd.Prim, value: Sequence[float]) -> None:
 
 
 def _angular(prim: Usd.Prim) -> Sequence[float]:
-    return bodies.velocities([prim])[1][0].tolist()
+    return body_velocities.velocities([prim])[1][0].tolist()
 
 
 def _set_angular(prim: Usd.Prim, value: Sequence[float]) -> None:

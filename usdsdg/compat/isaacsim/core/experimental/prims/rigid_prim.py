@@ -13,6 +13,7 @@ from usdsdg.compat.wrappers import bodies
 from usdsdg.compat.wrappers.arrays import column, rows
 from usdsdg.compat.wrappers.unsupported import Refused
 from usdsdg.errors import warn_once
+from usdsdg.session import body_velocities
 from usdsdg.stage.schemas import physx
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ class RigidPrim(XformPrim):
     # --- velocities ---
     def get_velocities(self, *, indices: Indices = None) -> tuple[wp.array, wp.array]:
         """Return linear (N, 3) [stage units/s] and angular velocities (N, 3) [rad/s] in the world."""
-        linear, angular = bodies.velocities(self._chosen(indices))
+        linear, angular = body_velocities.velocities(self._chosen(indices))
         return self._warp(linear), self._warp(angular)
 
     def set_velocities(
