@@ -5,6 +5,7 @@ Copies into new pages wait for a page fault each; copies into page-locked memory
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -33,9 +34,15 @@ class Arrival:
     """Copies from a device that are under way; the device fills them while Python goes on."""
 
     def __init__(self, copies: dict[str, np.ndarray], device: wp.Device | None) -> None:
+        """`device`: that of copies which have begun; None: `begin` tells when others have."""
         self.copies = copies  # without their values before `wait`
         self._event: wp.Event | None = None
         if device is not None:
+            self.begin(device)
+
+    def begin(self, device: wp.Device) -> None:
+        """Wait, in `wait`, for what a device was told until now."""
+        if device.is_cuda:
             self._event = device.stream.record_event()
 
     def wait(self) -> None:
@@ -48,6 +55,32 @@ class Arrival:
 
     def __del__(self) -> None:
         self.wait()  # else the memory would serve another array while it is filled
+
+
+class Landing:
+    """Memory of the host, page-locked where there is some, to which an array of a device will be copied."""
+
+    def __init__(self, shape: tuple[int, ...], dtype: Any, *, page_locked: bool) -> None:
+        dtype = np.dtype(dtype)
+        size = math.prod(shape) * dtype.itemsize
+        self._buffer = buffer = _pool.acquire(size) if page_locked and size else None
+        if buffer is None:
+            self.copy = np.empty(shape, dtype)
+        else:
+            self.copy = np.asarray(PooledBuffer(_pool, buffer, size, shape, dtype.str))
+
+    def receive(self, array: wp.array | np.ndarray) -> None:
+        """Begin to copy an array of this size; without page-locked memory it is there at once."""
+        import warp as wp
+
+        if isinstance(array, np.ndarray):
+            self.copy[...] = array
+        elif self._buffer is None:
+            self.copy[...] = array.numpy()
+        else:
+            dtype: Any = array.dtype
+            place = dict(ptr=self._buffer.ptr, shape=array.shape, dtype=dtype, device="cpu", copy=False, pinned=True)
+            wp.copy(wp.array(**place), array)
 
 
 def read_back(arrays: Mapping[str, wp.array]) -> dict[str, np.ndarray]:
@@ -80,3 +113,10 @@ def start_to_read_back(arrays: Mapping[str, wp.array]) -> Arrival:
         pooled = PooledBuffer(_pool, buffer, size, interface["shape"], interface["typestr"])
         copies[name] = np.asarray(pooled).view(target.numpy().dtype)  # restores the field names of records
     return Arrival(copies, device)
+
+
+def device_of(name: str) -> wp.Device:
+    """Return Warp's device of a name."""
+    import warp as wp
+
+    return wp.get_device(name)

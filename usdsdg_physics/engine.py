@@ -190,6 +190,14 @@ class NewtonEngine(StageQueries):
         """
         return self._playing("velocities").velocities(bodies)
 
+    def masses(self, bodies: Sequence[str]) -> np.ndarray:
+        """Return the masses (N,) of the bodies at these paths [stage's unit of mass], authored or found from shapes.
+
+        Raises:
+            PhysicsError: `play` has not been called, or a path is no rigid body.
+        """
+        return self._playing("masses").masses(bodies)
+
     @property
     def joints(self) -> tuple[str, ...]:
         """Paths of the revolute and prismatic joints that are simulated; empty while stopped."""

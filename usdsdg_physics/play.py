@@ -153,6 +153,16 @@ class PlaySession:
         found[:, :3] /= self._units.meters
         return found
 
+    def masses(self, bodies: Sequence[str]) -> np.ndarray:
+        """Return the masses (N,) of bodies; see `NewtonEngine.masses`.
+
+        Raises:
+            PhysicsError: a path is no rigid body that is simulated.
+        """
+        world = self.current_world()
+        rows = [world.body_index[path] for path in _known(bodies, world)]
+        return np.asarray(world.mass, np.float64)[rows] / self._units.kilograms
+
     @property
     def joints(self) -> tuple[str, ...]:
         """Paths of the joints with one axis that are simulated."""

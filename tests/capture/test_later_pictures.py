@@ -12,6 +12,8 @@ import usdsdg as rep
 from tests.verify import datasets
 from usdsdg import parallel
 from usdsdg.capture import later_pictures
+from usdsdg.capture.later_pictures import CopiedPictures
+from usdsdg.capture.output import WriterOutput
 from usdsdg.errors import WriterError
 from usdsdg.session import session
 from usdsdg.session.session import current
@@ -120,6 +122,20 @@ def test_files_are_the_same_bytes(tmp_path, stage, started, falls):
     assert started == [1, 2, 3]  # the first image shows that there is light
     assert at_once == later
     assert len({content for name, content in later.items() if name.startswith("b/rgb_")}) == 4
+
+
+def test_pictures_of_a_device_begin_when_payloads_are_made_and_files_are_the_same_bytes(tmp_path, stage, monkeypatch):
+    """The class is that of GPUs; on the CPU it traces at once, in the thread of the capture."""
+    done: list[str] = []
+    begin, payload, write = CopiedPictures.begin, WriterOutput.payload, WriterOutput.write
+    monkeypatch.setattr(later_pictures, "LaterPictures", CopiedPictures)
+    monkeypatch.setattr(CopiedPictures, "begin", lambda self: (done.append("begin"), begin(self)))
+    monkeypatch.setattr(WriterOutput, "payload", lambda *given: (done.append("payload"), payload(*given))[1])
+    monkeypatch.setattr(WriterOutput, "write", lambda *given: (done.append("write"), write(*given))[1])
+    copied = captured(tmp_path / "copied", later=True)
+    assert done[-5:] == ["payload", "payload", "begin", "write", "write"]
+    assert done.count("begin") >= 3
+    assert copied == captured(tmp_path / "at_once", later=False)
 
 
 def test_files_wait_for_pixels_also_without_threads_of_their_own(tmp_path, stage, started):

@@ -2,10 +2,12 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import pytest
+import yaml
 
-from tests.cli.datasets import FRAMES, content, generate, merge, write_job
+from tests.cli.datasets import FRAMES, ROOT, content, generate, merge, run, write_job
 
 
 @pytest.fixture(scope="module", params=["PoseWriter", "CocoWriter"])
@@ -58,3 +60,73 @@ def test_a_run_that_died_goes_on_where_it_was(made, tmp_path, frames):
     done = generate(job, out, "--resume")
     assert done.returncode == 0, done.stderr
     assert content(out) == content(whole)
+
+
+def test_parts_of_another_seed_are_not_joined(made, tmp_path):
+    job, _ = made
+    for shard, name, seed in (("0/2", "out", "3"), ("1/2", "other", "4")):
+        done = generate(job, tmp_path / name, "--shard", shard, "--seed", seed)
+        assert done.returncode == 0, done.stderr
+    shutil.copytree(tmp_path / "other", tmp_path / "out", dirs_exist_ok=True, ignore=_known(tmp_path / "out"))
+    refused = merge(tmp_path / "out")
+    assert refused.returncode == 1
+    assert "part 1-of-2 is of another recipe" in refused.stderr
+    assert "seed" in refused.stderr
+
+
+def _known(target):
+    """Leave out what is in a folder already, as `cp -n` does."""
+
+    def ignored(folder, names):
+        own = target / Path(folder).relative_to(target.parent / "other")
+        return [name for name in names if (own / name).is_file()]
+
+    return ignored
+
+
+def test_a_run_that_goes_on_names_files_that_are_gone(made, tmp_path):
+    job, whole = made
+    out = tmp_path / "out"
+    shutil.copytree(whole, out)
+    gone = sorted(out.rglob("*.png"))[:2]
+    gone[0].unlink()
+    gone[1].write_bytes(gone[1].read_bytes() + b"1")
+    done = generate(job, out, "--resume")
+    assert "missing or changed" in done.stderr
+    assert gone[0].name in done.stderr
+    assert "and 1 more file" in done.stderr
+
+
+FORMATS = """
+num_frames: 4
+seed: 3
+resolution: [64, 48]
+rendering: {path_tracing: false}
+"""
+
+
+def test_formats_with_journals_of_different_length_go_on_to_the_same_bytes(tmp_path):
+    """As after a kill between the syncs of two journals: records do not depend on which files are there."""
+    job, out = tmp_path / "job.yaml", tmp_path / "out"
+    command = ["-m", "usdsdg", "generate", "-q", str(job), "--device", "cpu", "--set", f"output_dir={out}"]
+    text = (ROOT / "configs/detection.yaml").read_text()
+    settings = yaml.safe_load(text) | yaml.safe_load(FORMATS) | {"formats": {"yolo": {}, "coco": {}}}
+    job.write_text(yaml.safe_dump(settings))
+    done = run(command, fresh=True)
+    assert done.returncode == 0, done.stderr
+    whole = content(out)
+    for name, frames in (("coco", 1), ("yolo", 3)):
+        journal = out / name / ".usdsdg/journal.jsonl"
+        *lines, closing = journal.read_text().splitlines(keepends=True)
+        shared = json.dumps({name: json.loads(closing)[name] for name in ("shared", "facts")}) + "\n"
+        journal.write_text(shared + "".join(lines[:frames]))
+    done = run([*command, "--resume"], fresh=True)
+    assert done.returncode == 0, done.stderr
+    assert content(out) == whole
+
+
+def test_the_only_dataset_below_a_folder_is_verified(made, tmp_path):
+    shutil.copytree(made[1], tmp_path / "all" / "data")
+    done = run(["-m", "usdsdg", "verify", str(tmp_path / "all")])
+    assert done.returncode == 0, done.stderr
+    assert "data: 0 faults" in done.stdout

@@ -89,3 +89,14 @@ def test_a_folder_without_a_recipe_cannot_be_made_again(tmp_path):
     done = reproduce(tmp_path)
     assert done.returncode == 1
     assert "has no recipe" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("frames", "named"), [("9", "frame 9"), ("7:9", "frames 7, 8"), ("2,77", "frame 77"), ("6:", "frame 6"),
+                          ("4:99999999999", "frames 6, 7, 8, 9, 10, 11, 12, 13 and 99999999985 more")],
+)  # fmt: skip
+def test_frames_that_the_dataset_does_not_have_are_an_error(made, frames, named):
+    done = reproduce(made, "--frames", frames)
+    assert done.returncode == 1
+    assert done.stderr.strip() == f"error: --frames: {made} does not have {named}; it has 6 frames, from 0 to 5"
+    assert not done.stdout

@@ -50,6 +50,21 @@ def test_start_captures_frames_0_to_n_in_the_light_of_a_new_stage(tmp_path, kind
     assert labels == {"0": {"class": "cube"}}
 
 
+def test_steps_at_which_nothing_was_attached_are_told(tmp_path):
+    (tmp_path / "script.py").write_text(
+        "import omni.replicator.core as rep\n"
+        "rep.create.render_product(rep.create.camera(), (8, 8))\n"
+        "with rep.trigger.on_frame():\n"
+        "    with rep.create.cube():\n"
+        "        rep.modify.pose(position=rep.distribution.uniform((0, 0, 0), (1, 1, 1)))\n"
+        "rep.orchestrator.step()\n"
+        "rep.orchestrator.step()\n"
+    )
+    done = usdsdg("run", "script.py", cwd=tmp_path)
+    assert "at all 2 steps no annotator or writer was attached" in done.stderr
+    assert "Start" not in done.stderr
+
+
 def test_a_script_without_a_render_product_is_not_sent_to_press_start(tmp_path):
     (tmp_path / "script.py").write_text(
         "import omni.replicator.core as rep\n"

@@ -118,6 +118,22 @@ def test_cameras_of_a_stereo_pair_are_parallel_and_a_baseline_apart(stage):
     np.testing.assert_allclose(center, (1, 2, 3), atol=1e-6)
 
 
+def test_render_products_of_stereo_pairs_are_of_both_cameras(stage):
+    pair = rep.create.stereo_camera(0.2, name="rig")
+
+    def cameras(products):
+        return [each.camera_path for each in products]
+
+    found = rep.create.render_product(pair, (64, 48))
+    assert cameras(found) == [f"/Replicator/StereoCam/rig_{side}" for side in "LR"]
+    many = rep.create.render_product([rep.create.stereo_camera(0.2, count=2), rep.create.camera()], (64, 48))
+    assert [path[-2:] for path in cameras(many)] == ["_L", "_R", "_L", "_R", "ra"]
+    holder = UsdGeom.Xform.Define(stage, "/World/Holder")
+    for name in ("first", "second"):
+        UsdGeom.Camera.Define(stage, f"/World/Holder/{name}")
+    assert cameras([rep.create.render_product(str(holder.GetPath()), (64, 48))]) == ["/World/Holder/first"]
+
+
 def test_stereo_pairs_have_parents_and_numbers(stage):
     pairs = rep.create.stereo_camera(1.0, parent="/World", position=[(0, 0, 1), (0, 0, 2)], count=2)
     assert pairs.prims == ("/World/StereoCam", "/World/StereoCam_01")

@@ -534,3 +534,18 @@ def test_a_target_that_cannot_be_written(wedge, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputNotWritable, match="cannot be written"):
         convert(saved(wedge, tmp_path, "obj"), tmp_path / "file" / "x.usd", Options())
+
+
+@pytest.mark.parametrize(
+    ("unit", "reason"),
+    [
+        ("1e300", "beyond what a mesh can hold"), ("1e-300", "beyond what a mesh can hold"),
+        ("inf", "expected a number above 0"), ("nan", "expected a number above 0"),
+    ],
+)  # fmt: skip
+def test_a_unit_that_a_mesh_cannot_have_is_refused(wedge, tmp_path, unit, reason):
+    source, target = saved(wedge, tmp_path, "obj"), tmp_path / "new" / "o.usd"
+    result = CliRunner().invoke(app, ["convert", str(source), str(target), "--unit", unit])
+    assert result.exit_code == 1
+    assert reason in result.output
+    assert not target.parent.exists()

@@ -108,6 +108,18 @@ def test_size_and_pivot_do_not_depend_on_the_rotation_before(stage, rotation):
     np.testing.assert_allclose(group.GetAttribute("xformOp:translate:pivot").Get()[2], lengths[2] / 2, rtol=1e-6)
 
 
+@pytest.mark.parametrize("rotation", [(0, 0, 45), (30, 40, 50)])
+def test_size_and_pivot_of_one_rotated_gprim_stay_at_each_execution(stage, rotation):
+    cube = rep.create.cube(scale=(1, 2, 3), rotation=rotation)
+    prim = stage.GetPrimAtPath(cube.prims[0])
+    for _ in range(3):
+        rep.modify.pose(size=(4, 5, 6), input_prims=cube)
+        rep.modify.pose(pivot=(1, 1, 1), position=(0, 0, 0), input_prims=cube)
+        run()
+        np.testing.assert_allclose(prim.GetAttribute("xformOp:scale").Get(), (4, 5, 6), rtol=1e-6)
+        np.testing.assert_allclose(prim.GetAttribute("xformOp:translate:pivot").Get(), (0.5, 0.5, 0.5), rtol=1e-6)
+
+
 def test_size_keeps_the_scale_of_a_flat_axis(stage):
     plane = rep.create.plane(scale=(1, 1, 2))
     rep.modify.pose(size=4, input_prims=plane)

@@ -13,6 +13,7 @@ import usdsdg as rep
 from tests.verify import datasets
 from usdsdg.record import frame_record, id_runs, npz, samples
 from usdsdg.session.settings_store import get_settings
+from usdsdg.writers.journal import recipe
 
 
 @given(ids=arrays.arrays(np.int32, st.tuples(st.integers(1, 9), st.integers(1, 9)), elements=st.integers(-1, 3)))
@@ -112,6 +113,11 @@ def test_the_same_run_has_the_same_records(folder, tmp_path):
     for name in ("basic_ids", "pose", "cosmos"):
         for path in (folder / name / ".usdsdg" / "frames").iterdir():
             assert path.read_bytes() == (again / name / ".usdsdg" / "frames" / path.name).read_bytes()
+
+
+def test_recipes_name_the_version_of_records():
+    assert recipe.RECORDS == frame_record.VERSION
+    assert recipe.installed()["frame records"] == str(frame_record.VERSION)
 
 
 def test_a_record_of_version_1_is_read(folder):

@@ -210,3 +210,16 @@ def test_a_missing_file_suggests_files_of_similar_names():
 def test_json_indented_with_tabs_is_read(written):
     values = {"num_frames": 3, "labeled_assets_and_properties": [{"url": "/a.usd"}]}
     assert load_config(written(json.dumps(values, indent="\t"), "job.json")).num_frames == 3
+
+
+@pytest.mark.parametrize("text", ["aa #1", "#1", "aa # b # c", "aa #[", "{a: 1} # b"])
+def test_an_override_has_no_comments(written, text):
+    """YAML would take what follows for a comment, and drop it."""
+    config = load_config(written(TARGET), [f"writer_kwargs.output_dir={text}"])
+    assert config.writer_kwargs["output_dir"] == text
+
+
+def test_number_signs_in_quotes_and_words_stay_in_overrides(written):
+    overrides = ["writer_kwargs={output_dir: 'x #1', format: x#1}", "writer_kwargs.name='x #1'"]
+    config = load_config(written(TARGET), overrides)
+    assert config.writer_kwargs == {"output_dir": "x #1", "format": "x#1", "name": "x #1"}

@@ -61,3 +61,11 @@ def test_settle_names_what_still_moves_after_ten_seconds(tmp_path):
     assert position(out.GetPrimAtPath("/World/box"))[2] == pytest.approx(
         5 - 9.81 / 6 * (1 - 6 / 120) * (10 - 1 / 6), rel=0.01
     )
+
+
+@pytest.mark.parametrize("seconds", ["inf", "nan", "1e308"])
+def test_a_time_without_end_is_refused(tmp_path, seconds):
+    (tmp_path / "still.usda").write_text('#usda 1.0\ndef Cube "box" {}\n')
+    done = usdsdg("simulate", "still.usda", "out.usda", f"--seconds={seconds}", cwd=tmp_path, expect=2)
+    assert "Invalid value for '--seconds'" in done.stderr
+    assert not (tmp_path / "out.usda").exists()

@@ -1,6 +1,7 @@
 """`usdsdg verify` finds every kind of damage to the files of a dataset, and invents none."""
 
 import json
+import shutil
 import subprocess
 import sys
 
@@ -54,3 +55,12 @@ def test_a_folder_without_a_journal_cannot_be_compared(tmp_path):
     (tmp_path / "a.png").write_bytes(b"")
     with pytest.raises(NothingRecognized, match="no journal"):
         verify(tmp_path, labels=False)
+
+
+def test_a_file_of_another_size_is_named_with_both_sizes(whole, tmp_path):
+    out = shutil.copytree(whole, tmp_path / "out")
+    image = next(out.glob("*rgb*.png"))
+    size = image.stat().st_size
+    image.write_bytes(b"something else")
+    (fault,) = verify(out, labels=False).faults
+    assert fault.line().endswith(f": its size is not the one in the journal: expected {size} bytes, found 14")

@@ -152,3 +152,9 @@ def test_a_dataset_without_its_stage_says_so(clean, tmp_path):
     report = verify(folder, render=3)
     assert report.rendered == 0
     assert any("is missing" in fault.what and "stages" in fault.file for fault in report.faults)
+
+
+def test_frames_that_are_not_recorded_are_an_error(clean):
+    done = CliRunner().invoke(app, ["verify", str(clean / "pose"), "--render", "--frames", "1,99"])
+    assert done.exit_code == 1
+    assert f"error: --frames: {clean / 'pose'} does not have frame 99; it has 3 frames, from 0 to 2" in done.output

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from typer.testing import CliRunner
 
 import usdsdg as rep
@@ -156,3 +157,45 @@ def test_a_folder_of_folders_without_a_dataset_is_an_error(tmp_path):
         (tmp_path / name / "notes.txt").write_text("nothing")
     with pytest.raises(DatasetError, match="nothing in"):
         verify_all(tmp_path)
+
+
+DAMAGED_YAML = {
+    "a: [1, {": "cannot be read: it is not valid YAML at line 1",
+    "a: \0": "cannot be read: it is not valid YAML",
+    "[" * 5000: "cannot be read: it is not valid YAML",
+    "[1, 2]": "cannot be read: it is no mapping, but a list",
+    "": "cannot be read: it is empty",
+    "names: 3": "is not as its format has it: names is a int",
+    "names: {a: b}": "is not as its format has it",
+    "kpt_shape: x": "is not as its format has it: kpt_shape is 'x'",
+}
+
+
+@pytest.mark.parametrize("text", DAMAGED_YAML)
+@pytest.mark.parametrize("name", ["yolo", "keypoints"])
+def test_a_damaged_description_of_yolo_is_one_fault(clean, tmp_path, name, text):
+    folder = shutil.copytree(clean / name, tmp_path / "data")
+    (folder / "data.yaml").write_text(text)
+    (fault,) = verify(folder).faults
+    assert fault.file == "data.yaml"
+    assert fault.what.startswith(DAMAGED_YAML[text])
+    shown = CliRunner().invoke(app, ["inspect", str(folder)])
+    assert shown.exit_code == 0
+    assert "unreadable file: data.yaml: " in shown.output
+    assert "Traceback" not in shown.output
+
+
+def test_other_faults_are_found_beside_a_damaged_description_of_yolo(clean, tmp_path):
+    folder = shutil.copytree(clean / "yolo", tmp_path / "data")
+    (folder / "data.yaml").write_text("a: [1, {")
+    labels = next(file for file in sorted(folder.glob("labels/train/*.txt")) if file.read_text())
+    labels.write_text("".join(labels.read_text().splitlines(keepends=True)[1:]))
+    found = verify(folder).faults
+    assert {fault.file for fault in found} == {"data.yaml", labels.relative_to(folder).as_posix()}
+
+
+def test_yolo_takes_names_as_a_list(clean, tmp_path):
+    folder = shutil.copytree(clean / "yolo", tmp_path / "data")
+    described = yaml.safe_load((folder / "data.yaml").read_text())
+    (folder / "data.yaml").write_text(yaml.safe_dump({**described, "names": [*described["names"].values()]}))
+    assert verify(folder).is_clean

@@ -12,7 +12,7 @@ from usdsdg.annotators.labeled_prims import LabeledPrimReader
 from usdsdg.capture.exposure import Exposure
 from usdsdg.capture.frame_scene import EarlierPoints, FrameScene
 from usdsdg.capture.labels import render_labels
-from usdsdg.capture.later_pictures import later_pictures, may_be_later
+from usdsdg.capture.later_pictures import CopiedPictures, LaterPictures, later_pictures, may_be_later
 from usdsdg.capture.observing import observe
 from usdsdg.capture.output import WriterOutput, append_to_journals
 from usdsdg.capture.pictures_ahead import PicturesAhead
@@ -53,6 +53,7 @@ class Capture:
         self._frame = 0
         self._traced: Mapping[str, dict[str, Any]] = {}  # color images of this frame that are there, by product path
         self._later: RenderMode | None = None  # of images that are traced after the labels, beside what follows
+        self._pictures: LaterPictures | CopiedPictures | None = None  # those, until they have begun
 
     def begin(self, frame: int, ahead: PicturesAhead | None = None) -> None:
         """Collect what annotators and writers request for this frame.
@@ -93,14 +94,17 @@ class Capture:
                 self._stages_of_record().follow()
             self._skip({})
             current().observations.frames += bool(self._requests.skipped)
+            current().observations.unseen += not self._requests.skipped
             return
         self._moment = self._stage_moment()
         frames = self._frames(frame, seconds)
         observe(self._requests, frames)
         _compute(frames)
         self._skip(frames)
-        for writer in self._requests.writers:
-            self._output.write(writer, frames, self._requests, self._moment)
+        handed = [self._output.payload(writer, frames) for writer in self._requests.writers]
+        self._begin_pictures()  # a device would do first what it was told first, and payloads wait for what is theirs
+        for writer, payload in zip(self._requests.writers, handed, strict=True):
+            self._output.write(writer, payload, frames, self._requests, self._moment)
         if (tap := current().tap) is not None:
             tap.take(frames, self._requests.tapped, number=self.frames_before + frame)
         if self._requests.files is not None:
@@ -132,7 +136,9 @@ class Capture:
         self._exposure, self._later = Exposure(self._requests, number, self._camera_reader()), None
         self.expose(mode)
         if self._requests.annotators:
-            _compute(self._frames(number, seconds))
+            frames = self._frames(number, seconds)
+            self._begin_pictures()
+            _compute(frames)
 
     def _remember(self, frames: Mapping[str, Frame]) -> None:
         """Keep the points that pictures show, for annotators that follow them in later captures."""
@@ -184,15 +190,20 @@ class Capture:
         return self._cameras
 
     def _images(self, views: Mapping[str, CameraView | TiledView]) -> Mapping[str, dict[str, Any]]:
-        """Return the color images of each product, by path; where they may be later, start to trace them."""
-        current().tracing = None
+        """Return the color images of each product, by path; where they may be later, `_begin_pictures` follows."""
+        current().tracing = self._pictures = None
         if self._traced:
             return {path: self._traced.get(path, {}) for path in views}
         if self._later is None:
             return {path: self._exposure.images(path, view) for path, view in views.items()}
-        pictures = later_pictures(self._exposure, self._later, views)
-        current().tracing = pictures.tracing
-        return pictures.images
+        self._pictures = later_pictures(self._exposure, self._later, views)
+        return self._pictures.images
+
+    def _begin_pictures(self) -> None:
+        """Let color images that may be later be traced."""
+        if self._pictures is not None:
+            self._pictures.begin()
+            current().tracing, self._pictures = self._pictures.tracing, None
 
 
 def _compute(frames: Mapping[str, Frame]) -> None:

@@ -72,6 +72,12 @@ class FrameRecords:
         # Backends by their id and the path of a stage that they have; held, so that an id means one backend.
         self._stages: dict[tuple[int, str], BaseBackend] = {}
 
+    def fetch(self, writer: Writer, frames: Mapping[str, Frame]) -> None:
+        """Copy what the record of a writer's frames needs from a device, before it is told to do more."""
+        if is_on() and sink_of(writer) is not None:
+            for frame in frames.values():
+                frame.hosted()
+
     def write(
         self,
         writer: Writer,

@@ -1,6 +1,7 @@
 """Color images that get their pixels while the next frame is evaluated and simulated, where only files will show them.
 
-On CPUs another thread traces them. A GPU has been told to trace them, and copies them to the host when it has.
+On CPUs another thread traces them. A GPU is told to trace them when all that annotators need has been fetched from it,
+since it does what it is told in turn, and copies them to the host when it has.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from usdsdg.capture.exposure import Exposure
 from usdsdg.capture.render_settings import RenderMode
 from usdsdg.capture.requests import Requests
 from usdsdg.parallel import Later, available_threads
-from usdsdg.readback import start_to_read_back
+from usdsdg.readback import Arrival, Landing, device_of
 from usdsdg.session import engines
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
@@ -78,7 +79,7 @@ def _is_image(annotator: Annotator) -> bool:
 def later_pictures(
     exposure: Exposure, mode: RenderMode, views: Mapping[str, CameraView | TiledView]
 ) -> LaterPictures | CopiedPictures:
-    """Start to trace the color images of one frame's products.
+    """Return the color images of one frame's products; the capture begins them when annotators have been computed.
 
     views: by path, of all products of the frame, as the latest `sync` of the renderer shows them.
     """
@@ -89,18 +90,30 @@ class CopiedPictures:
     """The color images of one frame's products, by path. They have no pixels until `tracing` was waited for."""
 
     def __init__(self, exposure: Exposure, mode: RenderMode, views: Mapping[str, CameraView | TiledView]) -> None:
-        for step in exposure.steps(mode):
+        self._exposure, self._views = exposure, views
+        self._device = device_of(engines.renderer().device)
+        self._steps = exposure.steps(mode)
+        self._landings = {
+            path: Landing((views[path].height, views[path].width, 4), np.uint8, page_locked=self._device.is_cuda)
+            for path in exposure.exposed
+        }
+        self.images = {path: {COLOR: landing.copy} for path, landing in self._landings.items()}
+        self.tracing = Arrival({path: landing.copy for path, landing in self._landings.items()}, None)
+
+    def begin(self) -> None:
+        """Tell the device to trace and copy."""
+        for step in self._steps:
             step.run()
-        traced = {path: exposure.images(path, views[path])[COLOR] for path in exposure.exposed}
-        # Tiles that were put together are on the host already.
-        self.tracing = start_to_read_back(
-            {path: each for path, each in traced.items() if not isinstance(each, np.ndarray)}
-        )
-        self.images = {path: {COLOR: self.tracing.copies.get(path, each)} for path, each in traced.items()}
+        for path, landing in self._landings.items():
+            landing.receive(self._exposure.images(path, self._views[path])[COLOR])
+        self.tracing.begin(self._device)
 
 
 class LaterPictures:
-    """The color images of one frame's products, by path. They have no pixels until `tracing` has ended."""
+    """The color images of one frame's products, by path. They have no pixels until `tracing` has ended.
+
+    They have begun when this is made: another thread has a core while annotators are computed.
+    """
 
     def __init__(self, exposure: Exposure, mode: RenderMode, views: Mapping[str, CameraView | TiledView]) -> None:
         self._exposure = exposure
@@ -110,6 +123,9 @@ class LaterPictures:
             path: {COLOR: np.empty((views[path].height, views[path].width, 4), np.uint8)} for path in exposure.exposed
         }
         self.tracing: Later = engines.renderer().later(self._trace)
+
+    def begin(self) -> None:
+        """Do nothing; see the class."""
 
     def _trace(self) -> None:
         for step in self._steps:

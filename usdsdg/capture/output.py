@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
@@ -27,18 +28,34 @@ class WriterOutput:
         self._reported: set[tuple[str, str]] = set()
         self._records = FrameRecords()
 
+    def payload(self, writer: Writer, frames: Mapping[str, Frame]) -> dict[str, Any] | None:
+        """Return the payload of a writer's frames, and have on the host what their record needs; None without frames.
+
+        frames: by product path.
+        """
+        attached = _attached(writer, frames)
+        if not attached:
+            return None
+        self._report_folder(writer)
+        outputs = {"trigger_outputs": trigger_outputs(), "distribution_outputs": distribution_outputs()}
+        payload = build_payload(writer, attached, **outputs)
+        self._records.fetch(writer, attached)
+        return payload
+
     def write(
-        self, writer: Writer, frames: Mapping[str, Frame], requests: Requests, moment: StageMoment | None
+        self,
+        writer: Writer,
+        payload: dict[str, Any] | None,
+        frames: Mapping[str, Frame],
+        requests: Requests,
+        moment: StageMoment | None,
     ) -> None:
-        """Pass a writer the payload of its frames, and record them; `frames` is by product path.
+        """Pass a writer the `payload` of its frames, and record them; `frames` is by product path.
 
         moment: the stage at this frame, for the record.
         """
-        attached = {path: frames[path] for path in writer.render_products if path in frames}
-        if attached:
-            self._report_folder(writer)
-            outputs = {"trigger_outputs": trigger_outputs(), "distribution_outputs": distribution_outputs()}
-            payload = build_payload(writer, attached, **outputs)
+        attached = _attached(writer, frames)
+        if payload is not None:
             number, frame = writer.num_written, next(iter(attached.values())).index
             amodal = {path: requests.requirements(path).amodal_masks for path in attached}
             with current().io_queue.frame(frame, pixels=current().tracing, files=requests.files) as files:
@@ -76,6 +93,10 @@ class WriterOutput:
         if folder is not None and (name, folder) not in self._reported:
             self._reported.add((name, folder))
             say(f"{name} writes to {folder}")
+
+
+def _attached(writer: Writer, frames: Mapping[str, Frame]) -> dict[str, Frame]:
+    return {path: frames[path] for path in writer.render_products if path in frames}
 
 
 def append_to_journals() -> None:

@@ -43,6 +43,9 @@ class Requests:
     keys: dict[int, tuple[str, str | None]] = field(default_factory=dict)  # key and folder of writers by their id
     tapped: list[str] = field(default_factory=list)  # paths of products whose views are handed out in their place
     _recorded: set[str] = field(default_factory=set)  # paths of products of which writers get a record
+    # By product path, those of writers whose files were made before: a frame is rendered as it was for them, since the
+    # records of the others have what was rendered.
+    _made: dict[str, list[Annotator]] = field(default_factory=dict)
     _requirements: dict[str, Requirements] = field(default_factory=dict)  # of `annotators`, where asked for
 
     @classmethod
@@ -98,6 +101,7 @@ class Requests:
                 read = writer.annotators_of(path)
                 if path in enabled:
                     self.skipped_filters |= dict.fromkeys(requirements(read).filters)
+                    self._made.setdefault(path, []).extend(read if skipped.is_made else [])
                 ahead = max(map(history_of, read), default=0)
                 if not (ahead and run.is_wanted_soon(folder, number + 1, ahead - 1)):
                     # Else a later frame is compared with what this one shows.
@@ -158,7 +162,7 @@ class Requests:
     def requirements(self, path: str) -> Requirements:
         """Return what the annotators of the product at `path`, and the record of its frame, need rendered."""
         if path not in self._requirements:
-            self._requirements[path] = requirements(self.annotators[path])
+            self._requirements[path] = requirements([*self.annotators[path], *self._made.get(path, ())])
         needs = self._requirements[path]
         if path in self._recorded and needs.aovs.difference(LIGHT_AOVS):
             return replace(needs, aovs=needs.aovs | recorded_pictures.AOVS)

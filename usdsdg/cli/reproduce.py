@@ -71,6 +71,7 @@ def reproduce(
 def _reproduce(dataset: OnDisk, portion: Portion | None, source: Path | None, stage: Path | None) -> Comparison:
     """Make the frames of a portion again, None: all, and compare them."""
     from usdsdg.session.session import current
+    from usdsdg.verify.frame_numbers import check_portion
     from usdsdg.verify.reproduced import compare, counterpart, files_of
     from usdsdg.writers.aggregates import finish_run
     from usdsdg.writers.journal.folders import Mode
@@ -78,6 +79,8 @@ def _reproduce(dataset: OnDisk, portion: Portion | None, source: Path | None, st
 
     folder = dataset.path
     recipe = _recipe_of(folder)
+    if portion is not None:
+        check_portion(folder, portion)
     file = _source_of(folder, recipe, source)
     differences = _now(recipe).differences({**recipe.values(), "classes": None})
     for each in differences:

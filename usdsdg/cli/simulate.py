@@ -13,7 +13,7 @@ from usdsdg.warp_start import quiet_warp
 def simulate(
     stage: Annotated[Path, typer.Argument(help="A USD file.")],
     output: Annotated[Path, typer.Argument(help="File of the simulated stage.")],
-    seconds: Annotated[float, typer.Option(min=0.0, help="Simulated time in seconds.")] = 5.0,
+    seconds: Annotated[float, typer.Option(min=0.0, max=1e6, help="Simulated time in seconds.")] = 5.0,
     settle: Annotated[
         bool, typer.Option("--settle", help="First move overlapping bodies apart and let all come to rest.")
     ] = False,

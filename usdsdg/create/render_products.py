@@ -22,6 +22,8 @@ __all__ = ["HydraTexture", "product_at", "products", "render_product", "render_p
 PREFIX = "/Render/HydraTextures"
 # Number of cameras that an error message lists.
 LISTED = 8
+# Ends of the names of the left and the right camera of a stereo pair.
+STEREO_SIDES = ("_L", "_R")
 
 
 @overload
@@ -37,7 +39,7 @@ def render_product(
 ) -> HydraTexture | list[HydraTexture]:
     """Create one render product per camera, below `/Render/HydraTextures` in the session layer.
 
-    Returns a handle for one camera, a list of handles for several.
+    Returns a handle for one camera, a list of handles for several: of a stereo pair the left and the right one.
 
     Args:
         camera: path, prim or item of a camera, of the object that holds one, or a list of these. One of
@@ -56,7 +58,7 @@ def render_product(
         ArgumentError: the number of names differs from the number of cameras.
     """
     size = _size("resolution", resolution)
-    cameras = [camera_below(path) for path in prim_paths(camera)]
+    cameras = [each for path in prim_paths(camera) for each in stereo_pair(path) or [camera_below(path)]]
     names = name if isinstance(name, (list, tuple)) else [name] * len(cameras)
     if not cameras:
         raise BadPrim(f"render_product: camera is {camera!r}; give at least one. {_known_cameras().capitalize()}")
@@ -92,7 +94,7 @@ def render_product_tiled(
         BadPrim: there are no cameras, or one is not on the stage.
     """
     tile = _size("tile_resolution", tile_resolution)
-    paths = tuple(camera_below(path) for path in prim_paths(cameras))
+    paths = tuple(each for path in prim_paths(cameras) for each in stereo_pair(path) or [camera_below(path)])
     if not paths:
         raise BadPrim(f"render_product_tiled: no cameras were given; {_known_cameras()}")
     columns = math.ceil(math.sqrt(len(paths)))
@@ -126,6 +128,16 @@ def camera_below(path: str) -> str:
             return str(candidate.GetPath())
     kind = prim.GetTypeName() or "typeless prim"
     raise BadPrim(f"render_product: {path} is a {kind} without a camera in it; {_known_cameras()}")
+
+
+def stereo_pair(path: str) -> list[str]:
+    """Return the paths of the left and the right camera of a prim as `create.stereo_camera` makes it; [] for others."""
+    prim = current_stage().GetPrimAtPath(path)
+    cameras = [each for each in prim.GetChildren() if each.IsA(UsdGeom.Camera)] if prim else []
+    sides = {each.GetName()[-2:]: each for each in cameras}
+    if len(cameras) != 2 or sides.keys() != set(STEREO_SIDES) or len({each.GetName()[:-2] for each in cameras}) != 1:
+        return []
+    return [str(sides[side].GetPath()) for side in STEREO_SIDES]
 
 
 def _known_cameras() -> str:

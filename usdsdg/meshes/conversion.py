@@ -40,7 +40,7 @@ class Options:
         if self.collider is not None and self.collider not in COLLIDERS:
             raise ConfigError(f"collider is {self.collider!r}; expected one of {', '.join(COLLIDERS)}")
         for unit in (self.meters_per_unit, self.source_unit):
-            if unit is not None and not unit > 0.0:
+            if unit is not None and not 0.0 < unit < np.inf:
                 raise ConfigError(f"a unit of {unit!r} meters; expected a number above 0")
 
 
@@ -48,7 +48,7 @@ def convert(source: Path, target: Path, options: Options) -> tuple[Report, MeshF
     """Convert a mesh file to a USD file with its pictures in `textures/` beside it; nothing is left of a failure.
 
     Raises:
-        AssetUnreadable: the source is damaged or holds no triangles.
+        AssetUnreadable: the source is damaged or holds no triangles, or its coordinates are too large for a mesh.
         Unsupported: its form, or that of the target, is not known.
         OutputNotWritable: the target cannot be written.
     """
@@ -61,6 +61,7 @@ def convert(source: Path, target: Path, options: Options) -> tuple[Report, MeshF
     mesh, repairs = repaired(_as_meant(read(source), options))
     if not mesh.parts:
         raise AssetUnreadable(f"{source}: no triangle is left after repairs: {'; '.join(repairs)}")
+    _check_coordinates(mesh, source, options)
     oddities = placement.oddities(mesh, source.name, origin=options.origin, names_size=options.names_size)
     mesh = placement.placed(
         mesh, up_axis=options.up_axis, meters_per_unit=options.meters_per_unit, origin=options.origin
@@ -70,6 +71,18 @@ def convert(source: Path, target: Path, options: Options) -> tuple[Report, MeshF
     turned = np.abs(mesh.bounds[1] - mesh.bounds[0]) * options.meters_per_unit
     sizes = (float(turned[0]), float(turned[1]), float(turned[2]))
     return Report(sizes, mesh.triangle_count, len(mesh.parts), len(mesh.materials), repairs, notes), mesh
+
+
+def _check_coordinates(mesh: MeshFile, source: Path, options: Options) -> None:
+    """Check that the coordinates are within what a mesh can hold, in the units of the USD file."""
+    largest = float(np.abs(mesh.bounds).max())
+    scaled = largest * (mesh.meters_per_unit / options.meters_per_unit)
+    kind = np.finfo(np.float32)
+    if not float(kind.tiny) <= scaled <= float(kind.max):
+        raise AssetUnreadable(
+            f"{source}: coordinates of up to {largest:.4g} units of {mesh.meters_per_unit:.4g} m are beyond what a "
+            f"mesh can hold, {kind.tiny:.1e} to {kind.max:.1e}; give its unit with --unit"
+        )
 
 
 def _as_meant(mesh: MeshFile, options: Options) -> MeshFile:

@@ -169,7 +169,7 @@ def variant(name: str, value: Any, input_prims: Any = None) -> ReplicatorItem:
 def _write_variant(node: Node, execution: int) -> None:
     name = node.inputs["attribute"]
     for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
-        variants = prim_at(path).GetVariantSets()
+        variants = _with_variant_set(prim_at(path), name).GetVariantSets()
         if name not in variants.GetNames():
             raise ArgumentError(
                 f"{path} has no variant set {name!r}; it has: {', '.join(variants.GetNames()) or 'none'}"
@@ -180,12 +180,21 @@ def _write_variant(node: Node, execution: int) -> None:
         variants.GetVariantSet(name).SetVariantSelection(chosen)
 
 
+def _with_variant_set(prim: Usd.Prim, name: str) -> Usd.Prim:
+    """Return the prim that has a variant set: that one, or what `create.from_usd` has put into the Xform that it is."""
+    inner = prim.GetChildren()
+    if name in prim.GetVariantSets().GetNames() or len(inner) != 1 or prim.GetTypeName() != "Xform":
+        return prim
+    return inner[0] if name in inner[0].GetVariantSets().GetNames() else prim
+
+
 @brings_labels("OgnWriteVariant")
 def _variants_to_select(node: Node, sources: LabelSources) -> None:
     name, options = node.inputs["attribute"], options_of(node.inputs["value"])
-    for path in node.prims:
+    for prim in map(prim_at, node.prims):
+        path = _with_variant_set(prim, name).GetPath()
         for option in options:
-            sources.add_content(Sdf.Path(path).GetParentPath(), _with_variant(path, name, option), path)
+            sources.add_content(path.GetParentPath(), _with_variant(str(path), name, option), str(path))
 
 
 def _with_variant(path: str, name: str, option: str) -> Usd.Stage:

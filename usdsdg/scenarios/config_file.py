@@ -188,7 +188,7 @@ def _override(source: _Source, override: str) -> None:
         return
     try:
         check_yaml(text, origin)
-        value = _load_yaml(text)
+        value = text if _has_comment(text) else _load_yaml(text)
     except yaml.YAMLError:
         value = text
     except ConfigError as too_large:
@@ -201,6 +201,20 @@ def _override(source: _Source, override: str) -> None:
     for stale in [known for known in source.origins if known[: len(key_path)] == key_path]:
         del source.origins[stale]
     source.origins[key_path] = origin
+
+
+def _has_comment(text: str) -> bool:
+    """Return whether YAML takes a part of the text for a comment: of an override every character is meant.
+
+    Raises:
+        yaml.YAMLError: it is not valid YAML.
+    """
+    end = 0
+    for token in yaml.scan(text, Loader=NumbersLoader):
+        if "#" in text[end : token.start_mark.index]:
+            return True
+        end = max(end, token.end_mark.index)
+    return "#" in text[end:]
 
 
 def _assign(values: Any, key_path: KeyPath, value: Any) -> str | None:

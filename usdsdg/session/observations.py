@@ -14,6 +14,7 @@ class Observations:
         self.label_seen = False  # a labeled prim was in view
         self.writers: list[str] = []  # type names of the writers that have been attached
         self.previews = 0
+        self.unseen = 0  # captures of which no annotator or writer wanted anything
 
     def add_picture(self, highest: float) -> None:
         """Add a color image with its highest value, of 255."""

@@ -14,6 +14,7 @@ from usdsdg.datasets.parts import parts
 from usdsdg.datasets.reading import images
 from usdsdg.datasets.seen import Seen
 from usdsdg.errors import DatasetError
+from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.verify.checks import (
     arrays,
     bop,
@@ -43,10 +44,12 @@ from usdsdg.verify.checks.formats import (
 from usdsdg.verify.checks.formats.coco import Coco
 from usdsdg.verify.checks.tables import Tables
 from usdsdg.verify.checks.yolo import Yolo
+from usdsdg.verify.frame_numbers import check_numbers
 from usdsdg.verify.integrity import Integrity
 from usdsdg.verify.integrity import check as check_integrity
 from usdsdg.verify.redraw import redraw
 from usdsdg.verify.report import Report
+from usdsdg.writers.journal.place import PARTS
 
 # Of single images; those that compare images are made for each dataset.
 CHECKS = (
@@ -71,7 +74,7 @@ def verify_all(
         DatasetError: there is no such folder, or nothing in it is recognized.
     """
     found = parts(Path(folder)) if Path(folder).is_dir() else []
-    if len(found) < 2:
+    if len(found) < 2 and not any(_is_recorded_below(folder, root) for root, _ in found):
         return [verify(folder, labels=labels, render=render, progress=progress)]
     reports = []
     for root, own in found:
@@ -80,6 +83,12 @@ def verify_all(
     if not reports:
         raise _nothing_in(folder)
     return reports
+
+
+def _is_recorded_below(folder: str | os.PathLike[str], root: str | os.PathLike[str]) -> bool:
+    """Return whether a dataset is below a folder, not in it, with a record of its own."""
+    where = Path(folder, root)
+    return where != Path(folder) and (where / BESIDE).is_dir()
 
 
 def verify(
@@ -100,8 +109,11 @@ def verify(
     Raises:
         DatasetError: there is no such folder.
         NothingRecognized: nothing in it is recognized, or it has no journal and `labels` is False.
+        BadValue: frames are to be rendered again that are not recorded, while others are.
     """
     data = Folder(Path(folder), files=files, recorded=labels)
+    if render is not None and not isinstance(render, int) and data.records:
+        check_numbers(str(folder), set(render), {each.number for each in data.records})
     report = Report(str(folder), recorded=len(data.records), reads_labels=labels)
     whole = check_integrity(data.path, progress)
     report.add_integrity(whole)
@@ -147,6 +159,11 @@ def _check_labels(
     report.faults += data.faults
     report.faults += file_checks.check(data, read, listed=whole.listed if whole is not None else frozenset())
     report.faults = list(dict.fromkeys(report.faults))
+    if whole is not None and any(fault.file == PARTS for fault in whole.faults):
+        # Files about all frames are made when parts are joined; what a part has left of them says nothing yet.
+        report.faults = [
+            fault for fault in report.faults if fault.file in whole.listed or fault.file.startswith(BESIDE)
+        ]
 
 
 class NothingRecognized(DatasetError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from pathlib import Path
 
@@ -10,13 +11,14 @@ import pytest
 from PIL import Image
 
 from tests.scenarios.jobs.own_meshes import write_three
-from usdsdg.errors import AssetError, ConfigError
+from usdsdg.errors import AssetError, ConfigError, WriterError
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.jobs import load_job
 from usdsdg.scenarios.shared.decks import deal, variants
 from usdsdg.scenarios.shared.mesh_folder import files_by_label, read_assets
 from usdsdg.scenarios.shared.pictures import mean_luminance, pictures_in
 from usdsdg.stage.image_files import radiance_hdr
+from usdsdg.writers.formats.splits import Splits
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 
@@ -116,7 +118,7 @@ def test_all_mistakes_are_reported_at_once_with_what_is_expected(tmp_path):
     message = str(caught.value)
     for part in (
         "no file for", "'auto', 'm', 'cm', 'mm', 'inch' or 'foot'", "did you mean num_frames?", "no option 'tsk'",
-        "'task'", "cocoo is no format; expected coco", "[6, 1] is the wrong way round",
+        "'task'", "cocoo is no format", "did you mean coco", "[6, 1] is the wrong way round",
         "did you mean class_balance?", "less than or equal to 1", "'capsule'", "has no pictures; expected files .jpg",
         "the calibration cannot be read", "greater than or equal to 4",
     ):  # fmt: skip
@@ -128,3 +130,21 @@ def test_jobs_have_names_with_near_misses(tmp_path):
     config.write_text("job: detecton\n")
     with pytest.raises(ConfigError, match="'detecton' is not known; did you mean detection"):
         load_job(config)
+
+
+@pytest.mark.parametrize("job", ["detection", "bin_picking"])
+@pytest.mark.parametrize("name", ["a/b", "../../esc", "..", ".hidden", "a\\b", "a\nb"])
+def test_parts_that_are_no_names_of_files_are_refused(job, name):
+    splits = json.dumps({"train": 1.0, name: 1.0})
+    with pytest.raises(ConfigError, match=r"splits: '.*': a part is called as a file is"):
+        load_job(CONFIGS / f"{job}.yaml", [f"splits={splits}"])
+    with pytest.raises(WriterError, match="a part is called as a file is"):
+        Splits("YoloWriter", {name: 1.0})
+
+
+def test_all_formats_are_named(tmp_path):
+    for name, near in (("nope", " (did you mean dope?)"), ("zzzzz", "")):
+        with pytest.raises(ConfigError) as caught:
+            load_job(CONFIGS / "detection.yaml", [f"formats={{{name}: {{}}}}"])
+        assert f"{name} is no format; expected some of basic, bop, coco" in str(caught.value)
+        assert str(caught.value).endswith(f"ycbvideo, yolo{near}")

@@ -262,3 +262,12 @@ def test_classes_that_come_later_are_in_all_lists(stage, tmp_path):
 def test_options_that_cannot_be(tmp_path, options, reason):
     with pytest.raises(WriterError, match=reason):
         writers.get("VocWriter", init_params={"output_dir": str(tmp_path), **options})
+
+
+@pytest.mark.parametrize("name", [".hid", ".h[i]d*"])
+def test_a_class_whose_name_begins_with_a_dot_has_no_fault(tmp_path, name):
+    add_cube(stage := new_stage(), "/World/cube", label=name)
+    current().class_tables.of("class:*").add([{"class": name}])
+    folder = write(tmp_path, [make_frame(stage, SIZE, filters=["class:*"])])
+    assert any(file.name.startswith(".h") for file in (folder / files.MAIN).iterdir())
+    assert verify(folder).faults == []

@@ -102,7 +102,9 @@ class PrimBounds:
             bounds = [self._of_gprim(prim_path(gprims[each]), steps[each], owner, cache, frames) for each in group]
             parts = [part for part in bounds if part is not None]
             if not parts:
-                warn_once(f"{owner.name}: none of its gprims has finite bounds, so its 3D box is empty.")
+                # Of a divided mesh all faces may be in subsets with labels of their own.
+                if not all(prim_path(gprims[each]) in self._divided for each in group):
+                    warn_once(f"{owner.name}: none of its gprims has finite bounds, so its 3D box is empty.")
                 return np.zeros((2, 3))
             known[owner, group] = np.stack([np.min(parts, axis=0)[0], np.max(parts, axis=0)[1]])
         return known[owner, group]

@@ -26,7 +26,7 @@ Ray = Annotated[
         show_default=False,
     ),
 ]
-GpusPerWorker = Annotated[float, typer.Option(min=0.0, help="GPUs of an actor of --ray, such as 0.5.")]
+GpusPerWorker = Annotated[float, typer.Option(min=0.0, max=1024.0, help="GPUs of an actor of --ray, such as 0.5.")]
 AllowOutside = Annotated[
     bool,
     typer.Option(

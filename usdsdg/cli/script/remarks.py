@@ -42,6 +42,11 @@ def _of_no_frame() -> list[str]:
         what = "the script made randomizers with triggers, but captured no frame"
     else:
         return []
+    if seen.unseen:
+        return [
+            f"{what}: at {_all(seen.unseen, 'step', verb=False)} no annotator or writer was attached to a render "
+            "product that updates. Attach one, for example rep.annotators.get('rgb').attach(render_product)."
+        ]
     why = "it only made previews" if seen.previews else "nothing started a run"
     return [
         f"{what}: {why}. In the GUI a person presses Start; --frames N does that here, for frames 0 to N. In a script, "

@@ -12,7 +12,6 @@ import numpy as np
 from pxr import Gf, Usd, UsdPhysics
 
 from usdsdg.compat.wrappers import poses
-from usdsdg.errors import Unsupported
 from usdsdg.session import engines
 from usdsdg.stage.physics.rigid_bodies import apply_rigid_body_schemas
 from usdsdg.stage.poses.rotations import matrix_from_quat
@@ -68,15 +67,16 @@ def push(
 
 
 def masses(prims: Sequence[Usd.Prim]) -> np.ndarray:
-    """Return the authored masses (N, 1); 0 where none is authored and nothing is simulated.
+    """Return the masses (N, 1), float32: of bodies that are simulated those of the simulation, else the authored ones.
 
-    Raises:
-        Unsupported: a simulated body has a mass that physics computes from its shape.
+    They are 0 where none is authored and nothing is simulated.
     """
     values = read(prims, UsdPhysics.MassAPI, UsdPhysics.MassAPI.GetMassAttr, 0.0)
-    for prim, value in zip(prims, values[:, 0], strict=True):
-        if value == 0.0 and is_simulating():
-            raise Unsupported(f"get_masses: {prim.GetPath()} has no authored mass; set one with set_masses to read it")
+    if is_simulating():
+        simulated = set(engines.physics().rigid_bodies)
+        rows = [row for row, prim in enumerate(prims) if str(prim.GetPath()) in simulated and values[row, 0] == 0.0]
+        if rows:
+            values[rows, 0] = engines.physics().masses([str(prims[row].GetPath()) for row in rows])
     return values
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from glob import escape
 from pathlib import PurePosixPath
 from xml.etree import ElementTree
 
@@ -30,7 +31,8 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     if not annotations:
         return
     labels = _labels(folder)
-    lists = {file: _listed(folder, file) for file in files if PurePosixPath(file).parts[0] == "ImageSets"}
+    listed = [file for file in files if PurePosixPath(file).parts[0] == "ImageSets"]
+    lists = {file: _listed(folder, file) for file in [*listed, *_hidden_lists(folder, labels)]}
     stems = {PurePosixPath(file).stem for file in annotations}
     for file, rows in lists.items():
         if unknown := sorted(set(rows) - stems):
@@ -54,6 +56,13 @@ def _labels(folder: Folder) -> list[str]:
     """Return the names of the indices of classes."""
     text = folder.text(names.LABELS, "all") or ""
     return [line.split(":")[0] for line in text.splitlines() if line and not line.startswith("#")]
+
+
+def _hidden_lists(folder: Folder, labels: list[str]) -> list[str]:
+    """Return the lists of classes whose names begin with a dot, which are hidden files."""
+    hidden = [label for label in labels if label.startswith(".")]
+    found = [file for label in hidden for file in (folder.path / names.MAIN).glob(f"{escape(label)}_*.txt")]
+    return sorted({f"{names.MAIN}/{file.name}" for file in found})
 
 
 def _listed(folder: Folder, file: str) -> dict[str, str]:

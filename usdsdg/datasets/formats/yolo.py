@@ -23,9 +23,7 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     """Yield what the files of each image say."""
     if not folder.has(DESCRIPTION):
         return
-    text = folder.text(DESCRIPTION, "all")
-    described = None if text is None else folder.parsed(DESCRIPTION, "all", lambda t=text: yaml.safe_load(t) or {})
-    names = dict((described or {}).get("names") or {})
+    names, keypoints = _described(folder)
     found: dict[tuple[str, str], dict[str, str]] = {}
     for file in files:
         path = PurePosixPath(file)
@@ -35,8 +33,7 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
         view, _, number = stem.rpartition("_")
         mine = list(parts.values())
         seen = Seen(NAME, f"{split}/{number}", view, mine, truth_of(folder, mine, view))
-        seen.extra["names"] = {int(key): str(name) for key, name in names.items()}
-        seen.extra["keypoints"] = int(((described or {}).get("kpt_shape") or [0])[0])
+        seen.extra["names"], seen.extra["keypoints"] = names, keypoints
         seen.picture, seen.labels = parts.get(IMAGES, ""), parts.get(LABELS, "")
         if seen.picture:
             seen.size = folder.image_size(seen.picture, seen.name)
@@ -46,6 +43,48 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
         else:
             seen.extra["unlabeled"] = mine[0]
         yield seen
+
+
+def _described(folder: Folder) -> tuple[dict[int, str] | None, int]:
+    """Return the names of the classes, None where data.yaml cannot be read, and the number of keypoints."""
+    values = folder.binary(DESCRIPTION, "all", _of_yaml)
+    found = None if values is None else folder.parsed(DESCRIPTION, "all", lambda: (_names(values), _keypoints(values)))
+    return (None, 0) if found is None else found
+
+
+def _of_yaml(data: bytes) -> dict[Any, Any]:
+    """Return the mapping of YAML text.
+
+    Raises:
+        ValueError: it is none.
+    """
+    try:
+        values = yaml.safe_load(data.decode("utf-8"))
+    except yaml.MarkedYAMLError as error:
+        where = f" at line {error.problem_mark.line + 1}" if error.problem_mark else ""
+        raise ValueError(f"it is not valid YAML{where}: {error.problem or error.context}") from None
+    except (yaml.YAMLError, AttributeError, RecursionError) as error:
+        raise ValueError(f"it is not valid YAML: {' '.join(str(error).split())}") from None
+    if not isinstance(values, dict):
+        raise ValueError("it is empty" if values is None else f"it is no mapping, but a {type(values).__name__}")
+    return values
+
+
+def _names(values: Mapping[Any, Any]) -> dict[int, str]:
+    """Return the names of the classes by their numbers; YOLO takes a list of them as well."""
+    names = values.get("names") or {}
+    if not isinstance(names, (dict, list)):
+        raise ValueError(f"names is a {type(names).__name__}, expected a mapping from numbers to names")
+    numbered = names.items() if isinstance(names, dict) else enumerate(names)
+    return {int(key): str(name) for key, name in numbered}
+
+
+def _keypoints(values: Mapping[Any, Any]) -> int:
+    """Return the number of keypoints of an object; 0 where there are none."""
+    shape = values.get("kpt_shape") or [0]
+    if not isinstance(shape, list) or not isinstance(shape[0], int) or shape[0] < 0:
+        raise ValueError(f"kpt_shape is {shape!r}, expected the number of keypoints and that of their values")
+    return shape[0]
 
 
 def _read_image(folder: Folder, seen: Seen) -> None:
@@ -60,7 +99,7 @@ def objects(seen: Seen) -> list[SeenObject]:
 
 
 def _object(fields: list[str], described: Mapping[str, Any], size: tuple[int, int]) -> SeenObject:
-    made = SeenObject(described["names"].get(int(fields[0]), fields[0]))
+    made = SeenObject((described["names"] or {}).get(int(fields[0]), fields[0]))
     numbers = np.array(fields[1:], np.float64)
     box, rest = (numbers[:_BOX], numbers[_BOX:]) if described["keypoints"] else (numbers, numbers[:0])
     if box.size == _BOX:

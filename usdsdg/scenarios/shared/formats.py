@@ -25,8 +25,9 @@ def format_problems(formats: Mapping[str, Mapping[str, Any] | None]) -> list[str
     for name, options in formats.items():
         kind = _writer_class(name)
         if kind is None:
-            near = near_misses(name, [*writer_names(), *writer_names().values()]) or sorted(writer_names())
-            problems.append(f"{name} is no format; expected {' or '.join(near)}")
+            near = near_misses(name, [*writer_names(), *writer_names().values()])
+            hint = f" (did you mean {' or '.join(near)}?)" if near else ""
+            problems.append(f"{name} is no format; expected some of {', '.join(sorted(writer_names()))}{hint}")
             continue
         try:
             own = {"output_dir"} & inspect.signature(kind.__init__).parameters.keys()

@@ -17,6 +17,7 @@ from usdsdg.scenarios.shared.formats import format_problems
 from usdsdg.scenarios.shared.mesh_folder import files_by_label
 from usdsdg.scenarios.shared.pictures import pictures_in, skies_in
 from usdsdg.session.render_products import size_problem
+from usdsdg.writers.formats.splits import name_problem
 
 Fraction = Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
 Angle = Annotated[float, Field(strict=True, gt=0.0, lt=170.0)]
@@ -99,6 +100,13 @@ class JobConfig(Section):
         if resolution and (problem := size_problem(*resolution)):
             raise ValueError(problem)
         return resolution
+
+    @field_validator("splits")
+    @classmethod
+    def _are_names(cls, splits: dict[str, float]) -> dict[str, float]:
+        if problem := name_problem(splits):
+            raise ValueError(problem)
+        return splits
 
     @field_validator("formats")
     @classmethod

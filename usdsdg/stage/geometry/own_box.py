@@ -18,7 +18,7 @@ def own_box(prim: Usd.Prim, purposes: Sequence[str], *, cache: UsdGeom.BBoxCache
     boxes = UsdGeom.BBoxCache(_DEFAULT, purposes, useExtentsHint=False) if cache is None else cache
     whole = boxes.ComputeUntransformedBound(prim).ComputeAlignedRange()
     drawn = list(_drawn(prim, purposes))
-    if whole.IsEmpty() or len(drawn) < 2:
+    if whole.IsEmpty() or not drawn or drawn == [prim]:
         return whole
     united, transforms = Gf.Range3d(), UsdGeom.XformCache(_DEFAULT)
     for each in drawn:

@@ -38,12 +38,16 @@ class Yolo:
             yield from self._names(seen)
         if "unlabeled" in seen.extra:
             yield Fault(seen.extra["unlabeled"], seen.name, "has no file of labels")
+        if seen.extra["names"] is None and _task(seen) in (None, "pose"):
+            return  # the number of keypoints is not known
         for file, lines in seen.lines:
             yield from _lines(seen, file, lines)
 
     def _names(self, seen: Seen) -> Faults:
         """data.yaml names the classes of the class table, in its order."""
         names = seen.extra["names"]
+        if names is None:  # data.yaml cannot be read, which is a fault already
+            return
         if sorted(names) != list(range(len(names))):
             yield Fault(DESCRIPTION, "all", "classes are numbered from 0 without gaps", "", str(sorted(names)))
         key = seen.truth.filter_of(BOXES) if seen.truth else "class:*"
@@ -54,9 +58,14 @@ class Yolo:
             yield Fault(DESCRIPTION, "all", f"names are those of {CLASSES}", expected, found)
 
 
+def _task(seen: Seen) -> str | None:
+    """Return the task of the writer; None where it is not recorded."""
+    return seen.truth.record.parameters.get("task", "detect") if seen.truth else None
+
+
 def _lines(seen: Seen, file: str, lines: list[list[str]]) -> Faults:
     names, count = seen.extra["names"], seen.extra["keypoints"]
-    task = seen.truth.record.parameters.get("task", "detect") if seen.truth else None
+    task = _task(seen)
     parsed = []
     for number, fields in enumerate(lines, 1):
         try:
@@ -67,14 +76,14 @@ def _lines(seen: Seen, file: str, lines: list[list[str]]) -> Faults:
             what = f"a box and {count} keypoints" if count else "pairs of numbers"
             yield Fault(file, seen.name, f"line {number} is not a class and {what}")
             continue
-        if kind not in names:
+        if names is not None and kind not in names:
             yield Fault(file, seen.name, f"line {number} is of a class that {DESCRIPTION} does not name", "", fields[0])
         # An oriented box around pixels at the picture's edge reaches out of it; without a record it may be one.
         may_reach_out = task == "obb" or (task is None and len(values) == _CORNERS)
         if ((values < 0) | (values > 1)).any() and not may_reach_out:
             yield Fault(file, seen.name, f"line {number} has fractions of the picture", "0 to 1", text(values[:2]))
         yield from _keypoints(seen, file, number, points)
-        parsed.append((names.get(kind, "?"), values))
+        parsed.append((None if names is None else names.get(kind, "?"), values))
     if seen.truth is not None:
         yield from _objects(seen, file, parsed, seen.truth, task == "obb")
 
@@ -88,7 +97,10 @@ def _keypoints(seen: Seen, file: str, number: int, points: np.ndarray) -> Faults
         yield Fault(file, seen.name, f"keypoints of line {number} are in the picture, or 0", "", text(points[:, :2]))
 
 
-def _objects(seen: Seen, file: str, parsed: list[tuple[str, np.ndarray]], truth: Truth, is_oriented: bool) -> Faults:
+def _objects(
+    seen: Seen, file: str, parsed: list[tuple[str | None, np.ndarray]], truth: Truth, is_oriented: bool
+) -> Faults:
+    """Every line is of a visible object; its class is compared where its name is known."""
     members = truth.members(truth.filter_of(BOXES))
     if members is None:
         return
@@ -99,18 +111,20 @@ def _objects(seen: Seen, file: str, parsed: list[tuple[str, np.ndarray]], truth:
     ends = {index: _extent(rectangles[index]) if is_oriented else _edges(each) for index, each in things.items()}
     size = np.array([truth.product.size, truth.product.size], float).ravel()
 
-    def off(index: int, box: np.ndarray, name: str) -> float:
+    def off(index: int, box: np.ndarray, name: str | None) -> float:
         # Of two with one box, that of the name.
         return float(np.abs(ends[index] / size - box).max()) + 1e-3 * (_name(things[index]) != name)
 
     for name, values in parsed:
         box = _box(values)
         if not things:
-            yield Fault(file, seen.name, f"a line of {name} is of nothing that is visible", "", text(box * size))
+            yield Fault(
+                file, seen.name, f"a line of {name or 'an object'} is of nothing that is visible", "", text(box * size)
+            )
             continue
         index = min(things, key=partial(off, box=box, name=name))
         thing = things.pop(index)
-        if name != _name(thing):
+        if name is not None and name != _name(thing):
             yield Fault(file, seen.name, f"the class of {thing.path}", _name(thing), name)
         if is_oriented:
             yield from _oriented(seen, file, thing, values * truth.product.size, members == index, rectangles[index])

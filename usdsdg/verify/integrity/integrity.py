@@ -40,7 +40,7 @@ class Integrity:
 def check(folder: Path, progress: Progress | None = None) -> Integrity | None:
     """Compare the files of a dataset with its journal; None where no run has kept one.
 
-    Finds files that are missing, changed, cut off, or foreign, and journals and recipes that are damaged or unfinished.
+    Finds files that are missing, changed or foreign, and journals and recipes that are damaged or unfinished.
     """
     listing = read_listing(folder)
     if listing is None:
@@ -68,9 +68,8 @@ def _compared(folder: Path, name: str, listed: ListedFile, by_hash: dict[tuple[i
         if not stat.S_ISREG(status.st_mode):
             return Fault(name, listed.frame, "is no file", "a file", _kind_of(status.st_mode))
         if status.st_size != listed.size:
-            what = "was cut off" if status.st_size < listed.size else "was changed"
-            hint = _same_as(by_hash, facts_of(path), name)
-            return Fault(name, listed.frame, what + hint, f"{listed.size} bytes", f"{status.st_size}")
+            what = "its size is not the one in the journal" + _same_as(by_hash, facts_of(path), name)
+            return Fault(name, listed.frame, what, f"{listed.size} bytes", f"{status.st_size}")
         facts = facts_of(path)
     except OSError as error:
         is_missing = isinstance(error, (FileNotFoundError, NotADirectoryError))

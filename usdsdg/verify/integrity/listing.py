@@ -35,6 +35,7 @@ class Listing:
 
     files: dict[str, ListedFile] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
+    frames: set[int] = field(default_factory=set)  # their numbers, also of those without files
     is_complete: bool = False
     is_damaged: bool = False  # so that files may be unlisted through no fault of theirs
 
@@ -95,6 +96,7 @@ def _read_journal(path: Path, name: str, listing: Listing, recipe_hash: str | No
                 numbers.append(line[lines.FRAME])
                 _add(listing, line[lines.FILES], str(line[lines.FRAME]))
             _add(listing, line.get(lines.SHARED, {}), "all")
+    listing.frames.update(numbers)
     _check_order(name, numbers, listing)
     if closing is None or not closing.get(lines.COMPLETE):
         listing.faults.append(Fault(name, "all", f"the run is unfinished: {len(numbers)} frames are whole (--resume)"))
@@ -119,6 +121,7 @@ def _read_parts(folder: Path, parts: list[Path], listing: Listing) -> None:
         of_part = Listing()
         _read_journal(part / NAME, (part / NAME).relative_to(folder).as_posix(), of_part, None)
         listing.files |= of_part.files
+        listing.frames |= of_part.frames
         listing.faults += of_part.faults
         listing.is_damaged |= of_part.is_damaged
     names = ", ".join(part.name for part in parts[:_SHOWN]) + (", ..." if len(parts) > _SHOWN else "")

@@ -2,10 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from numbers import Real
 
 from usdsdg.errors import WriterError
+
+# Of names of parts: what leaves the folder or is no name of a file, and what makes a file hidden.
+_UNFIT = re.compile(r"^\.|[/\\\x00-\x1f\x7f]|^$")
+
+
+def name_problem(names: Iterable[str]) -> str:
+    """Return what is wrong with the names of parts, which are names of files and folders; "" if nothing is."""
+    unfit = [repr(str(name)) for name in names if _UNFIT.search(str(name))]
+    if not unfit:
+        return ""
+    return f"{', '.join(unfit)}: a part is called as a file is: no slash, and no dot at the beginning, such as 'train'"
 
 
 class Splits:
@@ -17,7 +29,8 @@ class Splits:
         frames_per_scene: so many frames in a row stay together; 1 deals single frames.
 
         Raises:
-            WriterError: there are none, a share is not a number above 0, or no frame is in a scene.
+            WriterError: there are none, a share is not a number above 0, a name is none of a file, or no frame is in a
+                scene.
         """
         if frames_per_scene < 1:
             raise WriterError(f"{writer}: frames_per_scene is {frames_per_scene}; expected a whole number above 0.")
@@ -27,6 +40,8 @@ class Splits:
             raise WriterError(
                 f"{writer}: splits is {shares!r}; expected shares above 0 such as " + "{'train': 0.8, 'val': 0.2}."
             )
+        if problem := name_problem(given):
+            raise WriterError(f"{writer}: splits has {problem}.")
         total = float(sum(given.values()))
         self._shares = {str(name): float(share) / total for name, share in given.items()}
         self._restart()

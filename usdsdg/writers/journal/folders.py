@@ -79,8 +79,11 @@ class DatasetFolder:
             if mode is Mode.RESUME:
                 _remove_unfinished(path)
                 self._shorten_spools()
+                _warn_of_lost(place, home / NAME)
             if recipe.read(path) is None:
                 wanted.write(path)
+            if portion is not None:
+                wanted.write_identity(home)
             place.push(whole=True)
         except BaseException:
             self.release()
@@ -297,6 +300,31 @@ def _remove_files(place: Place, listed: Path) -> None:
             if name != own
         )
     os.truncate(listed, 0)
+
+
+def _warn_of_lost(place: Place, listed: Path) -> None:
+    """Warn of files of frames that are missing or of another size, since these frames are not made again."""
+    if not isinstance(place, FolderPlace):
+        return
+    lost = [
+        name
+        for line in journal.lines(listed)
+        for name, (size, _) in line.get(lines.FILES, {}).items()
+        if not _has_size(place.path / name, size)
+    ]
+    if lost:
+        what = f"{lost[0]} and {len(lost) - 1} more files" if len(lost) > 1 else lost[0]
+        warn_once(
+            f"{place.name}: missing or changed: {what} of frames that were made before, which going on does not make "
+            "again. usdsdg verify lists them; --overwrite begins again."
+        )
+
+
+def _has_size(path: Path, size: int) -> bool:
+    try:
+        return path.stat().st_size == size
+    except OSError:
+        return False
 
 
 def _remove_unfinished(path: Path) -> None:

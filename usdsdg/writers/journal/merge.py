@@ -14,7 +14,7 @@ from pathlib import Path
 from usdsdg.errors import DatasetError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.whole_file import write_whole
-from usdsdg.writers.journal import journal
+from usdsdg.writers.journal import journal, recipe
 from usdsdg.writers.journal.facts import joined
 from usdsdg.writers.journal.folders import AGGREGATES, SPOOL
 from usdsdg.writers.journal.journal import NAME
@@ -46,6 +46,7 @@ def join(place: Place) -> int:
     if not parts:
         raise DatasetError(f"{place.name} has no parts to be joined: there is no {PARTS}")
     _check_shards(place.name, {part.name for part in parts})
+    _check_recipes(place, parts)
     contents = {part.name: journal.read(part / NAME) for part in parts}
     unfinished = [name for name, each in contents.items() if not each.is_complete]
     if unfinished:
@@ -69,6 +70,27 @@ def _check_shards(where: str, names: set[str]) -> None:
             if missing:
                 listed = ", ".join(missing[:8]) + (", ..." if len(missing) > 8 else "")
                 raise DatasetError(f"{where}: shards {listed} are missing; make them with --shard")
+
+
+def _check_recipes(place: Place, parts: list[Path]) -> None:
+    """Check that all parts, and the folder that they are in, are of one recipe; those of earlier versions have none."""
+    wanted = recipe.read(place.path) or {}
+    for part in parts:
+        try:
+            own = json.loads((part / recipe.IDENTITY_FILE).read_bytes())
+            if not isinstance(own, dict):
+                raise ValueError("it is no recipe")
+        except FileNotFoundError:
+            continue
+        except (ValueError, RecursionError, OSError) as error:
+            raise DatasetError(
+                f"{part / recipe.IDENTITY_FILE} cannot be read: {error}. Make this part again."
+            ) from None
+        if differing := [name for name in recipe.IDENTITY if own.get(name) != wanted.get(name)]:
+            raise DatasetError(
+                f"{place.name}: part {part.name} is of another recipe than {place.name}/{recipe.FILE}: "
+                f"{', '.join(differing)} differ. Join only parts of one run."
+            )
 
 
 def _check_frames(where: str, frames: dict[str, set[int]]) -> None:

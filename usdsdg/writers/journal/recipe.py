@@ -26,7 +26,9 @@ _TEXTS, _LARGEST = (".py", ".yaml", ".yml", ".json"), 1 << 20
 GENERATE, RUN, SCRIPT = "generate", "run", "python"
 # Facts that tell one recipe from another; the others follow from them.
 IDENTITY = ("command", "source", "arguments", "options", "seed", "classes", "versions", "device")
+IDENTITY_FILE = "recipe.json"  # of a part
 OUTPUT = "<output>"  # in arguments, in place of a path to the data
+RECORDS = 2  # version of the format of frame records, usdsdg.record.frame_record.VERSION
 _PACKAGES = ("usdsdg", "usd-core", "warp-lang", "newton", "numpy")
 
 
@@ -41,7 +43,7 @@ class Recipe:
         options: of the command that decide what a script does, apart from their defaults.
         seed: of the run; None: a saved stage's own, or not known.
         classes: those that were given for the dataset; None: none.
-        versions: of the packages that decide what is rendered.
+        versions: of the packages that decide what is rendered, and of the format of frame records.
         device: "cpu" or "cuda"; "" until it is known.
         frames: how many there are; None until the run has ended.
         writers: of the folder, by their keys: type and arguments, without output folders.
@@ -116,6 +118,15 @@ class Recipe:
     def values(self) -> dict[str, Any]:
         """Return the recipe as it is written to a file."""
         return {"format": FORMAT, **vars(self)}
+
+    def write_identity(self, folder: Path) -> None:
+        """Write what tells it from other recipes into the folder of a part, which may be copied beside other parts.
+
+        Raises:
+            OutputNotWritable: it cannot be written.
+        """
+        mine = self.values()
+        write_whole(folder / IDENTITY_FILE, json.dumps({name: mine[name] for name in IDENTITY}, default=str).encode())
 
     def write(self, folder: Path) -> str:
         """Write it beside the data in a folder, and return the SHA-256 of the file.
@@ -217,7 +228,7 @@ def installed() -> dict[str, str]:
             found[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
             found[name] = "?"
-    return found
+    return found | {"frame records": str(RECORDS)}
 
 
 def _placeless(argument: str, where: str) -> str:

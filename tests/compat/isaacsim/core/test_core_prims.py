@@ -104,6 +104,18 @@ def test_velocities_that_are_not_written_are_read_from_the_simulation(stage):
     np.testing.assert_allclose(view.get_linear_velocities()[0], (1, 0, 0))
 
 
+def test_masses_that_physics_finds_are_read_from_the_simulation(stage):
+    view = RigidPrim(cubes(stage, 2))
+    UsdPhysics.CollisionAPI.Apply(view.prims[0])
+    UsdPhysics.MassAPI.Apply(view.prims[0]).CreateDensityAttr(500.0)
+    UsdPhysics.MassAPI.Apply(view.prims[1]).CreateMassAttr(3.0)
+    assert view.get_masses().tolist() == [0, 3]
+    get_timeline().play()
+    size = np.prod(UsdGeom.BBoxCache(0, ["default"]).ComputeWorldBound(view.prims[0]).ComputeAlignedRange().GetSize())
+    np.testing.assert_allclose(view.get_masses(), (500 * size, 3), rtol=1e-5)
+    get_timeline().stop()
+
+
 def test_a_single_body_is_made_and_moved(stage):
     cubes(stage, 1)
     body = SingleRigidPrim("/World/cube_0", mass=3.0, linear_velocity=np.array([0, 0, 2.0]))
