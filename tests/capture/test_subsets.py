@@ -57,6 +57,15 @@ def test_faces_have_the_labels_of_their_subset(product):
     assert (data[:, 10:] == data[5, 15]).all()
 
 
+def test_a_mesh_of_which_all_faces_are_in_labeled_subsets_is_not_said_to_be_empty(product, stage, recwarn):
+    get_settings().set(SETTING, True)
+    UsdGeom.Subset(stage.GetPrimAtPath("/World/strip/middle")).GetIndicesAttr().Set([1, 2])
+    add_labels(stage.GetPrimAtPath("/World/strip/middle"), {"class": ["middle"]})
+    rows, _ = captured("bounding_box_3d", product)
+    assert len(rows) == 2
+    assert not [each for each in recwarn if "finite bounds" in str(each.message)]
+
+
 def test_subsets_are_gprims_of_their_own(product):
     get_settings().set(SETTING, True)
     data, table = captured("instance_id_segmentation", product)

@@ -1,7 +1,7 @@
 """Visibility, variants, materials, attributes and labels that `rep.modify` writes."""
 
 import pytest
-from pxr import Sdf, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 import usdsdg as rep
 from usdsdg.errors import BadPrim, GraphError
@@ -96,6 +96,28 @@ def shelves(stage):
 
 def selected(stage, item):
     return [stage.GetPrimAtPath(path).GetVariantSets().GetVariantSelection("color") for path in item.prims]
+
+
+def test_the_variant_of_what_from_usd_made_is_that_of_the_asset(stage, tmp_path):
+    asset = Usd.Stage.CreateNew(str(tmp_path / "shape.usda"))
+    root = UsdGeom.Xform.Define(asset, "/Root").GetPrim()
+    asset.SetDefaultPrim(root)
+    variants = root.GetVariantSets().AddVariantSet("shape")
+    for name in ("Cube", "Sphere"):
+        variants.AddVariant(name)
+        variants.SetVariantSelection(name)
+        with variants.GetVariantEditContext():
+            asset.DefinePrim("/Root/thing", name)
+    variants.SetVariantSelection("Cube")
+    asset.Save()
+    made = rep.create.from_usd(str(tmp_path / "shape.usda"))
+    rep.modify.variant("shape", "Sphere", input_prims=made)
+    fire()
+    below = Usd.PrimRange(stage.GetPrimAtPath(made.prims[0]))
+    assert [prim.GetTypeName() for prim in below if prim.GetName() == "thing"] == ["Sphere"]
+    rep.modify.variant("color", "red", input_prims=made)
+    with pytest.raises(GraphError, match="no variant set 'color'"):
+        fire()
 
 
 def test_a_variant_may_be_one_for_all_per_prim_or_sampled(stage, shelves):
