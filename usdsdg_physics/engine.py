@@ -57,7 +57,7 @@ class NewtonEngine(StageQueries):
             self._trigger_listeners,
             self._contact_listeners,
         )
-        self._is_unread = False  # whether nobody reads the stage between steps
+        self._is_unread = False  # within `stage_unread`: steps do not write their results to the stage
         self.step_seconds = 0.0  # wall-clock time of the latest step
         self._session: PlaySession | None = None
         self._elapsed = 0.0

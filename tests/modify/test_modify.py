@@ -100,14 +100,14 @@ def selected(stage, item):
 
 def test_the_variant_of_what_from_usd_made_is_that_of_the_asset(stage, tmp_path):
     asset = Usd.Stage.CreateNew(str(tmp_path / "shape.usda"))
-    root = UsdGeom.Xform.Define(asset, "/Root").GetPrim()
+    root = UsdGeom.Xform.Define(asset, "/Shape").GetPrim()
     asset.SetDefaultPrim(root)
     variants = root.GetVariantSets().AddVariantSet("shape")
     for name in ("Cube", "Sphere"):
         variants.AddVariant(name)
         variants.SetVariantSelection(name)
         with variants.GetVariantEditContext():
-            asset.DefinePrim("/Root/thing", name)
+            asset.DefinePrim("/Shape/thing", name)
     variants.SetVariantSelection("Cube")
     asset.Save()
     made = rep.create.from_usd(str(tmp_path / "shape.usda"))

@@ -102,7 +102,7 @@ class Capture:
         _compute(frames)
         self._skip(frames)
         handed = [self._output.payload(writer, frames) for writer in self._requests.writers]
-        self._begin_pictures()  # a device would do first what it was told first, and payloads wait for what is theirs
+        self._begin_pictures()  # after payloads: in a GPU's stream their copies would wait until pictures are traced
         for writer, payload in zip(self._requests.writers, handed, strict=True):
             self._output.write(writer, payload, frames, self._requests, self._moment)
         if (tap := current().tap) is not None:
@@ -136,9 +136,7 @@ class Capture:
         self._exposure, self._later = Exposure(self._requests, number, self._camera_reader()), None
         self.expose(mode)
         if self._requests.annotators:
-            frames = self._frames(number, seconds)
-            self._begin_pictures()
-            _compute(frames)
+            _compute(self._frames(number, seconds))
 
     def _remember(self, frames: Mapping[str, Frame]) -> None:
         """Keep the points that pictures show, for annotators that follow them in later captures."""

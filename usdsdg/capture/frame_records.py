@@ -73,7 +73,7 @@ class FrameRecords:
         self._stages: dict[tuple[int, str], BaseBackend] = {}
 
     def fetch(self, writer: Writer, frames: Mapping[str, Frame]) -> None:
-        """Copy what the record of a writer's frames needs from a device, before it is told to do more."""
+        """Copy the AOVs that the record of a writer's frames needs from the GPU; `write` finds them on the host."""
         if is_on() and sink_of(writer) is not None:
             for frame in frames.values():
                 frame.hosted()

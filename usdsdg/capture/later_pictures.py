@@ -1,7 +1,7 @@
 """Color images that get their pixels while the next frame is evaluated and simulated, where only files will show them.
 
-On CPUs another thread traces them. A GPU is told to trace them when all that annotators need has been fetched from it,
-since it does what it is told in turn, and copies them to the host when it has.
+On CPUs another thread traces them. On a GPU their kernels are launched after the annotators' data have been copied to
+the host, because launches and copies of one stream run in order; a copy to page-locked memory follows them.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class CopiedPictures:
         self.tracing = Arrival({path: landing.copy for path, landing in self._landings.items()}, None)
 
     def begin(self) -> None:
-        """Tell the device to trace and copy."""
+        """Launch the kernels that trace the images, and the copies to the host."""
         for step in self._steps:
             step.run()
         for path, landing in self._landings.items():
@@ -112,7 +112,7 @@ class CopiedPictures:
 class LaterPictures:
     """The color images of one frame's products, by path. They have no pixels until `tracing` has ended.
 
-    They have begun when this is made: another thread has a core while annotators are computed.
+    The thread that traces them starts when this is made, beside the annotators.
     """
 
     def __init__(self, exposure: Exposure, mode: RenderMode, views: Mapping[str, CameraView | TiledView]) -> None:
@@ -125,7 +125,7 @@ class LaterPictures:
         self.tracing: Later = engines.renderer().later(self._trace)
 
     def begin(self) -> None:
-        """Do nothing; see the class."""
+        """Do nothing: the thread has started."""
 
     def _trace(self) -> None:
         for step in self._steps:

@@ -13,6 +13,7 @@ from usdsdg.calibration.calibration import author_calibration
 from usdsdg.calibration.files import read_calibration, read_rig
 from usdsdg.calibration.rig import author_mount
 from usdsdg.create.objects import apply_common_arguments, new_object, new_xform
+from usdsdg.create.render_products import STEREO_SIDES
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.session.stage_context import current_stage
@@ -153,8 +154,8 @@ def stereo_camera(
     pairs, cameras = [], []
     for _ in range(count_of(count)):
         pairs.append(new_xform("StereoCam", parent))
-        for side, shift in (("L", -half), ("R", half)):
-            made = _camera_at(stage, f"{pairs[-1].GetPath()}/{name or 'StereoCam'}_{side}")
+        for side, shift in zip(STEREO_SIDES, (-half, half)):
+            made = _camera_at(stage, f"{pairs[-1].GetPath()}/{name or 'StereoCam'}{side}")
             author_pose(made, translate=right * shift)
             cameras.append(made)
     return _with_arguments("OgnCreateStereoCamera", pairs, cameras, arguments)

@@ -58,7 +58,7 @@ def render_product(
         ArgumentError: the number of names differs from the number of cameras.
     """
     size = _size("resolution", resolution)
-    cameras = [each for path in prim_paths(camera) for each in stereo_pair(path) or [camera_below(path)]]
+    cameras = [each for path in prim_paths(camera) for each in _cameras_of(path)]
     names = name if isinstance(name, (list, tuple)) else [name] * len(cameras)
     if not cameras:
         raise BadPrim(f"render_product: camera is {camera!r}; give at least one. {_known_cameras().capitalize()}")
@@ -94,7 +94,7 @@ def render_product_tiled(
         BadPrim: there are no cameras, or one is not on the stage.
     """
     tile = _size("tile_resolution", tile_resolution)
-    paths = tuple(each for path in prim_paths(cameras) for each in stereo_pair(path) or [camera_below(path)])
+    paths = tuple(each for path in prim_paths(cameras) for each in _cameras_of(path))
     if not paths:
         raise BadPrim(f"render_product_tiled: no cameras were given; {_known_cameras()}")
     columns = math.ceil(math.sqrt(len(paths)))
@@ -130,7 +130,12 @@ def camera_below(path: str) -> str:
     raise BadPrim(f"render_product: {path} is a {kind} without a camera in it; {_known_cameras()}")
 
 
-def stereo_pair(path: str) -> list[str]:
+def _cameras_of(path: str) -> list[str]:
+    """Return the paths of both cameras of a stereo pair, else of `camera_below`, whose errors it raises."""
+    return _stereo_pair(path) or [camera_below(path)]
+
+
+def _stereo_pair(path: str) -> list[str]:
     """Return the paths of the left and the right camera of a prim as `create.stereo_camera` makes it; [] for others."""
     prim = current_stage().GetPrimAtPath(path)
     cameras = [each for each in prim.GetChildren() if each.IsA(UsdGeom.Camera)] if prim else []

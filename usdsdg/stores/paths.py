@@ -9,6 +9,10 @@ from usdsdg.operating_system import IS_WINDOWS
 
 _DRIVE = re.compile(r"[A-Za-z]:")
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
+# (folder, parent of a file) -> device and inode of the parent when it was found to be below the folder: resolving the
+# symbolic links of a path takes longer than writing a small file.
+_inside: dict[tuple[Path, Path], tuple[int, int]] = {}
+_MOST_INSIDE = 10_000  # entries of it
 
 
 def checked_path(path: str | os.PathLike, where: str) -> str:
@@ -44,19 +48,13 @@ def path_below(folder: Path, path: str | os.PathLike) -> Path:
     parent = _identity(file.parent)
     if parent is None or _inside.get((folder, file.parent)) != parent:
         _check_inside(folder, file.parent)
-        if parent is not None and len(_inside) < _MOST:
+        if parent is not None and len(_inside) < _MOST_INSIDE:
             _inside[folder, file.parent] = parent
     return file
 
 
-# Folders that were found to be inside of others, as the file system knows them: following the links of all parts of a
-# path takes longer than writing a small file.
-_inside: dict[tuple[Path, Path], tuple[int, int]] = {}
-_MOST = 10_000
-
-
 def _identity(folder: Path) -> tuple[int, int] | None:
-    """Return what tells a folder from all others, wherever links to it are; None if there is none, or it is unknown."""
+    """Return device and inode of a folder, links followed; None if there is no folder, or no inode numbers."""
     try:
         found = os.stat(folder)
     except OSError:

@@ -101,7 +101,7 @@ def _write(part: Path, chunks: Iterable[bytes | memoryview]) -> None:
 
 
 def _opened(part: Path) -> IO[bytes]:
-    """Open a new file, and make its folder if there is none, which costs a file in a folder nothing."""
+    """Open a new file; only where its folder is missing, make that first."""
     try:
         return open(part, "wb")
     except FileNotFoundError:

@@ -67,10 +67,7 @@ def push(
 
 
 def masses(prims: Sequence[Usd.Prim]) -> np.ndarray:
-    """Return the masses (N, 1), float32: of bodies that are simulated those of the simulation, else the authored ones.
-
-    They are 0 where none is authored and nothing is simulated.
-    """
+    """Return the authored masses (N, 1), float32; of simulated bodies without one, that of the simulation, else 0."""
     values = read(prims, UsdPhysics.MassAPI, UsdPhysics.MassAPI.GetMassAttr, 0.0)
     if is_simulating():
         simulated = set(engines.physics().rigid_bodies)

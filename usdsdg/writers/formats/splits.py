@@ -8,7 +8,7 @@ from numbers import Real
 
 from usdsdg.errors import WriterError
 
-# Of names of parts: what leaves the folder or is no name of a file, and what makes a file hidden.
+# Names of parts become names of files and folders: no separators and control characters, and no hidden files.
 _UNFIT = re.compile(r"^\.|[/\\\x00-\x1f\x7f]|^$")
 
 
