@@ -41,6 +41,8 @@ class PosedPrim:
 
     def set_vectors(self, name: str, vectors: Array) -> None:
         """Set the op `xformOp:<name>` to (worlds, 3) numbers."""
+        if name == "translate" and next(iter(self._ops), None) != "xformOp:translate":
+            self._refuse("a translation that is applied last")
         self._set(f"xformOp:{name}", np.broadcast_to(vectors, (self._values.count, 3)))
 
     def set_rotation(self, degrees: Array) -> None:

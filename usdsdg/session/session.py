@@ -180,9 +180,7 @@ class Session:
         self.timeline.reset()
         if self.has_viewport:
             _imported("usdsdg.stage.cameras.viewport_cameras:author")(stage)
-        if stage.HasAuthoredTimeCodeRange():
-            rate = stage.GetTimeCodesPerSecond()
-            self.timeline.set_animation_range(stage.GetStartTimeCode() / rate, stage.GetEndTimeCode() / rate, rate)
+        self.timeline.begin_stage(stage)
         for part in self._made("engines", "graph", "live", "omnigraph", "class_tables"):
             part.reset()
         self.render_products.clear()

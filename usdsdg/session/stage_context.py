@@ -1,6 +1,5 @@
 """The current stage: create, open and save it, and look stages up by id."""
 
-import math
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -8,7 +7,7 @@ from pathlib import Path
 from pxr import Sdf, Tf, Usd, UsdUtils
 
 from usdsdg import errors
-from usdsdg.session import new_stages
+from usdsdg.session import new_stages, stage_times
 from usdsdg.session.new_stages import NewStage
 from usdsdg.session.session import current
 from usdsdg.stage import assets, flatten, schemas
@@ -90,17 +89,9 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
         stage = Usd.Stage.Open(layer)
     except Tf.ErrorException as failure:
         raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {reason(failure)}") from failure
-    _check_times(stage, file)
+    stage_times.of_stage(stage)  # or the stage before it were gone
     assets.redirect(stage)
     return set_stage(stage)
-
-
-def _check_times(stage: Usd.Stage, file: str) -> None:
-    rate, codes = stage.GetTimeCodesPerSecond(), (stage.GetStartTimeCode(), stage.GetEndTimeCode())
-    if not (math.isfinite(rate) and rate > 0.0):
-        raise errors.BadValue(f"{file}: timeCodesPerSecond {rate} is not a finite number > 0. Author one.")
-    if not all(map(math.isfinite, codes)):
-        raise errors.BadValue(f"{file}: startTimeCode and endTimeCode {codes} are not finite. Author finite numbers.")
 
 
 def set_stage(stage: Usd.Stage) -> Usd.Stage:

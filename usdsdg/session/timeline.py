@@ -1,14 +1,18 @@
 """The timeline: play, pause, stop and time, with the interface of `omni.timeline`. Times are in seconds."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 from pxr import Usd
 
-from usdsdg.errors import Unsupported
+from usdsdg.errors import BadValue, Unsupported
+from usdsdg.session import stage_times
 from usdsdg.session.session import current
+from usdsdg.session.stage_times import StageTimes
 
-DEFAULT_END_TIME = 100 / 60
+DEFAULT_RATE = 60.0
+DEFAULT_END_TIME = 100 / DEFAULT_RATE
 
 
 class Timeline:
@@ -16,6 +20,9 @@ class Timeline:
 
     Commands take effect at once, so `commit` does nothing. A looping timeline wraps to its start; one that does not
     loop pauses at its end.
+
+    Rate and range follow what a script authors on the current stage (`timeCodesPerSecond`, `startTimeCode`,
+    `endTimeCode`), and the rate that is set here is authored there, as in Kit. A range that is set here is not.
     """
 
     def __init__(self) -> None:
@@ -28,7 +35,9 @@ class Timeline:
         self._held = False
         self._looped = 0.0  # seconds subtracted by loops
         self.latest_advance = 0.0  # seconds of the latest `advance`
-        self.time_codes_per_second = 60.0
+        self._rate = DEFAULT_RATE  # time codes per second
+        self._range_is_authored = False  # else a script set it, or it is the default
+        self._stage_times: StageTimes | None = None  # those that rate and range have followed
         self._listeners: list[Callable[[str], None]] = []
 
     # --- state ---
@@ -46,9 +55,11 @@ class Timeline:
         return self._time + self._looped
 
     def get_start_time(self) -> float:
+        self._follow_stage()
         return self._start
 
     def get_end_time(self) -> float:
+        self._follow_stage()
         return self._end
 
     def is_looping(self) -> bool:
@@ -58,7 +69,13 @@ class Timeline:
         return self._auto_update
 
     def get_time_codes_per_seconds(self) -> float:
-        return self.time_codes_per_second
+        """Return the rate that time codes and app updates have [1/s].
+
+        Raises:
+            BadValue: a script authored one that is not above 0 on the stage.
+        """
+        self._follow_stage()
+        return self._rate
 
     get_time_codes_per_second = get_time_codes_per_seconds
 
@@ -80,17 +97,17 @@ class Timeline:
         self._held = False
         if not self._stopped:
             self._playing, self._stopped = False, True
-            self.set_current_time(self._start)
+            self.set_current_time(self.get_start_time())
             self._notify("stop")
 
     def set_current_time(self, seconds: float) -> None:
         self._time, self._looped = float(seconds), 0.0
 
     def set_start_time(self, seconds: float) -> None:
-        self._start = float(seconds)
+        self._set_range(float(seconds), self.get_end_time())
 
     def set_end_time(self, seconds: float) -> None:
-        self._end = float(seconds)
+        self._set_range(self.get_start_time(), float(seconds))
 
     def set_looping(self, looping: bool) -> None:
         self._looping = bool(looping)
@@ -100,7 +117,19 @@ class Timeline:
         self._auto_update = bool(auto_update)
 
     def set_time_codes_per_second(self, rate: float) -> None:
-        self.time_codes_per_second = float(rate)
+        """Set the rate of time codes and app updates [1/s], here and on the stage; the range stays in seconds.
+
+        Raises:
+            BadValue: the rate is not a finite number above 0.
+        """
+        rate = float(rate)
+        if not (math.isfinite(rate) and rate > 0.0):
+            raise BadValue(f"timeline.set_time_codes_per_second({rate}): expected a finite number > 0")
+        self._follow_stage()
+        self._rate, stage = rate, current().stage
+        if stage is not None:
+            stage_times.set_rate(stage, rate)
+            self._stage_times = stage_times.of_stage(stage)
 
     set_target_framerate = set_time_codes_per_second
 
@@ -128,10 +157,10 @@ class Timeline:
         return current().event_streams.timeline
 
     def forward_one_frame(self) -> None:
-        self.advance(1.0 / self.time_codes_per_second)
+        self.advance(1.0 / self.get_time_codes_per_seconds())
 
     def rewind_one_frame(self) -> None:
-        self._time = max(self._start, self._time - 1.0 / self.time_codes_per_second)
+        self._time = max(self.get_start_time(), self._time - 1.0 / self._rate)
 
     # --- driven by the app and the orchestrator ---
     def hold(self) -> None:
@@ -147,6 +176,7 @@ class Timeline:
 
     def advance(self, seconds: float) -> None:
         """Advance the time by `seconds`; wrap or pause at the end."""
+        self._follow_stage()
         self._time += seconds
         self.latest_advance = seconds
         if self._end > self._start and self._time >= self._end:
@@ -172,19 +202,44 @@ class Timeline:
         for listener in list(self._listeners):
             listener(event)
 
-    def set_animation_range(self, start: float, end: float, time_codes_per_second: float) -> None:
-        """Take the range and rate of an animation from `start` to `end` [s], and go to its start."""
-        self._start, self._end = float(start), float(end)
-        self.time_codes_per_second = float(time_codes_per_second)
-        self.set_current_time(self._start)
+    # --- the stage ---
+    def begin_stage(self, stage: Usd.Stage) -> None:
+        """Take the range and rate of the animation of a stage that has one, and go to its start.
+
+        Raises:
+            BadValue: its time codes are not finite, or their rate is not above 0.
+        """
+        self._stage_times = stage_times.of_stage(stage)
+        if self._stage_times.seconds is not None:
+            self._take(self._stage_times)
+            self.set_current_time(self._start)
+
+    def _follow_stage(self) -> None:
+        """Take the rate and the range that a script has authored since they were looked at."""
+        stage = current().stage
+        if stage is None or self._stage_times is None:
+            return
+        now, before = stage_times.of_stage(stage), self._stage_times
+        if now != before:
+            self._stage_times = now
+            self._take(now, with_range=self._range_is_authored or now[1:] != before[1:])
+
+    def _take(self, authored: StageTimes, with_range: bool = True) -> None:
+        self._rate = authored.rate
+        if with_range and authored.seconds is not None:
+            self._start, self._end = authored.seconds
+            self._range_is_authored = True
+
+    def _set_range(self, start: float, end: float) -> None:
+        self._start, self._end, self._range_is_authored = start, end, False
 
     def reset(self) -> None:
         """Restore the state of a new stage; listeners stay."""
         self.stop()
-        self._start, self._end = 0.0, DEFAULT_END_TIME
+        self._set_range(0.0, DEFAULT_END_TIME)
         self.set_current_time(0.0)
         self._looping, self._auto_update = True, True
-        self.time_codes_per_second = 60.0
+        self._rate, self._stage_times = DEFAULT_RATE, None
 
 
 def get_timeline() -> Timeline:

@@ -43,10 +43,12 @@ def author_pose(
 
     Missing ops are added in the order translate, rotateXYZ (or orient), scale. `rotate_xyz` is in degrees, x
     first. A prim with another rotate order, an orient op or a single matrix gets the same rotation in that form, at
-    that op's precision. Pivots and !resetXformStack! stay.
+    that op's precision. Pivots and !resetXformStack! stay. `translate` is in the parent's space also where ops that
+    are applied after the translate op turn or scale it.
 
     Raises:
-        BadPrim: the prim is not Xformable or cannot be edited (it lies inside an instance).
+        BadPrim: the prim is not Xformable or cannot be edited (it lies inside an instance), or an op that is applied
+            after its translate op scales it to zero.
         ValueError: both `rotate_xyz` and `orient` are given.
     """
     if rotate_xyz is not None and orient is not None:
@@ -73,11 +75,14 @@ def author_world_position(prim: Usd.Prim, point: Vector) -> None:
 
 
 def local_translation(prim: Usd.Prim) -> np.ndarray:
-    """Return the translation (3,) of the translate op [parent's units]; without one, of the local matrix."""
+    """Return the translation (3,) of the translate op [parent's space]; without one, of the local matrix."""
     xformable = UsdGeom.Xformable(prim)
-    op = _Ops(xformable).find(_TYPES.TypeTranslate)
+    ops = _Ops(xformable)
+    op = ops.find(_TYPES.TypeTranslate)
     if op is not None:
-        return np.array(op.Get() or (0.0, 0.0, 0.0), np.float64)
+        value = op.Get() or (0.0, 0.0, 0.0)
+        after = ops.applied_after(op)
+        return np.array(after.Transform(Gf.Vec3d(*value)) if after is not None else value, np.float64)
     return as_array(xformable.GetLocalTransformation())[3, :3]
 
 
@@ -148,11 +153,28 @@ class _Ops:
 
     def set_translate(self, value: Vector) -> None:
         if op := self.find(_TYPES.TypeTranslate):
-            _set(op, value)
+            _set(op, self.translation_for(op, value))
         elif matrix := self.find(_TYPES.TypeTransform):
             matrix.Set(_replaced(matrix, translate=value))
         else:
             self.insert(0, _TYPES.TypeTranslate, value)
+
+    def applied_after(self, op: UsdGeom.XformOp) -> Gf.Matrix4d | None:
+        """Return the matrix of the ops that are applied after one, which are listed before it; None without any."""
+        after = self.ops[: self.ops.index(op)]
+        matrix = Gf.Matrix4d(1.0)
+        for each in after:
+            matrix = each.GetOpTransform(Usd.TimeCode.Default()) * matrix
+        return matrix if after else None
+
+    def translation_for(self, op: UsdGeom.XformOp, point: Vector) -> Vector:
+        """Return the value of a translate op that lands at a point of the parent's space."""
+        after = self.applied_after(op)
+        if after is None:
+            return point
+        if abs(after.GetDeterminant()) < SINGULAR:
+            raise BadPrim(f"{self.xformable.GetPath()} cannot be placed: an op before its translate op scales it to 0")
+        return after.GetInverse().Transform(Gf.Vec3d(*(float(c) for c in point)))
 
     def set_scale(self, value: Vector) -> None:
         if op := self.find(_TYPES.TypeScale):

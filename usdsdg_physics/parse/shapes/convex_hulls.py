@@ -1,13 +1,19 @@
 """Convex hulls of meshes: at most 64 vertices, cached by content, never without volume."""
 
+from __future__ import annotations
+
 import hashlib
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from usdsdg.errors import warn_once
 from usdsdg_physics.parse.shapes.convex_decomposition import Splitting, convex_parts
 from usdsdg_physics.scene.records import Solid
+
+if TYPE_CHECKING:
+    from scipy.spatial import ConvexHull
 
 SPLITTING_LABEL = "splitting meshes into convex parts"
 # Newton's own limit; its narrow phase visits every vertex of a hull in each support query.
@@ -100,20 +106,27 @@ def _hull(points: np.ndarray, prim_path: str) -> Solid:
             f"{_MIN_THICKNESS:.1%} of its size thick. Model it with a thickness to choose another.",
             key=f"flat hull {prim_path}",
         )
-    from scipy.spatial import ConvexHull, QhullError
-
-    # TA counts the points added to the first tetrahedron, farthest first, so that a capped hull keeps its extremes.
-    options = f"Qt TA{MAX_HULL_VERTICES - 4}"
-    try:
-        hull = ConvexHull(thick, qhull_options=options)
-    except QhullError:
-        hull = ConvexHull(thick, qhull_options=f"{options} QJ")
+    thick, hull = _capped(thick)
     triangles = hull.simplices.copy()
     a, b, c = (thick[triangles[:, corner]] for corner in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
     triangles[inward] = triangles[inward][:, ::-1]
     used, renumbered = np.unique(triangles, return_inverse=True)
     return solid(thick[used], renumbered.reshape(triangles.shape))
+
+
+def _capped(points: np.ndarray) -> tuple[np.ndarray, ConvexHull]:
+    """Return points and their hull, which has at most `MAX_HULL_VERTICES` vertices."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    from usdsdg_physics.parse.shapes.hull_vertices import spread_over
+
+    try:
+        kept = spread_over(points[ConvexHull(points, qhull_options="Qt").vertices], MAX_HULL_VERTICES)
+        return kept, ConvexHull(kept, qhull_options="Qt")
+    except QhullError:  # nearly flat in a direction of its own
+        # TA counts the points added to the first tetrahedron; QJ moves points a little.
+        return points, ConvexHull(points, qhull_options=f"Qt TA{MAX_HULL_VERTICES - 4} QJ")
 
 
 def _thickened(points: np.ndarray) -> np.ndarray:

@@ -151,7 +151,6 @@ class SimulationContext:
             raise ValueError(f"rendering_dt {rendering_dt} is negative")
         if rendering_dt == 0:
             raise Unsupported("rendering_dt=0: an app update has a length; call step(render=False) for steps alone")
-        self.stage.SetTimeCodesPerSecond(1.0 / rendering_dt)
         get_timeline().set_time_codes_per_second(1.0 / rendering_dt)
 
     def get_physics_dt(self) -> float:

@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 
 from usdsdg.app.app import get_app
 from usdsdg.compat.carb.eventdispatcher import NEW_FRAME, Observer, get_eventdispatcher
-from usdsdg.session import stage_context
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
 
@@ -59,7 +58,6 @@ class RenderingManager:
         """
         if dt <= 0:
             raise ValueError(f"an app update of {dt} s is not longer than 0")
-        stage_context.current_stage().SetTimeCodesPerSecond(1.0 / dt)
         get_timeline().set_time_codes_per_second(1.0 / dt)
 
     @classmethod
