@@ -104,6 +104,33 @@ def test_invalid_omnipbr_arguments_raise_errors(stage):
         rep.create.mdl_from_json({})
 
 
+@pytest.mark.parametrize(
+    ("up_axis", "arguments", "ahead", "upward"),
+    [
+        # Replicator's own tests have these rotations and targets.
+        ("Z", {}, (-1, 0, 0), (0, 0, 1)),
+        ("Z", {"rotation": (0, 0, -90)}, (0, 1, 0), (0, 0, 1)),
+        ("Z", {"rotation": (0, -90, 0)}, (0, 0, -1), (-1, 0, 0)),
+        ("Z", {"position": (0, 0, 500), "look_at": (0, 0, 100)}, (0, 0, -1), (-1, 0, 0)),
+        ("Y", {}, (0, 0, -1), (0, 1, 0)),
+        ("Y", {"rotation": (0, -90, 0)}, (1, 0, 0), (0, 1, 0)),
+        ("Y", {"position": (0, 500, 0), "look_at": (0, 100, 0)}, (0, -1, 0), (0, 0, -1)),
+    ],
+)
+def test_cameras_look_where_those_of_replicator_do(stage, up_axis, arguments, ahead, upward):
+    UsdGeom.SetStageUpAxis(stage, up_axis)
+    (path,) = rep.create.camera(**arguments).prims
+    axes = read_camera(stage, path, (8, 8)).local_to_world[:3, :3]
+    np.testing.assert_allclose(-axes[2], ahead, atol=1e-6)
+    np.testing.assert_allclose(axes[1], upward, atol=1e-6)
+
+
+def test_the_left_camera_of_a_z_up_stage_is_at_minus_y(stage):
+    rep.create.stereo_camera(0.5, name="eye")
+    left, right = (read_camera(stage, f"/Replicator/StereoCam/eye_{side}", (64, 48)) for side in "LR")
+    np.testing.assert_allclose([left.local_to_world[3, 1], right.local_to_world[3, 1]], [-0.25, 0.25], atol=1e-9)
+
+
 def test_cameras_of_a_stereo_pair_are_parallel_and_a_baseline_apart(stage):
     pair = rep.create.stereo_camera(0.2, position=(1, 2, 3), look_at=(5, 2, 3), focal_length=30)
     assert pair.prims == ("/Replicator/StereoCam",)

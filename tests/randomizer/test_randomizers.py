@@ -192,6 +192,22 @@ def test_textures_are_scaled_rotated_and_projected(stage, images):
     assert "project_uvw" not in inputs
 
 
+@pytest.mark.parametrize(("turns", "found"), [([10, 20, 30], [10, 20, 30]), ([45], [45, 45, 45])])
+def test_lists_of_a_textures_values_are_one_for_all_or_one_for_each(stage, images, turns, found):
+    cubes = rep.create.cube(count=3)
+    rep.randomizer.texture(images[:1], texture_scale=[(0.5, 2)], texture_rotate=turns, input_prims=cubes)
+    evaluate.graph().evaluate()
+    materials = [material_inputs(stage.GetPrimAtPath(path)) for path in cubes.prims]
+    assert [inputs["texture_rotate"] for inputs in materials] == found
+    assert [inputs["texture_scale"] for inputs in materials] == [(0.5, 2)] * 3
+
+
+def test_lists_of_a_textures_values_with_another_length_are_an_error(stage, images):
+    rep.randomizer.texture(images[:1], texture_rotate=[1, 2], input_prims=rep.create.cube(count=3))
+    with pytest.raises(GraphError, match="texture_rotate has 2 values for 3 prims"):
+        evaluate.graph().evaluate()
+
+
 def test_each_mesh_may_get_a_texture(stage, pair, images):
     rep.randomizer.texture(images[:1], per_sub_mesh=True, input_prims=pair)
     evaluate.graph().evaluate()

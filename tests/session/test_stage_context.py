@@ -232,3 +232,14 @@ def test_saving_with_another_extension_is_an_error(tmp_path, name):
     with pytest.raises(Unsupported, match=r"\.usd, \.usda, \.usdc"):
         stage_context.save_stage(tmp_path / name)
     assert os.listdir(tmp_path) == []
+
+
+def test_a_file_that_has_changed_is_read_again(tmp_path):
+    part, whole = tmp_path / "part.usda", tmp_path / "whole.usda"
+    for name in ("One", "Two"):
+        part.write_text(
+            f'#usda 1.0\n(\n    defaultPrim = "{name}"\n)\ndef Xform "{name}" {{\n    def Cube "{name}" {{}}\n}}\n'
+        )
+        whole.write_text(f'#usda 1.0\ndef Xform "{name}" (references = @./part.usda@) {{\n}}\n')
+        stage = stage_context.open_stage(whole)
+        assert [str(prim.GetPath()) for prim in stage.Traverse()] == [f"/{name}", f"/{name}/{name}"]

@@ -13,6 +13,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.geometry.point_ids import point_numbers
 from usdsdg.stage.poses.transforms import as_array
 
 
@@ -81,9 +82,9 @@ def _points_of(stage: Usd.Stage, path: Sdf.Path, prototype: Sdf.Path) -> list[in
     """Return the ids of the points of an instancer that draw a prototype."""
     instancer = UsdGeom.PointInstancer(stage.GetPrimAtPath(path))
     place = list(instancer.GetPrototypesRel().GetForwardedTargets()).index(prototype)
-    drawn, ids = instancer.GetProtoIndicesAttr().Get() or (), instancer.GetIdsAttr().Get()
-    ids = ids if ids is not None and len(ids) == len(drawn) else range(len(drawn))
-    return [int(point) for point, index in zip(ids, drawn) if index == place]
+    drawn = instancer.GetProtoIndicesAttr().Get() or ()
+    numbers = point_numbers(instancer, len(drawn), Usd.TimeCode.Default())
+    return [point for point, index in zip(numbers, drawn) if index == place]
 
 
 def _depth(path: Sdf.Path, instancers: list[tuple[Sdf.Path, Sdf.Path]], seen: set[Sdf.Path]) -> int:
@@ -163,6 +164,5 @@ class PointFrames:
         matrices = instancer.ComputeInstanceTransformsAtTime(
             time, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
         )
-        ids = instancer.GetIdsAttr().Get(time)
-        ids = ids if ids is not None and len(ids) == len(matrices) else range(len(matrices))
-        return {int(point): as_array(matrix) for point, matrix in zip(ids, matrices)}
+        numbers = point_numbers(instancer, len(matrices), time)
+        return {point: as_array(matrix) for point, matrix in zip(numbers, matrices)}

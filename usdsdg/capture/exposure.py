@@ -14,6 +14,7 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.session.timeline import stage_time
 from usdsdg.stage.cameras.camera_reader import CameraReader
 from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg.stage.cameras.ignored_attributes import warn_of_exposure
 from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg_render.settings import LIGHT_AOVS
 
@@ -102,6 +103,8 @@ class Exposure:
             if not needs.path_tracing:
                 continue
             views = views_of(view_of(product, self._cameras, renderer.time))
+            for view in views:
+                warn_of_exposure(view.prim_path, view.attributes)
             if product.path not in self._films:
                 self._films[product.path] = [renderer.new_film(view.width, view.height) for view in views]
             batch = batches.setdefault(not needs.aovs.isdisjoint(LIGHT_AOVS), [])

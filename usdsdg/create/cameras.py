@@ -39,7 +39,7 @@ def camera(
 ) -> ReplicatorItem:  # fmt: skip
     """Create cameras. Focal length and apertures are in tenths of a stage unit, distances in stage units.
 
-    In a Z-up stage the camera looks along its object's +X with +Z up, as in Replicator: the child prim has a fixed
+    In a Z-up stage the camera looks along its object's -X with +Z up, as in Replicator: the child prim has a fixed
     rotation for this.
 
     Args:
@@ -149,8 +149,8 @@ def stereo_camera(
     except (TypeError, ValueError):
         raise ArgumentError(f"stereo_baseline is {stereo_baseline!r}; expected a number") from None
     stage = current_stage()
-    # The image's right is +X of the child camera: -Y of the object in a Z-up stage.
-    right = Gf.Vec3d(0, -1, 0) if transforms.up_axis(stage) == "Z" else Gf.Vec3d(1, 0, 0)
+    # The image's right is +X of the child camera: +Y of the object in a Z-up stage.
+    right = Gf.Vec3d(0, 1, 0) if transforms.up_axis(stage) == "Z" else Gf.Vec3d(1, 0, 0)
     pairs, cameras = [], []
     for _ in range(count_of(count)):
         pairs.append(new_xform("StereoCam", parent))
@@ -164,7 +164,7 @@ def stereo_camera(
 def _camera_at(stage: Usd.Stage, path: str) -> Usd.Prim:
     made = UsdGeom.Camera.Define(stage, path)
     if transforms.up_axis(stage) == "Z":
-        made.AddRotateXYZOp().Set(Gf.Vec3f(90, 0, -90))
+        made.AddRotateXYZOp().Set(Gf.Vec3f(90, 0, 90))
     return made.GetPrim()
 
 

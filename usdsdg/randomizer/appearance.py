@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
 from usdsdg.distribution import Distribution, draw_column, is_vector, one_of
-from usdsdg.errors import AssetNotFound
+from usdsdg.errors import AssetNotFound, GraphError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
@@ -48,8 +48,9 @@ def texture(
 
     Args:
         textures: images to choose from, files or URLs below the assets root, or a distribution over these.
-        texture_scale: repetitions along u and v, or one for both.
-        texture_rotate: degrees.
+        texture_scale: repetitions along u and v, or one for both; or a list of such values, one for all prims or one
+            for each.
+        texture_rotate: degrees, or a list of one for all prims or one for each.
         per_sub_mesh: bind a material to each mesh below the prim.
         project_uvw: project the texture along the axes of the object instead of using its UVs.
         seed: replaces the global seed.
@@ -57,6 +58,7 @@ def texture(
     Raises:
         AssetNotFound: an image does not exist; the message names near misses.
         ArgumentError: `seed` is not an integer, or `textures` is a distribution with another seed.
+        GraphError: at execution, a list has neither one value nor one for each prim.
     """
     drawn = one_of(textures, seed)
     for path in drawn.node.inputs.get("choices") or []:
@@ -83,7 +85,7 @@ def _material_node(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_
 @action("OgnTexture")
 @action("OgnColor")
 def _write_materials(node: Node, execution: int) -> None:
-    drawn = {name: draw_column(value, node, execution, name) for name, value in node.inputs.items() if name in _INPUTS}
+    drawn = {name: _column(name, value, node, execution) for name, value in node.inputs.items() if name in _INPUTS}
     shaders: dict[str, UsdShade.Shader] = node.state.setdefault("shaders", {})
     if _write_colors(node, shaders, drawn):
         return
@@ -93,6 +95,24 @@ def _write_materials(node: Node, execution: int) -> None:
                 if target not in shaders:
                     shaders[target] = _existing_shader(target) or _new_shader(target)
                 _write_inputs(shaders[target], {name: column[index] for name, column in drawn.items()})
+
+
+def _column(name: str, value: Any, node: Node, execution: int) -> Any:
+    """Return a value of an input for each prim. A list of a texture's values has one for all prims or one for each."""
+    single = 0 if name == "texture_rotate" else 1  # depth of lists in one value
+    if name not in ("texture_scale", "texture_rotate") or _depth(value) <= single:
+        return draw_column(value, node, execution, name)
+    if len(value) not in (1, len(node.prims)):
+        raise GraphError(
+            f"randomizer.texture: {name} has {len(value)} values for {len(node.prims)} prims; give one for all or one "
+            "for each"
+        )
+    return list(value) * len(node.prims) if len(value) == 1 else list(value)
+
+
+def _depth(value: Any) -> int:
+    """Return how many lists or tuples a constant is inside of each other."""
+    return 1 + _depth(value[0]) if isinstance(value, list | tuple) and len(value) else 0
 
 
 def _write_colors(node: Node, shaders: dict[str, UsdShade.Shader], drawn: dict[str, Any]) -> bool:

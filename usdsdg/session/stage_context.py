@@ -67,7 +67,8 @@ def stage_at_start() -> Usd.Stage:
 def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
     """Open a file and make it the current stage; `path` may be a URL under the assets root.
 
-    Unsaved edits from an earlier use of the file in this process are discarded.
+    Unsaved edits from an earlier use of the file in this process are discarded, and files that have changed since are
+    read again.
 
     Raises:
         AssetNotFound: no such file.
@@ -82,16 +83,22 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
         layer = Sdf.Layer.FindOrOpen(file)
         if layer is None:  # an empty file, for which pxr reports no reason
             raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: it is empty or cut off")
-        if layer.dirty:
+        if layer == _root_layer():
             current().timeline.stop()  # or physics would restore its opinions of the discarded layer
-            layer.Reload(force=True)
+        layer.Reload(force=layer.dirty)
         assets.check_neighbors(layer)
         stage = Usd.Stage.Open(layer)
+        stage.Reload()  # sublayers and references that earlier stages have left open
     except Tf.ErrorException as failure:
         raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {reason(failure)}") from failure
     stage_times.of_stage(stage)  # or the stage before it were gone
     assets.redirect(stage)
     return set_stage(stage)
+
+
+def _root_layer() -> Sdf.Layer | None:
+    stage = current().stage
+    return stage.GetRootLayer() if stage is not None else None
 
 
 def set_stage(stage: Usd.Stage) -> Usd.Stage:

@@ -183,10 +183,23 @@ def _normals(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar | None:
 def _uvs(prim: Usd.Prim, time: Usd.TimeCode, uv_name: str) -> Primvar | None:
     names = (uv_name, *UV_NAMES) if uv_name and uv_name not in UV_NAMES[:1] else UV_NAMES
     for name in names:
-        primvar = read_primvar(prim, f"primvars:{name}", time, (2,))
+        primvar = _uv_primvar(prim, f"primvars:{name}", time)
         if primvar is not None:
             return primvar
-    for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues():
-        if str(primvar.GetTypeName()).startswith("texCoord2"):
-            return read_primvar(prim, str(primvar.GetName()), time, (2,))
+    primvars = UsdGeom.PrimvarsAPI(prim)
+    if inherited := primvars.FindPrimvarWithInheritance(names[0]):  # of an ancestor, where it is constant
+        attribute = inherited.GetAttr()
+        return _uv_primvar(attribute.GetPrim(), str(attribute.GetName()), time)
+    for primvar in primvars.GetPrimvarsWithValues():
+        if str(primvar.GetTypeName()).startswith("texCoord"):
+            return _uv_primvar(prim, str(primvar.GetName()), time)
     return None
+
+
+def _uv_primvar(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Primvar | None:
+    """Read texture coordinates of two numbers, or the first two of three."""
+    attribute = prim.GetAttribute(name)
+    if not attribute or not str(attribute.GetTypeName()).startswith("texCoord3"):
+        return read_primvar(prim, name, time, (2,))
+    primvar = read_primvar(prim, name, time, (3,))
+    return primvar and primvar._replace(values=np.ascontiguousarray(primvar.values[:, :2]))

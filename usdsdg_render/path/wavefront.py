@@ -11,16 +11,21 @@ from usdsdg_render.kernels.path.path_memory import FEATURE_WORDS, HIT_WORDS, PAT
 from usdsdg_render.kernels.path.path_state import LightAovs, PathOptions
 from usdsdg_render.scene.structs import SceneTables
 
-# Paths in flight: enough to fill a large GPU, at about 200 bytes each.
-MAX_ACTIVE_PATHS = 1 << 21
+# Paths in flight, at about 200 bytes each. The fewest fill a large GPU; more of them save launches, each of which takes
+# Python longer than the GPU takes for its part of a small image, and may take this share of the device's memory.
+FEWEST_PATHS, MOST_PATHS = 1 << 21, 1 << 24
+BYTES_PER_PATH, MEMORY_SHARE = 200, 1 / 24
+# Index of the argument of the kernels of a segment that is its number.
+SEGMENT = 4
 
 
 class WavefrontTracer:
     """Traces paths on one device in chunks; memory is kept between calls."""
 
-    def __init__(self, device: str, paths: int = MAX_ACTIVE_PATHS) -> None:
+    def __init__(self, device: str, paths: int | None = None) -> None:
+        """`paths`: most of them in flight; None: as many as suit the memory of the device."""
         self.device = device
-        self._max_paths = paths
+        self._max_paths = paths or _paths_for(wp.get_device(device))
         self._wavefront = wavefront.Wavefront()
         self._size = 0
 
@@ -56,14 +61,24 @@ class WavefrontTracer:
         state.first_pixel, state.pixels, state.samples = first_pixel, pixels, samples
         state.counts.zero_()
         self._launch(wavefront.generate_camera_rays, size, options, views, state)
+        bounce = [
+            self._recorded(kernel, size, tables, options, views, state, 0)
+            for kernel in (wavefront.intersect_closest, wavefront.shade, wavefront.intersect_shadow)
+        ]
         for segment in range(segments):
-            self._launch(wavefront.intersect_closest, size, tables, options, views, state, segment)
-            self._launch(wavefront.shade, size, tables, options, views, state, segment)
-            self._launch(wavefront.intersect_shadow, size, tables, options, views, state, segment)
+            for launch in bounce:
+                launch.set_param_at_index(SEGMENT, segment)
+                launch.launch()
         self._launch(wavefront.update_film, pixels, options, views, state, films)
 
     def _launch(self, kernel: Any, size: int, *inputs: Any) -> None:
         wp.launch(kernel, dim=size, inputs=inputs, device=self.device, block_dim=wavefront.BLOCK)
+
+    def _recorded(self, kernel: Any, size: int, *inputs: Any) -> wp.Launch:
+        """Return a launch that has not been made, whose arguments are converted once for all segments of paths."""
+        return wp.launch(
+            kernel, dim=size, inputs=inputs, device=self.device, block_dim=wavefront.BLOCK, record_cmd=True
+        )
 
     def _allocate(self, size: int, options: PathOptions, segments: int) -> None:
         """Allocate memory for that many paths, with features and light AOVs if the film has them."""
@@ -87,6 +102,12 @@ class WavefrontTracer:
             state.features = empty(wp.vec4, shape)
         if _length(state.counts) < 2 * segments + 1:
             state.counts = empty(wp.int32, 2 * segments + 1)
+
+
+def _paths_for(device: wp.Device) -> int:
+    """Return how many paths are in flight at most on a device."""
+    affordable = int(MEMORY_SHARE * device.total_memory / BYTES_PER_PATH) if device.is_cuda else 0
+    return min(max(affordable, FEWEST_PATHS), MOST_PATHS)
 
 
 def _length(array: wp.array | None) -> int:

@@ -169,10 +169,12 @@ def _resolved(gprim: Gprim, time: Usd.TimeCode, material: Material | None) -> An
 
 
 def _warn_of_missing_uvs(prim: Usd.Prim) -> None:
-    errors.warn_once(
-        f"{prim.GetPath()}: its material has textures but the mesh no texture coordinates, so they show one texel. "
-        f"Author primvars:st."
-    )
+    st = prim.GetAttribute("primvars:st")
+    if st and not st.GetMetadata("interpolation") and len(st.Get() or ()) > 1:
+        why = "primvars:st has no interpolation, so one value counts for the whole mesh. Author vertex or faceVarying"
+    else:
+        why = "the mesh has no texture coordinates. Author primvars:st"
+    errors.warn_once(f"{prim.GetPath()}: its material has textures, but they show one texel: {why}.")
 
 
 def _warn_of_mean_color(prim: Usd.Prim) -> None:

@@ -34,8 +34,9 @@ def as_array(attribute: Usd.Attribute, value: object, tail: tuple[int, ...]) -> 
     kinds = "iu" if str(attribute.GetTypeName()).startswith("int") else "fiu"
     if array.ndim == 1 + len(tail) and array.shape[1:] == tail and array.dtype.kind in kinds:
         return array
+    expected = f"rows of {tail[0]} numbers" if tail else "numbers"
     errors.warn_once(
-        f"{attribute.GetPath()}: the value is a {type(value).__name__}, not an array of the declared "
-        f"{attribute.GetTypeName()}; it is ignored. Correct its type."
+        f"{attribute.GetPath()}: the value is a {type(value).__name__}, declared as {attribute.GetTypeName()}; an "
+        f"array of {expected} is read here, so it is ignored. Correct its type."
     )
     return None

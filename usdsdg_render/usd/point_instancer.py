@@ -7,6 +7,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
+from usdsdg.stage.geometry.point_ids import point_numbers
 from usdsdg_render.usd import prim_kinds
 from usdsdg_render.usd.authored_values import as_array
 from usdsdg_render.usd.prim_kinds import is_invisible, is_material_subset, kind_of, purpose_of, warn_unsupported
@@ -17,7 +18,6 @@ PER_POINT = ("positions", "scales", "orientations", "orientationsf")
 # Shape of one value of each array.
 ROW_SHAPES = {
     "protoIndices": (),
-    "ids": (),
     "positions": (3,),
     "scales": (3,),
     "orientations": (4,),
@@ -56,8 +56,7 @@ def expand(
     _warn_of_point_colors(instancer)
     prototypes = _prototypes(schema, time, roots, (*outer, instancer.GetPath()))
     matrices, mask = _matrices(schema, time)
-    ids = _per_point(instancer, "ids", time)
-    numbers = ids.tolist() if ids is not None and len(ids) == len(indices) else range(len(indices))
+    numbers = point_numbers(schema, len(indices), time)
     if (bad := (indices < 0) | (indices >= len(prototypes))).any():
         errors.warn_once(
             f"{instancer.GetPath()}: {int(bad.sum())} protoIndices lie outside its {len(prototypes)} prototypes; "

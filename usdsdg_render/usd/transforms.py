@@ -7,6 +7,7 @@ import numpy as np
 from pxr import Gf, Tf, Usd, UsdGeom, Vt
 
 from usdsdg import errors
+from usdsdg.stage.usd_errors import reason
 from usdsdg_render.usd.world_transforms import Levels, WorldTransforms, matrix_product
 
 
@@ -71,7 +72,10 @@ def local_matrix(cache: UsdGeom.XformCache, prim: Usd.Prim, sampled: bool) -> tu
     try:
         matrix, resets = cache.GetLocalTransformation(prim)
     except Tf.ErrorException as failure:
-        errors.warn_once(f"{prim.GetPath()}: its xformOps cannot be read. Correct xformOpOrder and its ops. {failure}")
+        cache.Clear()  # else it would give a matrix without the ops that it rejected, when it is asked again
+        errors.warn_once(
+            f"{prim.GetPath()}: its xformOps cannot be read: {reason(failure)}. Correct xformOpOrder and its ops."
+        )
         return Gf.Matrix4d(*[math.nan] * 16), False
     if sampled:
         xformable = UsdGeom.Xformable(prim)
@@ -90,5 +94,5 @@ def local_matrices(
         try:
             return list(map(cache.GetLocalTransformation, prims))
         except Tf.ErrorException:  # one of them is broken: find it below
-            pass
+            cache.Clear()
     return [local_matrix(cache, prim, sampled) for prim in prims]

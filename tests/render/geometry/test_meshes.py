@@ -218,6 +218,31 @@ def test_the_uv_set_is_the_one_the_material_asks_for():
     assert (prototype_of(mesh).uvs == 0.75).all(), "any texCoord2f is better than none"
 
 
+def test_uvs_of_an_ancestor_are_inherited_where_they_are_constant():
+    stage = Usd.Stage.CreateInMemory()
+    group = UsdGeom.Xform.Define(stage, "/Group")
+    st = UsdGeom.PrimvarsAPI(group).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "constant")
+    st.Set([Gf.Vec2f(0.875, 0.125)])
+    mesh = UsdGeom.Mesh.Define(stage, "/Group/Mesh")
+    mesh.CreatePointsAttr(SQUARE)
+    mesh.CreateFaceVertexCountsAttr([4])
+    mesh.CreateFaceVertexIndicesAttr(range(4))
+    inherited = UsdGeom.PrimvarsAPI(mesh).FindPrimvarWithInheritance("st").Get()[0]
+    assert (prototype_of(mesh).uvs == inherited).all()
+    st.SetInterpolation("vertex")
+    assert (prototype_of(mesh).uvs == 0).all(), "USD hands down constant primvars alone"
+    UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("map1", Sdf.ValueTypeNames.TexCoord2fArray, "constant").Set([Gf.Vec2f(0.5)])
+    st.SetInterpolation("constant")
+    assert (prototype_of(mesh).uvs == 0.5).all(), "the mesh's own set wins"
+
+
+def test_uvs_of_three_numbers_are_read():
+    _, mesh = make_mesh(SQUARE, [4], range(4))
+    st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord3fArray, "vertex")
+    st.Set([Gf.Vec3f(u, v, 9) for u, v in ((0, 0), (1, 0), (1, 1), (0, 1))])
+    assert {tuple(uv) for uv in prototype_of(mesh).uvs.reshape(-1, 2).tolist()} == {(0, 0), (1, 0), (1, 1), (0, 1)}
+
+
 def test_subsets_give_slots_and_the_rest_comes_last():
     _, mesh = make_mesh(CUBE_POINTS, [4] * 6, CUBE_FACES)
     subsets = [

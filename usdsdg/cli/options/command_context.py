@@ -8,7 +8,7 @@ import os
 import sys
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
@@ -240,10 +240,16 @@ def _plain_warning(message: object, category: type, filename: str, lineno: int, 
         print(f"{filename}:{lineno}: {category.__name__}: {message}", file=sys.stderr)
 
 
-def _repeat_lost_interrupt(unraisable: sys.UnraisableHookArgs) -> None:
-    """Raise a Ctrl-C again shortly after Python has dropped it, which it does inside a `__del__`."""
+def _repeat_lost_interrupt(
+    unraisable: sys.UnraisableHookArgs,
+    pythons_hook: Callable[[sys.UnraisableHookArgs], object] = sys.__unraisablehook__,
+) -> None:
+    """Raise a Ctrl-C again shortly after Python has dropped it, which it does inside a `__del__`.
+
+    `pythons_hook`: an argument, since Python clears its modules, this one and `sys`, before the last `__del__` runs.
+    """
     if unraisable.exc_type is not KeyboardInterrupt:
-        sys.__unraisablehook__(unraisable)
+        pythons_hook(unraisable)
         return
     timer = threading.Timer(REPEAT_SECONDS, _thread.interrupt_main)
     timer.daemon = True

@@ -8,6 +8,7 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg import errors
+from usdsdg.stage.cameras.ignored_attributes import warn_of_clipping_planes
 from usdsdg.stage.cameras.lens import Lens
 from usdsdg.stage.cameras.lens_attributes import LensParameters, read_lens, undocumented_attributes
 from usdsdg.stage.cameras.lenses import LENS_MODELS, LINEAR_PROJECTIONS, make_lens
@@ -206,6 +207,7 @@ def read_camera(
     values = {attribute.GetName(): attribute.Get(time) for attribute in prim.GetAttributes()}
     numbers = {name: _number(prim, name, values[name]) for name in _FIELDS}
     near, far = _range(prim, values["clippingRange"])
+    warn_of_clipping_planes(prim.GetPath(), values)
     projection_type, lens_parameters = read_lens(values)
     if unknown := undocumented_attributes(values):
         errors.warn_once(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import sys
 import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -92,8 +93,8 @@ class Camera(CameraImages, SingleXFormPrim):
         self._elapsed, self._previous_time = 0.0, None
         self._ends: list[Callable[[], None]] = []
 
-    def __del__(self) -> None:
-        if vars(self).get("_ends"):
+    def __del__(self, python_ends: Callable[[], bool] = sys.is_finalizing) -> None:
+        if vars(self).get("_ends") and not python_ends():  # nothing is left of the session then
             self.destroy()
 
     # --- life ---

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -85,8 +86,8 @@ class CameraView(XFormPrim):
         self.camera_resolution = int(camera_resolution[0]), int(camera_resolution[1])
         self._make_product()
 
-    def __del__(self) -> None:
-        if vars(self).get("_product") is not None:
+    def __del__(self, python_ends: Callable[[], bool] = sys.is_finalizing) -> None:
+        if vars(self).get("_product") is not None and not python_ends():  # nothing is left of the session then
             self.destroy()
 
     def destroy(self) -> None:
