@@ -74,7 +74,7 @@ class WavefrontTracer:
     def _launch(self, kernel: Any, size: int, *inputs: Any) -> None:
         wp.launch(kernel, dim=size, inputs=inputs, device=self.device, block_dim=wavefront.BLOCK)
 
-    def _recorded(self, kernel: Any, size: int, *inputs: Any) -> wp.Launch:
+    def _recorded(self, kernel: Any, size: int, *inputs: Any) -> Any:
         """Return a launch that has not been made, whose arguments are converted once for all segments of paths."""
         return wp.launch(
             kernel, dim=size, inputs=inputs, device=self.device, block_dim=wavefront.BLOCK, record_cmd=True
