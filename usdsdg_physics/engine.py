@@ -15,6 +15,7 @@ from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.play import PlaySession, initial_poses
 from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.queries.stage_queries import StageQueries
+from usdsdg_physics.scene.body_masses import BodyMasses
 from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
 from usdsdg_physics.settling import settle
 from usdsdg_physics.world.compile_kernels import Progress
@@ -190,13 +191,13 @@ class NewtonEngine(StageQueries):
         """
         return self._playing("velocities").velocities(bodies)
 
-    def masses(self, bodies: Sequence[str]) -> np.ndarray:
-        """Return the masses (N,) of the bodies at these paths [stage's unit of mass], authored or found from shapes.
+    def mass_properties(self, bodies: Sequence[str]) -> BodyMasses:
+        """Return masses, centers of mass and inertias of the bodies at these paths, authored or found from shapes.
 
         Raises:
             PhysicsError: `play` has not been called, or a path is no rigid body.
         """
-        return self._playing("masses").masses(bodies)
+        return self._playing("mass_properties").mass_properties(bodies)
 
     @property
     def joints(self) -> tuple[str, ...]:

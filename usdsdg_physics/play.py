@@ -21,6 +21,7 @@ from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.queries.triggers import Triggers
+from usdsdg_physics.scene.body_masses import BodyMasses
 from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
 from usdsdg_physics.scene.records import Scene
 from usdsdg_physics.scene.rigid_frames import rigid_pose
@@ -153,15 +154,17 @@ class PlaySession:
         found[:, :3] /= self._units.meters
         return found
 
-    def masses(self, bodies: Sequence[str]) -> np.ndarray:
-        """Return the masses (N,) of bodies; see `NewtonEngine.masses`.
+    def mass_properties(self, bodies: Sequence[str]) -> BodyMasses:
+        """Return the mass properties of bodies.
 
         Raises:
             PhysicsError: a path is no rigid body that is simulated.
         """
-        world = self.current_world()
-        rows = [world.body_index[path] for path in _known(bodies, world)]
-        return np.asarray(world.mass, np.float64)[rows] / self._units.kilograms
+        world, units = self.current_world(), self._units
+        rows = np.array([world.body_index[path] for path in _known(bodies, world)], int)
+        return BodyMasses(
+            world.mass[rows] / units.kilograms, world.center[rows] / units.meters, world.inertia[rows] / units.inertia
+        )
 
     @property
     def joints(self) -> tuple[str, ...]:

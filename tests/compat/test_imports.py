@@ -166,12 +166,15 @@ def test_the_core_of_isaac_sim_4_is_that_of_later_versions():
         from omni.isaac.core.materials.omni_pbr import OmniPBR
         from omni.isaac.core.objects import DynamicCuboid, cuboid
         from omni.isaac.core.prims import RigidPrim, RigidPrimView, XFormPrim
+        from omni.isaac.core.prims.rigid_contact_view import RigidContactView as oldest
         from omni.isaac.core.prims.xform_prim_view import XFormPrimView
+        from omni.isaac.core.sensors import RigidContactView as older
         from omni.isaac.core.simulation_context import SimulationContext
         from omni.isaac.core.utils.rotations import euler_angles_to_quat
         from omni.isaac.core.utils.viewports import set_camera_view
         from omni.isaac.cloner import GridCloner
         from omni.isaac.version import get_version
+        from isaacsim.core.api.sensors.rigid_contact_view import RigidContactView
         from isaacsim.core.simulation_manager.impl.isaac_events import IsaacEvents
         from isaacsim.core.prims import SingleArticulation  # known, and out of scope
         assert World is isaacsim.core.api.World
@@ -180,6 +183,7 @@ def test_the_core_of_isaac_sim_4_is_that_of_later_versions():
         assert RigidPrimView is isaacsim.core.prims.RigidPrim
         assert XFormPrimView is isaacsim.core.prims.XFormPrim
         assert cuboid.DynamicCuboid is DynamicCuboid
+        assert RigidContactView is older is oldest
         """
     )
 

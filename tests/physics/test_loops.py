@@ -33,6 +33,7 @@ def test_a_plate_on_two_rails_is_carried_by_the_drive_of_either(driven, recwarn)
     assert position(stage.GetPrimAtPath("/World/plate")) == pytest.approx([0, 0, 1 + lifted], abs=1e-4)
     assert engine.joint_positions(["/World/left", "/World/right"]) == pytest.approx([lifted] * 2, abs=1e-4)
     assert engine.rigid_bodies == ("/World/plate",)
+    assert engine.mass_properties(["/World/plate"]).mass == pytest.approx([2.0])  # also where the loop is cut
     assert not recwarn
 
 

@@ -28,6 +28,7 @@ ROOTS = ("omni", "carb", "usdrt", "isaacsim")
 WEAK_ROOTS = ("semantics", "Semantics", "video_encoding")
 _OLD_PRIM_MODULES = (
     "xform_prim", "xform_prim_view", "rigid_prim", "rigid_prim_view", "geometry_prim", "geometry_prim_view",
+    "rigid_contact_view",
 )  # fmt: skip
 _WRITERS = "usdsdg.compat.isaacsim.replicator.writers"
 _WRITER_PACKAGES = tuple(

@@ -93,7 +93,7 @@ OUT_OF_SCOPE = (
     ),
     _row(
         "lidar, radar, ultrasonic, contact and inertial sensors are",
-        "The annotator `pointcloud` of a camera gives points, and `omni.physx` contact-free queries.",
+        "The annotator `pointcloud` of a camera gives points, `RigidPrim(track_contact_forces=True)` contact forces.",
         "isaacsim.sensors.rtx isaacsim.sensors.physx isaacsim.sensors.physics isaacsim.sensors.experimental.rtx "
         "isaacsim.sensors.experimental.physics omni.isaac.range_sensor omni.isaac.RangeSensorSchema "
         "omni.isaac.isaac_sensor omni.isaac.IsaacSensorSchema omni.isaac.proximity_sensor "

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from usdsdg.parallel import Later
     from usdsdg.stage.world_values import WorldValues
     from usdsdg_physics.queries.scene_queries import Overlap, RayHit
+    from usdsdg_physics.scene.body_masses import BodyMasses
     from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
     from usdsdg_render.labels.label_batch import LabelBatch
     from usdsdg_render.labels.sight import SurfacePoints
@@ -68,7 +69,7 @@ class PhysicsEngine(Protocol):
     @property
     def rigid_bodies(self) -> tuple[str, ...]: ...
 
-    def masses(self, bodies: Sequence[str]) -> np.ndarray: ...
+    def mass_properties(self, bodies: Sequence[str]) -> BodyMasses: ...
 
     @property
     def joints(self) -> tuple[str, ...]: ...

@@ -60,9 +60,11 @@ class World:
         self.solver = build_solver(built, self.pipeline, capacity=capacity)
         self.solver.restitution_velocity_threshold = scene.bounce_threshold
         self.body_index, self.shape_index = built.body_index, built.shape_index
-        self.mass, self.center = built.mass, built.center
         self._halves = Halves(scene, built.body_index)
         self.bodies = self._halves.bodies
+        # Of whole bodies: kg, m in the body's frame, kg m² about the center of mass.
+        parts = self._halves.parts
+        self.mass, self.center, self.inertia = built.mass * parts, built.center, built.inertia * parts[:, None, None]
         self._inertia_per_mass = built.inertia_per_mass
         self.gravity = np.asarray(scene.gravity, np.float64)
         self._state, self._next = states = self.model.state(), self.model.state()
@@ -95,10 +97,7 @@ class World:
         )
         if any(body.surface for body in bodies):
             self._add_surfaces()
-        parts = self._halves.parts
-        self._forces = SteadyForces(
-            built.body_index, built.mass * parts, built.center, built.inertia * parts[:, None, None]
-        )
+        self._forces = SteadyForces(built.body_index, self.mass, self.center, self.inertia)
         self._forces.set(scene.forces.values())
         self._latest_substeps = 0
 

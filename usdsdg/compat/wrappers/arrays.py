@@ -80,7 +80,9 @@ def as_backend(array: np.ndarray, backend: str, device: str = "cpu") -> np.ndarr
     if backend == "torch":
         import torch  # pyright: ignore[reportMissingImports]
 
-        return torch.from_numpy(np.array(array)).to(device)
+        # torch cannot index with unsigned integers.
+        signed = array.astype(np.int32) if array.dtype == np.uint32 else np.array(array)
+        return torch.from_numpy(signed).to(device)
     raise ValueError(f"there is no backend {backend!r}; give 'numpy', 'torch' or 'warp'")
 
 

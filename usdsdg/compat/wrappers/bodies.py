@@ -15,7 +15,6 @@ from usdsdg.compat.wrappers import poses
 from usdsdg.session import engines
 from usdsdg.stage.physics.rigid_bodies import apply_rigid_body_schemas
 from usdsdg.stage.poses.rotations import matrix_from_quat
-from usdsdg.stage.schemas import physx
 
 
 def make_rigid(prims: Iterable[Usd.Prim]) -> None:
@@ -73,7 +72,7 @@ def masses(prims: Sequence[Usd.Prim]) -> np.ndarray:
         simulated = set(engines.physics().rigid_bodies)
         rows = [row for row, prim in enumerate(prims) if str(prim.GetPath()) in simulated and values[row, 0] == 0.0]
         if rows:
-            values[rows, 0] = engines.physics().masses([str(prims[row].GetPath()) for row in rows])
+            values[rows, 0] = engines.physics().mass_properties([str(prims[row].GetPath()) for row in rows]).mass
     return values
 
 
@@ -89,8 +88,3 @@ def write(prims: Sequence[Usd.Prim], api: Any, attribute: str, values: Sequence[
     """Apply a schema and author one of its attributes, named as in `CreateMassAttr`: "Mass"."""
     for prim, value in zip(prims, values, strict=True):
         getattr(api.Apply(prim), f"Create{attribute}Attr")().Set(value)
-
-
-def contact_tracking(prims: Sequence[Usd.Prim]) -> np.ndarray:
-    """Return which prims report contacts (N, 1)."""
-    return np.array([prim.HasAPI(physx.PhysxContactReportAPI) for prim in prims], bool).reshape(-1, 1)

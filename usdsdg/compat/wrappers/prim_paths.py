@@ -42,6 +42,11 @@ def matching_paths(pattern: str) -> list[str]:
     return [str(prim.GetPath()) for prim in found]
 
 
+def from_wildcards(expression: str) -> str:
+    """Return the regular expression of paths in which "*" and ".*" both stand for any part of a name."""
+    return expression.replace(".*", "*").replace("*", ".*")
+
+
 def split_paths(paths: str | Sequence[str]) -> tuple[list[str], list[str]]:
     """Return (paths of existing prims, paths of prims to create): one of the two lists is empty.
 

@@ -9,7 +9,6 @@ from pxr import Gf, UsdGeom, UsdPhysics
 from usdsdg.compat.isaacsim.core.experimental.objects import Cube
 from usdsdg.compat.isaacsim.core.experimental.prims import Articulation, GeomPrim, Prim, RigidPrim, XformPrim
 from usdsdg.compat.isaacsim.core.simulation_manager import SimulationManager
-from usdsdg.errors import Unsupported
 from usdsdg.stage.physics.ground_plane import add_ground_plane
 
 TURN = (0.5, 0.5, 0.5, 0.5)  # w, x, y, z: x to y, y to z, z to x
@@ -139,8 +138,6 @@ def test_velocities_are_radians_and_masses_are_authored(stage):
     assert bodies.get_masses().numpy().tolist() == [[2], [3]]
     bodies.set_enabled_gravities([True, False])
     assert bodies.get_enabled_gravities().numpy().tolist() == [[True], [False]]
-    with pytest.raises(Unsupported, match="get_net_contact_forces"):
-        bodies.get_net_contact_forces()
 
 
 def test_a_body_falls_lands_and_is_read_and_placed_while_physics_plays(stage):

@@ -9,21 +9,18 @@ import numpy as np
 from pxr import UsdGeom
 
 from usdsdg.compat.isaacsim.core.experimental.prims.geom_prim import GeomPrim
+from usdsdg.compat.isaacsim.core.prims.contact_view import ContactTracker
 from usdsdg.compat.isaacsim.core.prims.xform_prim import XFormPrim
 from usdsdg.compat.wrappers import bindings
 from usdsdg.compat.wrappers.arrays import chosen, column
-from usdsdg.compat.wrappers.unsupported import Refused
-from usdsdg.errors import warn_once
 
 if TYPE_CHECKING:
     from usdsdg.compat.isaacsim.core.api.materials.physics_material import PhysicsMaterial
     from usdsdg.compat.wrappers.arrays import Indices, Values
 
-_CONTACTS = "contact forces are not measured; overlaps are: get_physx_scene_query_interface().overlap_box"
 
-
-class GeometryPrim(XFormPrim):
-    """Gprims as colliders."""
+class GeometryPrim(ContactTracker, XFormPrim):
+    """Gprims as colliders. Contact forces are those of `RigidContactView`."""
 
     def __init__(
         self,
@@ -42,10 +39,15 @@ class GeometryPrim(XFormPrim):
         contact_filter_prim_paths_expr: Sequence[str] | None = None,
         max_contact_count: int = 0,
     ) -> None:
-        """Wrap prims, see `XFormPrim`; contacts are not reported.
+        """Wrap prims, see `XFormPrim`.
 
         Args:
             collisions: Which prims become colliders (N,).
+            track_contact_forces: Whether `get_net_contact_forces` returns forces; so it does with filters.
+            prepare_contact_sensors: Let prims whose contacts are tracked, and filters, report their contacts.
+            disable_stablization: Without effect: contact forces are those that the solver applied.
+            contact_filter_prim_paths_expr: Prims whose contacts are told apart, see `RigidContactView`.
+            max_contact_count: How many contact points are returned at most.
         """
         super().__init__(
             prim_paths_expr, name, positions, translations, orientations, scales, visibilities, reset_xform_properties
@@ -54,8 +56,10 @@ class GeometryPrim(XFormPrim):
         for index, collides in enumerate(column(collisions, self.count) if collisions is not None else ()):
             if collides:
                 self._colliders.apply_collision_apis(indices=index)
-        if track_contact_forces or contact_filter_prim_paths_expr or max_contact_count:
-            warn_once(f"{name}: contacts are not reported, so the arguments about them are ignored")
+        self._track_contacts(
+            prim_paths_expr, name, contact_filter_prim_paths_expr, track=track_contact_forces,
+            prepare=prepare_contact_sensors, max_count=max_contact_count,
+        )  # fmt: skip
 
     @property
     def geoms(self) -> list[UsdGeom.Gprim]:
@@ -131,8 +135,3 @@ class GeometryPrim(XFormPrim):
         wrap = bindings.wrapper_class("api.materials:PhysicsMaterial")
         paths = [bindings.bound(prim, purpose="physics") for prim in self._chosen(indices)]
         return [wrap(path) if path else None for path in paths]
-
-    get_net_contact_forces = Refused("GeometryPrim.get_net_contact_forces", _CONTACTS)
-    get_contact_force_matrix = Refused("GeometryPrim.get_contact_force_matrix", _CONTACTS)
-    get_contact_force_data = Refused("GeometryPrim.get_contact_force_data", _CONTACTS)
-    get_friction_data = Refused("GeometryPrim.get_friction_data", _CONTACTS)

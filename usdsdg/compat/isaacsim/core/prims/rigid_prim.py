@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pxr import UsdPhysics
 
+from usdsdg.compat.isaacsim.core.prims.contact_view import ContactTracker
 from usdsdg.compat.isaacsim.core.prims.xform_prim import XFormPrim
+from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.compat.isaacsim.core.utils.types import DynamicsViewState
-from usdsdg.compat.wrappers import bodies
+from usdsdg.compat.wrappers import bodies, mass_properties
 from usdsdg.compat.wrappers.arrays import as_numpy, chosen, column, rows
-from usdsdg.compat.wrappers.unsupported import Refused
 from usdsdg.errors import warn_once
 from usdsdg.session import body_velocities
 from usdsdg.stage.schemas import physx
@@ -20,12 +21,12 @@ from usdsdg.stage.schemas import physx
 if TYPE_CHECKING:
     from usdsdg.compat.wrappers.arrays import Indices, Values
 
-_CONTACTS = "contact forces are not measured; overlaps are: get_physx_scene_query_interface().overlap_box"
-_MASS = "what physics computes of a body's mass cannot be read or set; author UsdPhysics.MassAPI"
 
+class RigidPrim(ContactTracker, XFormPrim):
+    """Rigid bodies. Velocities are world vectors [stage units/s, rad/s] of the latest physics step.
 
-class RigidPrim(XFormPrim):
-    """Rigid bodies. Velocities are world vectors [stage units/s, rad/s] of the latest physics step."""
+    Contact forces are those of `RigidContactView`.
+    """
 
     def __init__(
         self,
@@ -47,7 +48,15 @@ class RigidPrim(XFormPrim):
         contact_filter_prim_paths_expr: Sequence[str] | None = None,
         max_contact_count: int = 0,
     ) -> None:
-        """Wrap prims, see `XFormPrim`, and make them rigid bodies; contacts are not reported."""
+        """Wrap prims, see `XFormPrim`, and make them rigid bodies.
+
+        Args:
+            track_contact_forces: Whether `get_net_contact_forces` returns forces; so it does with filters.
+            prepare_contact_sensors: Let bodies whose contacts are tracked, and filters, report their contacts.
+            disable_stablization: Without effect: contact forces are those that the solver applied.
+            contact_filter_prim_paths_expr: Prims whose contacts are told apart, see `RigidContactView`.
+            max_contact_count: How many contact points are returned at most.
+        """
         super().__init__(
             prim_paths_expr, name, positions, translations, orientations, scales, visibilities, reset_xform_properties
         )
@@ -62,8 +71,15 @@ class RigidPrim(XFormPrim):
                 self._default_velocities[row] = np.array(rows(values, 3, self.count), np.float32)
         if linear_velocities is not None or angular_velocities is not None:
             bodies.set_velocities(self.prims, *self._default_velocities)
-        if track_contact_forces or contact_filter_prim_paths_expr or max_contact_count:
-            warn_once(f"{name}: contacts are not reported, so the arguments about them are ignored")
+        self._track_contacts(
+            prim_paths_expr, name, contact_filter_prim_paths_expr, track=track_contact_forces,
+            prepare=prepare_contact_sensors, max_count=max_contact_count,
+        )  # fmt: skip
+
+    @property
+    def num_shapes(self) -> int:
+        """How many colliders the body has that has most; a collider of several convex parts counts once."""
+        return mass_properties.num_shapes(self.prims)
 
     def is_physics_handle_valid(self) -> bool:
         """Whether physics simulates."""
@@ -158,6 +174,52 @@ class RigidPrim(XFormPrim):
     def set_densities(self, densities: Values, indices: Indices = None) -> None:
         self._write(UsdPhysics.MassAPI, "Density", densities, indices)
 
+    def get_coms(self, indices: Indices = None, clone: bool = True) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return centers of mass (N, 1, 3) and orientations of the principal axes (N, 1, 4) in the bodies' frames.
+
+        With the backend "warp" they are (N, 3) and (N, 4). None, with a warning, where physics does not play.
+        """
+        if not self._is_simulated("get_coms"):
+            return None
+        found = mass_properties.centers(self._chosen(indices))
+        flat = simulation().backend == "warp"
+        positions, orientations = self._out(*(each if flat else each[:, None] for each in found))
+        return positions, orientations
+
+    def set_coms(
+        self, positions: Values | None = None, orientations: Values | None = None, indices: Indices = None
+    ) -> None:
+        """Set centers of mass (N, 1, 3) and principal axes (N, 1, 4) in the bodies' frames; what is not given stays.
+
+        The moments of inertia stay too. Nothing is set, with a warning, where physics does not play.
+        """
+        if self._is_simulated("set_coms"):
+            prims = self._chosen(indices)
+            moved = None if positions is None else rows(positions, 3, len(prims))
+            turned = None if orientations is None else rows(orientations, 4, len(prims))
+            mass_properties.set_centers(prims, moved, turned)
+
+    def get_inertias(self, indices: Indices = None, clone: bool = True) -> np.ndarray | None:
+        """Return inertias (N, 9) about the centers of mass along the bodies' axes, in the stage's mass · length².
+
+        None, with a warning, where physics does not play.
+        """
+        if not self._is_simulated("get_inertias"):
+            return None
+        return self._out(mass_properties.inertias(self._chosen(indices)))[0]
+
+    def get_inv_inertias(self, indices: Indices = None, clone: bool = True) -> np.ndarray | None:
+        """Return the inverses (N, 9) of the inertias; None, with a warning, where physics does not play."""
+        if not self._is_simulated("get_inv_inertias"):
+            return None
+        return self._out(mass_properties.inertias(self._chosen(indices), inverse=True))[0]
+
+    def set_inertias(self, values: Values, indices: Indices = None) -> None:
+        """Set inertias (N, 9) about the centers of mass; not, with a warning, where physics does not play."""
+        if self._is_simulated("set_inertias"):
+            prims = self._chosen(indices)
+            mass_properties.set_inertias(prims, rows(values, 9, len(prims)))
+
     # --- switches ---
     def get_sleep_thresholds(self, indices: Indices = None) -> np.ndarray:
         """Return the energies per mass (N,) below which bodies may sleep."""
@@ -205,17 +267,11 @@ class RigidPrim(XFormPrim):
         """Return poses in the world and velocities."""
         return DynamicsViewState(*self.get_world_poses(), self.get_linear_velocities(), self.get_angular_velocities())
 
-    # --- what physics here does not give ---
-    num_shapes = Refused("RigidPrim.num_shapes", _MASS)
-    get_coms = Refused("RigidPrim.get_coms", _MASS)
-    set_coms = Refused("RigidPrim.set_coms", _MASS)
-    get_inertias = Refused("RigidPrim.get_inertias", _MASS)
-    get_inv_inertias = Refused("RigidPrim.get_inv_inertias", _MASS)
-    set_inertias = Refused("RigidPrim.set_inertias", _MASS)
-    get_net_contact_forces = Refused("RigidPrim.get_net_contact_forces", _CONTACTS)
-    get_contact_force_matrix = Refused("RigidPrim.get_contact_force_matrix", _CONTACTS)
-    get_contact_force_data = Refused("RigidPrim.get_contact_force_data", _CONTACTS)
-    get_friction_data = Refused("RigidPrim.get_friction_data", _CONTACTS)
+    def _is_simulated(self, caller: str) -> bool:
+        """Whether physics simulates; warn where it does not."""
+        if not bodies.is_simulating():
+            warn_once(f"{self.name}: physics does not play, so {caller} does nothing")
+        return bodies.is_simulating()
 
     def _write(self, api: type, attribute: str, values: Values, indices: Indices) -> None:
         prims = self._chosen(indices)

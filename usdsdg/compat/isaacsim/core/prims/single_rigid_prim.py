@@ -76,6 +76,18 @@ class SingleRigidPrim(SingleXFormPrim):
     def set_mass(self, mass: float) -> None:
         self._bodies.set_masses(mass)
 
+    def get_com(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the center of mass (1, 3) and the orientation of the principal axes (1, 4) in the body's frame.
+
+        None, with a warning, where physics does not play.
+        """
+        found = self._bodies.get_coms()
+        return None if found is None else (found[0][0], found[1][0])
+
+    def set_com(self, position: Values, orientation: Values) -> None:
+        """Set the center of mass (3,) and the orientation of the principal axes (4,): see `RigidPrim.set_coms`."""
+        self._bodies.set_coms(position, orientation)
+
     def get_density(self) -> float:
         return float(self._bodies.get_densities()[0])
 

@@ -49,7 +49,8 @@ class XFormPrim:
         """
         given = [prim_paths_expr] if isinstance(prim_paths_expr, str) else list(prim_paths_expr)
         self._name, self._given = name, given
-        self._prim_paths = [path for each in given for path in prim_paths.matching_paths(_pattern(each))]
+        patterns = [prim_paths.from_wildcards(each) for each in given]
+        self._prim_paths = [path for each in patterns for path in prim_paths.matching_paths(each)]
         if not self._prim_paths:
             raise BadPrim(f"{name}: no prim matches {', '.join(given)}")
         if positions is not None and translations is not None:
@@ -219,11 +220,6 @@ class XFormPrim:
     def _out(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
         state = simulation()
         return tuple(as_backend(array, state.backend, state.device) for array in arrays)
-
-
-def _pattern(expression: str) -> str:
-    """Return the regular expression of paths in which "*" and ".*" both stand for any part of a name."""
-    return expression.replace(".*", "*").replace("*", ".*")
 
 
 def _pose_rows(

@@ -6,5 +6,8 @@ from usdsdg.compat.isaacsim.core.prims import SingleGeometryPrim as GeometryPrim
 from usdsdg.compat.isaacsim.core.prims import SingleRigidPrim as RigidPrim
 from usdsdg.compat.isaacsim.core.prims import SingleXFormPrim as XFormPrim
 from usdsdg.compat.isaacsim.core.prims import XFormPrim as XFormPrimView
+from usdsdg.compat.isaacsim.core.prims.contact_view import RigidContactView
 
-__all__ = ["GeometryPrim", "GeometryPrimView", "RigidPrim", "RigidPrimView", "XFormPrim", "XFormPrimView"]
+__all__ = [
+    "GeometryPrim", "GeometryPrimView", "RigidContactView", "RigidPrim", "RigidPrimView", "XFormPrim", "XFormPrimView",
+]  # fmt: skip

@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pxr import UsdPhysics
 
-from usdsdg.compat.isaacsim.core.experimental.prims.xform_prim import XformPrim
-from usdsdg.compat.wrappers import bodies
+from usdsdg.compat.isaacsim.core.experimental.prims.contact_tracker import ContactTracker
+from usdsdg.compat.wrappers import bodies, mass_properties
 from usdsdg.compat.wrappers.arrays import column, rows
-from usdsdg.compat.wrappers.unsupported import Refused
-from usdsdg.errors import warn_once
 from usdsdg.session import body_velocities
 from usdsdg.stage.schemas import physx
 
@@ -21,11 +19,8 @@ if TYPE_CHECKING:
 
     from usdsdg.compat.wrappers.arrays import Indices, Values
 
-_CONTACTS = "contact forces are not measured; overlaps are: get_physics_scene_query_interface().overlap_box"
-_MASS = "what physics computes of a body's mass cannot be read or set; author UsdPhysics.MassAPI"
 
-
-class RigidPrim(XformPrim):
+class RigidPrim(ContactTracker):
     """Rigid bodies. Poses and velocities are those of the latest physics step, which are on the stage."""
 
     def __init__(
@@ -47,7 +42,9 @@ class RigidPrim(XformPrim):
 
         Args:
             masses: (N, 1); 0 computes them from the densities of the colliders.
-            contact_filter_paths: Ignored, as `max_contact_count`: contact forces are not measured.
+            contact_filter_paths: Prims whose contacts are told apart, paths or patterns, each for all bodies; where
+                there are as many as bodies, one for each. The bodies then report contacts, as with `max_contact_count`.
+            max_contact_count: How many contact points are returned at most.
         """
         super().__init__(
             paths, resolve_paths=resolve_paths, positions=positions, translations=translations,
@@ -58,8 +55,7 @@ class RigidPrim(XformPrim):
             self.set_masses(masses)
         if densities is not None:
             self.set_densities(densities)
-        if contact_filter_paths is not None or max_contact_count:
-            warn_once("RigidPrim: contact_filter_paths and max_contact_count are ignored; contacts are not reported")
+        self._track_contacts(contact_filter_paths or (), max_contact_count)
 
     def is_physics_tensor_entity_valid(self) -> bool:
         """Whether physics simulates."""
@@ -149,6 +145,54 @@ class RigidPrim(XformPrim):
     def set_densities(self, densities: Values, *, indices: Indices = None) -> None:
         self._write(UsdPhysics.MassAPI, "Density", densities, indices)
 
+    def get_coms(self, *, indices: Indices = None) -> tuple[wp.array, wp.array]:
+        """Return centers of mass (N, 3) and orientations of the principal axes (N, 4) in the bodies' frames.
+
+        Raises:
+            AssertionError: physics does not play.
+        """
+        positions, orientations = mass_properties.centers(self._simulated(indices))
+        return self._warp(positions), self._warp(orientations)
+
+    def set_coms(
+        self, positions: Values | None = None, orientations: Values | None = None, *, indices: Indices = None
+    ) -> None:
+        """Set centers of mass (N, 3) and principal axes (N, 4) in the bodies' frames; what is not given stays.
+
+        The moments of inertia stay too.
+
+        Raises:
+            AssertionError: neither is given, or physics does not play.
+        """
+        if positions is None and orientations is None:
+            raise AssertionError("give positions or orientations")
+        prims = self._simulated(indices)
+        moved = None if positions is None else rows(positions, 3, len(prims))
+        turned = None if orientations is None else rows(orientations, 4, len(prims))
+        mass_properties.set_centers(prims, moved, turned)
+
+    def get_inertias(self, *, indices: Indices = None, inverse: bool = False) -> wp.array:
+        """Return inertias (N, 9) about the centers of mass along the bodies' axes, in the stage's mass · length².
+
+        Raises:
+            AssertionError: physics does not play.
+        """
+        return self._warp(mass_properties.inertias(self._simulated(indices), inverse=inverse))
+
+    def set_inertias(self, inertias: Values, *, indices: Indices = None) -> None:
+        """Set inertias (N, 9) about the centers of mass along the bodies' axes.
+
+        Raises:
+            AssertionError: physics does not play.
+        """
+        prims = self._simulated(indices)
+        mass_properties.set_inertias(prims, rows(inertias, 9, len(prims)))
+
+    @property
+    def num_shapes(self) -> int:
+        """How many colliders the body has that has most; a collider of several convex parts counts once."""
+        return mass_properties.num_shapes(self.prims)
+
     # --- switches ---
     def get_sleep_thresholds(self, *, indices: Indices = None) -> wp.array:
         """Return the energies per mass (N, 1) below which bodies may sleep."""
@@ -209,22 +253,6 @@ class RigidPrim(XformPrim):
             self.set_velocities(linear, angular)
         if (linear is None and angular is None) or self._defaults.keys() & {"positions", "orientations"}:
             super().reset_to_default_state(warn_on_non_default_state=warn_on_non_default_state)
-
-    # --- what physics here does not give ---
-    num_shapes = Refused("RigidPrim.num_shapes", _MASS)
-    num_contact_filters = Refused("RigidPrim.num_contact_filters", _CONTACTS)
-    get_coms = Refused("RigidPrim.get_coms", _MASS)
-    set_coms = Refused("RigidPrim.set_coms", _MASS)
-    get_inertias = Refused("RigidPrim.get_inertias", _MASS)
-    set_inertias = Refused("RigidPrim.set_inertias", _MASS)
-    set_enabled_contact_tracking = Refused("RigidPrim.set_enabled_contact_tracking", _CONTACTS)
-    get_enabled_contact_tracking = Refused("RigidPrim.get_enabled_contact_tracking", _CONTACTS)
-    get_net_contact_forces = Refused("RigidPrim.get_net_contact_forces", _CONTACTS)
-    get_contact_force_matrix = Refused("RigidPrim.get_contact_force_matrix", _CONTACTS)
-    get_contact_force_data = Refused("RigidPrim.get_contact_force_data", _CONTACTS)
-    get_friction_data = Refused("RigidPrim.get_friction_data", _CONTACTS)
-    get_raw_contact_data = Refused("RigidPrim.get_raw_contact_data", _CONTACTS)
-    get_actor_paths_from_ids = Refused("RigidPrim.get_actor_paths_from_ids", _CONTACTS)
 
     def _needs_ops(self) -> bool:
         return not bodies.is_simulating()
