@@ -219,8 +219,8 @@ def _on_time(node: Node, limits: _Limits) -> Trigger:
         return True
 
     def blocked() -> str:
-        timeline = get_timeline()
-        if not timeline.is_playing():
+        captures_on_play = get_settings().get_as_bool("/omni/replicator/captureOnPlay")
+        if not get_timeline().is_playing() and not captures_on_play:
             return (
                 f"trigger.on_time {node.name!r} waits for the timeline, which does not play (start_timeline=True "
                 "plays it)"

@@ -149,3 +149,50 @@ def test_a_setting_is_drawn_at_every_firing(writer):
         rep.orchestrator.step()
         values.append(get_settings().get("/rtx/wetness"))
     assert values == [3, 5, 7]
+
+
+def test_steps_play_the_timeline_from_the_second_frame_on(writer):
+    for _ in range(3):
+        rep.orchestrator.step()
+        assert not get_timeline().is_playing()
+    assert writer.times == pytest.approx([0, 1 / 60, 2 / 60])
+    rep.orchestrator.step(delta_time=0.0)
+    assert writer.times[-1] == pytest.approx(2 / 60)
+    rep.orchestrator.wait_until_complete()
+    assert get_timeline().is_stopped()
+    assert get_timeline().get_current_time() == 0.0
+
+
+def test_steps_leave_the_timeline_alone_without_capture_on_play_or_with_auto_update_off(writer):
+    get_timeline().set_auto_update(False)
+    rep.orchestrator.step()
+    rep.orchestrator.step()
+    get_timeline().set_auto_update(True)
+    rep.orchestrator.set_capture_on_play(False)
+    rep.orchestrator.step()
+    assert writer.times == [0.0, 0.0, 0.0]
+    assert get_timeline().is_stopped()
+
+
+def test_a_run_plays_the_timeline_and_stops_it(writer):
+    rep.orchestrator.run_until_complete(num_frames=4)
+    assert writer.times == pytest.approx([0, 1 / 60, 2 / 60, 3 / 60])
+    assert get_timeline().is_stopped()
+    rep.orchestrator.run_until_complete(num_frames=2)
+    assert writer.times[4:] == pytest.approx([0, 1 / 60])
+
+
+def test_bodies_fall_during_a_run(stage):
+    ball = rep.create.sphere(position=(0, 0, 5))
+    with ball:
+        rep.physics.rigid_body()
+    product = rep.create.render_product(rep.create.camera(position=(20, 0, 4), look_at=(0, 0, 4)), (32, 32))
+    boxes = rep.annotators.get("bounding_box_3d").attach(product)
+    rep.modify.semantics([("class", "ball")], input_prims=ball)
+    heights = []
+    rep.orchestrator.get_orchestrator().on_captured(
+        lambda: heights.append(float(boxes.get_data()["data"]["transform"][0, 3, 2]))
+    )
+    rep.orchestrator.run_until_complete(num_frames=31)
+    assert heights[0] == 5.0
+    assert heights[-1] == pytest.approx(5 - 9.81 / 8, abs=0.05)

@@ -6,6 +6,7 @@ import pytest
 
 from usdsdg import distribution, modify, orchestrator, trigger, utils
 from usdsdg.graph.sampling import set_global_seed
+from usdsdg.app.status import Status, StatusCallback
 from usdsdg.orchestrator import OrchestratorError, get_orchestrator
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage, new_stage
@@ -107,10 +108,43 @@ def test_a_run_that_would_never_end_is_an_error():
 
 
 def test_a_run_that_waits_for_a_stopped_timeline_is_an_error():
-    randomized(trigger.on_time(interval=0.5, num=2))
+    orchestrator.set_capture_on_play(False)
+    randomized(trigger.on_time(interval=0.5, num=2, enable_capture_on_play=False))
     with pytest.raises(OrchestratorError, match=r"on_time.*start_timeline=True"):
         orchestrator.run()
     assert get_orchestrator().captures == 0
+
+
+def test_a_run_with_a_time_trigger_plays_the_timeline_itself(no_physics):
+    randomized(trigger.on_time(interval=0.5, num=2))
+    orchestrator.run()
+    # One time code per frame but the first.
+    assert get_orchestrator().captures == pytest.approx(1 + 60, abs=2)
+    assert get_timeline().is_stopped()
+    assert get_timeline().get_current_time() == 0.0
+
+
+def test_a_run_is_as_long_as_its_triggers_where_num_frames_is_longer():
+    randomized(trigger.on_frame(max_execs=3))
+    orchestrator.run_until_complete(num_frames=5)
+    assert get_orchestrator().captures == 3
+
+
+def test_a_trigger_without_end_does_not_end_a_run_before_num_frames():
+    randomized(trigger.on_frame(max_execs=3))
+    randomized(trigger.on_frame())
+    orchestrator.run_until_complete(num_frames=5)
+    assert get_orchestrator().captures == 5
+
+
+def test_the_status_of_a_run_is_started():
+    seen = []
+    callback = StatusCallback(seen.append)
+    callback.register()
+    orchestrator.run_until_complete(num_frames=3)
+    assert [each for each in seen if each in (Status.STEPPING, Status.STEPPED)] == []
+    orchestrator.step()
+    assert get_orchestrator().status is Status.STEPPED
 
 
 def test_a_run_with_a_time_trigger_ends_when_the_timeline_plays(no_physics):

@@ -49,6 +49,7 @@ def test_a_body_falls_while_the_timeline_plays(tmp_path):
         ball = rep.create.sphere(position=(0, 0, 5))
         with ball:
             rep.physics.rigid_body()
+        rep.orchestrator.set_capture_on_play(False)  # else the timeline is stopped at the end
         rep.orchestrator.run(num_frames=31, start_timeline=True)
         print(local_to_world(current_stage().GetPrimAtPath(ball.prims[0])).ExtractTranslation()[2])
     """

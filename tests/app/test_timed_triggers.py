@@ -66,7 +66,9 @@ def test_on_time_end_fires_one_frame_before():
 def test_loops_of_the_timeline_do_not_reset_the_elapsed_time():
     get_settings().set("/app/player/playSimulations", False)
     try:
-        item = rep.trigger.on_time(interval=2 * DEFAULT_END_TIME, max_execs=1)
+        # With capture on play the timeline is stopped at the end.
+        rep.orchestrator.set_capture_on_play(False)
+        item = rep.trigger.on_time(interval=2 * DEFAULT_END_TIME, max_execs=1, enable_capture_on_play=False)
         size_drawn(item)
         rep.orchestrator.run(start_timeline=True)
     finally:

@@ -318,7 +318,7 @@ def test_another_stage_does_not_change_the_picture(tmp_path, stage, gate):
     gate.set()
     rep.orchestrator.step()
     gate.clear()
-    rep.orchestrator.step()
+    rep.orchestrator.step(delta_time=0.0)  # a timeline that plays would be stopped, which waits for the files
     new_stage()
     gate.set()
     rep.orchestrator.wait_until_complete()

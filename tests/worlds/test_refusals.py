@@ -68,6 +68,16 @@ def test_triggers_of_time_and_a_playing_timeline_are_refused():
         rep.orchestrator.step()
 
 
+def test_bodies_that_a_run_would_let_fall_are_refused():
+    scenes.begin(scene(lambda p: rep.modify.pose(rotation_z=uniform(0, 90), input_prims=p["cube"])))
+    rep.physics.rigid_body(input_prims=rep.get.prims(path_pattern="/Replicator/Cube_Xform$"))
+    session.current().worlds = WorldTap(2, ["rgb"], lambda *_: None)
+    with pytest.raises(Unsupported, match="Cube_Xform is a rigid body, so frames follow from each other"):
+        rep.orchestrator.step()
+    rep.orchestrator.set_capture_on_play(False)
+    rep.orchestrator.step()
+
+
 def test_annotators_and_numbers_of_worlds_are_checked():
     with pytest.raises(ArgumentError, match="cannot show skeleton_data; they can show rgb"):
         WorldTap(2, ["rgb", "skeleton_data"], print)

@@ -6,6 +6,7 @@ exposed, in sub-frames if motion blur is on → labels are rendered → annotato
 
 import weakref
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from pxr import Usd
 
@@ -44,6 +45,8 @@ class Orchestrator:
         self._captured_callbacks: list[Callable[[], None]] = []
         self._requested_subframes = self._frames_of_last_run = 0
         self._start_unseen = False
+        self._frames_of_run = 0  # captured since it started
+        self._runs = False  # whether `run` or a playing timeline captures, not single steps
         self._last: int | None = None  # frame before which the current `run` ends; None: not known
         self.frames_without_end: int | None = None  # of a run that nothing ends; None: an error
 
@@ -83,9 +86,11 @@ class Orchestrator:
         self, rt_subframes: int, pause_timeline: bool, delta_time: float | None, ahead: PicturesAhead | None
     ) -> None:
         self._start_if_stopped()
-        self._set_status(Status.STEPPING)
+        self._set_status(Status.STARTED if self._runs else Status.STEPPING)
         timeline = get_timeline()
         timeline.release()
+        if self._plays_timeline(delta_time):
+            timeline.play()
         self._requested_subframes = max(rt_subframes, 0)
         if ahead is None:
             fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_elapsed_time())
@@ -99,9 +104,17 @@ class Orchestrator:
         self.captures += 1
         for callback in list(self._captured_callbacks):
             callback()
+        self._frames_of_run += 1
         if pause_timeline:
             timeline.hold()
-        self._set_status(Status.STEPPED)
+        self._set_status(Status.STARTED if self._runs else Status.STEPPED)
+
+    def _plays_timeline(self, delta_time: float | None) -> bool:
+        """Return whether a frame plays the timeline itself, as all but the first do where capture on play is set."""
+        if not self._frames_of_run or not _captures_on_play():
+            return False
+        blurs = get_settings().get_as_bool("/omni/replicator/captureMotionBlur")
+        return blurs or (delta_time is None and get_timeline().is_auto_updating())
 
     def _step_worlds(self, rt_subframes: int, tap: WorldTap) -> None:
         """Capture many worlds, as if they were the next frames; graph and renderer run once for all of them."""
@@ -159,6 +172,7 @@ class Orchestrator:
         except BaseException:
             self._set_status(Status.STOPPED)
             raise
+        self._frames_of_run = 0
         self._set_status(Status.STARTED)
 
     # --- many frames ---
@@ -166,12 +180,21 @@ class Orchestrator:
         """Capture an app update of a playing timeline if capture on play is set and a writer or annotator attached."""
         timeline = get_timeline()
         plays = timeline.is_playing() and timeline.is_auto_updating() and self.status is not Status.PAUSED
-        if plays and get_settings().get_as_bool("/omni/replicator/captureOnPlay") and is_watched():
-            self.step(-1, False, 0.0)
+        if plays and _captures_on_play() and is_watched():
+            with self._running():
+                self.step(-1, False, 0.0)
+
+    @contextmanager
+    def _running(self) -> Iterator[None]:
+        self._runs = True
+        try:
+            yield
+        finally:
+            self._runs = False
 
     def follow_timeline(self, event: str) -> None:
         """End the run when the timeline stops, if capture on play is set."""
-        if event == "stop" and self.captures and get_settings().get_as_bool("/omni/replicator/captureOnPlay"):
+        if event == "stop" and self.captures and _captures_on_play():
             self.finish()
 
     def pause(self) -> None:
@@ -205,11 +228,12 @@ class Orchestrator:
         last = self.captures + (num_frames or 0)
         self._last = last if num_frames is not None else self.captures + _frames_to_limits(self.captures)
         self._start_unseen = True
-        frames_remain = _triggers_remain if num_frames is None else lambda: self.captures < last
+        frames_remain = _triggers_remain if num_frames is None else lambda: self.captures < last and not _all_ended()
         try:
             while frames_remain():
                 if self.status is not Status.PAUSED:
-                    self.step(-1, False, None)
+                    with self._running():
+                        self.step(-1, False, None)
                 yield
                 if self.status is Status.STOPPED:
                     return
@@ -238,7 +262,12 @@ class Orchestrator:
         evaluate.graph().evaluate(time=get_timeline().get_elapsed_time(), preview=True)
 
     def finish(self) -> None:
-        """Wait for all files, then notify writers that the last frame has been written; raises the first failure."""
+        """Wait for all files, then notify writers that the last frame has been written; raises the first failure.
+
+        Where capture on play is set, the timeline is stopped before.
+        """
+        if self.status is not Status.STOPPED and _captures_on_play():
+            get_timeline().stop()
         if self.status is Status.STOPPED:
             drain()
         else:
@@ -281,6 +310,16 @@ class Orchestrator:
         self.status = status
         for callback in sorted(self.status_callbacks, key=lambda each: each.number):
             callback.function(status)
+
+
+def _captures_on_play() -> bool:
+    return get_settings().get_as_bool("/omni/replicator/captureOnPlay")
+
+
+def _all_ended() -> bool:
+    """Return whether there are triggers, all of which have reached their `max_execs`."""
+    triggers = evaluate.graph().triggers
+    return bool(triggers) and all(trigger.max_execs and trigger.exhausted for trigger in triggers)
 
 
 def _frames_to_limits(frame: int) -> int:

@@ -8,12 +8,13 @@ import numpy as np
 
 from usdsdg.capture.render_settings import RenderMode, path_settings, tone_settings
 from usdsdg.capture.requests import Requests
+from usdsdg.capture.time_dependence import check_time_independent
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.worlds import WorldDraws
 from usdsdg.session import engines
 from usdsdg.session.stage_context import current_stage
-from usdsdg.session.timeline import get_timeline, stage_time
+from usdsdg.session.timeline import stage_time
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.settings import LIGHT_AOVS
@@ -29,8 +30,7 @@ class PicturesAhead:
     """
 
     def __init__(self, frame: int, count: int) -> None:
-        if get_timeline().is_playing():
-            raise Unsupported("worlds: the timeline plays, so frames follow from each other")
+        check_time_independent()
         self._draws = WorldDraws(graph(), frame, count)
         self.frame = frame
         self._pictures: dict[str, dict[str, Any]] = {}

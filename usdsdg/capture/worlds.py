@@ -13,6 +13,7 @@ from pxr import Usd
 from usdsdg.annotators.colors import BACKGROUND, UNLABELLED
 from usdsdg.annotators.labeled_prims import LabeledPrimReader, Selection
 from usdsdg.capture.render_settings import RenderMode, glass_labels, path_settings, tone_settings
+from usdsdg.capture.time_dependence import check_time_independent
 from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.worlds import WorldDraws
@@ -109,6 +110,7 @@ class WorldTap:
         self.count, self._annotators, self._receive = count, tuple(annotators), receive
         self._reader: LabeledPrimReader | None = None
         self._stage: Usd.Stage | None = None
+        self._checked: Usd.Stage | None = None  # whose frames do not follow from each other
 
     def draw(self, frame: int) -> WorldValues:
         """Run the graph for the worlds that begin with `frame`.
@@ -116,8 +118,7 @@ class WorldTap:
         Raises:
             Unsupported: the timeline plays, or as `WorldDraws`.
         """
-        if get_timeline().is_playing():
-            raise Unsupported(f"worlds: the timeline plays, and worlds have no physics and no time. {_REMEDY}")
+        check_time_independent(_REMEDY)
         with _stage_lock:
             draws = WorldDraws(graph(), frame, self.count)
             values = draws.values()

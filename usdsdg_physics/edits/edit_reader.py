@@ -56,6 +56,8 @@ _INSTANCE_POSES = frozenset({"positions", "orientations", "orientationsf"})
 _INSTANCE_VELOCITIES = frozenset({"velocities", "angularVelocities"})
 _INSTANCE_COUNTS = frozenset({"protoIndices", "prototypes", "scales", "ids"})
 _INSTANCES = _INSTANCE_POSES | _INSTANCE_VELOCITIES | _INSTANCE_COUNTS
+# Of attributes that matter where nothing is simulated yet.
+_PHYSICS_PREFIXES = ("phys", "collection:", "drive:", "limit:", "state:")
 # Likewise on prims that are neither bodies nor colliders yet.
 _NEW_PRIM_PREFIXES = (
     "physics:rigidBodyEnabled",
@@ -96,6 +98,11 @@ class Edits:
         return self.rebuild or bool(self.subtrees) or any(edits)
 
 
+def _names_physics(changes: Changes) -> bool:
+    """Return whether a property of a physics schema is among the changes."""
+    return any(name.startswith(_PHYSICS_PREFIXES) for names in changes.by_names for name in names)
+
+
 class EditReader:
     """Reads from the prims of one scene what changed on the stage."""
 
@@ -120,6 +127,8 @@ class EditReader:
             edits.subtrees = subtrees
             return edits
         cache = UsdGeom.XformCache(Usd.TimeCode.Default())
+        if self._scene.is_empty and not _names_physics(changes):
+            return edits
         for path, names in changes.changed.items():
             self._read_prim(str(path), names, cache, edits)
             if edits.rebuild:

@@ -234,3 +234,9 @@ class Scene:
     # Whether joints, collision groups or filtered pairs relate its prims, so that no part of it can be read alone.
     has_relations: bool = False
     halves: dict[str, str] = field(default_factory=dict)  # bodies that were cut off others, by path: whose they are
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is simulated or collides, so that no edit but one of a physics schema matters."""
+        parts = (self.bodies, self.colliders, self.forces, self.joints, self.instancers, self.prototypes, self.reports)
+        return not any(parts)
