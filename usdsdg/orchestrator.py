@@ -35,7 +35,8 @@ def step(
             /omni/replicator/RTSubframes. Triggers that fire, and `set_next_rt_subframes`, may require more.
         pause_timeline: Pause a playing timeline afterwards, until the next step.
         delta_time: Seconds by which a playing timeline advances first; None: one time code; 0.0: not at all. The first
-            captured frame does not advance it, unless motion blur exposes over `delta_time`.
+            captured frame does not advance it, unless motion blur exposes over `delta_time`. Where capture on play is
+            set (`set_capture_on_play`), steps with None play the timeline themselves from the second frame on.
         wait_for_render: Ignored: frames are always complete when this returns.
 
     Raises:
@@ -72,11 +73,14 @@ async def preview_async() -> None:
 
 
 def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
-    """Capture `num_frames` frames, or until every trigger with `max_execs` has reached it.
+    """Capture `num_frames` frames, or until every trigger with `max_execs` has reached it, whichever is first.
+
+    Where capture on play is set (`set_capture_on_play`, the default), the timeline plays after the first frame, so that
+    bodies fall and animations run, and is stopped at the end.
 
     Args:
-        num_frames: 0 captures nothing.
-        start_timeline: Play the timeline first.
+        num_frames: 0 captures nothing. Triggers without `max_execs` do not end the run before.
+        start_timeline: Play the timeline first, whether capture on play is set or not.
 
     Raises:
         OrchestratorError: `num_frames` is None and no trigger ends the run, or it is not an integer >= 0.

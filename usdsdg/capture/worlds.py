@@ -116,9 +116,14 @@ class WorldTap:
         """Run the graph for the worlds that begin with `frame`.
 
         Raises:
-            Unsupported: the timeline plays, or as `WorldDraws`.
+            Unsupported: the timeline plays, captured frames follow from each other (see `check_time_independent`), or
+                as `WorldDraws`.
         """
-        check_time_independent(_REMEDY)
+        if get_timeline().is_playing():
+            raise Unsupported(f"worlds: the timeline plays, and worlds have no physics and no time. {_REMEDY}")
+        if self._checked is not current_stage():
+            check_time_independent(_REMEDY)
+            self._checked = current_stage()
         with _stage_lock:
             draws = WorldDraws(graph(), frame, self.count)
             values = draws.values()
