@@ -11,6 +11,7 @@ from usdsdg import demo
 WIDTH, SAMPLES = int(os.environ.get("WIDTH", 480)), int(os.environ.get("SAMPLES", 16))
 PARTS = int(os.environ.get("PARTS", 8))
 rep.set_global_seed(2)
+rep.orchestrator.set_capture_on_play(False)  # frames do not play the timeline
 rep.settings.set_render_pathtraced(SAMPLES)
 blue = rep.create.material_omnipbr(diffuse=(0.03, 0.14, 0.32), roughness=0.4)
 sides = [((0, 0, -0.005), (0.36, 0.27, 0.01))]
