@@ -1,5 +1,6 @@
 """Prims that `randomizer.instantiate` creates."""
 
+import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
@@ -226,3 +227,19 @@ def test_assets_sampled_later_collide_too(stage, files):
             assert shape.GetAttribute("physxCollision:contactOffset").Get() == pytest.approx(0.02)
             assert stage.GetPrimAtPath(path).HasAPI(UsdPhysics.RigidBodyAPI)
     assert shown == {"Cube", "Sphere", "Cone"}
+
+
+@pytest.mark.parametrize("mode", ["scene_instance", "reference", "point_instance"])
+@pytest.mark.parametrize("visible", [True, False])
+def test_instances_of_prims_of_the_stage_are_visible_whether_these_are_or_not(stage, mode, visible):
+    cube = rep.create.cube(visible=visible, semantics=[("class", "cube")])
+    row = rep.randomizer.instantiate(cube, size=3, mode=mode)
+    with row:
+        rep.modify.pose(position=rep.distribution.sequence([(0, -2, 0), (0, 2, 0), (0, 0, 2)]))
+    camera = rep.create.camera(position=(15, 0, 1), look_at=(0, 0, 1))
+    masks = rep.annotators.get("instance_segmentation", init_params={"colorize": False})
+    masks.attach(rep.create.render_product(camera, (96, 96)))
+    rep.orchestrator.step()
+    is_shown = visible and mode == "point_instance"
+    assert (UsdGeom.Imageable(stage.GetPrimAtPath(cube.prims[0])).ComputeVisibility() == "inherited") == is_shown
+    assert len(np.unique(masks.get_data()["data"])) == 1 + 3 + is_shown

@@ -32,6 +32,9 @@ def instantiate(
     (position, rotation, scale), `rotation`, `scatter_2d` and `scatter_3d` apply to each of its instances, everything
     else to the instancer; its labels are those of each instance.
 
+    Prims of the stage that are sampled are hidden, but for mode "point_instance"; their instances are visible also
+    where they are not.
+
     Args:
         paths: USD files (paths or URLs), prims of the stage, an item, or a distribution over these.
         size: how many objects.
@@ -143,6 +146,7 @@ def _show(slot: str, asset: tuple[str, bool], shared: bool, use_cache: bool) -> 
     """Set the slot's child to a reference to the asset; the child has no other opinions that could remain."""
     stage = current_stage()
     source, is_prim = asset
+    is_original = is_prim
     if use_cache and not is_prim:
         source, is_prim = _cached(source), True
     if is_prim and Sdf.Path(slot).HasPrefix(source):
@@ -156,6 +160,15 @@ def _show(slot: str, asset: tuple[str, bool], shared: bool, use_cache: bool) -> 
         child.SetInstanceable(shared)
         # A cached prim may be inactive; a reference to it must not be.
         child.SetActive(True)
+    if is_original:
+        _set_visibility(stage.GetPrimAtPath(source), UsdGeom.Tokens.invisible)
+        _set_visibility(child, UsdGeom.Tokens.inherited)
+
+
+def _set_visibility(prim: Usd.Prim, visibility: str) -> None:
+    attribute = UsdGeom.Imageable(prim).GetVisibilityAttr()
+    if attribute and attribute.Get() != visibility:
+        UsdGeom.Imageable(prim).CreateVisibilityAttr(visibility)
 
 
 def _cached(file: str) -> str:
@@ -205,5 +218,7 @@ def _prototype(instancer: UsdGeom.PointInstancer, path: str, asset: tuple[str, b
     prim = stage.DefinePrim(paths.next_free_path(stage, f"{instancer.GetPath()}/Prototype"))
     prim.GetReferences().SetReferences([Sdf.Reference("", source) if is_prim else Sdf.Reference(source)])
     prim.SetCustomDataByKey("usdsdg:path", path)
+    if is_prim:
+        _set_visibility(prim, UsdGeom.Tokens.inherited)
     relation.SetTargets([*targets, prim.GetPath()])
     return len(targets)
