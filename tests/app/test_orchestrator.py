@@ -5,8 +5,8 @@ import asyncio
 import pytest
 
 from usdsdg import distribution, modify, orchestrator, trigger, utils
-from usdsdg.graph.sampling import set_global_seed
 from usdsdg.app.status import Status, StatusCallback
+from usdsdg.graph.sampling import set_global_seed
 from usdsdg.orchestrator import OrchestratorError, get_orchestrator
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage, new_stage

@@ -1,5 +1,7 @@
 """Outputs of the graph in the payload of writers: execution counts of triggers and draws of named distributions."""
 
+import itertools
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,8 +11,20 @@ from usdsdg.graph.evaluate import graph
 
 
 def trigger_outputs() -> dict[str, int]:
-    """Return how often time triggers have fired, by name; writers number their sequences by it."""
-    return {trigger.name: trigger.executions for trigger in graph().triggers if trigger.kind == "OgnOnTime"}
+    """Return how often time triggers have fired, by name; writers number their sequences by it.
+
+    Triggers with a name that another one has are `name_01` and so on.
+    """
+    found: dict[str, int] = {}
+    for trigger in graph().triggers:
+        if trigger.kind == "OgnOnTime":
+            found[_free(trigger.name, found)] = trigger.executions
+    return found
+
+
+def _free(name: str, taken: Mapping[str, object]) -> str:
+    numbered = (f"{name}_{number:02d}" for number in itertools.count(1))
+    return name if name not in taken else next(each for each in numbered if each not in taken)
 
 
 def distribution_outputs() -> dict[str, np.ndarray | list[Any]]:

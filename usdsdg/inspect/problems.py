@@ -72,7 +72,7 @@ def check_numbers(dataset: Dataset) -> None:
     by_view: dict[tuple[str, str], set[int]] = defaultdict(set)
     for frame in dataset.frames:
         number = _number(frame)
-        if number and not re.fullmatch(r"\d+_\d+", frame.seen.frame):
+        if number and not re.fullmatch(r"\d+(?:_\d+)+", frame.seen.frame):
             by_view[frame.view, frame.seen.format].add(int(number))
     for (view, _), numbers in sorted(by_view.items()):
         missing = sorted(set(range(min(numbers), max(numbers) + 1)) - numbers)

@@ -190,6 +190,20 @@ def test_an_on_time_trigger_numbers_its_sequence(frame, tmp_path):
     assert "rgb_3_0000.png" in files(tmp_path)
 
 
+def test_frames_are_counted_from_zero_again_in_each_sequence(frame, tmp_path):
+    writer = writers.get("BasicWriter", init_params={"output_dir": str(tmp_path), "rgb": True})
+    writer.attach(PRODUCT)
+    for counts in ({"on_time": 1}, {"on_time": 1}, {"on_time": 2}, {"on_time": 2, "slow_on_time": 1}):
+        writer.receive(annotators.build_payload(writer, {PRODUCT: frame}) | {"trigger_outputs": counts})
+    writer.receive_skipped({"trigger_outputs": {"on_time": 3}})
+    writer.receive(annotators.build_payload(writer, {PRODUCT: frame}) | {"trigger_outputs": {"on_time": 3}})
+    writer.backend.wait_until_done()
+    pictures = [name for name in files(tmp_path) if name.endswith(".png")]
+    assert pictures == [
+        "rgb_1_0000.png", "rgb_1_0001.png", "rgb_1_2_0000.png", "rgb_2_0000.png", "rgb_3_0001.png",
+    ]  # fmt: skip
+
+
 def test_the_filter_decides_what_counts(frame, tmp_path):
     write(tmp_path, frame, bounding_box_2d_tight=True, semantic_filter_predicate="class:pear")
     assert read(tmp_path, "bounding_box_2d_tight_prim_paths_0000.json") == ["/World/Pear"]

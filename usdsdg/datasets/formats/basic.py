@@ -34,7 +34,7 @@ _KINDS = "|".join((*SHOWN, *OTHERS))
 # The prefix is matched lazily: `pointcloud_rgb` is a kind, not a view with the kind `rgb`.
 FILE = re.compile(
     rf"^(?:(?P<view>.+?)_)??(?P<kind>{_KINDS})(?:_(?P<table>labels|mapping|semantics_mapping|prim_paths|info))?"
-    r"_(?P<number>(?:\d+_)?\d+)\.(?P<ending>png|jpe?g|npy|json)$",
+    r"_(?P<number>(?:\d+_)*\d+)\.(?P<ending>png|jpe?g|npy|json)$",
     re.IGNORECASE,
 )
 _BOXES = {"bounding_box_2d_tight": "tight", "bounding_box_2d_loose": "loose", "bounding_box_3d": "3d"}

@@ -128,10 +128,11 @@ class BasicWriter(Writer):
         self._colorize_depth = colorize_depth
         self._padding = checked_padding(frame_padding)
         self._common_dir = use_common_output_dir
-        self._frame_id = 0
+        self._frame_id, self._sequence = 0, ""
 
     def write(self, data: dict[str, Any]) -> None:
-        number = f"{_sequence(data.get('trigger_outputs') or {})}{self._frame_id:0{self._padding}d}"
+        self._follow_sequence(data)
+        number = f"{self._sequence}{self._frame_id:0{self._padding}d}"
         by_product: dict[str, list[Step]] = {}
         for name, products in data["annotators"].items():
             for product, seen in products.items():
@@ -148,16 +149,22 @@ class BasicWriter(Writer):
             self.backend.schedule_together(sorted(steps, key=lambda step: step.func is write_json))
         self._frame_id += 1
 
+    def skip(self, data: dict[str, Any]) -> None:
+        self._follow_sequence(data)
+        self._frame_id += 1
+
+    def _follow_sequence(self, data: dict[str, Any]) -> None:
+        """Count frames from 0 again where a trigger of time has fired; file names begin with how often each has."""
+        outputs = data.get("trigger_outputs") or {}
+        sequence = "".join(f"{count}_" for name, count in reversed(outputs.items()) if "on_time" in name)
+        if sequence != self._sequence:
+            self._frame_id, self._sequence = 0, sequence
+
     def _folder(self, name: str, product: str, *, several: bool) -> str:
         """Return the prefix of the file name."""
         if not several:
             return ""
         return f"{name}/{product}_" if self._common_dir else f"{product}/{name}/"
-
-
-def _sequence(trigger_outputs: Mapping[str, Any]) -> str:
-    """Return the file name prefix with the number of times that an on_time trigger has fired."""
-    return next((f"{count}_" for name, count in trigger_outputs.items() if "on_time" in name), "")
 
 
 # One function per group of annotators: (writer, name, folder, number, flat annotation) → steps.
