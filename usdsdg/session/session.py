@@ -192,6 +192,10 @@ class Session:
             listener(stage)
 
     def _on_timeline(self, event: str) -> None:
+        if event == "play":
+            # What physics finds when it begins to play is what it restores at a stop.
+            for part in self._made("graph"):
+                part.run_impulses()
         self.engines.follow_timeline(event)
         for part in self._made("orchestrator"):
             part.follow_timeline(event)
