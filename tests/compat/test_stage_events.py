@@ -20,8 +20,10 @@ def heard(stage):
     """The names of the stage events since the test began."""
     get_app().update()  # the assets of the first stage
     names = []
-    subscription = usd.get_context().get_stage_event_stream().create_subscription_to_pop(
-        lambda event: names.append(Kind(event.type).name)
+    subscription = (
+        usd.get_context()
+        .get_stage_event_stream()
+        .create_subscription_to_pop(lambda event: names.append(Kind(event.type).name))
     )
     get_app().update()
     names.clear()
@@ -52,8 +54,10 @@ def test_a_stage_that_replaces_another_sends_events_in_kits_order(heard, tmp_pat
 
 def test_the_stage_is_still_there_while_it_closes(stage, heard):
     seen = []
-    subscription = usd.get_context().get_stage_event_stream().create_subscription_to_pop_by_type(
-        int(Kind.CLOSING), lambda event: seen.append(usd.get_context().get_stage())
+    subscription = (
+        usd.get_context()
+        .get_stage_event_stream()
+        .create_subscription_to_pop_by_type(int(Kind.CLOSING), lambda event: seen.append(usd.get_context().get_stage()))
     )
     usd.get_context().new_stage()
     assert seen == [stage]
@@ -96,10 +100,14 @@ def test_stage_events_have_names_in_the_dispatcher(stage):
 
 def test_a_new_frame_is_an_event_of_the_rendering_stream(stage):
     numbers = []
-    subscription = usd.get_context().get_rendering_event_stream().create_subscription_to_pop_by_type(
-        int(usd.StageRenderingEventType.NEW_FRAME),
-        lambda event: numbers.append(event.payload["swh_frame_number"]),
-        name="frames",
+    subscription = (
+        usd.get_context()
+        .get_rendering_event_stream()
+        .create_subscription_to_pop_by_type(
+            int(usd.StageRenderingEventType.NEW_FRAME),
+            lambda event: numbers.append(event.payload["swh_frame_number"]),
+            name="frames",
+        )
     )
     for _ in range(2):
         rep.orchestrator.step()
