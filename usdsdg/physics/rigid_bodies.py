@@ -13,7 +13,6 @@ from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths, why_no_prims
 from usdsdg.modify.prims import target_prims
-from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.geometry.instancers import SAMPLED_ASSETS
 from usdsdg.stage.physics import scenes
@@ -85,7 +84,7 @@ def rigid_body(
     drawn_later = any(isinstance(each, Distribution) for each in velocities.values()) or any(map(_is_sampled, prims))
     start = act if drawn_later or not prims else act_now
     item = start("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities, **offsets)
-    if item.prims and scenes.physics_scene(current_stage()) is None:
+    if item.prims and scenes.physics_scene(prim_at(item.prims[0]).GetStage()) is None:
         create_physics_scene(scenes.PATH, **REPLICATOR_SCENE)
     for path in item.prims:
         prim = prim_at(path)
