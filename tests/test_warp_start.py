@@ -32,6 +32,23 @@ def test_warp_says_nothing_where_there_is_no_gpu():
     assert error_of("from usdsdg.warp_start import quiet_warp; quiet_warp(); import warp; warp.init()") == ""
 
 
+@pytest.mark.skipif(warp_start.has_cuda_driver() or warp_start.has_nvidia_gpu(), reason="needs a machine without GPU")
+@pytest.mark.parametrize(
+    "use",
+    [
+        "from isaacsim.core.experimental.prims import XformPrim; XformPrim('/World').get_world_poses()",
+        "from isaacsim.core.experimental.objects import Cube; Cube('/World/c', sizes=1.0, positions=[0, 0, 1])",
+        "from isaacsim.core.experimental.utils import ops; ops.place([1.0, 2.0]); ops.parse_device(None)",
+        "from isaacsim.core.simulation_manager import SimulationManager as m; m.set_device('cpu'); m.get_device()",
+        "import omni.replicator.core as rep; rep.annotators.get('rgb', device='cpu')",
+    ],
+)
+def test_wrappers_whose_arrays_are_warps_start_it_without_a_word(use):
+    script = f"import usdsdg.compat; usdsdg.compat.install()\n{use}"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
 def test_a_gpu_without_a_driver_keeps_the_line(monkeypatch):
     monkeypatch.setattr(warp_start, "has_cuda_driver", lambda: False)
     monkeypatch.setattr(warp_start, "has_nvidia_gpu", lambda: True)

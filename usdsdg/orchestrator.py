@@ -34,9 +34,10 @@ def step(
         rt_subframes: Sub-frames of the fast mode, each a few samples per pixel; -1 takes the setting
             /omni/replicator/RTSubframes. Triggers that fire, and `set_next_rt_subframes`, may require more.
         pause_timeline: Pause a playing timeline afterwards, until the next step.
-        delta_time: Seconds by which a playing timeline advances first; None: one time code; 0.0: not at all. The first
-            captured frame does not advance it, unless motion blur exposes over `delta_time`. Where capture on play is
-            set (`set_capture_on_play`), steps with None play the timeline themselves from the second frame on.
+        delta_time: Seconds by which the timeline advances first, and physics with it if it plays; None: one time code
+            if it plays; 0.0: not at all. The first captured frame does not advance it, unless motion blur exposes over
+            `delta_time`. Where capture on play is set (`set_capture_on_play`), steps with None play the timeline
+            themselves from the second frame on.
         wait_for_render: Ignored: frames are always complete when this returns.
 
     Raises:

@@ -97,8 +97,11 @@ def test_a_playing_timeline_resumes_at_the_next_step(no_physics):
     # The first captured frame does not advance the timeline.
     assert times == pytest.approx([0.0, 0.1, 0.2])
     timeline.pause()
-    orchestrator.step(delta_time=0.1)
+    orchestrator.step()
     assert timeline.get_current_time() == pytest.approx(0.2)
+    orchestrator.step(delta_time=0.1)
+    assert not timeline.is_playing()
+    assert timeline.get_current_time() == pytest.approx(0.3)
 
 
 def test_a_run_that_would_never_end_is_an_error():

@@ -144,6 +144,45 @@ def test_a_step_advances_a_playing_timeline_by_delta_time(writer, form, wait_for
 
 
 @pytest.mark.parametrize("form", FORMS)
+def test_a_stopped_timeline_advances_only_by_a_delta_time(writer, form):
+    # Isaac Sim's structured light camera goes through its patterns in this way, without playing.
+    for delta in (0.25, 0.25, None, 0.0, 0.125):
+        call(form, "step", delta_time=delta)
+        assert get_timeline().is_stopped()
+    assert writer.times == [0, 0.25, 0.25, 0.25, 0.375]
+
+
+def test_a_step_without_play_shows_the_animation_at_its_time_and_simulates_nothing(stage):
+    ball = stage.DefinePrim("/World/ball", "Sphere")
+    stage.SetTimeCodesPerSecond(10)
+    ball.GetAttribute("radius").Set(1.0, 0)
+    ball.GetAttribute("radius").Set(2.0, 10)
+    stage.DefinePrim("/World/body", "Cube")
+    rep.physics.rigid_body(input_prims="/World/body")
+    camera = rep.create.camera(position=(10, 0, 0), look_at=(0, 0, 0))
+    rep.modify.semantics([("class", "ball")], input_prims="/World/ball")
+    boxes = rep.annotators.get("bounding_box_3d")
+    boxes.attach(rep.create.render_product(camera, (16, 16)))
+    sizes = []
+    for _ in range(2):
+        rep.orchestrator.step(delta_time=0.5)
+        sizes.append(boxes.get_data()["data"]["x_max"][0])
+    assert sizes == pytest.approx([1.0, 1.5])
+    assert not stage.GetPrimAtPath("/World/body").HasAttribute("xformOp:translate")
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_the_total_of_a_run_is_forgotten_at_its_end(writer, form, monkeypatch):
+    reported = []
+    monkeypatch.setattr("usdsdg.capture.capture.report", lambda label, done, total: reported.append((done, total)))
+    call(form, "run_until_complete", num_frames=2)
+    for _ in range(2):
+        call(form, "step")
+    call(form, "run_until_complete", num_frames=1)
+    assert reported == [(1, 2), (2, 2), (3, None), (4, None), (5, 5)]
+
+
+@pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("pause", [True, False])
 def test_the_timeline_pauses_after_a_step_unless_pause_timeline_is_false(writer, form, pause):
     get_timeline().play()

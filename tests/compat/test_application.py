@@ -15,12 +15,13 @@ from usdsdg.compat import kit_arguments
 from usdsdg.compat.isaacsim.simulation_app import SimulationApp
 from usdsdg.compat.isaacsim.test.utils.file_validation import get_folder_file_summary
 from usdsdg.compat.omni import client
+from usdsdg.compat.omni.isaac import nucleus
 from usdsdg.compat.omni.kit.app import get_app
 from usdsdg.compat.omni.kit.viewport.utility import get_active_viewport
 from usdsdg.compat.omni.metrics.assembler.core import get_metrics_assembler_interface
 from usdsdg.compat.omni.timeline import TimelineEventType, get_timeline_interface
 from usdsdg.compat.omni.usd import get_context
-from usdsdg.errors import AssetNotFound, Unsupported
+from usdsdg.errors import AssetError, AssetNotFound, Unsupported
 from usdsdg.session import stage_context
 from usdsdg.session.settings_store import get_settings
 from usdsdg.stage import assets
@@ -183,8 +184,33 @@ def test_the_context_closes_and_selects(stage):
     assert context.get_stage_id() != before
     assert context.get_selection().get_selected_prim_paths() == []
     context.disable_save_to_recent_files()
-    with pytest.raises(Unsupported, match="no file"):
-        context.reopen_stage()
+    assert context.can_open_stage()
+    assert context.can_close_stage()
+    for needs_a_file in (context.reopen_stage, context.save_stage):
+        with pytest.raises(Unsupported, match="no file"):
+            needs_a_file()
+
+
+def test_a_stage_with_a_file_is_saved_there(stage, tmp_path):
+    context, file = get_context(), str(tmp_path / "scene.usda")
+    context.save_as_stage(file)
+    context.open_stage(file)
+    for name in ("first", "second"):
+        context.get_stage().DefinePrim(f"/World/{name}", "Cube")
+        assert context.save_stage()
+    context.reopen_stage()
+    assert context.get_stage().GetPrimAtPath("/World/first")
+    assert context.get_stage().GetPrimAtPath("/World/second")
+
+
+def test_files_and_folders_are_told_apart(stage, tmp_path):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "file.txt").write_text("there")
+    paths = [str(tmp_path), str(tmp_path / "empty"), str(tmp_path / "file.txt")]
+    assert [nucleus.is_file(path) for path in paths] == [False, False, True]
+    assert [asyncio.run(nucleus.is_dir_async(path)) for path in paths] == [True, False, False]
+    with pytest.raises(AssetError, match=r"nothing\.txt is neither a file nor a folder: ERROR_NOT_FOUND"):
+        nucleus.is_file(str(tmp_path / "nothing.txt"))
 
 
 def test_streams_deliver_updates_and_the_timeline(stage):

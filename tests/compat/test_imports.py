@@ -44,6 +44,27 @@ def test_every_import_of_the_tutorial_script_resolves():
     )
 
 
+def test_rotations_and_files_are_found_by_the_names_of_both_versions():
+    assert (
+        run(
+            """
+            import usdsdg.compat; usdsdg.compat.install()
+            import isaacsim.core.utils.numpy.rotations as rot_utils
+            import omni.isaac.core.utils.numpy.rotations as old_rot_utils
+            from isaacsim.core.utils.numpy import euler_angles_to_quats
+            from isaacsim.core.utils.nucleus import is_file
+            from isaacsim.storage.native import is_dir
+            from omni.isaac.core.utils.nucleus import is_file as old_is_file
+            from omni.isaac.core.utils.random import get_random_world_pose_in_view
+            from isaacsim.core.utils.random import get_random_world_pose_in_view as new_pose_in_view
+            print(rot_utils.euler_angles_to_quats is old_rot_utils.euler_angles_to_quats is euler_angles_to_quats,
+                  is_file is old_is_file, get_random_world_pose_in_view is new_pose_in_view)
+            """
+        )
+        == "True True True"
+    )
+
+
 def test_writers_of_isaac_sim_are_the_same_classes_by_all_their_names():
     assert (
         run(

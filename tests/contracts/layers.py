@@ -32,7 +32,7 @@ USDSDG = {
     "modify": "errors stage session arguments graph distribution scatter",
     "create": "errors stage session arguments graph distribution modify calibration",
     "randomizer": "errors stage session arguments graph distribution scatter modify",
-    "annotators": "errors parallel buffers readback stage session arguments graph",
+    "annotators": "errors warp_start parallel buffers readback stage session arguments graph",
     "writers": "errors operating_system stores stage session arguments annotators",
     "functional": "errors stage session arguments graph rng scatter randomizer writers",
     "physics": "errors stage arguments graph distribution modify functional",
@@ -63,7 +63,7 @@ USDSDG = {
     "scenarios": "errors stores stage session arguments graph calibration create writers capture app orchestrator "
     "settings demo meshes __init__",
     "compat": "errors operating_system warp_start stores stage session articulations arguments graph distribution "
-    "create annotators writers functional app orchestrator settings",
+    "create annotators writers functional app orchestrator settings demo",
     "cli": "errors operating_system warp_start stage session",
     "workers": "errors operating_system stage stores session writers",
     "stream": "errors operating_system session annotators capture scenarios replicator_yaml cli __init__",

@@ -35,6 +35,7 @@ REFERENCE_URLS = [
     "/NVIDIA/Assets/Skies/Indoor/hotel_room_4k.hdr",
     "/NVIDIA/Assets/Skies/Indoor/wooden_lounge_4k.hdr",
     "/Isaac/Environments/Simple_Warehouse/warehouse.usd",
+    "/Isaac/Environments/Grid/default_environment.usd",
 ]
 
 # Width, depth, height of the scanned YCB models in meters.
@@ -52,7 +53,8 @@ YCB_SIZES = {
 GROCERY_URLS = [
     f"{folder}/{name}" for name in asset_urls.GROCERIES for folder in (asset_urls.YCB, asset_urls.YCB_PHYSICS)
 ]
-ALL_URLS = sorted([*GROCERY_URLS, *asset_urls.PROPS, *asset_urls.PANORAMAS, asset_urls.WAREHOUSE_STAGE])
+STAGES = [asset_urls.WAREHOUSE_STAGE, asset_urls.GRID_STAGE]
+ALL_URLS = sorted([*GROCERY_URLS, *asset_urls.PROPS, *asset_urls.PANORAMAS, *STAGES])
 ASSET_URLS = [url for url in ALL_URLS if url.endswith(".usd")]
 
 
@@ -169,3 +171,16 @@ def test_the_warehouse_has_lamps_and_props_on_its_floor(root):
     assert sum(prim.GetTypeName() == "RectLight" for prim in stage.Traverse()) == 6
     assert len([p for p in stage.GetDefaultPrim().GetChildren() if p.HasAuthoredReferences()]) > 10
     assert low[2] == pytest.approx(-0.1, abs=0.01)
+
+
+def test_the_grid_collides_below_everything_and_has_a_line_at_each_meter(root):
+    stage = opened(root, asset_urls.GRID_STAGE)
+    plane = stage.GetDefaultPrim().GetPrimAtPath("GroundPlane/CollisionPlane")
+    assert plane.IsA(UsdGeom.Plane)
+    assert plane.HasAPI(UsdPhysics.CollisionAPI)
+    low, high = bounds(stage)
+    assert low == pytest.approx((-50, -50, 0))
+    assert high[:2] == pytest.approx((50, 50))
+    texture = np.asarray(Image.open(next((root / "Isaac/Environments/Grid/textures").iterdir())), float).mean(2)
+    bright = texture[50] > texture[50].min() + 20
+    assert np.flatnonzero(np.diff(bright.astype(int)) == 1).size == 9  # and one at the edge

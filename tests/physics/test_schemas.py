@@ -140,6 +140,18 @@ def test_values_that_change_nothing_are_not_named():
     assert not _warnings_of(stage)
 
 
+def test_settings_of_a_scene_that_ask_for_what_is_done_anyway_are_not_named():
+    stage = new_stage()
+    scene = stage.DefinePrim("/PhysicsScene", "PhysicsScene")
+    physx.PhysxSceneAPI.Apply(scene)
+    for name, value in (("enableGPUDynamics", False), ("broadphaseType", "MBP"), ("enableCCD", True)):
+        scene.GetAttribute(f"physxScene:{name}").Set(value)
+    assert not _warnings_of(stage)
+    scene.GetAttribute("physxScene:broadphaseType").Set("ABP")
+    (message,) = _warnings_of(stage)
+    assert "physxScene:broadphaseType: " in message
+
+
 def test_prototypes_of_instances_are_named_once():
     stage = new_stage()
     part = stage.DefinePrim("/Asset/part")

@@ -57,6 +57,11 @@ def test_typed_getters_convert_settings():
         assert settings.get("/rtx/some/number") == expected
     settings.set_default("/rtx/some/number", 1)
     assert settings.get("/rtx/some/number") == "2.5"
+    defaults = {"int": 2, "float": 2.5, "bool": True, "string": "2.5"}
+    for kind, expected in defaults.items():
+        getattr(settings, f"set_default_{kind}")(f"/rtx/some/{kind}", 2.5)
+        getattr(settings, f"set_default_{kind}")(f"/rtx/some/{kind}", 0)
+        assert settings.get(f"/rtx/some/{kind}") == expected
     settings.destroy_item("/rtx/some")
 
 

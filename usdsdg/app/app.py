@@ -46,10 +46,12 @@ class App:
         self.run_ready_tasks()
 
     def advance(self, seconds: float) -> None:
-        """Advance timeline and physics by `seconds`."""
-        get_timeline().advance(seconds)
-        if get_settings().get_as_bool("/app/player/playSimulations"):
-            engines.physics().advance(seconds, until=get_timeline().get_current_time())
+        """Advance the timeline by `seconds`, and physics if the timeline plays."""
+        timeline = get_timeline()
+        simulates = timeline.is_playing() and get_settings().get_as_bool("/app/player/playSimulations")
+        timeline.advance(seconds)
+        if simulates:
+            engines.physics().advance(seconds, until=timeline.get_current_time())
 
     async def next_update_async(self) -> float:
         """Wait for the next update, shared by all waiters; return its duration [s]."""

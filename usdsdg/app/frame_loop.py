@@ -129,7 +129,7 @@ class Orchestrator:
         self._set_status(Status.STEPPED)
 
     def _advance_and_expose(self, mode: RenderMode, duration: float) -> None:
-        """Advance timeline and physics by `duration` [s]; with motion blur, expose sub-frames in between."""
+        """Advance timeline, and physics if it plays, by `duration` [s]; motion blur exposes sub-frames in between."""
         if mode.motion_blur and duration > 0.0:
             parts = mode.split(mode.sub_frames)
             self._capture.open_shutter()
@@ -143,10 +143,11 @@ class Orchestrator:
         self._capture.expose(mode)
 
     def _duration(self, delta_time: float | None) -> float:
+        """Return the seconds of a frame; without `delta_time` only a playing timeline advances."""
+        if delta_time is not None:
+            return float(delta_time)
         timeline = get_timeline()
-        if not timeline.is_playing():
-            return 0.0
-        return 1.0 / timeline.get_time_codes_per_seconds() if delta_time is None else float(delta_time)
+        return 1.0 / timeline.get_time_codes_per_seconds() if timeline.is_playing() else 0.0
 
     def _subframes(self, rt_subframes: int, fired: list[evaluate.Trigger]) -> int:
         requested = rt_subframes if rt_subframes > 0 else get_settings().get_as_int("/omni/replicator/RTSubframes")
@@ -224,6 +225,7 @@ class Orchestrator:
                     "orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs, or "
                     "`usdsdg run --frames N`."
                 )
+        expected_before = self._capture.expected_frames  # by a job that this run is part of
         self._capture.expected_frames = None if num_frames is None else self.captures + num_frames
         last = self.captures + (num_frames or 0)
         self._last = last if num_frames is not None else self.captures + _frames_to_limits(self.captures)
@@ -238,7 +240,7 @@ class Orchestrator:
                 if self.status is Status.STOPPED:
                     return
         finally:
-            self._last = None
+            self._last, self._capture.expected_frames = None, expected_before
         if num_frames is None:
             report(FRAMES, self.captures, self.captures)
         self.finish()

@@ -51,3 +51,4 @@ PANORAMAS: dict[str, Callable[[], Room]] = {
 }
 
 WAREHOUSE_STAGE = f"{WAREHOUSE}/warehouse.usd"
+GRID_STAGE = "/Isaac/Environments/Grid/default_environment.usd"

@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from usdsdg.demo.skies.room import Room
 
 # Increase it whenever an asset changes, so that cached folders of older editions are no longer used.
-EDITION = 3
+EDITION = 4
 PARTS_EDITION = 1
+GRID_EDITION = 1
+_GRID = "default_environment.usd"
 
 
 def root() -> str:
@@ -41,6 +43,16 @@ def machine_parts() -> str:
     return _built(f"parts-{_release()}-{PARTS_EDITION}", _write_parts, "demo parts", "name a folder of your own meshes")
 
 
+def grid_environment() -> str:
+    """Return the USD file of the demo ground, for roots without a grid environment; built on first use.
+
+    Raises:
+        AssetError: the cache folder cannot be written.
+    """
+    folder = _built(f"grid-{_release()}-{GRID_EDITION}", _write_grid, "demo ground", "add one to the assets root")
+    return str(Path(folder) / _GRID)
+
+
 def _built(name: str, build: Callable[[Path], None], what: str, instead: str) -> str:
     target = cache_folder() / name
     try:
@@ -55,12 +67,13 @@ def _built(name: str, build: Callable[[Path], None], what: str, instead: str) ->
 def build(folder: Path) -> None:
     """Write every demo asset below `folder`, which must exist."""
     from usdsdg.demo import asset_urls
-    from usdsdg.demo.props import warehouse_hall
+    from usdsdg.demo.props import grid_environment, warehouse_hall
 
     with ThreadPoolExecutor(max_workers=2) as pool:
         skies = [pool.submit(_write_sky, _below(folder, url), room) for url, room in asset_urls.PANORAMAS.items()]
         _write_assets(folder)
         warehouse_hall.write_warehouse(_below(folder, asset_urls.WAREHOUSE_STAGE))
+        grid_environment.write_grid(_below(folder, asset_urls.GRID_STAGE))
         for sky in skies:
             sky.result()
 
@@ -79,6 +92,12 @@ def _write_parts(folder: Path) -> None:
 
     for name, make in machine_parts.PARTS.items():
         usd_writer.write_asset(folder / f"{name}.usd", make())
+
+
+def _write_grid(folder: Path) -> None:
+    from usdsdg.demo.props.grid_environment import write_grid
+
+    write_grid(folder / _GRID)
 
 
 def _write_assets(folder: Path) -> None:

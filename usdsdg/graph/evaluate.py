@@ -1,7 +1,7 @@
 """The graph of a stage and its evaluation: triggers, and the nodes that they execute.
 
 The order of execution: triggers in the order in which the script made them; under a trigger, its nodes in source order.
-Nodes outside any trigger run once, before all triggers, at the next evaluation.
+Nodes outside any trigger run once, before all triggers, at the next evaluation or when the timeline begins to play.
 """
 
 from __future__ import annotations
@@ -124,9 +124,7 @@ class Graph:
         A custom event sent twice fires twice. `preview` runs every frame and time trigger once, as the orchestrator's
         initialization does.
         """
-        impulses, self.impulses = self.impulses, []
-        for node in impulses:
-            run(node)
+        self.run_impulses()
         if preview:
             # Custom events are not previewed: they stay queued for the next evaluation.
             return self._fire(TriggerContext(capture, time, frozenset(), preview))
@@ -135,6 +133,12 @@ class Graph:
         for event in events[1:]:
             fired += self._fire(TriggerContext(-1, time, frozenset([event])))
         return fired
+
+    def run_impulses(self) -> None:
+        """Run the nodes that run once and have not run yet."""
+        impulses, self.impulses = self.impulses, []
+        for node in impulses:
+            run(node)
 
     def _fire(self, context: TriggerContext) -> list[Trigger]:
         due = [trigger for trigger in self.triggers if not trigger.exhausted and trigger.due(context)]

@@ -6,16 +6,22 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
-from usdsdg.distribution import draw
+from usdsdg.distribution import Distribution, draw
 from usdsdg.errors import GraphError, NoCollider, let_pass, warn_once
-from usdsdg.functional.physics import apply_collider
+from usdsdg.functional.physics import apply_collider, create_physics_scene
 from usdsdg.graph.actions import action
-from usdsdg.graph.evaluate import act
+from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths, why_no_prims
 from usdsdg.modify.prims import target_prims
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.geometry.instancers import SAMPLED_ASSETS
+from usdsdg.stage.physics import scenes
 from usdsdg.stage.physics.rigid_bodies import apply_rigid_body_schemas, set_simulation_owner
+
+# The attributes of the PhysicsScene that Replicator makes where there is none.
+REPLICATOR_SCENE = {
+    "enableCCD": True, "enableGPUDynamics": False, "broadphaseType": "MBP", "timeStepsPerSecond": 240,
+}  # fmt: skip
 
 
 def collider(
@@ -52,9 +58,13 @@ def rigid_body(
     velocity: Any = (0.0, 0.0, 0.0), angular_velocity: Any = None, contact_offset: float | None = None,
     rest_offset: float | None = None, overwrite: bool = False, physics_scene: Any = None, input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Make prims rigid bodies, with convex colliders where they have none, and set their velocities at each execution.
+    """Make prims rigid bodies, with convex colliders where they have none, and set their velocities.
 
-    Assets that `randomizer.instantiate` draws later get colliders too, at the execution that shows them.
+    Inside a trigger velocities are written each time it fires; outside, at once, those that a distribution draws at the
+    next evaluation of the graph or when the timeline begins to play. Assets that `randomizer.instantiate` draws later
+    get colliders too, at the execution that shows them.
+
+    A stage without PhysicsScene gets Replicator's: /PhysicsScene with 240 steps per second, CCD, and no GPU dynamics.
 
     Args:
         velocity: (x, y, z) along world axes [stage units / s]: one for all, a list of one per prim, or a distribution.
@@ -64,12 +74,18 @@ def rigid_body(
         physics_scene: as for `collider`.
 
     Raises:
-        BadPrim, GraphError: as `collider`; GraphError at execution, where a velocity is not three numbers.
+        BadPrim: as `collider`, or there is no PhysicsScene and another prim is at /PhysicsScene.
+        GraphError: as `collider`, or a velocity is not three numbers; at execution, where it is written then.
     """
     scene = _scene_of(physics_scene)
     offsets: dict[str, Any] = dict(contactOffset=contact_offset, restOffset=rest_offset)
     velocities: dict[str, Any] = dict(velocity=velocity, angular_velocity=angular_velocity)
-    item = act("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities, **offsets)
+    prims = prim_paths(input_prims) or current_prims()
+    drawn_later = any(isinstance(each, Distribution) for each in velocities.values()) or any(map(_is_sampled, prims))
+    start = act if drawn_later or not prims else act_now
+    item = start("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities, **offsets)
+    if item.prims and scenes.physics_scene(prim_at(item.prims[0]).GetStage()) is None:
+        create_physics_scene(scenes.PATH, **REPLICATOR_SCENE)
     for path in item.prims:
         prim = prim_at(path)
         if overwrite or not (existing := _colliders(prim)):
@@ -83,11 +99,16 @@ def rigid_body(
     return item
 
 
+def _is_sampled(path: str) -> bool:
+    """Return whether an execution of `randomizer.instantiate` decides which asset is at a path."""
+    return path.startswith(f"{SAMPLED_ASSETS}/")
+
+
 def _add_colliders_to_sampled(node: Node) -> None:
     """Make members of populations colliders that have changed to another asset."""
     offsets = {name: node.inputs.get(name) for name in ("contactOffset", "restOffset")}
     for path in node.prims:
-        if path.startswith(f"{SAMPLED_ASSETS}/") and not _colliders(prim_at(path)):
+        if _is_sampled(path) and not _colliders(prim_at(path)):
             _add_colliders(prim_at(path), "convexHull", collisionEnabled=True, **offsets)
 
 

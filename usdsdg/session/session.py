@@ -73,6 +73,7 @@ class Session:
     event_dispatcher = _part("usdsdg.compat.carb.eventdispatcher:EventDispatcher")
     domain_randomization = _part("usdsdg.compat.isaacsim.replicator.randomization.registry:Registry")
     script_manager = _part("usdsdg.compat.omni.behavior.scripting.script_manager:ScriptManager")
+    stage_events = _part("usdsdg.compat.stage_events:StageEvents")
     event_streams = _part("usdsdg.compat.carb.events:EventStreams")
     extension_manager = _part("usdsdg.compat.omni.ext:ExtensionManager")
     selection = _part("usdsdg.compat.omni.usd:Selection")
@@ -83,7 +84,8 @@ class Session:
         self.opened_stage: Usd.Stage | None = None  # the one that is open when a script starts
         self.new_stage_kind = NewStage.EMPTY
         self.has_viewport = False  # every stage gets the cameras of the application's viewport
-        self.stage_listeners: list[Callable[[Usd.Stage], None]] = []
+        self.stage_listeners: list[Callable[[Usd.Stage], None]] = []  # of a stage that has become the current one
+        self.closing_listeners: list[Callable[[Usd.Stage], None]] = []  # of one that is about to be replaced
         # The `with` blocks that are open now, innermost last: see `usdsdg.graph.node`.
         self.open_triggers: list[Any] = []
         self.open_groups: list[tuple[str, ...]] = []
@@ -192,6 +194,10 @@ class Session:
             listener(stage)
 
     def _on_timeline(self, event: str) -> None:
+        if event == "play":
+            # What physics finds when it begins to play is what it restores at a stop.
+            for part in self._made("graph"):
+                part.run_impulses()
         self.engines.follow_timeline(event)
         for part in self._made("orchestrator"):
             part.follow_timeline(event)

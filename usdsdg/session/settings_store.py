@@ -140,6 +140,18 @@ class Settings:
     def set_string(self, path: str, value: str) -> None:
         self.set(path, str(value))
 
+    def set_default_int(self, path: str, value: int) -> None:
+        self.set_default(path, int(value))
+
+    def set_default_float(self, path: str, value: float) -> None:
+        self.set_default(path, float(value))
+
+    def set_default_bool(self, path: str, value: bool) -> None:
+        self.set_default(path, bool(value))
+
+    def set_default_string(self, path: str, value: str) -> None:
+        self.set_default(path, str(value))
+
 
 def get_settings() -> Settings:
     """Return the settings of the session (`carb.settings.get_settings()`)."""

@@ -110,6 +110,8 @@ def set_stage(stage: Usd.Stage) -> Usd.Stage:
     if session.stage == stage:
         return stage
     if session.stage is not None:
+        for listener in tuple(session.closing_listeners):
+            listener(session.stage)
         session.timeline.stop()
         cache.Erase(session.stage)
     cache.Insert(stage)
@@ -121,6 +123,13 @@ def set_stage(stage: Usd.Stage) -> Usd.Stage:
 def on_new_stage(callback: Callable[[Usd.Stage], None]) -> Callable[[], None]:
     """Call `callback(stage)` whenever another stage becomes the current one; return the unsubscriber."""
     listeners = current().stage_listeners
+    listeners.append(callback)
+    return lambda: listeners.remove(callback) if callback in listeners else None
+
+
+def on_stage_closing(callback: Callable[[Usd.Stage], None]) -> Callable[[], None]:
+    """Call `callback(stage)` before another stage becomes the current one; return the unsubscriber."""
+    listeners = current().closing_listeners
     listeners.append(callback)
     return lambda: listeners.remove(callback) if callback in listeners else None
 

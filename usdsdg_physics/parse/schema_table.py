@@ -225,6 +225,12 @@ UNREAD: tuple[Unread, ...] = (
         "bit for bit; --device chooses the processor",
     ),
 )
+# Values of unread attributes that ask for what is done anyway.
+UNREAD_BUT_MET: dict[str, tuple[object, ...]] = {
+    "physxScene:enableGPUDynamics": (False,),
+    "physxScene:broadphaseType": ("MBP", "SAP"),  # those of the CPU
+    "physxScene:enableCCD": (True,),  # it only allows what physxRigidBody:enableCCD asks for
+}
 _UNKNOWN = Unread("", "this is no schema or attribute that usdsdg knows, so it has no effect")
 
 _NAMESPACES = ("physics:", "physx", "omniphysics:", "drive:", "limit:", "state:", "deformablePose:")

@@ -9,6 +9,7 @@ from pxr import Sdf, Tf, Usd
 
 from usdsdg.errors import warn_once
 from usdsdg_physics.parse.schema_table import (
+    UNREAD_BUT_MET,
     Unread,
     is_physics_attribute,
     is_physics_schema,
@@ -72,14 +73,15 @@ def listed(names: list[str]) -> str:
 
 
 def _differs(prim: Usd.Prim, name: str) -> bool:
-    """Return whether a property has a value, and another than its schema gives it anyway."""
+    """Return whether a property has a value that is neither its schema's fallback nor met in any case."""
     attribute = prim.GetAttribute(name)
     if not attribute:
         return prim.GetRelationship(name).HasAuthoredTargets()
     if not attribute.HasAuthoredValue():
         return False
     value = attribute.Get()
-    return value is None or value != _fallbacks().get(_without_instance(name))
+    met = (_fallbacks().get(_without_instance(name)), *UNREAD_BUT_MET.get(name, ()))
+    return value is None or value not in met
 
 
 def _without_instance(name: str) -> str:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from usdsdg.compat.coverage.used_names import Use, uses_of
+from usdsdg.compat.coverage.used_names import GETTERS, Use, uses_of
+from usdsdg.compat.coverage.verdicts import MISSING, SUPPORTED, verdict
 from usdsdg.errors import ConfigError
 
 
@@ -46,7 +47,7 @@ def test_aliases_stand_for_what_they_were_made_from(used):
         "omni.usd", "omni.timeline", "isaacsim.core.utils.stage", "omni.replicator.core", "omni.usd.get_context",
         "omni.replicator.core.trigger.on_frame", "omni.replicator.core.create.cube", "omni.replicator.core.create",
         "omni.replicator.core.create.sphere", "isaacsim.core.utils.stage.open_stage",
-        "omni.timeline.get_timeline_interface",
+        "omni.timeline.get_timeline_interface", "omni.timeline.ITimeline.play",
     }  # fmt: skip
     assert found["omni.replicator.core.create.sphere"] == [("script.py", 8)]
 
@@ -115,3 +116,43 @@ def test_files_that_are_not_python_are_errors(used, text, words):
 
 def test_uses_are_sorted():
     assert sorted([Use("b", "f", 1), Use("a", "f", 2)])[0].name == "a"
+
+
+def test_members_of_what_well_known_functions_return_are_names_of_its_class(used):
+    found = used(
+        """
+        import carb, omni.usd, omni.kit.app
+        from omni.timeline import get_timeline_interface
+        omni.usd.get_context().get_rendering_event_stream().create_subscription_to_pop(print)
+        settings = carb.settings.get_settings()
+        settings.set("/a", 1)
+        class Script:
+            def __init__(self):
+                self._timeline = get_timeline_interface()
+                app = omni.kit.app.get_app()
+                app.update()
+            def run(self, settings):
+                self._timeline.play()
+                settings.fly()
+                app.swim()
+                self._app.dive()
+        settings = make()
+        settings.walk()
+        """
+    )
+    assert set(found) == {
+        "carb", "carb.settings.ISettings.set", "carb.settings.get_settings", "omni.kit.app", "omni.kit.app.IApp.update",
+        "omni.kit.app.get_app", "omni.timeline.ITimeline.play", "omni.timeline.get_timeline_interface", "omni.usd",
+        "omni.usd.UsdContext.get_rendering_event_stream", "omni.usd.get_context",
+    }  # fmt: skip
+    assert found["omni.timeline.ITimeline.play"] == [("script.py", 13)]
+
+
+@pytest.mark.parametrize("getter", sorted(GETTERS))
+def test_the_class_of_what_a_function_returns_is_known_by_its_name(getter):
+    assert verdict(getter).state == verdict(GETTERS[getter]).state == SUPPORTED
+    assert verdict(f"{GETTERS[getter]}.fly_to_the_moon").state == MISSING
+
+
+def test_members_of_values_that_have_none_are_missing():
+    assert verdict("omni.kit.app.GLOBAL_EVENT_UPDATE.flight").state == MISSING

@@ -7,6 +7,7 @@ import numpy as np
 
 from usdsdg.annotators.augmentations.signatures import defaults_of_kernel
 from usdsdg.errors import AugmentationError, warn_once
+from usdsdg.warp_start import quiet_warp
 
 
 def launch(
@@ -47,10 +48,11 @@ def launch(
 
 def device_or_cpu(device: str | None) -> str:
     """Return `device` if it is available, else "cpu" (with one warning)."""
-    import warp as wp
-
     if device in (None, "cpu"):
         return "cpu"
+    quiet_warp()
+    import warp as wp
+
     try:
         # Without a driver Warp prints an error each time that it looks for the current device.
         if wp.is_cuda_available():

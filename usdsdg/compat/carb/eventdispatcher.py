@@ -1,4 +1,4 @@
-"""`carb.eventdispatcher`: events by name, for app updates, the timeline, new frames and custom events."""
+"""`carb.eventdispatcher`: events by name, for app updates, the timeline, stages, new frames and custom events."""
 
 from __future__ import annotations
 
@@ -67,6 +67,7 @@ class EventDispatcher:
         get_app().subscribe_update(self._notify_update)
         get_timeline().subscribe(self._notify_timeline)
         get_orchestrator().on_captured(self._notify_new_frame)
+        _ = current().stage_events  # which dispatches here from now on
 
     def observe_event(
         self,

@@ -19,8 +19,20 @@ REGISTRIES = {
     "WriterRegistry.get": "writers.get",
 }
 CORE = ("omni.replicator.core.scripts.", "omni.replicator.core.")
+# Functions that return the one object of a class, whose members are looked up in the class.
+GETTERS = {
+    "omni.usd.get_context": "omni.usd.UsdContext",
+    "omni.timeline.get_timeline_interface": "omni.timeline.ITimeline",
+    "omni.timeline.acquire_timeline_interface": "omni.timeline.ITimeline",
+    "omni.kit.app.get_app": "omni.kit.app.IApp",
+    "omni.kit.app.get_app_interface": "omni.kit.app.IApp",
+    "carb.settings.get_settings": "carb.settings.ISettings",
+    "carb.settings.acquire_settings_interface": "carb.settings.ISettings",
+}
 # To these a script can add members.
 _OPEN = (*CORE, "annotators.get", "writers.get")
+
+_OBJECTS = frozenset(GETTERS.values())
 
 
 @dataclass(frozen=True, order=True)
@@ -37,8 +49,10 @@ class Use:
 def uses_of(scripts: Sequence[Path]) -> list[Use]:
     """Return the foreign names that scripts use, also in the modules beside them that they import.
 
-    Aliases are resolved: after `import omni.usd as u`, `u.get_context()` uses `omni.usd.get_context`. Methods of what
-    functions return are not seen, nor are members that the scripts register themselves.
+    Aliases are resolved: after `import omni.usd as u`, `u.get_context()` uses `omni.usd.get_context`. Of what functions
+    return, members are seen where it is one of `GETTERS`: `u.get_context().get_stage()`, or `self.context.get_stage()`
+    after `self.context = u.get_context()`, use `omni.usd.UsdContext.get_stage`. Members that the scripts register
+    themselves are not seen.
 
     Raises:
         ConfigError: a file cannot be read, or is not Python.
@@ -115,9 +129,17 @@ class _Reader(ast.NodeVisitor):
         self.definitions.add(node.name)
         self.generic_visit(node)
 
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
+    def visit_FunctionDef(self, node: ast.FunctionDef | ast.AsyncFunctionDef) -> None:
         self.definitions.add(node.name)
+        outside = dict(self._aliases)
+        for parameter in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs):
+            self._aliases.pop(parameter.arg, None)
         self.generic_visit(node)
+        # Objects in variables of a function are not those of other functions; modules that it imports may be.
+        inside = {name: of for name, of in self._aliases.items() if "." in name or of not in _OBJECTS}
+        self._aliases = {**inside, **outside}
+
+    visit_AsyncFunctionDef = visit_FunctionDef
 
     def visit_keyword(self, node: ast.keyword) -> None:
         # `rep.randomizer.register(function, fn_name="name")`
@@ -127,10 +149,13 @@ class _Reader(ast.NodeVisitor):
 
     def visit_Assign(self, node: ast.Assign) -> None:
         name = self._resolved(node.value)
-        if name is not None:
-            for target in node.targets:
-                if isinstance(target, ast.Name) and target.id not in self._aliases:
-                    self._aliases[target.id] = name
+        for target in map(_dotted, node.targets):
+            if target is None or (name not in _OBJECTS and "." in target):
+                continue
+            if self._aliases.get(target) in _OBJECTS:
+                del self._aliases[target]
+            if name is not None:
+                self._aliases.setdefault(target, name)
         self.generic_visit(node)
 
     def visit_Attribute(self, node: ast.Attribute) -> None:
@@ -141,6 +166,8 @@ class _Reader(ast.NodeVisitor):
             self.generic_visit(node)
         else:
             self._use(name, node)
+            if isinstance(root := _root(node), ast.Call):
+                self.visit(root)
 
     def visit_Call(self, node: ast.Call) -> None:
         name = self._resolved(node.func)
@@ -156,17 +183,30 @@ class _Reader(ast.NodeVisitor):
 
     def _resolved(self, node: ast.AST) -> str | None:
         """Return the foreign name that a chain of attributes stands for; None for anything else."""
-        parts = []
-        while isinstance(node, ast.Attribute):
-            parts.append(node.attr)
+        parts: list[str] = []
+        while (alias := self._aliases.get(_dotted(node) or "")) is None and isinstance(node, ast.Attribute):
+            parts.insert(0, node.attr)
             node = node.value
-        if not isinstance(node, ast.Name) or node.id not in self._aliases:
-            return None
-        return ".".join([self._aliases[node.id], *reversed(parts)])
+        if isinstance(node, ast.Call):
+            alias = GETTERS.get(self._resolved(node.func) or "")
+        return None if alias is None else ".".join([alias, *parts])
 
     def _use(self, name: str, node: ast.AST) -> None:
         place = getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
         self.uses.add(Use(name, self._file, *place, called=node in self._called))
+
+
+def _root(node: ast.AST) -> ast.AST:
+    """Return what a chain of attributes starts from."""
+    while isinstance(node, ast.Attribute):
+        node = node.value
+    return node
+
+
+def _dotted(node: ast.AST) -> str | None:
+    """Return the text of a name or a chain of attributes of a name; None for anything else."""
+    root = _root(node)
+    return ast.unparse(node) if isinstance(root, ast.Name) else None
 
 
 def _is_foreign(name: str) -> bool:

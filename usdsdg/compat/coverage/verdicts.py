@@ -155,7 +155,9 @@ def _no_attribute(name: str, owner: Any, part: str) -> Verdict:
         return Verdict(MISSING, f"elsewhere: {moved.where}")
     if gap := _gap(name):
         return Verdict(MISSING, gap)
-    near = near_misses(part, vars(owner).get("__all__") or [each for each in dir(owner) if not each.startswith("_")])
+    near = near_misses(
+        part, getattr(owner, "__all__", None) or [each for each in dir(owner) if not each.startswith("_")]
+    )
     return Verdict(MISSING, f"did you mean {' or '.join(near)}?" if near else "")
 
 

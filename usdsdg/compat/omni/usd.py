@@ -3,28 +3,32 @@
 from __future__ import annotations
 
 import asyncio
-import enum
 from collections.abc import Iterable
 from typing import Any
 
 from pxr import Usd
 
-from usdsdg.compat.carb.eventdispatcher import NEW_FRAME
+from usdsdg.app.app import get_app
+from usdsdg.compat import stage_events as events
+from usdsdg.compat.carb.events import IEvent, IEventStream
+from usdsdg.compat.stage_events import (
+    StageEventType,
+    StageRenderingEventType,
+    StageState,
+    stage_event_name,
+    stage_event_type,
+    stage_events,
+)
 from usdsdg.errors import Unsupported
 from usdsdg.session import stage_context
 from usdsdg.session.session import current
 from usdsdg.stage.paths import next_free_path
 
 __all__ = [
-    "Selection", "StageRenderingEventType", "UsdContext", "get_context", "get_prim_at_path", "get_stage_next_free_path",
-    "get_world_transform_matrix",
+    "Selection", "StageEventType", "StageRenderingEventType", "StageState", "UsdContext", "get_context",
+    "get_prim_at_path", "get_stage_next_free_path", "get_world_transform_matrix", "stage_event_name",
+    "stage_event_type",
 ]  # fmt: skip
-
-
-class StageRenderingEventType(enum.Enum):
-    """The event types of `stage_rendering_event_name`."""
-
-    NEW_FRAME = 0
 
 
 class Selection:
@@ -43,12 +47,12 @@ class Selection:
 
     def set_selected_prim_paths(self, paths: Iterable[Any], expand_in_stage: bool = False) -> bool:
         """Select these paths and no others."""
-        self._paths = [str(path) for path in paths]
+        self._select([str(path) for path in paths])
         return True
 
     def clear_selected_prim_paths(self) -> bool:
         """Select nothing."""
-        self.reset()
+        self._select([])
         return True
 
     def is_prim_path_selected(self, path: Any) -> bool:
@@ -60,8 +64,13 @@ class Selection:
     ) -> bool:
         """Select a path or not, and with `clear_selected` no others."""
         others = [] if clear_selected else [each for each in self._paths if each != str(path)]
-        self._paths = [*others, *([str(path)] if selected else [])]
+        self._select([*others, *([str(path)] if selected else [])])
         return True
+
+    def _select(self, paths: list[str]) -> None:
+        if paths != self._paths:
+            self._paths = paths
+            stage_events().send(StageEventType.SELECTION_CHANGED)
 
 
 class UsdContext:
@@ -77,17 +86,29 @@ class UsdContext:
         return True, ""
 
     def open_stage(self, url: str, *_: Any) -> bool:
-        stage_context.open_stage(url)
+        with stage_events().opening():
+            stage_context.open_stage(url)
         return True
 
     async def open_stage_async(self, url: str, *_: Any) -> tuple[bool, str]:
-        stage_context.open_stage(url)
+        self.open_stage(url)
         await asyncio.sleep(0)
         return True, ""
 
     def save_as_stage(self, url: str, *_: Any) -> bool:
-        stage_context.save_stage(url)
+        with stage_events().saving(str(url)):
+            stage_context.save_stage(url)
         return True
+
+    def save_stage(self, *_: Any) -> bool:
+        """Write the stage to its own file, as `save_as_stage`.
+
+        Raises:
+            Unsupported: the stage has no file.
+        """
+        if self.is_new_stage():
+            raise Unsupported("save_stage: the stage is in memory and has no file; use save_as_stage")
+        return self.save_as_stage(self.get_stage_url())
 
     def get_stage(self) -> Usd.Stage:
         return stage_context.current_stage()
@@ -99,12 +120,44 @@ class UsdContext:
         return stage_context.current_stage().GetRootLayer().identifier
 
     def stage_rendering_event_name(self, event_type: StageRenderingEventType, immediate: bool = False) -> str:
-        """Return the name of the event of new frames in `carb.eventdispatcher`."""
-        return NEW_FRAME
+        """Return the name of a rendering event in `carb.eventdispatcher`; only new frames happen."""
+        events.warn_if_never(StageRenderingEventType(event_type), {StageRenderingEventType.NEW_FRAME})
+        return events.rendering_event_name(event_type)
+
+    def stage_event_name(self, event_type: StageEventType, immediate: bool = False) -> str:
+        """Return the name of a stage event in `carb.eventdispatcher`."""
+        stage_events()
+        events.warn_if_never(StageEventType(event_type), events.SENT_STAGE_EVENTS)
+        return stage_event_name(event_type)
+
+    def stage_event_type(self, event_name: str) -> StageEventType | None:
+        """Return the type of the stage event that has a name, None for another name."""
+        return stage_event_type(event_name)
+
+    def get_stage_event_stream(self) -> IEventStream:
+        """Return the stream of stage events (`carb.events`), with the types of `StageEventType`."""
+        return stage_events().stage
+
+    def get_rendering_event_stream(self) -> IEventStream:
+        """Return the stream of rendering events (`carb.events`): a NEW_FRAME after each capture."""
+        return stage_events().rendering
+
+    async def next_stage_event_async(self) -> tuple[int, dict[str, Any]]:
+        """Wait for the next stage event, with app updates; return its type and payload."""
+        heard: list[IEvent] = []
+        subscription = self.get_stage_event_stream().create_subscription_to_pop(heard.append)
+        while not heard:
+            await get_app().next_update_async()
+        subscription.unsubscribe()
+        return heard[0].type, dict(heard[0].payload)
+
+    def get_stage_state(self) -> StageState:
+        """Return OPENED: there is always an open stage."""
+        return StageState.OPENED
 
     async def save_as_stage_async(self, url: str, *_: Any) -> tuple[bool, str, list[str]]:
         """Write the stage as `save_as_stage`; return True, no error, and the file."""
-        stage_context.save_stage(url)
+        self.save_as_stage(url)
         await asyncio.sleep(0)
         return True, "", [str(url)]
 
@@ -129,6 +182,12 @@ class UsdContext:
             raise Unsupported("reopen_stage: the stage is in memory and has no file; use new_stage")
         stage_context.open_stage(self.get_stage_url())
         return True
+
+    def can_open_stage(self) -> bool:
+        """Return True: no stage is being opened or closed."""
+        return True
+
+    can_close_stage = can_open_stage
 
     def is_new_stage(self) -> bool:
         """Return whether the stage has no file."""

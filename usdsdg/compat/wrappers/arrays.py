@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from usdsdg.errors import warn_once
+from usdsdg.warp_start import quiet_warp
 
 if TYPE_CHECKING:
     import warp as wp
@@ -62,6 +63,7 @@ def chosen(indices: Indices, count: int) -> list[int]:
 
 def as_warp(array: np.ndarray, device: str = "cpu") -> wp.array:
     """Return a copy as a Warp array of the same scalar type."""
+    quiet_warp()
     import warp as wp
 
     return wp.array(np.ascontiguousarray(array), device=device)
@@ -92,6 +94,7 @@ def known_device(device: str) -> str:
     Raises:
         ValueError: it is the name of no kind of device.
     """
+    quiet_warp()
     import warp as wp
 
     if device.split(":")[0] not in ("cpu", "cuda"):

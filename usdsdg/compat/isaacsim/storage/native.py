@@ -1,5 +1,14 @@
-"""`isaacsim.storage.native`: the assets root."""
+"""`isaacsim.storage.native`: the assets root, and what is a file or a folder."""
 
-from usdsdg.compat.omni.isaac.nucleus import get_assets_root_path, get_assets_root_path_async
+from usdsdg.compat.omni.isaac.nucleus import (
+    get_assets_root_path,
+    get_assets_root_path_async,
+    is_dir,
+    is_dir_async,
+    is_file,
+    is_file_async,
+)
 
-__all__ = ["get_assets_root_path", "get_assets_root_path_async"]
+__all__ = [
+    "get_assets_root_path", "get_assets_root_path_async", "is_dir", "is_dir_async", "is_file", "is_file_async",
+]  # fmt: skip

@@ -15,6 +15,7 @@ from usdsdg.compat.wrappers import bodies
 from usdsdg.compat.wrappers.arrays import known_device
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.session.timeline import get_timeline
+from usdsdg.warp_start import quiet_warp
 
 _STEPS = {
     SimulationEvent.PHYSICS_PRE_STEP: True, IsaacEvents.PRE_PHYSICS_STEP: True,
@@ -141,6 +142,7 @@ class SimulationManager:
     @classmethod
     def get_device(cls) -> Any:
         """Return the device as Warp's object."""
+        quiet_warp()
         import warp as wp
 
         return wp.get_device(simulation().device)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pxr import Usd, UsdGeom
 
 from usdsdg.app.app import get_app
+from usdsdg.compat.stage_events import stage_events
 from usdsdg.compat.wrappers.prim_paths import existing_prim
 from usdsdg.errors import AssetError
 from usdsdg.session import stage_context
@@ -53,7 +54,8 @@ async def open_stage_async(usd_path: str) -> tuple[bool, str]:
 
 
 def save_stage(usd_path: str, save_and_reload_in_place: bool = True) -> bool:
-    stage_context.save_stage(usd_path)
+    with stage_events().saving(usd_path):
+        stage_context.save_stage(usd_path)
     return True
 
 

@@ -1,11 +1,11 @@
-"""`GroundPlane`: a square that is seen and an unbounded plane that collides."""
+"""`GroundPlane`: a square that is seen and an unbounded plane that collides, or a mesh that does both."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Usd, UsdGeom, UsdPhysics
 
 from usdsdg.compat.isaacsim.core.api.materials import PhysicsMaterial, PreviewSurface, VisualMaterial
 from usdsdg.compat.isaacsim.core.api.objects.shape import GRAY, LOOKS, PHYSICS_MATERIALS, free_path
@@ -39,7 +39,7 @@ class GroundPlane:
             size: Half an edge [stage units] of the square that is seen; by default 50 m.
 
         Raises:
-            BadPrim: the prim has no plane below it.
+            BadPrim: the prim has neither a plane nor a mesh below it.
         """
         stage = stage_context.current_stage()
         if not prim_of(prim_path):
@@ -51,11 +51,9 @@ class GroundPlane:
             visual_material = visual_material or PreviewSurface(
                 free_path(LOOKS), color=GRAY if color is None else color
             )
-        planes = [prim for prim in Usd.PrimRange(prim_of(prim_path)) if prim.IsA(UsdGeom.Plane)]
-        if not planes:
-            raise BadPrim(f"{prim_path} is no ground plane: it has no Plane below it")
+        ground = _collision_geometry(prim_of(prim_path))
         self._xform = SingleXFormPrim(prim_path, name, scale=scale, visible=visible)
-        self._collider = SingleGeometryPrim(str(planes[0].GetPath()), f"{name}_collision_plane", collision=True)
+        self._collider = SingleGeometryPrim(str(ground.GetPath()), f"{name}_collision_plane", collision=True)
         if z_position is not None:
             self.set_world_pose((0.0, 0.0, z_position))
             self.set_default_state((0.0, 0.0, z_position))
@@ -116,3 +114,17 @@ class GroundPlane:
         self, position: Sequence[float] | None = None, orientation: Sequence[float] | None = None
     ) -> None:
         self._xform.set_default_state(position, orientation)
+
+
+def _collision_geometry(root: Usd.Prim) -> Usd.Prim:
+    """Return what collides of a ground: its first plane, or else its first mesh, colliders before others.
+
+    Raises:
+        BadPrim: there is neither.
+    """
+    prims = list(Usd.PrimRange(root))
+    for schema in (UsdGeom.Plane, UsdGeom.Mesh):
+        found = [prim for prim in prims if prim.IsA(schema)]
+        if found:
+            return next((prim for prim in found if prim.HasAPI(UsdPhysics.CollisionAPI)), found[0])
+    raise BadPrim(f"{root.GetPath()} is no ground plane: it has neither a Plane nor a Mesh below it")

@@ -8,12 +8,16 @@ from typing import Protocol, TypeVar
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg import demo
 from usdsdg.compat.isaacsim.core.api.materials import PhysicsMaterial
 from usdsdg.compat.isaacsim.core.api.objects import GroundPlane
 from usdsdg.compat.isaacsim.core.api.objects.shape import PHYSICS_MATERIALS, free_path
 from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage, remove_prim
 from usdsdg.compat.wrappers import bounds
+from usdsdg.demo.asset_urls import GRID_STAGE
+from usdsdg.errors import AssetError, warn_once
 from usdsdg.session import stage_context
+from usdsdg.stage import assets
 
 
 class Member(Protocol):
@@ -85,13 +89,14 @@ class Scene:
     ) -> Member:
         """Add the grid environment of the assets root; return the object of this name if there is one.
 
+        Where the root has none, that of the demo assets stands in for it, with a warning.
+
         Raises:
-            AssetNotFound: the assets root has no /Isaac/Environments/Grid/default_environment.usd.
+            AssetNotFound: the assets root does not exist.
         """
         if self.object_exists(name):
             return self._members[name]
-        file = f"{stage_context.assets_root()}/Isaac/Environments/Grid/default_environment.usd"
-        add_reference_to_stage(file, prim_path)
+        add_reference_to_stage(_grid_environment(), prim_path)
         material = _friction(static_friction, dynamic_friction, restitution)
         return self.add(GroundPlane(prim_path, name, z_position=z_position, physics_material=material))
 
@@ -140,6 +145,16 @@ class Scene:
             raise RuntimeError("compute_object_AABB: call enable_bounding_boxes_computations first")
         self._bbox_cache.Clear()
         return bounds.aligned(self._bbox_cache, _prims(self._members[name])).reshape(2, 3)
+
+
+def _grid_environment() -> str:
+    """Return the file of the default ground."""
+    stage_context.assets_root()  # which may be missing
+    try:
+        return assets.locate(GRID_STAGE)
+    except AssetError as error:
+        warn_once(f"the grid environment of the demo assets stands in for that of Isaac Sim: {error}")
+        return demo.grid_environment()
 
 
 def _friction(static: float, dynamic: float, restitution: float) -> PhysicsMaterial:

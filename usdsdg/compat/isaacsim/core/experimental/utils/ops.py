@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from usdsdg.compat.wrappers.arrays import as_numpy, known_device
+from usdsdg.warp_start import quiet_warp
 
 if TYPE_CHECKING:
     import warp as wp
@@ -21,6 +22,7 @@ def parse_device(device: str | wp.Device | None, *, raise_on_invalid: bool = Fal
     Raises:
         ValueError: there is no such device, and `raise_on_invalid`.
     """
+    quiet_warp()
     import warp as wp
 
     if device is None or isinstance(device, wp.Device):
@@ -30,6 +32,7 @@ def parse_device(device: str | wp.Device | None, *, raise_on_invalid: bool = Fal
 
 def place(x: Values, *, dtype: type | None = None, device: str | wp.Device | None = None) -> wp.array:
     """Return a Warp array; one that has this type and device already is returned as it is."""
+    quiet_warp()
     import warp as wp
 
     if isinstance(x, wp.array) and (dtype is None or x.dtype == dtype):

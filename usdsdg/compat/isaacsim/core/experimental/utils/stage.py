@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdUtils
 
 from usdsdg.compat.isaacsim.core.experimental.utils.prim import set_prim_variants
 from usdsdg.compat.isaacsim.core.utils import stage as older
+from usdsdg.compat.stage_events import stage_events
 from usdsdg.compat.wrappers.prim_paths import existing_prim
 from usdsdg.errors import BadPrim, Unsupported
 from usdsdg.session import stage_context
@@ -81,7 +82,8 @@ async def open_stage_async(usd_path: str) -> tuple[bool, Usd.Stage | None]:
 def save_stage(usd_path: str) -> bool:
     """Write the current stage to a file."""
     _check_name(usd_path)
-    stage_context.save_stage(usd_path)
+    with stage_events().saving(usd_path):
+        stage_context.save_stage(usd_path)
     return True
 
 
