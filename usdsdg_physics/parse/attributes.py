@@ -5,6 +5,8 @@ from typing import Any
 
 from pxr import Usd
 
+from usdsdg.stage.time_code import current_value, default_or_current_time
+
 RIGID_BODY = "PhysicsRigidBodyAPI"
 COLLISION = "PhysicsCollisionAPI"
 MASS = "PhysicsMassAPI"
@@ -16,15 +18,22 @@ SURFACE_VELOCITY = "PhysxSurfaceVelocityAPI"
 
 
 def value(prim: Usd.Prim, name: str, default: Any) -> Any:
-    """Return an attribute's value at the default time, its schema's fallback, or `default` when neither exists."""
-    found = prim.GetAttribute(name).Get()
+    """Return an attribute's value at the time of the context, its schema's fallback, or `default` without either."""
+    found = current_value(prim.GetAttribute(name))
+    return default if found is None else found
+
+
+def written_value(prim: Usd.Prim, name: str, default: Any) -> Any:
+    """Return `value` of an attribute that steps write: its default value, whatever samples scripts make of it."""
+    attribute = prim.GetAttribute(name)
+    found = attribute.Get(default_or_current_time(attribute)) if attribute else None
     return default if found is None else found
 
 
 def authored(prim: Usd.Prim, name: str) -> Any | None:
     """Return an attribute's authored value; None where there is at most a schema's fallback."""
     attribute = prim.GetAttribute(name)
-    return attribute.Get() if attribute and attribute.HasAuthoredValue() else None
+    return current_value(attribute) if attribute and attribute.HasAuthoredValue() else None
 
 
 def finite(number: Any, default: float) -> float:

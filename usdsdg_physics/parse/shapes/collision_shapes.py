@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.time_code import current_value
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.shapes.convex_decomposition import Splitting
 from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
@@ -204,9 +205,9 @@ def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
     Triangles at points that are not finite are left out, with a warning.
     """
     mesh = UsdGeom.Mesh(prim)
-    points = np.asarray(mesh.GetPointsAttr().Get() or [], np.float32).reshape(-1, 3)
-    counts = np.asarray(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
-    corners = np.asarray(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
+    points = np.asarray(current_value(mesh.GetPointsAttr()) or [], np.float32).reshape(-1, 3)
+    counts = np.asarray(current_value(mesh.GetFaceVertexCountsAttr()) or [], np.int64)
+    corners = np.asarray(current_value(mesh.GetFaceVertexIndicesAttr()) or [], np.int64)
     if not len(corners) or counts.sum() != len(corners) or corners.max() >= len(points) or corners.min() < 0:
         return points, np.zeros((0, 3), np.int32)
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -214,7 +215,7 @@ def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
     first = np.repeat(starts, fans)
     step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
     triangles = np.stack([corners[first], corners[first + step + 1], corners[first + step + 2]], axis=1)
-    if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
+    if current_value(mesh.GetOrientationAttr()) == UsdGeom.Tokens.leftHanded:
         triangles = triangles[:, ::-1]
     finite = np.asarray(np.isfinite(points).all(axis=1))
     if not finite.all():

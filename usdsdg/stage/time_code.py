@@ -1,7 +1,7 @@
-"""The time code at which lights, materials and images are read.
+"""The time code at which attributes are read.
 
-One update reads a stage at one time code. Dozens of small readers would only hand it on to the next, so they take it
-from this context.
+One update of the renderer, or of the physics, reads a stage at one time code. Dozens of small readers would only hand
+it on to the next, so they take it from this context.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,13 +25,24 @@ def time_context(time: Usd.TimeCode) -> Iterator[None]:
         _time.reset(token)
 
 
+def current_time() -> Usd.TimeCode:
+    """Return the time code of the context; outside of one, the default time."""
+    time = _time.get()
+    return _DEFAULT if time is None else time
+
+
 def current_value(attribute: Usd.Attribute) -> Any:
     """Return the attribute's value at the time code of the context; outside of one, at the default time."""
-    return current_values([attribute])[0]
+    return attribute.Get(current_time())
 
 
 def current_values(attributes: Sequence[Usd.Attribute]) -> list[Any]:
     """Return `current_value` of many attributes."""
-    time = _time.get()
-    time = _DEFAULT if time is None else time
+    time = current_time()
     return [attribute.Get(time) for attribute in attributes]
+
+
+def default_or_current_time(attribute: Usd.Attribute) -> Usd.TimeCode:
+    """Return the default time where the attribute has an authored default value, else that of the context."""
+    source = attribute.GetResolveInfo(_DEFAULT).GetSource()
+    return _DEFAULT if source == Usd.ResolveInfoSourceDefault else current_time()
