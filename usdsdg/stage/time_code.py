@@ -12,7 +12,7 @@ from typing import Any
 from pxr import Usd
 
 _DEFAULT = Usd.TimeCode.Default()
-_time: ContextVar[Usd.TimeCode | None] = ContextVar("time code", default=None)  # None: the default time
+_time = ContextVar("time code", default=_DEFAULT)
 
 
 @contextmanager
@@ -27,13 +27,12 @@ def time_context(time: Usd.TimeCode) -> Iterator[None]:
 
 def current_time() -> Usd.TimeCode:
     """Return the time code of the context; outside of one, the default time."""
-    time = _time.get()
-    return _DEFAULT if time is None else time
+    return _time.get()
 
 
 def current_value(attribute: Usd.Attribute) -> Any:
     """Return the attribute's value at the time code of the context; outside of one, at the default time."""
-    return attribute.Get(current_time())
+    return attribute.Get(_time.get())
 
 
 def current_values(attributes: Sequence[Usd.Attribute]) -> list[Any]:

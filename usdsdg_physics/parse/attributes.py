@@ -5,7 +5,7 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg.stage.time_code import current_value, default_or_current_time
+from usdsdg.stage.time_code import current_time, current_value, default_or_current_time
 
 RIGID_BODY = "PhysicsRigidBodyAPI"
 COLLISION = "PhysicsCollisionAPI"
@@ -19,7 +19,7 @@ SURFACE_VELOCITY = "PhysxSurfaceVelocityAPI"
 
 def value(prim: Usd.Prim, name: str, default: Any) -> Any:
     """Return an attribute's value at the time of the context, its schema's fallback, or `default` without either."""
-    found = current_value(prim.GetAttribute(name))
+    found = prim.GetAttribute(name).Get(current_time())
     return default if found is None else found
 
 

@@ -6,7 +6,11 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.stage.time_code import current_time, default_or_current_time
 
-_SAMPLED = (Usd.ResolveInfoSourceTimeSamples, Usd.ResolveInfoSourceValueClips, Usd.ResolveInfoSourceSpline)
+# By value, of which a comparison takes a tenth of the time.
+_SAMPLED = {
+    source.value
+    for source in (Usd.ResolveInfoSourceTimeSamples, Usd.ResolveInfoSourceValueClips, Usd.ResolveInfoSourceSpline)
+}
 
 
 class BodyXformCache(UsdGeom.XformCache):
@@ -43,7 +47,7 @@ def op_matrix(op: UsdGeom.XformOp) -> Gf.Matrix4d:
 
 def is_sampled(attribute: Usd.Attribute) -> bool:
     """Return whether samples, a spline or value clips give an attribute its value at the time of the context."""
-    return bool(attribute) and attribute.GetResolveInfo(current_time()).GetSource() in _SAMPLED
+    return bool(attribute) and attribute.GetResolveInfo(current_time()).GetSource().value in _SAMPLED
 
 
 def varies(prim: Usd.Prim) -> bool:
