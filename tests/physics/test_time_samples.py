@@ -75,6 +75,29 @@ def test_a_body_with_one_sample_falls_from_there_and_is_drawn_where_it_is(above)
     assert _text(stage) == before
 
 
+def test_all_ops_may_have_one_sample():
+    """Scale and rotation too, in single ops and in a matrix."""
+    stage = _stage(start=1)
+    turned = Gf.Matrix4d(Gf.Rotation((0, 0, 1), 30), (0, 0, 5))
+    ops = add(stage, "/World/ops", rotate=(0, 0, 0))
+    _sample(ops, "xformOp:translate", {1: Gf.Vec3d(0, 0, 5)})
+    _sample(ops, "xformOp:rotateXYZ", {1: Gf.Vec3f(0, 0, 30)})
+    _sample(ops, "xformOp:scale", {1: Gf.Vec3f(0.5, 0.2, 0.1)})
+    matrix = add(stage, "/World/matrix", at=(0, 0, 0))
+    UsdGeom.Xformable(matrix).ClearXformOpOrder()
+    scale = Gf.Matrix4d().SetScale((0.5, 0.2, 0.1))
+    UsdGeom.Xformable(matrix).AddTransformOp().Set(scale * turned * Gf.Matrix4d().SetTranslate((3, 0, 0)), 1)
+    before = _text(stage)
+    engine = playing(stage)
+    engine.advance(10 * STEP)
+    for prim, x in ((ops, 0), (matrix, 3)):
+        expected = scale * turned * Gf.Matrix4d().SetTranslate((x, 0, -fallen(10)))
+        found = UsdGeom.XformCache(11).GetLocalToWorldTransform(prim)
+        np.testing.assert_allclose(np.array(found), np.array(expected), atol=1e-3)
+    engine.stop()
+    assert _text(stage) == before
+
+
 def test_a_fall_ends_on_a_floor_with_one_sample():
     stage = _stage(start=1)
     floor = add(stage, "/World/floor", scale=(5, 5, 0.1), body=False)
@@ -82,6 +105,8 @@ def test_a_fall_ends_on_a_floor_with_one_sample():
     box = add(stage, "/World/box")
     _sample(box, "xformOp:translate", {1: Gf.Vec3d(0, 0, 2)})
     engine = playing(stage)
+    assert engine.rigid_bodies == ("/World/box",)
+    assert engine._session is not None
     assert engine._session.scene.animated == ()
     engine.advance(1.0)
     assert _drawn(box, 61)[2] == pytest.approx(1.7, abs=2e-3)
@@ -137,6 +162,19 @@ def test_a_body_starts_again_from_its_sample():
     assert _drawn(other, 12)[2] == pytest.approx(5 - fallen(11), abs=1e-3)
     engine.stop()
     assert _text(stage) == before
+
+
+def test_a_sample_counts_more_than_the_default_value_of_a_weaker_layer():
+    """As of an asset whose pose a scene sets, with one sample."""
+    stage = _stage(start=1)
+    box = add(stage, "/World/box", at=(0, 0, 1))
+    layer = Sdf.Layer.CreateAnonymous()
+    layer.TransferContent(stage.GetRootLayer())
+    stage.GetRootLayer().subLayerPaths.append(layer.identifier)
+    stage.RemovePrim("/World/box")
+    box.GetAttribute("xformOp:translate").Set(Gf.Vec3d(0, 0, 5), 1)
+    playing(stage).advance(10 * STEP)
+    assert _drawn(box, 11)[2] == pytest.approx(5 - fallen(10), abs=1e-3)
 
 
 @pytest.mark.parametrize("weaker", [True, False])
@@ -245,6 +283,20 @@ def test_shapes_are_read_at_the_time_of_the_play(name):
         warnings.simplefilter("error", errors.UsdsdgWarning)
         playing(stage).advance(1.0)
     assert position(box)[2] == pytest.approx(2.1, abs=2e-3)
+
+
+@pytest.mark.parametrize("name", ["size", "drive:linear:physics:targetPosition"])
+def test_attributes_that_are_read_once_are_named_where_they_vary(name):
+    stage = _stage()
+    box = add(stage, "/World/box", at=(0, 0, 0.2))
+    joint = UsdPhysics.PrismaticJoint.Define(stage, "/World/joint")
+    joint.CreateBody1Rel().SetTargets([box.GetPath()])
+    UsdPhysics.DriveAPI.Apply(joint.GetPrim(), "linear").CreateTargetPositionAttr(0.0)
+    prim = box if name == "size" else joint.GetPrim()
+    prim.GetAttribute(name).Set(1.0, 0)
+    prim.GetAttribute(name).Set(2.0, 60)
+    with pytest.warns(errors.UsdsdgWarning, match=f"{prim.GetPath()}: .*time samples.*{name}"):
+        playing(stage)
 
 
 def test_instances_with_sampled_positions_fall_from_there():

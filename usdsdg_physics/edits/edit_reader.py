@@ -8,10 +8,11 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.physics.instances import split_instance
+from usdsdg.stage.time_code import is_sampled
 from usdsdg_physics.edits.subtrees import SubtreeReader, nearly_equal, same_geometry
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
-from usdsdg_physics.parse.body_transforms import BodyXformCache, is_sampled
+from usdsdg_physics.parse.body_transforms import BodyXformCache
 from usdsdg_physics.parse.colliders import frame_from_prim
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.joints import read_joint

@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.physics.joints import ARTICULATION_ROOT
-from usdsdg.stage.time_code import current_time
+from usdsdg.stage.time_code import current_time, default_or_current_time, is_sampled, transform_varies
 from usdsdg_physics.parse.attributes import (
     COLLISION,
     CONTACT_REPORT,
@@ -17,7 +17,6 @@ from usdsdg_physics.parse.attributes import (
     SURFACE_VELOCITY,
     value,
 )
-from usdsdg_physics.parse.body_transforms import is_sampled, varies
 from usdsdg_physics.parse.point_instancers import prototype_paths
 from usdsdg_physics.parse.unread import UnreadNames, listed
 
@@ -198,8 +197,9 @@ def _find_animated(found: PhysicsPrims) -> None:
     if ignored:
         warn_once(
             "rigid bodies that are not kinematic move by physics alone, not by time samples or splines of theirs or of "
-            f"prims above them: {_paths(ignored)}. They begin at default values of their own, and without these "
-            "where samples have them then. Enable physics:kinematicEnabled on bodies that shall follow theirs."
+            f"prims above them: {_paths(ignored)}. They begin at default values beside the samples, and without these "
+            "where the samples have them when the simulation begins. Enable physics:kinematicEnabled on bodies that "
+            "shall follow theirs."
         )
     if planes:
         warn_once(
@@ -222,7 +222,7 @@ def _is_moved(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
     """Return whether the transform of a prim or of an ancestor varies with time; a single sample does not."""
     path = prim.GetPath()
     if path not in known:
-        known[path] = varies(prim)
+        known[path] = transform_varies(prim)
         if not known[path] and not prim.IsPseudoRoot() and not _resets_xform_stack(prim):
             known[path] = _is_moved(prim.GetParent(), known)
     return known[path]
@@ -231,7 +231,7 @@ def _is_moved(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
 def _is_moved_below(prim: Usd.Prim, owner: Usd.Prim) -> bool:
     """Return whether time samples move a collider relative to its body."""
     while prim and prim != owner:
-        if varies(prim):
+        if transform_varies(prim):
             return True
         prim = prim.GetParent()
     return False
@@ -243,6 +243,5 @@ def _ops(prim: Usd.Prim) -> list[UsdGeom.XformOp]:
 
 
 def _has_other_default(op: UsdGeom.XformOp) -> bool:
-    """Return whether an op with samples has a default value that is another than that of the samples now."""
-    default = op.Get(Usd.TimeCode.Default())
-    return default is not None and default != op.Get(current_time())
+    """Return whether an op with samples has a default value beside them, and another than theirs now."""
+    return op.Get(default_or_current_time(op.GetAttr())) != op.Get(current_time())

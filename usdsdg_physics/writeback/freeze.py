@@ -3,16 +3,15 @@
 from pxr import Usd
 
 from usdsdg.errors import warn_once
-from usdsdg.stage.time_code import default_or_current_time
-from usdsdg_physics.parse.body_transforms import is_sampled
+from usdsdg.stage.time_code import default_or_current_time, is_sampled
 from usdsdg_physics.writeback.restore import Backup, attribute_spec
 
 
 def freeze(attribute: Usd.Attribute, target: Usd.EditTarget, backup: Backup) -> None:
     """Give an attribute that has samples, a spline or value clips one value at all times, until the backup is restored.
 
-    It is its default value, and without one the value at the time of the context. Samples that a script makes
-    afterwards, as a record of the simulation, stay.
+    It is a default value beside the samples, and without one the value at the time of the context. Samples that a
+    script makes afterwards, as a record of the simulation, stay.
     """
     if not is_sampled(attribute):
         return

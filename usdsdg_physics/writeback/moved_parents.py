@@ -3,8 +3,7 @@
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
-from usdsdg.stage.time_code import current_time
-from usdsdg_physics.parse.body_transforms import varies
+from usdsdg.stage.time_code import current_time, transform_varies
 from usdsdg_physics.writeback.pose_matrices import PoseMatrices
 
 
@@ -44,7 +43,7 @@ class MovedParents:
 def _varies_below(prim: Usd.Prim, above: Usd.Prim | None) -> bool:
     """Return whether the matrix from a prim to one above it, or to the world, varies."""
     while prim and prim != above:
-        if varies(prim):
+        if transform_varies(prim):
             return True
         xformable = UsdGeom.Xformable(prim)
         if xformable and xformable.GetResetXformStack():

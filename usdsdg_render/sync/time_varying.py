@@ -21,23 +21,18 @@ _VECTORS = frozenset(
 
 
 def has_splines_or_clips(stage: Usd.Stage, root: Sdf.Path) -> bool:
-    """Return whether a prim at or below `root`, or in a prototype that it may be an instance of, has any."""
-    start = stage.GetPrimAtPath(root)
-    if not start:
-        return False
-    found, has_instances = _search(start)
-    # Each prototype once: a thousand instances of one cost no more.
-    return found or (has_instances and any(_search(prototype)[0] for prototype in stage.GetPrototypes()))
-
-
-def _search(root: Usd.Prim) -> tuple[bool, bool]:
-    """Return whether there is any at or below a prim, and whether there is an instance."""
-    has_instances, has_spline = False, Usd.Attribute.HasSpline
-    for prim in Usd.PrimRange(root):
-        if prim.HasAuthoredMetadata("clips") or any(map(has_spline, prim.GetAuthoredAttributes())):
-            return True, has_instances
-        has_instances = has_instances or prim.IsInstance()
-    return False, has_instances
+    """Return whether a prim at or below `root`, or in what these are instances of, has any."""
+    unread, prototypes, has_spline = [stage.GetPrimAtPath(root)], set(), Usd.Attribute.HasSpline
+    while unread:
+        start = unread.pop()
+        for prim in Usd.PrimRange(start) if start else ():
+            if prim.HasAuthoredMetadata("clips") or any(map(has_spline, prim.GetAuthoredAttributes())):
+                return True
+            if prim.IsInstance() and (prototype := prim.GetPrototype()).GetPath() not in prototypes:
+                # Each once: a thousand instances of one cost no more.
+                prototypes.add(prototype.GetPath())
+                unread.append(prototype)
+    return False
 
 
 def splined(stage: Usd.Stage, properties: Sequence[Sdf.Path]) -> set[Sdf.Path]:

@@ -8,7 +8,7 @@ from pxr import Usd, UsdGeom
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.time_code import current_value
-from usdsdg_physics.parse.attributes import value
+from usdsdg_physics.parse.attributes import value, warn_if_varying
 from usdsdg_physics.parse.shapes.convex_decomposition import Splitting
 from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
 from usdsdg_physics.scene.records import Shape, ShapeKind, Solid
@@ -65,6 +65,7 @@ def _primitive(prim: Usd.Prim, kind: str, matrix: np.ndarray, hulls: HullCache, 
             "here and is ignored. Put the API on a Mesh, Cube, Sphere, Capsule, Cylinder, Cone or Plane."
         )
         return None
+    warn_if_varying(prim, *_LENGTHS)
     for name in _LENGTHS:
         length = value(prim, name, None)
         if length is not None and not 0.0 < length < np.inf and kind != "Plane":
@@ -150,6 +151,7 @@ def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) 
 
 def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> list[Shape]:
     points, triangles = mesh_triangles(prim)
+    warn_if_varying(prim, "points")
     if not len(points):
         warn_once(f"{prim.GetPath()} has CollisionAPI but no points, so it does not collide.")
         return []
