@@ -11,6 +11,7 @@ from usdsdg.errors import PhysicsError, warn_once
 from usdsdg.stage.changes import Changes, ChangeTracker
 from usdsdg.stage.physics.scenes import steps_per_second
 from usdsdg.stage.poses.rotations import matrix_from_quat
+from usdsdg.stage.time_code import time_context
 from usdsdg_physics.edits.apply_edits import apply_edits
 from usdsdg_physics.edits.edit_reader import EditReader, Edits
 from usdsdg_physics.edits.subtrees import with_subtrees
@@ -264,7 +265,7 @@ class PlaySession:
 
     def _write_back(self, world: World) -> None:
         self.poses, self._unwritten = world.poses(), False
-        with self._tracker.muted():
+        with self._tracker.muted(), time_context(self._time):
             self._writer.write(self.poses, world.velocities())
             self._instances.write(self.poses, world.velocities())
             if self._joint_writer.axes:
@@ -317,7 +318,7 @@ class PlaySession:
         self._open_writer()
 
     def _open_writer(self) -> None:
-        with self._tracker.muted():
+        with self._tracker.muted(), time_context(self._time):
             meters = self._units.meters
             bodies, velocities = self.scene.bodies, self.writes_velocities
             self._writer, self._instances = (
@@ -334,9 +335,13 @@ class PlaySession:
         if self.world is not None and not self._unwritten:
             self._writer.set_written(self.world.poses(), self.world.velocities())
 
+    def _read_edits(self, changes: Changes) -> Edits:
+        with time_context(self._time):
+            return self._reader.read(changes)
+
     def _apply_stage_edits(self) -> None:
         changes = self._tracker.take()
-        edits = self._reader.read(changes) if changes else Edits()
+        edits = self._read_edits(changes) if changes else Edits()
         if self._unwritten and (self._must_rebuild or edits.subtrees) and self.world is not None:
             self._write_back(self.world)
         stays = self.world is not None or not (self.scene.bodies or edits.subtrees)
@@ -348,7 +353,7 @@ class PlaySession:
             self._replace_subtrees(edits.subtrees, changes)
             # What else changed, of the scene that is now there.
             changes = Changes(changed=changes.changed)
-            edits = self._reader.read(changes)
+            edits = self._read_edits(changes)
             if edits.rebuild or (edits and not self.scene.bodies):
                 self._read_stage(changes)
                 return
@@ -366,7 +371,7 @@ class PlaySession:
 
     def _replace_subtrees(self, subtrees: Mapping[str, Scene], changes: Changes) -> None:
         """Go on with what is now below some prims, and with all other bodies where and as fast as they are."""
-        world, cache = self.world, UsdGeom.XformCache(Usd.TimeCode.Default())
+        world, cache = self.world, UsdGeom.XformCache(self._time)
         assert world is not None
         for part in subtrees.values() if not self.writes_velocities else ():
             self._told.go_on(part.bodies, world, changes)

@@ -8,9 +8,11 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.physics.instances import split_instance
+from usdsdg.stage.time_code import is_sampled
 from usdsdg_physics.edits.subtrees import SubtreeReader, nearly_equal, same_geometry
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
+from usdsdg_physics.parse.body_transforms import BodyXformCache
 from usdsdg_physics.parse.colliders import frame_from_prim
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.joints import read_joint
@@ -115,9 +117,10 @@ class EditReader:
         self._units = Units.of(stage)
         self._subtrees = SubtreeReader(stage, scene, hulls)
         self._animated = set(scene.animated)
+        self._sampled: set[Sdf.Path] = set()  # dynamic bodies of whose poses a script makes samples, as a record
 
     def read(self, changes: Changes) -> Edits:
-        """Read the edits that changes of the stage mean; values are those on the stage now."""
+        """Read the edits that changes of the stage mean; values are those of now, at the time of the context."""
         edits = Edits()
         subtrees = None if Sdf.Path.absoluteRootPath in changes.changed else self._subtrees.read(changes.resynced)
         if subtrees is None:
@@ -126,14 +129,24 @@ class EditReader:
         if subtrees:
             edits.subtrees = subtrees
             return edits
-        cache = UsdGeom.XformCache(Usd.TimeCode.Default())
         if self._scene.is_empty and not _names_physics(changes):
             return edits
+        self._note_sampled(changes)
+        cache = BodyXformCache(self._sampled)
         for path, names in changes.changed.items():
             self._read_prim(str(path), names, cache, edits)
             if edits.rebuild:
                 break
         return edits
+
+    def _note_sampled(self, changes: Changes) -> None:
+        for path, names in changes.changed.items():
+            body = self._scene.bodies.get(str(path))
+            if body is not None and not body.kinematic:
+                ops = (path.AppendProperty(name) for name in names if name.startswith("xformOp:"))
+                attributes = map(self._stage.GetAttributeAtPath, ops)
+                if any(attribute and is_sampled(attribute) for attribute in attributes):
+                    self._sampled.add(path)
 
     def _read_prim(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
         warn_unread(self._stage.GetPrimAtPath(path), names)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from pxr import Sdf, Usd
 
 from usdsdg.stage.physics.instances import part_name, split_instance, whole
+from usdsdg.stage.time_code import current_time
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.scene.prim_paths import at_or_below, paths_below
@@ -39,7 +40,7 @@ class SubtreeReader:
                 return None
             if any(at_or_below(p, path) or at_or_below(path, p) for p in self._scene.prototypes):
                 return None
-            now = parse(self._stage, self._hulls, root=root)
+            now = parse(self._stage, self._hulls, root=root, time=current_time())
             if now.scene_path or now.filtered or now.instancers or at_or_below(self._scene.scene_path, path):
                 return None
             if self._differs(path, now):

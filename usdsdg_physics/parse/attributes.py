@@ -5,6 +5,9 @@ from typing import Any
 
 from pxr import Usd
 
+from usdsdg.errors import warn_once
+from usdsdg.stage.time_code import current_time, current_value, default_or_current_time
+
 RIGID_BODY = "PhysicsRigidBodyAPI"
 COLLISION = "PhysicsCollisionAPI"
 MASS = "PhysicsMassAPI"
@@ -16,15 +19,33 @@ SURFACE_VELOCITY = "PhysxSurfaceVelocityAPI"
 
 
 def value(prim: Usd.Prim, name: str, default: Any) -> Any:
-    """Return an attribute's value at the default time, its schema's fallback, or `default` when neither exists."""
-    found = prim.GetAttribute(name).Get()
+    """Return an attribute's value at the time of the context, its schema's fallback, or `default` without either."""
+    found = prim.GetAttribute(name).Get(current_time())
+    return default if found is None else found
+
+
+def written_value(prim: Usd.Prim, name: str, default: Any) -> Any:
+    """Return `value` of an attribute that steps write: its default value, beside which a script may record samples."""
+    attribute = prim.GetAttribute(name)
+    found = attribute.Get(default_or_current_time(attribute)) if attribute else None
     return default if found is None else found
 
 
 def authored(prim: Usd.Prim, name: str) -> Any | None:
     """Return an attribute's authored value; None where there is at most a schema's fallback."""
     attribute = prim.GetAttribute(name)
-    return attribute.Get() if attribute and attribute.HasAuthoredValue() else None
+    return current_value(attribute) if attribute and attribute.HasAuthoredValue() else None
+
+
+def warn_if_varying(prim: Usd.Prim, *names: str) -> None:
+    """Warn of attributes that vary with time, which physics reads once."""
+    attributes = filter(None, map(prim.GetAttribute, names))
+    if varying := [each.GetName() for each in attributes if each.ValueMightBeTimeVarying()]:
+        warn_once(
+            f"{prim.GetPath()}: physics does not follow time samples and splines of {', '.join(varying)}, which keeps "
+            "the value that it has when the simulation begins. Remove them, and set it from a script while physics "
+            "plays."
+        )
 
 
 def finite(number: Any, default: float) -> float:

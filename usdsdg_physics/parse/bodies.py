@@ -4,7 +4,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import warn_once
-from usdsdg_physics.parse.attributes import MASS, SURFACE_VELOCITY, authored, finite, has_api, value
+from usdsdg_physics.parse.attributes import MASS, SURFACE_VELOCITY, authored, finite, has_api, value, written_value
 from usdsdg_physics.parse.units import Units, scaled_vector
 from usdsdg_physics.scene.records import Body, MassSpec, SurfaceVelocity, Vec3
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
@@ -42,12 +42,12 @@ def read_body(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Body:
 
 def read_velocity(prim: Usd.Prim, units: Units) -> Vec3:
     """Read physics:velocity in m/s."""
-    return scaled_vector(value(prim, "physics:velocity", (0.0, 0.0, 0.0)), units.meters)
+    return scaled_vector(written_value(prim, "physics:velocity", (0.0, 0.0, 0.0)), units.meters)
 
 
 def read_angular_velocity(prim: Usd.Prim) -> Vec3:
     """Read physics:angularVelocity (degrees per second) in rad/s."""
-    return scaled_vector(value(prim, "physics:angularVelocity", (0.0, 0.0, 0.0)), np.pi / 180.0)
+    return scaled_vector(written_value(prim, "physics:angularVelocity", (0.0, 0.0, 0.0)), np.pi / 180.0)
 
 
 def read_surface_velocity(prim: Usd.Prim, to_frame: np.ndarray, units: Units) -> SurfaceVelocity | None:

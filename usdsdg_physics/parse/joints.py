@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.poses.rotations import compose, decompose
-from usdsdg_physics.parse.attributes import authored, finite, has_api, value
+from usdsdg_physics.parse.attributes import authored, finite, has_api, value, warn_if_varying, written_value
 from usdsdg_physics.parse.colliders import frame_from_prim
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.scene.records import STATIC, Axis, Drive, Joint, JointKind, Mimic, Vec3
@@ -71,6 +71,7 @@ def read_drive(prim: Usd.Prim, name: str, angular: bool, units: Units) -> Drive 
     if not has_api(prim, f"PhysicsDriveAPI:{name}"):
         return None
     found = f"drive:{name}:physics"
+    warn_if_varying(prim, f"{found}:targetPosition", f"{found}:targetVelocity")
     acceleration = str(value(prim, f"{found}:type", "force")) == "acceleration"
     unit = np.pi / 180.0 if angular else units.meters
     # Per degree, or unit of length; an acceleration drive has no mass in its units.
@@ -232,7 +233,8 @@ def _friction(prim: Usd.Prim, name: str) -> float:
 def _state(prim: Usd.Prim, instance: str, name: str, unit: float) -> float | None:
     if not has_api(prim, f"PhysicsJointStateAPI:{instance}"):
         return None
-    found = authored(prim, f"state:{instance}:physics:{name}")
+    attribute = f"state:{instance}:physics:{name}"
+    found = written_value(prim, attribute, None) if prim.GetAttribute(attribute).HasAuthoredValue() else None
     return None if found is None or not np.isfinite(found) else float(found) * unit
 
 

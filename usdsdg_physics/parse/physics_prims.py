@@ -8,6 +8,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.physics.joints import ARTICULATION_ROOT
+from usdsdg.stage.time_code import current_time, default_or_current_time, is_sampled, transform_varies
 from usdsdg_physics.parse.attributes import (
     COLLISION,
     CONTACT_REPORT,
@@ -35,15 +36,16 @@ class PhysicsPrims:
     joints: list[Usd.Prim] = field(default_factory=list)
     articulations: list[Usd.Prim] = field(default_factory=list)  # with ArticulationRootAPI
     instancers: list[Usd.Prim] = field(default_factory=list)  # PointInstancers that are no part of a prototype
-    animated: list[Usd.Prim] = field(default_factory=list)  # kinematic bodies and static colliders with time samples
+    animated: list[Usd.Prim] = field(default_factory=list)  # kinematic bodies and static colliders that samples move
+    sampled: list[Sdf.Path] = field(default_factory=list)  # dynamic bodies of which xform ops have samples
     instanced_bodies: list[str] = field(default_factory=list)  # rigid bodies inside instances
     nonfinite: list[str] = field(default_factory=list)  # with a transform that is not finite
     unread: UnreadNames = field(default_factory=UnreadNames)  # schemas and attributes without effect
 
 
-def find_physics_prims(stage: Usd.Stage, root: Sdf.Path, cache: UsdGeom.XformCache) -> PhysicsPrims:
+def find_physics_prims(stage: Usd.Stage, root: Sdf.Path) -> PhysicsPrims:
     """Find the prims at or below `root`; a collider belongs to the nearest rigid body at or above it."""
-    found = PhysicsPrims()
+    found, cache = PhysicsPrims(), UsdGeom.XformCache(current_time())
     owners: dict[Sdf.Path, Usd.Prim | None] = {}
     start = stage.GetPrimAtPath(root)
     if not start or not start.IsActive():
@@ -176,47 +178,70 @@ def _warn_left_out(found: PhysicsPrims) -> None:
 
 
 def _find_animated(found: PhysicsPrims) -> None:
-    """Find the kinematic bodies and static colliders that time samples move, and warn of others with samples."""
+    """Find the kinematic bodies and static colliders that time samples move, and dynamic bodies that have samples."""
     known: dict[Sdf.Path, bool] = {}
-    ignored = []
+    ignored, planes, below = [], [], []
     for prim in found.bodies:
-        if _is_time_sampled(prim, known):
-            animated = bool(value(prim, "physics:kinematicEnabled", False))
-            (found.animated if animated else ignored).append(prim)
+        moves = _is_moved(prim, known)
+        if value(prim, "physics:kinematicEnabled", False):
+            found.animated += [prim] if moves else []
+            continue
+        sampled = [op for op in _ops(prim) if is_sampled(op.GetAttr())]
+        found.sampled += [prim.GetPath()] if sampled else []
+        ignored += [prim] if moves or any(map(_has_other_default, sampled)) else []
     for prim, owner in found.colliders:
-        if owner is None and _is_time_sampled(prim, known):
-            # An unbounded plane stays where it is.
-            (ignored if prim.GetTypeName() == "Plane" else found.animated).append(prim)
-        elif owner is not None and prim != owner and _is_sampled_below(prim, owner):
-            ignored.append(prim)
+        if owner is None and _is_moved(prim, known):
+            (planes if prim.GetTypeName() == "Plane" else found.animated).append(prim)
+        elif owner is not None and prim != owner and _is_moved_below(prim, owner):
+            below.append(prim)
     if ignored:
         warn_once(
-            f"time samples of transforms are followed by kinematic bodies and static colliders only, not by "
-            f"{listed([str(prim.GetPath()) for prim in ignored])}. These begin where the values at the default time "
-            "put them; enable physics:kinematicEnabled on bodies that shall follow theirs."
+            "rigid bodies that are not kinematic move by physics alone, not by time samples or splines of theirs or of "
+            f"prims above them: {_paths(ignored)}. They begin at default values beside the samples, and without these "
+            "where the samples have them when the simulation begins. Enable physics:kinematicEnabled on bodies that "
+            "shall follow theirs."
+        )
+    if planes:
+        warn_once(
+            f"time samples and splines do not move unbounded planes, which stay where they are when the simulation "
+            f"begins: {_paths(planes)}. Use thin Cubes."
+        )
+    if below:
+        warn_once(
+            f"time samples and splines do not move colliders in their rigid bodies, where they stay as they are when "
+            f"the simulation begins: {_paths(below)}. Make them rigid bodies with physics:kinematicEnabled, which "
+            "follow theirs."
         )
 
 
-def _is_time_sampled(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
-    """Return whether the transform of a prim or of an ancestor has time samples."""
+def _paths(prims: list[Usd.Prim]) -> str:
+    return listed([str(prim.GetPath()) for prim in prims])
+
+
+def _is_moved(prim: Usd.Prim, known: dict[Sdf.Path, bool]) -> bool:
+    """Return whether the transform of a prim or of an ancestor varies with time; a single sample does not."""
     path = prim.GetPath()
     if path not in known:
-        known[path] = _has_samples(prim)
+        known[path] = transform_varies(prim)
         if not known[path] and not prim.IsPseudoRoot() and not _resets_xform_stack(prim):
-            known[path] = _is_time_sampled(prim.GetParent(), known)
+            known[path] = _is_moved(prim.GetParent(), known)
     return known[path]
 
 
-def _is_sampled_below(prim: Usd.Prim, owner: Usd.Prim) -> bool:
+def _is_moved_below(prim: Usd.Prim, owner: Usd.Prim) -> bool:
     """Return whether time samples move a collider relative to its body."""
     while prim and prim != owner:
-        if _has_samples(prim):
+        if transform_varies(prim):
             return True
         prim = prim.GetParent()
     return False
 
 
-def _has_samples(prim: Usd.Prim) -> bool:
+def _ops(prim: Usd.Prim) -> list[UsdGeom.XformOp]:
     xformable = UsdGeom.Xformable(prim)
-    # One sample does not vary, but is no value at the default time either.
-    return bool(xformable) and any(op.GetNumTimeSamples() for op in xformable.GetOrderedXformOps())
+    return xformable.GetOrderedXformOps() if xformable else []
+
+
+def _has_other_default(op: UsdGeom.XformOp) -> bool:
+    """Return whether an op with samples has a default value beside them, and another than theirs now."""
+    return op.Get(default_or_current_time(op.GetAttr())) != op.Get(current_time())

@@ -11,6 +11,7 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg.errors import warn_once
 from usdsdg.stage.physics.instances import instance_name, part_name
 from usdsdg.stage.poses.rotations import matrix_from_quat
+from usdsdg.stage.time_code import current_time, current_value
 from usdsdg_physics.parse.attributes import COLLISION, RIGID_BODY, has_api, value
 from usdsdg_physics.parse.bodies import read_body, read_mass, read_surface_velocity
 from usdsdg_physics.parse.colliders import colliders_in_frame
@@ -45,13 +46,13 @@ def prototype_paths(instancers: Sequence[Usd.Prim]) -> list[Sdf.Path]:
 
 
 def read_instances(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units, hulls: HullCache) -> Instances:
-    """Read the instances of a PointInstancer at the default time; those that are inactive are left out.
+    """Read the instances of a PointInstancer; those that are inactive are left out.
 
     A rigid body is simulated where it is the root of its prototype.
     """
     instancer, found = UsdGeom.PointInstancer(prim), Instances()
-    time = Usd.TimeCode.Default()
-    indices = instancer.GetProtoIndicesAttr().Get() or ()
+    time = current_time()
+    indices = current_value(instancer.GetProtoIndicesAttr()) or ()
     matrices = instancer.ComputeInstanceTransformsAtTime(
         time, time, UsdGeom.PointInstancer.IncludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
     )
@@ -72,8 +73,8 @@ def read_instances(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units, hull
 
 def _warn_invalid(instancer: UsdGeom.PointInstancer) -> None:
     """Say why USD computes no transforms of the instances."""
-    path, indices = instancer.GetPath(), instancer.GetProtoIndicesAttr().Get() or ()
-    positions = instancer.GetPositionsAttr().Get() or ()
+    path, indices = instancer.GetPath(), current_value(instancer.GetProtoIndicesAttr()) or ()
+    positions = current_value(instancer.GetPositionsAttr()) or ()
     prototypes = len(instancer.GetPrototypesRel().GetForwardedTargets())
     if len(indices) == len(positions) and (wrong := [kind for kind in indices if not 0 <= kind < prototypes]):
         warn_once(
@@ -82,8 +83,8 @@ def _warn_invalid(instancer: UsdGeom.PointInstancer) -> None:
         )
         return
     warn_once(
-        f"{path} has {len(indices)} protoIndices and {len(positions)} positions at the default time, so "
-        "its instances are neither bodies nor colliders. Author as many of each, not only as time samples."
+        f"{path} has {len(indices)} protoIndices and {len(positions)} positions, so its instances are "
+        "neither bodies nor colliders. Author as many of each."
     )
 
 
@@ -186,7 +187,7 @@ def _velocities(
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Return velocities [m/s] and angular velocities [rad/s] (n, 3) of the instances, world; None: none authored."""
     linear, angular = (
-        np.asarray(attribute.Get() or (), np.float64).reshape(-1, 3)
+        np.asarray(current_value(attribute) or (), np.float64).reshape(-1, 3)
         for attribute in (instancer.GetVelocitiesAttr(), instancer.GetAngularVelocitiesAttr())
     )
     axes = to_world[:3, :3] / np.linalg.norm(to_world[:3, :3], axis=1, keepdims=True)
@@ -202,5 +203,5 @@ def _inactive(instancer: UsdGeom.PointInstancer, count: int) -> set[int]:
     if listed is None:
         return set()
     inactive = set(listed.GetAppliedItems())
-    ids = list(instancer.GetIdsAttr().Get() or range(count))
+    ids = list(current_value(instancer.GetIdsAttr()) or range(count))
     return {index for index, identifier in enumerate(ids) if identifier in inactive}

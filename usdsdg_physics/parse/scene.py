@@ -6,8 +6,10 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.physics.scenes import simulated_scene
+from usdsdg.stage.time_code import time_context
 from usdsdg_physics.parse.attributes import finite, value
 from usdsdg_physics.parse.bodies import read_body
+from usdsdg_physics.parse.body_transforms import BodyXformCache
 from usdsdg_physics.parse.colliders import read_collider, read_moving_collider
 from usdsdg_physics.parse.collision_filters import read_filtered_pairs
 from usdsdg_physics.parse.contact_reports import read_contact_report
@@ -36,20 +38,22 @@ def parse(
     """Read every rigid body, collider and joint at or below `root`, instance proxies included.
 
     Bodies with a joint that cannot be simulated are kinematic. Bodies inside instances and prims whose transform is not
-    finite are named in warnings and left out. What time samples move is where it is at `time`: kinematic bodies, and
-    static colliders, each of which becomes a kinematic body. Joints at paths in `broken` are left out.
+    finite are named in warnings and left out. Everything is as it is at `time`, but for what steps write of dynamic
+    bodies: of that the default values count where there are any. Static colliders that time samples move become
+    kinematic bodies. Joints at paths in `broken` are left out.
     """
+    with time_context(time):
+        return _parse(stage, hulls, root, broken)
+
+
+def _parse(stage: Usd.Stage, hulls: HullCache, root: Sdf.Path, broken: Collection[str]) -> Scene:
     units = Units.of(stage)
-    cache = UsdGeom.XformCache(Usd.TimeCode.Default())
-    found = find_physics_prims(stage, root, cache)
+    found = find_physics_prims(stage, root)
     warn_unsupported(found)
     scene_prim = simulated_scene(found.scenes)
-    animated, at_time = {prim.GetPath() for prim in found.animated}, UsdGeom.XformCache(time)
+    animated, cache = {prim.GetPath() for prim in found.animated}, BodyXformCache(found.sampled)
     split_together([cache.GetLocalToWorldTransform(prim) for prim in found.bodies], units.meters)
-    bodies = {
-        str(prim.GetPath()): read_body(prim, at_time if prim.GetPath() in animated else cache, units)
-        for prim in found.bodies
-    }
+    bodies = {str(prim.GetPath()): read_body(prim, cache, units) for prim in found.bodies}
     joints = read_joints(found, cache, units, broken)
     if root == Sdf.Path.absoluteRootPath:
         bodies, joints = hold_unsupported(found, bodies, joints)
@@ -57,7 +61,7 @@ def parse(
     colliders = {}
     for (prim, owner), material in zip(found.colliders, materials):
         if owner is None and prim.GetPath() in animated:
-            body, read = read_moving_collider(prim, material, at_time, units, hulls)
+            body, read = read_moving_collider(prim, material, cache, units, hulls)
             bodies |= {body.path: body} if read else {}
         else:
             read = read_collider(prim, owner, material, cache, units, hulls)

@@ -8,6 +8,7 @@ from functools import cache
 from pxr import Sdf, Tf, Usd
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.time_code import current_value
 from usdsdg_physics.parse.schema_table import (
     UNREAD_BUT_MET,
     Unread,
@@ -79,7 +80,7 @@ def _differs(prim: Usd.Prim, name: str) -> bool:
         return prim.GetRelationship(name).HasAuthoredTargets()
     if not attribute.HasAuthoredValue():
         return False
-    value = attribute.Get()
+    value = current_value(attribute)
     met = (_fallbacks().get(_without_instance(name)), *UNREAD_BUT_MET.get(name, ()))
     return value is None or value not in met
 

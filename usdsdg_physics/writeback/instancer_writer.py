@@ -9,8 +9,10 @@ from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdsdg.stage.physics.instances import split_instance
 from usdsdg.stage.poses.rotations import quat_from_matrix
+from usdsdg.stage.time_code import current_time, current_value
 from usdsdg_physics.scene.records import Body
 from usdsdg_physics.scene.rigid_frames import pose_matrix
+from usdsdg_physics.writeback.freeze import freeze
 from usdsdg_physics.writeback.restore import Backup, attribute_spec
 
 POSES = frozenset({"positions", "orientations", "orientationsf"})
@@ -72,19 +74,19 @@ class _Instancer:
         prim, target = self._schema.GetPrim(), stage.GetEditTarget()
         self._rows = np.array([row for row, _, _ in instances])
         self._indices = np.array([index for _, index, _ in instances])
-        count = len(self._schema.GetProtoIndicesAttr().Get())
+        count = len(current_value(self._schema.GetProtoIndicesAttr()))
         constant = np.array([body.body_from_prim for _, _, body in instances]) / meters
         constant[:, 3, 3] = 1.0
         self._left = np.linalg.inv(self._unposed(stage)[self._indices]) @ constant
-        self._right = np.linalg.inv(
-            np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default()))
-        )
-        self._fine = bool(self._schema.GetOrientationsfAttr().Get())
-        self._positions = np.array(self._schema.GetPositionsAttr().Get(), np.float32).reshape(count, 3)
+        self._right = np.linalg.inv(np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(current_time())))
+        for name in (*POSES, *VELOCITIES, "accelerations"):
+            freeze(prim.GetAttribute(name), target, backup)
+        self._fine = bool(current_value(self._schema.GetOrientationsfAttr()))
+        self._positions = np.array(current_value(self._schema.GetPositionsAttr()), np.float32).reshape(count, 3)
         self._orientations = self._read_orientations(count)
         names = ["positions", "orientationsf" if self._fine else "orientations"]
         if has_velocities:
-            names += [name for name in ("velocities", "angularVelocities") if prim.GetAttribute(name).Get()]
+            names += [name for name in ("velocities", "angularVelocities") if current_value(prim.GetAttribute(name))]
         self._specs = {}
         for name in names:
             attribute = prim.GetAttribute(name)
@@ -112,7 +114,7 @@ class _Instancer:
         self._write_velocities("angularVelocities", np.degrees(velocities[self._rows, 3:]) @ turn)
 
     def moved(self) -> set[int]:
-        positions = np.array(self._schema.GetPositionsAttr().Get() or (), np.float32).reshape(-1, 3)
+        positions = np.array(current_value(self._schema.GetPositionsAttr()) or (), np.float32).reshape(-1, 3)
         orientations = self._read_orientations(len(self._orientations))
         if len(positions) != len(self._positions):
             return set(self._indices.tolist())
@@ -122,14 +124,15 @@ class _Instancer:
 
     def _write_velocities(self, name: str, values: np.ndarray) -> None:
         if name in self._specs:
-            numbers = np.array(self._specs[name].default or self._schema.GetPrim().GetAttribute(name).Get(), np.float32)
+            attribute = self._schema.GetPrim().GetAttribute(name)
+            numbers = np.array(self._specs[name].default or current_value(attribute), np.float32)
             numbers[self._indices] = values
             self._specs[name].default = Vt.Vec3fArray.FromNumpy(numbers)
 
     def _read_orientations(self, count: int) -> np.ndarray:
         """Return the orientations (n, 4) as x, y, z, w, in the precision of the attribute."""
         attribute = self._schema.GetOrientationsfAttr() if self._fine else self._schema.GetOrientationsAttr()
-        quats = attribute.Get()
+        quats = current_value(attribute)
         dtype = np.float32 if self._fine else np.float16
         if not quats or len(quats) != count:
             return np.tile(np.array([0, 0, 0, 1], dtype), (count, 1))
@@ -137,11 +140,11 @@ class _Instancer:
 
     def _unposed(self, stage: Usd.Stage) -> np.ndarray:
         """Return the matrix (n, 4, 4) of each instance without its position and orientation."""
-        time = Usd.TimeCode.Default()
+        time = current_time()
         prototypes = [
             np.array(UsdGeom.Xformable(stage.GetPrimAtPath(path)).GetLocalTransformation(time))
             for path in self._schema.GetPrototypesRel().GetForwardedTargets()
         ]
-        indices = list(self._schema.GetProtoIndicesAttr().Get())
-        scales = self._schema.GetScalesAttr().Get() or [(1.0, 1.0, 1.0)] * len(indices)
+        indices = list(current_value(self._schema.GetProtoIndicesAttr()))
+        scales = current_value(self._schema.GetScalesAttr()) or [(1.0, 1.0, 1.0)] * len(indices)
         return np.array([prototypes[kind] @ np.diag([*scale, 1.0]) for kind, scale in zip(indices, scales)])

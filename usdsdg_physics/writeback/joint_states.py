@@ -6,6 +6,7 @@ import numpy as np
 from pxr import Sdf, Usd
 
 from usdsdg_physics.scene.records import Joint
+from usdsdg_physics.writeback.freeze import freeze
 from usdsdg_physics.writeback.restore import Backup, attribute_spec
 
 
@@ -25,6 +26,7 @@ class JointStateWriter:
                 specs = []
                 for name in ("position", "velocity"):
                     attribute = stage.GetPrimAtPath(joint.path).GetAttribute(f"state:{axis.instance}:physics:{name}")
+                    freeze(attribute, target, backup)
                     backup.keep(target.GetLayer(), target.MapToSpecPath(attribute.GetPath()))
                     specs.append(attribute_spec(target, attribute))
                 self.axes.append((joint.path, axis.name))

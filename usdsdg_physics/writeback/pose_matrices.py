@@ -21,16 +21,14 @@ class PoseMatrices:
         self._meters_per_unit = meters_per_unit
         self._body_from_prim = body_from_prim / meters_per_unit
         self._body_from_prim[:, 3, 3] = 1.0
+        # (N,) whether a body has a scale of zero; it is never set, and its rotation must not be divided by its length.
+        self.is_flat = np.abs(np.linalg.det(self._body_from_prim)) < 1e-30
+        self._body_from_prim[self.is_flat] = np.eye(4)
         count = len(body_from_prim)
         self._before, self._after, self._parent_to_world, self.between = (
             np.tile(np.eye(4), (count, 1, 1)) for _ in range(4)
         )
-        self._nested: list[tuple[int, int, np.ndarray]] = []  # row, row of the ancestor, parent_from_ancestor
-
-    @property
-    def is_flat(self) -> np.ndarray:
-        """(N,) whether a body has a scale of zero."""
-        return np.abs(np.linalg.det(self._body_from_prim)) < 1e-30
+        self._nested: dict[int, tuple[int, np.ndarray]] = {}  # by row: row of the ancestor, parent_from_ancestor
 
     def set(self, row: int, ops: PoseOps, parent_to_world: np.ndarray) -> None:
         """Set what is constant around the pose ops of a body."""
@@ -39,7 +37,7 @@ class PoseMatrices:
 
     def set_ancestor(self, row: int, ancestor: int, parent_from_ancestor: np.ndarray) -> None:
         """Let the parent of a body follow another body."""
-        self._nested.append((row, ancestor, parent_from_ancestor))
+        self._nested[row] = ancestor, parent_from_ancestor
 
     def finish(self) -> None:
         """Compute the products, when all bodies are set."""
@@ -47,6 +45,14 @@ class PoseMatrices:
         self._left = np.linalg.inv(self._after) @ self._body_from_prim
         self._right = np.linalg.inv(self._parent_to_world) @ self._before_inverse
         self._between_inverse = np.linalg.inv(self.between[:, :3, :3])
+
+    def move_in_ancestor(self, row: int, parent_from_ancestor: np.ndarray) -> None:
+        """Set where the parent of a body is now in the body that it follows."""
+        self._nested[row] = self._nested[row][0], parent_from_ancestor
+
+    def move_parent(self, row: int, parent_to_world: np.ndarray) -> None:
+        """Set where the parent of a body is now."""
+        self._right[row] = np.linalg.inv(parent_to_world) @ self._before_inverse[row]
 
     @property
     def deforms(self) -> np.ndarray:
@@ -59,7 +65,7 @@ class PoseMatrices:
     def of_poses(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the matrices (N, 4, 4) of the pose ops for poses (N, 7) [m], and the rotations (N, 3, 3) in them."""
         frames = pose_matrix(poses, self._meters_per_unit)
-        for row, ancestor, parent_from_ancestor in self._nested:
+        for row, (ancestor, parent_from_ancestor) in self._nested.items():
             parent = parent_from_ancestor @ self._body_from_prim[ancestor] @ frames[ancestor]
             self._right[row] = np.linalg.inv(parent) @ self._before_inverse[row]
         matrices = self._left @ frames @ self._right
@@ -69,5 +75,5 @@ class PoseMatrices:
 
     def follow_ancestors(self, changed: np.ndarray) -> None:
         """Mark in `changed` (N,) the bodies below a body that is marked."""
-        for row, ancestor, _ in self._nested:
+        for row, (ancestor, _) in self._nested.items():
             changed[row] |= changed[ancestor]

@@ -18,6 +18,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.poses.xform_ops import EULER_ORDERS, SINGLE_AXES
+from usdsdg.stage.time_code import current_time
 
 _OP = UsdGeom.XformOp
 _IDENTITY = np.eye(4)
@@ -97,7 +98,7 @@ def _product(ops: list[UsdGeom.XformOp]) -> np.ndarray:
     """Return the matrix of consecutive ops; the op listed last is applied first."""
     matrix = _IDENTITY
     for op in ops:
-        matrix = np.array(op.GetOpTransform(Usd.TimeCode.Default())) @ matrix
+        matrix = np.array(op.GetOpTransform(current_time())) @ matrix
     return matrix
 
 

@@ -13,8 +13,11 @@ from usdsdg.errors import PhysicsError, warn_once
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.physics.instances import split_instance
 from usdsdg.stage.poses.rotations import euler_from_matrix, quat_from_matrix
+from usdsdg.stage.time_code import current_time
 from usdsdg_physics.scene.prim_paths import paths_below
 from usdsdg_physics.scene.records import Body
+from usdsdg_physics.writeback.freeze import freeze
+from usdsdg_physics.writeback.moved_parents import MovedParents
 from usdsdg_physics.writeback.pose_matrices import PoseMatrices
 from usdsdg_physics.writeback.pose_ops import PoseOps, choose_pose_ops
 from usdsdg_physics.writeback.restore import Backup, attribute_spec
@@ -70,14 +73,20 @@ class StageWriter:
         self._specs: defaultdict[str, list[Sdf.AttributeSpec]] = defaultdict(list)
         constants = np.array([body.body_from_prim for body in bodies.values()]).reshape(-1, 4, 4)
         self._matrices = PoseMatrices(constants, meters_per_unit)
-        cache, is_flat = UsdGeom.XformCache(Usd.TimeCode.Default()), self._matrices.is_flat
+        self._moved_parents = MovedParents(stage)
+        is_flat, written = self._matrices.is_flat, []
         for row, path in enumerate(bodies):
             if bodies[path].kinematic or split_instance(path):
                 continue
             if is_flat[row]:
                 warn_once(f"{path} has a scale of zero, so its pose cannot be written; give it a scale above zero.")
                 continue
-            self._add(row, path, cache)
+            written.append((row, stage.GetPrimAtPath(path)))
+        for _, prim in written:
+            self._freeze(prim)
+        cache = UsdGeom.XformCache(current_time())
+        for row, prim in written:
+            self._add(row, prim, cache)
         self._matrices.finish()
         warn_if_deformed(list(compress(bodies, self._matrices.deforms)))
         self._poses = np.array([body.pose for body in bodies.values()], np.float32).reshape(-1, 7)
@@ -110,16 +119,17 @@ class StageWriter:
 
         That is less than all of what moves: what falls keeps its spin, and what slides its rotation.
         """
-        changed = self._changed(poses, velocities)
+        changed = self._changed(poses, velocities, self._moved_parents.update(self._matrices))
         values = self._values(poses, velocities)
         with Sdf.ChangeBlock():
             for (role, kind), channel in self._channels.items():
                 _write_channel(channel, changed.get(role, changed["rotate"]), values[role, kind], _TO_VALUES[kind])
         self._poses, self._velocities = poses.copy(), velocities.copy()
 
-    def _changed(self, poses: np.ndarray, velocities: np.ndarray) -> dict[str, np.ndarray]:
+    def _changed(self, poses: np.ndarray, velocities: np.ndarray, moved_parents: list[int]) -> dict[str, np.ndarray]:
         """Return (N,) bool for roles of channels, "rotate" for all of rotations: of which bodies the value changed."""
         turned = (poses[:, 3:] != self._poses[:, 3:]).any(axis=1)
+        turned[moved_parents] = True
         moved = turned | (poses[:, :3] != self._poses[:, :3]).any(axis=1)
         self._matrices.follow_ancestors(turned)
         self._matrices.follow_ancestors(moved)
@@ -146,17 +156,28 @@ class StageWriter:
             (role, kind): roles[role]() if role in roles else _euler(rotations, role) for role, kind in self._channels
         }
 
-    def _add(self, row: int, path: str, cache: UsdGeom.XformCache) -> None:
-        prim = self._stage.GetPrimAtPath(path)
+    def _freeze(self, prim: Usd.Prim) -> None:
+        """Let samples of what is written not be drawn in its place."""
+        attributes = [op.GetAttr() for op in UsdGeom.Xformable(prim).GetOrderedXformOps()]
+        if self._has_velocities:
+            attributes += [prim.GetAttribute(name) for name in (VELOCITY, ANGULAR_VELOCITY)]
+        for attribute in attributes:
+            freeze(attribute, self._target, self._backup)
+
+    def _add(self, row: int, prim: Usd.Prim, cache: UsdGeom.XformCache) -> None:
+        path = str(prim.GetPath())
         for name in ("xformOpOrder", "xformOp:translate", "xformOp:orient"):  # which `choose_pose_ops` may make
             self._keep(prim, name)
         ops = choose_pose_ops(prim)
         parent_to_world = np.array(cache.GetParentToWorldTransform(prim))
         if UsdGeom.Xformable(prim).GetResetXformStack():
             parent_to_world = np.eye(4)
-        elif (ancestor := self._ancestor_body(path)) is not None:
-            relative, _ = cache.ComputeRelativeTransform(prim.GetParent(), self._stage.GetPrimAtPath(ancestor))
-            self._matrices.set_ancestor(row, self._rows[ancestor], np.array(relative))
+        else:
+            ancestor = self._ancestor_body(path)
+            if ancestor is not None:
+                relative, _ = cache.ComputeRelativeTransform(prim.GetParent(), self._stage.GetPrimAtPath(ancestor))
+                self._matrices.set_ancestor(row, self._rows[ancestor], np.array(relative))
+            self._moved_parents.add(row, prim, ancestor)
         self._matrices.set(row, ops, parent_to_world)
         self._written_ops[path] = {ops.translate, *ops.rotate}
         self._open_channels(row, prim, ops)

@@ -13,7 +13,7 @@ from usdsdg import errors
 from usdsdg.stage import assets
 from usdsdg.stage.assets.opened import note_opened
 from usdsdg.stage.image_files import png16, radiance_hdr
-from usdsdg_render.usd.time_code import current_value
+from usdsdg.stage.time_code import current_value
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"
 # Images with more pixels are refused where their files have less than a byte for so many of them.

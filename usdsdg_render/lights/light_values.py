@@ -6,8 +6,8 @@ import numpy as np
 from pxr import Usd, UsdLux
 
 from usdsdg import errors
+from usdsdg.stage.time_code import current_value
 from usdsdg_render.usd.authored_values import as_floats
-from usdsdg_render.usd.time_code import current_value
 
 # Larger values overflow float32 in later computations.
 BRIGHTEST = 1e20

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 from pxr import Sdf, Usd, UsdShade
 
 from usdsdg import errors
+from usdsdg.stage.time_code import current_value
 from usdsdg_render.materials.mdl_module import Preset
 from usdsdg_render.materials.shading import Material, PrimvarInput
 from usdsdg_render.usd.authored_values import as_floats
-from usdsdg_render.usd.time_code import current_value
 
 
 class Source(NamedTuple):

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pxr import Sdf, Usd
 
+from usdsdg.stage.time_code import current_values
 from usdsdg_render.materials.network import Reading
 from usdsdg_render.materials.shading import Material
-from usdsdg_render.usd.time_code import current_values
 
 if TYPE_CHECKING:
     from usdsdg_render.materials.materials import MaterialEntry

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from pxr import UsdShade
 
+from usdsdg.stage.time_code import current_value
 from usdsdg_render.images import image_files
 from usdsdg_render.images.image_files import UDIM
 from usdsdg_render.images.textures import ONES, ZEROS, TextureUse
@@ -12,7 +13,6 @@ from usdsdg_render.materials.network import Network, Source, shader_id
 from usdsdg_render.materials.shading import Input, Material, PrimvarInput
 from usdsdg_render.scene.scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 from usdsdg_render.scene.structs import CLEAR_PANE
-from usdsdg_render.usd.time_code import current_value
 
 # PNG and JPEG carry no wrap mode, so `useMetadata`, the fallback, means repeat here, as in Omniverse.
 WRAPS = {"repeat": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "black": WRAP_BLACK}

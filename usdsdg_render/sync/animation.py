@@ -7,6 +7,7 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg.stage.changes import Changes
 from usdsdg_render.sync.gprims import Gprims
 from usdsdg_render.sync.invalidation import DirtySet
+from usdsdg_render.sync.time_varying import has_splines_or_clips, splined
 from usdsdg_render.usd.prim_kinds import DOME, INSTANCER, LIGHT, is_below, kind_of
 from usdsdg_render.usd.stage_tree import StageTree
 
@@ -15,7 +16,7 @@ VELOCITIES = ("velocities", "accelerations", "angularVelocities")
 
 
 class Animation:
-    """Time samples and value clips of one stage. Without any, everything is read at the default time."""
+    """Time samples, splines and value clips of one stage. Without any, everything is read at the default time."""
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
@@ -32,19 +33,27 @@ class Animation:
         self._visibility: dict[Sdf.Path, object] = {}  # last values of those that vary
         self.is_animated = False
         self.is_surveyed = False  # whether the last `survey` still holds
-        self._find_samples()
+        self._find_samples({Sdf.Path.absoluteRootPath})
 
-    def _find_samples(self) -> None:
-        layers = self._stage.GetUsedLayers(includeClipLayers=True)
-        self.is_animated = any(layer.ListAllTimeSamples() for layer in layers)
+    def _find_samples(self, roots: set[Sdf.Path]) -> None:
+        """Find whether anything varies, after what is at and below `roots` has changed; it does until all changes."""
+        if Sdf.Path.absoluteRootPath in roots:
+            self.is_animated = False
+        if not self.is_animated:
+            layers = self._stage.GetUsedLayers(includeClipLayers=True)
+            # Layers list neither splines nor the samples of clips, which are not open yet.
+            self.is_animated = any(layer.ListAllTimeSamples() for layer in layers) or any(
+                has_splines_or_clips(self._stage, root) for root in roots
+            )
 
     def apply(self, changes: Changes) -> None:
         """Take note of edits: a script may author the first time samples of a stage, or of an attribute."""
         if changes.resynced:
-            self._find_samples()
+            self._find_samples(changes.resynced)
         samples_of = self._stage.GetEditTarget().GetLayer().GetNumTimeSamplesForPath
         properties = changes.properties
         sampled = {path.GetPrimPath() for path, samples in zip(properties, map(samples_of, properties)) if samples}
+        sampled |= splined(self._stage, properties)
         sampled |= {path for path, names in changes.changed.items() if not names.isdisjoint(VELOCITIES)}
         sampled |= {path for path in changes.changed.keys() & self._varying_names.keys() if self._varying_names[path]}
         self.is_animated = self.is_animated or bool(sampled)

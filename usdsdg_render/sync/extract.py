@@ -11,6 +11,7 @@ from pxr import Sdf, Usd
 
 from usdsdg.errors import Unsupported
 from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.time_code import time_context
 from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.geometry.prototypes import PrototypeCache
 from usdsdg_render.images.textures import Progress
@@ -26,7 +27,6 @@ from usdsdg_render.sync.world_reader import Parts, read_worlds
 from usdsdg_render.sync.world_slots import WorldSlots
 from usdsdg_render.usd.prim_kinds import MESH, SHAPE, is_below
 from usdsdg_render.usd.stage_tree import StageTree
-from usdsdg_render.usd.time_code import time_context
 from usdsdg_render.usd.world_transforms import WorldTransforms
 
 

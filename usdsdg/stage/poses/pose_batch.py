@@ -195,7 +195,7 @@ class _Batch:
         if len(ranks) != len(names) or ranks != sorted(set(ranks)):
             return None
         ops = {_ROLE_OF[name]: prim.GetAttribute(name) for name in names}
-        if any(not attribute or attribute.GetNumTimeSamples() for attribute in ops.values()):
+        if any(not attr or attr.GetNumTimeSamples() or attr.HasSpline() for attr in ops.values()):
             return None
         path = order.GetPath()
         spec = layer.GetAttributeAtPath(path)

@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import warn_once
-from usdsdg_physics.parse.attributes import value
+from usdsdg.stage.time_code import current_value
+from usdsdg_physics.parse.attributes import value, warn_if_varying
 from usdsdg_physics.parse.shapes.convex_decomposition import Splitting
 from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
 from usdsdg_physics.scene.records import Shape, ShapeKind, Solid
@@ -64,6 +65,7 @@ def _primitive(prim: Usd.Prim, kind: str, matrix: np.ndarray, hulls: HullCache, 
             "here and is ignored. Put the API on a Mesh, Cube, Sphere, Capsule, Cylinder, Cone or Plane."
         )
         return None
+    warn_if_varying(prim, *_LENGTHS)
     for name in _LENGTHS:
         length = value(prim, name, None)
         if length is not None and not 0.0 < length < np.inf and kind != "Plane":
@@ -149,6 +151,7 @@ def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) 
 
 def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> list[Shape]:
     points, triangles = mesh_triangles(prim)
+    warn_if_varying(prim, "points")
     if not len(points):
         warn_once(f"{prim.GetPath()} has CollisionAPI but no points, so it does not collide.")
         return []
@@ -204,9 +207,9 @@ def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
     Triangles at points that are not finite are left out, with a warning.
     """
     mesh = UsdGeom.Mesh(prim)
-    points = np.asarray(mesh.GetPointsAttr().Get() or [], np.float32).reshape(-1, 3)
-    counts = np.asarray(mesh.GetFaceVertexCountsAttr().Get() or [], np.int64)
-    corners = np.asarray(mesh.GetFaceVertexIndicesAttr().Get() or [], np.int64)
+    points = np.asarray(current_value(mesh.GetPointsAttr()) or [], np.float32).reshape(-1, 3)
+    counts = np.asarray(current_value(mesh.GetFaceVertexCountsAttr()) or [], np.int64)
+    corners = np.asarray(current_value(mesh.GetFaceVertexIndicesAttr()) or [], np.int64)
     if not len(corners) or counts.sum() != len(corners) or corners.max() >= len(points) or corners.min() < 0:
         return points, np.zeros((0, 3), np.int32)
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -214,7 +217,7 @@ def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
     first = np.repeat(starts, fans)
     step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
     triangles = np.stack([corners[first], corners[first + step + 1], corners[first + step + 2]], axis=1)
-    if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
+    if current_value(mesh.GetOrientationAttr()) == UsdGeom.Tokens.leftHanded:
         triangles = triangles[:, ::-1]
     finite = np.asarray(np.isfinite(points).all(axis=1))
     if not finite.all():

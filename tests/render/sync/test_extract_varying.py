@@ -1,0 +1,115 @@
+"""Splines and value clips move what is drawn as time samples do; pxr's own values are the oracle."""
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Ts, Usd, UsdGeom, Vt
+
+from tests.render.sync.test_extract_scene import make_stage
+from usdsdg_render.sync.extract import SceneExtractor
+
+CLIP = """#usda 1.0
+def Xform "M"
+{
+    double3 xformOp:translate.timeSamples = {0: (0, 0, 0), 24: (2, 0, 0)}
+}
+"""
+
+
+def at(extractor, code):
+    extractor.update(Usd.TimeCode(code))
+    return extractor.scene
+
+
+def spline(first, last):
+    made = Ts.Spline("double")
+    for code, number in ((0, first), (24, last)):
+        made.SetKnot(Ts.Knot(typeName="double", time=code, value=float(number), nextInterp=Ts.InterpLinear))
+    return made
+
+
+def clips_of(folder, *, template):
+    """Clips that move a prim at /M, in a file that is not open yet."""
+    (folder / "clip.001.usda").write_text(CLIP)
+    if template:
+        file = str(folder / "clip.###.usda")
+        made = {"templateStartTime": 1.0, "templateEndTime": 1.0, "templateStride": 1.0, "templateAssetPath": file}
+    else:
+        file = Sdf.AssetPath(str(folder / "clip.001.usda"))
+        made = {"assetPaths": Sdf.AssetPathArray([file]), "manifestAssetPath": file}
+        made |= {"active": Vt.Vec2dArray([(0, 0)]), "times": Vt.Vec2dArray([(0, 0), (24, 24)])}
+    return {"default": {"primPath": "/M", **made}}
+
+
+@pytest.mark.parametrize("template", [False, True])
+@pytest.mark.parametrize("later", [False, True])
+def test_value_clips_that_are_not_open_yet_are_read(tmp_path, template, later):
+    stage = make_stage()
+    mover = UsdGeom.Xform.Define(stage, "/M")
+    translate = mover.AddTranslateOp().GetAttr()
+    UsdGeom.Cube.Define(stage, "/M/A")
+    clips = clips_of(tmp_path, template=template)
+    if later:
+        extractor = SceneExtractor(stage)
+        at(extractor, 12)
+        mover.GetPrim().SetMetadata("clips", clips)
+    else:
+        mover.GetPrim().SetMetadata("clips", clips)
+        extractor = SceneExtractor(stage)
+    found = [at(extractor, code).instances.local_to_world[0, 3, :3].tolist() for code in (1, 12, 24)]
+    np.testing.assert_allclose(found, [translate.Get(code) for code in (1, 12, 24)])
+    assert template or found[1] == [1, 0, 0]
+
+
+def test_splines_move_what_is_drawn_and_size_it():
+    stage = make_stage()
+    ball = UsdGeom.Sphere.Define(stage, "/Ball")
+    ball.AddTranslateXOp().GetAttr().SetSpline(spline(0, 2))
+    ball.CreateRadiusAttr().SetSpline(spline(1, 3))
+    extractor = SceneExtractor(stage)
+    for code in (0, 6, 12, 24):
+        scene = at(extractor, code)
+        assert scene.instances.local_to_world[0, 3, 0] == pytest.approx(ball.GetLocalTransformation(code)[3][0])
+        assert scene.prototypes[scene.instances.prototype[0]].points[:, 2].max() == pytest.approx(1 + code / 12)
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_spline_that_a_script_sets_is_followed(beside):
+    """Also below a prim that is new, and of a prim whose poses were written frame by frame before."""
+    stage = make_stage()
+    ball = UsdGeom.Sphere.Define(stage, "/Ball")
+    op = ball.AddTranslateXOp()
+    op.Set(5.0)
+    extractor = SceneExtractor(stage)
+    for number in (6.0, 7.0):
+        op.Set(number)
+        assert at(extractor, 12).instances.local_to_world[0, 3, 0] == number
+    if beside:
+        with Sdf.ChangeBlock():
+            prim = Sdf.CreatePrimInLayer(stage.GetRootLayer(), "/New")
+            prim.specifier, prim.typeName = Sdf.SpecifierDef, "Cube"
+            Sdf.AttributeSpec(prim, "xformOp:translateX", Sdf.ValueTypeNames.Double).SetSpline(spline(0, 2))
+            order = Sdf.AttributeSpec(prim, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform)
+            order.default = ["xformOp:translateX"]
+        assert at(extractor, 12).instances.local_to_world[1, 3, 0] == 1
+        assert at(extractor, 24).instances.local_to_world[1, 3, 0] == 2
+    else:
+        op.GetAttr().SetSpline(spline(0, 2))
+        assert at(extractor, 12).instances.local_to_world[0, 3, 0] == 1
+        op.GetAttr().SetSpline(spline(0, 4))
+        assert at(extractor, 12).instances.local_to_world[0, 3, 0] == 2
+
+
+def test_splines_inside_instances_are_found(tmp_path):
+    asset = Usd.Stage.CreateNew(str(tmp_path / "asset.usda"))
+    asset.SetDefaultPrim(UsdGeom.Xform.Define(asset, "/Asset").GetPrim())
+    UsdGeom.Cube.Define(asset, "/Asset/A").AddTranslateXOp().GetAttr().SetSpline(spline(0, 2))
+    asset.Save()
+    stage = make_stage()
+    for number in range(2):
+        prim = UsdGeom.Xform.Define(stage, f"/o{number}")
+        prim.AddTranslateOp().Set(Gf.Vec3d(0, number, 0))
+        prim.GetPrim().GetReferences().AddReference(asset.GetRootLayer().identifier)
+        prim.GetPrim().SetInstanceable(True)
+    extractor = SceneExtractor(stage)
+    assert at(extractor, 12).instances.local_to_world[:, 3, :2].tolist() == [[1, 0], [1, 1]]
+    assert at(extractor, 24).instances.local_to_world[:, 3, :2].tolist() == [[2, 0], [2, 1]]
