@@ -87,6 +87,7 @@ def test_a_second_run_captures_as_many_frames_with_new_draws():
 
 
 def test_a_playing_timeline_resumes_at_the_next_step(no_physics):
+    orchestrator.set_capture_on_play(False)
     timeline = get_timeline()
     timeline.play()
     times = []
