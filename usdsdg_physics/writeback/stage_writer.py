@@ -102,6 +102,8 @@ class StageWriter:
         """
         if self._target != self._stage.GetEditTarget():
             return True
+        if not self._sorted:
+            return False  # there is no body to write
         if any(paths_below(self._sorted, str(root)) for root in changes.resynced):
             return True
         for path, names in changes.changed.items():
