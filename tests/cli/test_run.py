@@ -265,7 +265,8 @@ def test_what_fails_at_the_end_of_a_run_that_failed_is_told_as_well(tmp_path):
 
 def test_a_run_that_cannot_end_is_refused_before_it_writes_files(tmp_path):
     script = SYNCHRONOUS.replace("OUT", str(tmp_path / "out")).split("rep.orchestrator.step()")[0] + (
-        "with rep.trigger.on_time(interval=1, num=3):\n"
+        "rep.orchestrator.set_capture_on_play(False)\n"
+        "    with rep.trigger.on_time(interval=1, num=3, enable_capture_on_play=False):\n"
         "        rep.randomizer.rotation(input_prims=camera)\n"
         "    rep.orchestrator.run()\n"
     )

@@ -13,10 +13,10 @@ from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 
 # From OpenCV's axes (x right, y down, z ahead) to those of a camera prim (x right, y up, -z ahead).
 _TO_PRIM = np.diag((1.0, -1.0, -1.0, 1.0))
-# From OpenCV's axes to those of an object that looks ahead as Replicator's cameras do: along +X with +Z up in a Z-up
+# From OpenCV's axes to those of an object that looks ahead as Replicator's cameras do: along -X with +Z up in a Z-up
 # stage, along -Z with +Y up in a Y-up one.
 _TO_OBJECT = {
-    "Z": np.array([[0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]], np.float64),
+    "Z": np.array([[0, 0, -1, 0], [1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]], np.float64),
     "Y": _TO_PRIM,
 }
 

@@ -3,9 +3,10 @@
 from pxr import Usd, UsdPhysics
 
 from usdsdg.errors import Unsupported
+from usdsdg.session import engines
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
-from usdsdg.session.timeline import get_timeline
+from usdsdg.session.timeline import get_timeline, stage_time
 
 
 def check_time_independent(remedy: str = "") -> None:
@@ -22,9 +23,9 @@ def check_time_independent(remedy: str = "") -> None:
 
 def _moving(stage: Usd.Stage) -> str:
     """Return what changes while the timeline plays; "" for nothing."""
-    from usdsdg_render.sync.animation import Animation
-
-    if Animation(stage).is_animated:
+    renderer = engines.renderer()
+    renderer.sync(stage_time(stage))
+    if not renderer.time.IsDefault():
         return "the stage is animated"
     everything = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
     body = next((prim for prim in Usd.PrimRange.Stage(stage, everything) if prim.HasAPI(UsdPhysics.RigidBodyAPI)), None)

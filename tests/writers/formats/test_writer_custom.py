@@ -207,8 +207,8 @@ def test_common_keys_tell_time_triggers_and_named_draws(product, tmp_path):
     assert {"swhFrameNumber", "reference_time", "distribution_outputs", "trigger_outputs", "named_outputs"} <= set(
         writer.get_data()
     )
-    numerator, denominator = writer.payloads[-1]["reference_time"]
-    assert numerator / denominator == 0.0
+    times = [numerator / denominator for numerator, denominator in (each["reference_time"] for each in writer.payloads)]
+    assert times == pytest.approx([0.0, 1 / 60, 2 / 60], abs=1e-6), "steps play the timeline"
 
 
 def test_augmented_annotators_of_a_writer(product, tmp_path):
