@@ -47,7 +47,8 @@ def test_poses_parents_names_and_counts(stage, thing, kind):
     # A camera has no scale.
     scale = {} if kind == "camera" else {"scale": (1, 2, 3)}
     item = made_by(kind, thing, position=(1, 2, 3), rotation=(10, 20, 30), name="it", parent=parent, count=2, **scale)
-    assert item.prims == ("/World/it_Xform", "/World/it_Xform_01")
+    suffix = "" if kind == "xform" else "_Xform"
+    assert item.prims == (f"/World/it{suffix}", f"/World/it{suffix}_01")
     for path in item.prims:
         assert [child.GetName() for child in stage.GetPrimAtPath(path).GetChildren()] == ["it"] * (kind != "xform")
         expected = compose_euler((1, 2, 10), (10, 20, 30), scale.get("scale", (1, 1, 1)))

@@ -45,7 +45,8 @@ def test_found_materials_and_shaders_take_distributions(stage):
     assert value_of(stage, "PreviewSurface", "inputs:diffuseColor") == RED
     looks = stage.GetPrimAtPath("/Replicator/Looks").GetChildren()
     metallic = [each.GetChild("Shader").GetAttribute("inputs:metallic_constant").Get() for each in looks]
-    assert len(set(metallic)) == 3 and min(metallic) >= 0.5
+    assert len(set(metallic)) == 3
+    assert min(metallic) >= 0.5
 
 
 def test_the_helper_beside_an_mdl_shader_is_no_shader_that_is_found(stage):

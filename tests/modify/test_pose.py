@@ -279,7 +279,9 @@ def test_each_prim_may_have_its_own_orbit_and_image_position(stage):
     product = rep.create.render_product(camera, (64, 64))
     rep.modify.pose_camera_relative(camera, product, [1, 2], input_prims=balls)
     run()
-    np.testing.assert_allclose([matrix(stage, path)[3, :3] for path in balls.prims], [(1, 0, 0), (2, 0, 0)], atol=1e-6)
+    np.testing.assert_allclose(
+        [matrix(stage, path)[3, :3] for path in balls.prims], [(-1, 0, 0), (-2, 0, 0)], atol=1e-6
+    )
 
 
 @pytest.mark.parametrize(

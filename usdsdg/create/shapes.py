@@ -19,16 +19,15 @@ Errors: ArgumentError for a value of another shape and for `count`, BadPrim for 
 from typing import Any
 
 from usdsdg import modify
-from usdsdg.create.objects import apply_common_arguments, new_objects
+from usdsdg.create.objects import create_objects
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.stage.geometry import shape_meshes
 
 
 def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
     define = shape_meshes.define if arguments.pop("as_mesh") else shape_meshes.define_gprim
-    material, count, parent = (arguments.pop(each) for each in ("material", "count", "parent"))
-    objects, _ = new_objects(kind, arguments["name"], parent, count, lambda stage, path: define(stage, path, kind))
-    item = apply_common_arguments(objects, kind=f"OgnCreate{kind}", **arguments)
+    material = arguments.pop("material")
+    item = create_objects(kind, lambda stage, path: define(stage, path, kind), node=f"OgnCreate{kind}", **arguments)
     if material is not None:
         modify.material(material, input_prims=item)
     return item
