@@ -128,8 +128,8 @@ def test_meshes_are_a_meter_across_and_aligned_with_the_up_axis(stage, kind, up,
     child = stage.GetPrimAtPath(f"{getattr(rep.create, kind)().prims[0]}/{kind.capitalize()}")
     assert child.IsA(UsdGeom.Mesh)
     size = np.ptp(np.array(UsdGeom.Mesh(child).GetPointsAttr().Get()), axis=0)
-    height = {"plane": 0, "disk": 0, "torus": 0.3}.get(kind, 1)
-    expected = (1, 1, height) if up == "Z" else (1, height, 1)
+    height, width = {"plane": 0, "disk": 0, "torus": 0.5}.get(kind, 1), 1.5 if kind == "torus" else 1
+    expected = (width, width, height) if up == "Z" else (width, height, width)
     np.testing.assert_allclose(size * unit, expected, atol=1e-3)
 
 
@@ -151,7 +151,8 @@ def test_usd_has_no_such_shape(stage, kind):
 @pytest.mark.parametrize("kind", ["sphere", "torus", "cube", "cylinder", "cone"])
 def test_a_pivot_is_what_is_placed(stage, kind):
     item = getattr(rep.create, kind)(position=(1, 2, 3), pivot=(1, 0, 0), scale=2)
-    np.testing.assert_allclose(np.array([0.5, 0, 0, 1]) @ matrix(stage, item.prims[0]), (1, 2, 3, 1), atol=1e-3)
+    half = 0.75 if kind == "torus" else 0.5
+    np.testing.assert_allclose(np.array([half, 0, 0, 1]) @ matrix(stage, item.prims[0]), (1, 2, 3, 1), atol=1e-3)
 
 
 # --- lights ---

@@ -145,9 +145,14 @@ def test_arguments_of_a_wrong_type_raise(make, message):
         make()
 
 
+def test_combined_vectors_bring_as_many_axes_as_they_have():
+    both = distribution.combine([distribution.uniform((1, 2), (1, 2)), 5.0])
+    np.testing.assert_allclose(both.sample("n", 0, PRIMS[:2]), [(1, 2, 5), (1, 2, 5)])
+    worlds = both.sample_worlds("n", np.arange(3), PRIMS[:2])
+    np.testing.assert_allclose(worlds, np.broadcast_to((1.0, 2.0, 5.0), (3, 2, 3)))
+
+
 def test_draws_that_are_impossible_raise():
-    with pytest.raises(GraphError, match="distribution 1 draws several numbers; give one for each axis"):
-        distribution.combine([0, distribution.uniform((0, 0), (1, 1))]).sample("n", 0, PRIMS[:2])
     once = distribution.choice(list("abc"), weights=[1, 1, 0], with_replacements=False)
     with pytest.raises(GraphError, match="3 prims but only 2 choices"):
         once.sample("n", 0, PRIMS[:3])

@@ -1,7 +1,7 @@
 """Shapes: `rep.create.sphere`, `cube`, `cylinder`, `cone`, `torus`, `disk` and `plane`.
 
-Meshes are one meter across, whatever the stage's units, and aligned with its up axis. With `as_mesh=False` a shape is
-the UsdGeom prim in USD's own default size, two stage units across, as in Replicator.
+Meshes are one meter across (a torus one and a half), whatever the stage's units, and aligned with its up axis. With
+`as_mesh=False` a shape is the UsdGeom prim in USD's own default size, two stage units across, as in Replicator.
 
 Arguments that all of them share; each but the last four is one for all, a list of one per prim, or a distribution:
 
@@ -59,7 +59,7 @@ def cone(position=None, scale=None, pivot=None, rotation=None, look_at=None, loo
 
 def torus(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
           material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Create tori of one meter outer diameter around the up axis; the module documents the arguments.
+    """Create tori around the up axis, tubes of half a meter around rings of one; the module documents the arguments.
 
     Raises:
         Unsupported: as_mesh=False, since UsdGeom has no torus.
