@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from pxr import UsdShade
 from scipy import stats
 
+import usdsdg as rep
 from usdsdg import distribution
 from usdsdg.errors import GraphError
+from usdsdg.graph import evaluate
 from usdsdg.graph.sampling import set_global_seed
 
 PRIMS = [f"/World/p{i}" for i in range(3000)]
@@ -191,3 +194,20 @@ def test_impossible_parameters_name_the_script_line(make):
 def test_the_choice_of_one_distribution_is_its_draw():
     drawn = distribution.choice(distribution.sequence(["a", "b", "c"]), num_samples=9).sample("n", 1, PRIMS[:4])
     assert set(drawn) <= {"a", "b", "c"}
+
+
+def test_what_was_drawn_last_is_an_output(stage):
+    drawn = distribution.choice(rep.create.material_omnipbr(count=5))
+    assert drawn.get_output("samples") == []
+    with rep.create.cube(count=3) as cubes:
+        rep.modify.material(drawn)
+    evaluate.graph().evaluate()
+    bound = [UsdShade.MaterialBindingAPI(prim).GetDirectBinding() for prim in cubes.get_output_prims()["prims"]]
+    assert drawn.get_output("samples") == [str(each.GetMaterialPath()) for each in bound]
+
+
+def test_targets_of_nodes_may_be_the_children_of_objects(stage):
+    spheres = rep.create.sphere(count=2)
+    assert rep.utils.get_node_targets(spheres.node, "outputs:prims") == list(spheres.prims)
+    inner = rep.utils.get_node_targets(spheres.node, "inputs:prims", replicatorXform=False)
+    assert inner == [f"{path}/Sphere" for path in spheres.prims]

@@ -14,11 +14,11 @@ from usdsdg.calibration.calibration import author_calibration
 from usdsdg.calibration.files import read_calibration, read_rig
 from usdsdg.calibration.rig import author_mount
 from usdsdg.create.objects import apply_common_arguments, new_object, new_xform
-from usdsdg.create.render_products import STEREO_SIDES
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
+from usdsdg.stage.cameras.stereo_pairs import STEREO_SIDES
 from usdsdg.stage.poses import transforms
 from usdsdg.stage.poses.xform_ops import author_pose
 
