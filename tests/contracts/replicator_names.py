@@ -352,6 +352,9 @@ block(
     set_render_pathtraced(samples_per_pixel=64) -> none
     set_stage_meters_per_unit(_value) -> none
     set_stage_up_axis(_axis) -> none
+    RENDER_MODE
+    REALTIME_ANTIALIASING
+    PATHTRACED_TOTAL_SAMPLES_PER_PIXEL
     """,
 )
 block(
@@ -369,6 +372,8 @@ block(
     get_prims_from_paths(paths) -> list
     get_replicator_graph_exists() -> bool
     get_usd_files(path, recursive=False, path_filter=None) -> list
+    legacy_semantics_arg_to_new(legacy_semantics_arg)
+    parse_semantics(prim)
     read_prim_transform(prim)
     send_og_event(event_name) -> none
     set_target_prims(node, attribute, target_prims)

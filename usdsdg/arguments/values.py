@@ -121,9 +121,9 @@ def labels_per_prim(semantics: Any, count: int) -> list[Labels]:
     Raises:
         ArgumentError: `semantics` is neither.
     """
-    if _is_list(semantics) and len(semantics) == 1 and not _is_pair(semantics[0]):
-        if isinstance(semantics[0], (Mapping, list)):
-            return [labels_of(semantics[0])] * count
+    is_single = _is_list(semantics) and len(semantics) == 1 and isinstance(semantics[0], (Mapping, list))
+    if is_single and not _is_pair(semantics[0]):
+        return [labels_of(semantics[0])] * count
     of_one = (_is_pair(each) or isinstance(each, str) for each in semantics) if _is_list(semantics) else [True]
     per_prim = _is_list(semantics) and len(semantics) == count and not any(of_one)
     return [labels_of(each) for each in semantics] if per_prim else [labels_of(semantics)] * count

@@ -67,8 +67,8 @@ def pose(
     others: dict[str, Any] = {"relative_to": relative_to, "look_at": look_at_value, "pivot": pivot}
     instancers = _instancers(targets)
     if instancers and len(targets) > 1:
-        given = dict(position=position_value, rotation=rotation_value, rotation_order=rotation_order, scale=scale_value)
-        set_mixed_poses(targets, instancers, given, **others)
+        given = dict(position=position_value, rotation=rotation_value, scale=scale_value)
+        set_mixed_poses(targets, instancers, given, rotation_order=rotation_order, **others)
         return
     if instancers:
         set_instancer_poses(instancers[0], *values, **others)

@@ -80,11 +80,18 @@ def _origin(prims: list[Usd.Prim]) -> Array:
     return np.mean([as_array(local_to_world(prim))[3, :3] for prim in prims], axis=0)
 
 
-def set_mixed_poses(prims: list[Usd.Prim], instancers: list[Usd.Prim], given: dict[str, Any], **others: Any) -> None:
+def set_mixed_poses(
+    prims: list[Usd.Prim],
+    instancers: list[Usd.Prim],
+    given: dict[str, Any],
+    *,
+    rotation_order: str | None,
+    **others: Any,
+) -> None:
     """Write poses of prims of which some are PointInstancers: a list has a value for each prim and each instance.
 
     Args:
-        given: position, rotation, rotation_order and scale of `set_poses`.
+        given: position, rotation and scale of `set_poses`, whose other arguments are `rotation_order` and `others`.
     """
     sizes = [len(instance_names(prim)) if prim in instancers else 1 for prim in prims]
     first = np.cumsum([0, *sizes])
@@ -96,12 +103,12 @@ def set_mixed_poses(prims: list[Usd.Prim], instancers: list[Usd.Prim], given: di
                 name: value[first[row] : first[row + 1]] if isinstance(value, _Rows) else value
                 for name, value in parts.items()
             }
-            set_instancer_poses(prim, own["position"], own["rotation"], own["rotation_order"], own["scale"], **others)
+            set_instancer_poses(prim, own["position"], own["rotation"], rotation_order, own["scale"], **others)
     own = {
         name: [value[first[row]] for row in ordinary] if isinstance(value, _Rows) else value
         for name, value in parts.items()
     }
-    set_poses([prims[row] for row in ordinary], **own, **others)
+    set_poses([prims[row] for row in ordinary], rotation_order=rotation_order, **own, **others)
 
 
 class _Rows(list[Any]):
