@@ -10,7 +10,7 @@ UsdsdgError                     base of all errors; the command line prints it w
 ├── RenderError                 a camera or scene that cannot be rendered (OutOfDeviceMemory)
 ├── AnnotatorError              an annotator that cannot give its data (AnnotatorRegistryError, AugmentationError)
 ├── DatasetError                a folder that contains no dataset
-├── WriterError                 output that cannot be written (OutputNotWritable, WriterRegistryError)
+├── WriterError                 output that cannot be written (OutputNotWritable, WriterArgumentError, ...)
 ├── StoreError                  a folder, bucket or server that does not answer, does not exist or denies access
 └── Unsupported                 a feature of Replicator or USD that usdsdg does not support
 """
@@ -134,6 +134,10 @@ class DatasetError(UsdsdgError, ValueError):
 
 class WriterError(LosingError):
     """A writer or its backend failed."""
+
+
+class WriterArgumentError(WriterError, ValueError):
+    """Arguments of a writer that exclude each other."""
 
 
 class WriterRegistryError(WriterError, LookupError):

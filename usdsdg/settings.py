@@ -15,6 +15,11 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.physics.scenes import physics_scene, set_steps_per_second, steps_per_second
 from usdsdg.stage.semantics.semantic_classes import read_semantic_classes
 
+# The keys that `set_render_rtx_realtime` and `set_render_pathtraced` set.
+RENDER_MODE = "/rtx/rendermode"
+REALTIME_ANTIALIASING = "/rtx/post/aa/op"
+PATHTRACED_TOTAL_SAMPLES_PER_PIXEL = "/rtx/pathtracing/totalSpp"
+
 
 def carb_settings(setting: str, value: Any) -> ReplicatorItem | None:
     """Set one key: to a constant now, or to a draw of a distribution whenever the enclosing trigger fires.
@@ -41,15 +46,15 @@ def get_physx_timestep() -> float:
     return 1.0 / steps_per_second(physics_scene(current_stage()))
 
 
-def set_physx_timestep(timestep: float) -> None:
+def set_physx_timestep(physx_delta_time: float) -> None:
     """Author the physics time step [s] on the stage's first PhysicsScene, which is created if there is none.
 
     Raises:
-        ConfigError: (a ValueError) `timestep` is not above 0.
+        ConfigError: (a ValueError) `physx_delta_time` is not above 0.
     """
-    if not isinstance(timestep, Real) or not timestep > 0:
-        raise ConfigError(f"settings.set_physx_timestep: {timestep!r} must be above 0 seconds")
-    set_steps_per_second(current_stage(), 1.0 / timestep)
+    if not isinstance(physx_delta_time, Real) or not physx_delta_time > 0:
+        raise ConfigError(f"settings.set_physx_timestep: {physx_delta_time!r} must be above 0 seconds")
+    set_steps_per_second(current_stage(), 1.0 / physx_delta_time)
 
 
 def set_render_rtx_realtime(antialiasing: str = "FXAA") -> None:
@@ -64,8 +69,8 @@ def set_render_rtx_realtime(antialiasing: str = "FXAA") -> None:
     operations = {"off": 0, "taa": 1, "fxaa": 2, "dlss": 3, "dlaa": 4}
     if str(antialiasing).lower() not in operations:
         raise ConfigError(f"antialiasing is {antialiasing!r}; expected one of {', '.join(operations)}")
-    get_settings().set("/rtx/rendermode", "RaytracedLighting")
-    get_settings().set("/rtx/post/aa/op", operations[str(antialiasing).lower()])
+    get_settings().set(RENDER_MODE, "RaytracedLighting")
+    get_settings().set(REALTIME_ANTIALIASING, operations[str(antialiasing).lower()])
 
 
 def set_render_pathtraced(samples_per_pixel: int = 64) -> None:
@@ -76,8 +81,8 @@ def set_render_pathtraced(samples_per_pixel: int = 64) -> None:
     """
     if not isinstance(samples_per_pixel, Integral) or samples_per_pixel < 1:
         raise ConfigError(f"samples_per_pixel is {samples_per_pixel!r}; expected a whole number, 1 or more")
-    get_settings().set("/rtx/rendermode", "PathTracing")
-    get_settings().set("/rtx/pathtracing/totalSpp", int(samples_per_pixel))
+    get_settings().set(RENDER_MODE, "PathTracing")
+    get_settings().set(PATHTRACED_TOTAL_SAMPLES_PER_PIXEL, int(samples_per_pixel))
 
 
 def set_semantic_classes(classes: Any, closed: bool = False) -> None:

@@ -347,11 +347,14 @@ block(
     """
     carb_settings(setting, value)
     get_physx_timestep() -> number
-    set_physx_timestep(_seconds) -> none
+    set_physx_timestep(physx_delta_time) -> none
     set_render_rtx_realtime(antialiasing='FXAA') -> none
     set_render_pathtraced(samples_per_pixel=64) -> none
     set_stage_meters_per_unit(_value) -> none
     set_stage_up_axis(_axis) -> none
+    RENDER_MODE
+    REALTIME_ANTIALIASING
+    PATHTRACED_TOTAL_SAMPLES_PER_PIXEL
     """,
 )
 block(
@@ -363,12 +366,14 @@ block(
     find_prims(prim_paths, mode='instances') -> list
     get_files_group(folder_path, file_suffixes=None, ignore_case=True, file_type='png')
     get_graph(graph_path=None, is_hidden=False)
-    get_node_targets(node, attribute) -> list
+    get_node_targets(node, attribute, replicatorXform=True) -> list
     get_non_xform_prims(prim_paths) -> list
     get_prim_variant_values(prim_path, variant_name) -> list
     get_prims_from_paths(paths) -> list
     get_replicator_graph_exists() -> bool
     get_usd_files(path, recursive=False, path_filter=None) -> list
+    legacy_semantics_arg_to_new(legacy_semantics_arg)
+    parse_semantics(prim)
     read_prim_transform(prim)
     send_og_event(event_name) -> none
     set_target_prims(node, attribute, target_prims)

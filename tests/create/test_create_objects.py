@@ -47,7 +47,8 @@ def test_poses_parents_names_and_counts(stage, thing, kind):
     # A camera has no scale.
     scale = {} if kind == "camera" else {"scale": (1, 2, 3)}
     item = made_by(kind, thing, position=(1, 2, 3), rotation=(10, 20, 30), name="it", parent=parent, count=2, **scale)
-    assert item.prims == ("/World/it_Xform", "/World/it_Xform_01")
+    suffix = "" if kind == "xform" else "_Xform"
+    assert item.prims == (f"/World/it{suffix}", f"/World/it{suffix}_01")
     for path in item.prims:
         assert [child.GetName() for child in stage.GetPrimAtPath(path).GetChildren()] == ["it"] * (kind != "xform")
         expected = compose_euler((1, 2, 10), (10, 20, 30), scale.get("scale", (1, 1, 1)))
@@ -127,8 +128,8 @@ def test_meshes_are_a_meter_across_and_aligned_with_the_up_axis(stage, kind, up,
     child = stage.GetPrimAtPath(f"{getattr(rep.create, kind)().prims[0]}/{kind.capitalize()}")
     assert child.IsA(UsdGeom.Mesh)
     size = np.ptp(np.array(UsdGeom.Mesh(child).GetPointsAttr().Get()), axis=0)
-    height = {"plane": 0, "disk": 0, "torus": 0.3}.get(kind, 1)
-    expected = (1, 1, height) if up == "Z" else (1, height, 1)
+    height, width = {"plane": 0, "disk": 0, "torus": 0.5}.get(kind, 1), 1.5 if kind == "torus" else 1
+    expected = (width, width, height) if up == "Z" else (width, height, width)
     np.testing.assert_allclose(size * unit, expected, atol=1e-3)
 
 
@@ -150,7 +151,8 @@ def test_usd_has_no_such_shape(stage, kind):
 @pytest.mark.parametrize("kind", ["sphere", "torus", "cube", "cylinder", "cone"])
 def test_a_pivot_is_what_is_placed(stage, kind):
     item = getattr(rep.create, kind)(position=(1, 2, 3), pivot=(1, 0, 0), scale=2)
-    np.testing.assert_allclose(np.array([0.5, 0, 0, 1]) @ matrix(stage, item.prims[0]), (1, 2, 3, 1), atol=1e-3)
+    half = 0.75 if kind == "torus" else 0.5
+    np.testing.assert_allclose(np.array([half, 0, 0, 1]) @ matrix(stage, item.prims[0]), (1, 2, 3, 1), atol=1e-3)
 
 
 # --- lights ---

@@ -4,7 +4,7 @@ import pytest
 from pxr import UsdRender
 
 import usdsdg as rep
-from usdsdg.errors import BadPrim, GraphError, RenderError
+from usdsdg.errors import BadPrim, GraphError, RenderError, UsdsdgWarning
 from usdsdg.session.render_products import products
 
 
@@ -72,5 +72,22 @@ def test_invalid_render_products_raise_errors(stage, cameras):
         rep.create.render_product([], (8, 8))
     with pytest.raises(GraphError, match="name has 1 entries for 2 cameras"):
         rep.create.render_product(cameras, (8, 8), name=["left"])
-    with pytest.raises(BadPrim, match="Try '/Render/HydraTextures/my_view'"):
-        rep.create.render_product(cameras.prims[0], (8, 8), name="my view")
+
+
+def test_names_and_resolutions_are_converted(stage, cameras):
+    with pytest.warns(UsdsdgWarning, match="it is called front_left instead"):
+        product = rep.create.render_product(cameras.prims[0], ("32", "16"), name="front-left")
+    assert product.path == "/Render/HydraTextures/front_left"
+    assert product.resolution == (32, 16)
+
+
+def test_sizes_and_cameras_can_be_set_one_by_one(stage, cameras):
+    product = rep.create.render_product(cameras.prims[0], (32, 16))
+    product.hydra_texture.set_width(24)
+    product.hydra_texture.set_height(12)
+    product.hydra_texture.set_camera_path(f"{cameras.prims[1]}/Camera")
+    assert (product.resolution, product.camera_path) == ((24, 12), f"{cameras.prims[1]}/Camera")
+    prim = UsdRender.Product(stage.GetPrimAtPath(product.path))
+    assert prim.GetResolutionAttr().Get() == (24, 12)
+    with pytest.raises(RenderError):
+        product.set_width(0)

@@ -135,7 +135,7 @@ def test_a_pivot_is_placed_at_the_position(stage):
 @pytest.mark.parametrize("kind", SHAPES)
 def test_meshes_are_one_meter_across_and_aligned_with_the_up_axis(stage, y_up_stage, kind):
     size = np.diff(extent(getattr(create, kind)()), axis=0)[0]
-    flat, thin = {"plane": 0, "disk": 0, "torus": 30}.get(kind, 100), 50 if kind == "capsule" else 100
+    flat, thin = {"plane": 0, "disk": 0, "torus": 50}.get(kind, 100), {"capsule": 50, "torus": 150}.get(kind, 100)
     np.testing.assert_allclose(size, (thin, flat, thin), atol=1e-3)
     mesh = UsdGeom.Mesh(getattr(create, kind)())
     normals, indices = np.array(mesh.GetNormalsAttr().Get()), np.array(mesh.GetFaceVertexIndicesAttr().Get())

@@ -159,3 +159,11 @@ def test_variant_selects(stage):
         modify.variant(shelf, "colour", "red")
     with pytest.raises(BadPrim, match="has no 'blue'; it has"):
         modify.variant(shelf, "color", "blue")
+
+
+def test_one_value_in_a_list_labels_all_prims(stage):
+    cubes = create_batch.cube(count=2)
+    modify.semantics(cubes, [{"class": ["a", "b"]}])
+    assert [get_labels(cube) for cube in cubes] == [{"class": ["a", "b"]}] * 2
+    modify.semantics(cubes, ["class:c", "color:red"], mode="clear")
+    assert [get_labels(cube) for cube in cubes] == [{"class": ["c"], "color": ["red"]}] * 2

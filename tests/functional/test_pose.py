@@ -196,6 +196,18 @@ def test_each_instance_of_a_point_instancer_takes_one_value(stage):
         modify.look_at(instancer.GetPrim(), (0, 0, 0))
 
 
+def test_a_list_for_prims_and_point_instancers_has_a_value_for_each_prim_and_instance(stage):
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/many")
+    instancer.CreateProtoIndicesAttr([0, 0])
+    shapes = [UsdGeom.Cube.Define(stage, f"/World/shape_{side}").GetPrim() for side in "ab"]
+    points, sizes = np.arange(12.0).reshape(4, 3), np.array([[1, 1, 1], [2, 2, 2], [3, 3, 3], [4, 4, 4]])
+    modify.pose([shapes[0], instancer.GetPrim(), shapes[1]], points, (0, 0, 90), scale_value=sizes)
+    np.testing.assert_array_equal(instancer.GetPositionsAttr().Get(), points[1:3])
+    np.testing.assert_array_equal(instancer.GetScalesAttr().Get(), sizes[1:3])
+    for shape, row in zip(shapes, (0, 3)):
+        np.testing.assert_allclose(local(shape), compose_euler(points[row], (0, 0, 90), sizes[row]), atol=1e-6)
+
+
 def test_xform_ops_that_a_script_removes_or_reorders_are_detected(cubes):
     modify.pose(cubes, (1, 1, 1), (0, 0, 0), scale_value=1)
     UsdGeom.Xformable(cubes[0]).SetXformOpOrder([])

@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from pxr import UsdShade
 from scipy import stats
 
+import usdsdg as rep
 from usdsdg import distribution
 from usdsdg.errors import GraphError
+from usdsdg.graph import evaluate
 from usdsdg.graph.sampling import set_global_seed
 
 PRIMS = [f"/World/p{i}" for i in range(3000)]
@@ -145,9 +148,14 @@ def test_arguments_of_a_wrong_type_raise(make, message):
         make()
 
 
+def test_combined_vectors_bring_as_many_axes_as_they_have():
+    both = distribution.combine([distribution.uniform((1, 2), (1, 2)), 5.0])
+    np.testing.assert_allclose(both.sample("n", 0, PRIMS[:2]), [(1, 2, 5), (1, 2, 5)])
+    worlds = both.sample_worlds("n", np.arange(3), PRIMS[:2])
+    np.testing.assert_allclose(worlds, np.broadcast_to((1.0, 2.0, 5.0), (3, 2, 3)))
+
+
 def test_draws_that_are_impossible_raise():
-    with pytest.raises(GraphError, match="distribution 1 draws several numbers; give one for each axis"):
-        distribution.combine([0, distribution.uniform((0, 0), (1, 1))]).sample("n", 0, PRIMS[:2])
     once = distribution.choice(list("abc"), weights=[1, 1, 0], with_replacements=False)
     with pytest.raises(GraphError, match="3 prims but only 2 choices"):
         once.sample("n", 0, PRIMS[:3])
@@ -186,3 +194,20 @@ def test_impossible_parameters_name_the_script_line(make):
 def test_the_choice_of_one_distribution_is_its_draw():
     drawn = distribution.choice(distribution.sequence(["a", "b", "c"]), num_samples=9).sample("n", 1, PRIMS[:4])
     assert set(drawn) <= {"a", "b", "c"}
+
+
+def test_what_was_drawn_last_is_an_output(stage):
+    drawn = distribution.choice(rep.create.material_omnipbr(count=5))
+    assert drawn.get_output("samples") == []
+    with rep.create.cube(count=3) as cubes:
+        rep.modify.material(drawn)
+    evaluate.graph().evaluate()
+    bound = [UsdShade.MaterialBindingAPI(prim).GetDirectBinding() for prim in cubes.get_output_prims()["prims"]]
+    assert drawn.get_output("samples") == [str(each.GetMaterialPath()) for each in bound]
+
+
+def test_targets_of_nodes_may_be_the_children_of_objects(stage):
+    spheres = rep.create.sphere(count=2)
+    assert rep.utils.get_node_targets(spheres.node, "outputs:prims") == list(spheres.prims)
+    inner = rep.utils.get_node_targets(spheres.node, "inputs:prims", replicatorXform=False)
+    assert inner == [f"{path}/Sphere" for path in spheres.prims]

@@ -80,13 +80,23 @@ def test_rotation_order_defines_the_order_of_the_axes(stage, cube, order):
     np.testing.assert_allclose(matrix(stage, cube)[:3, :3], first @ second @ third, atol=1e-6)
 
 
-def test_size_is_the_edge_length_of_the_bounding_box(stage, cube):
-    rep.modify.pose(size=(1, 4, 6), rotation=(0, 0, 90), input_prims=cube)
+@pytest.mark.parametrize(("size", "scale"), [((10, 5, 2), 2), (3, 3)])
+def test_size_is_one_scale_with_which_the_prim_fits(stage, cube, size, scale):
+    rep.modify.pose(size=size, rotation=(0, 0, 90), input_prims=cube)
     run()
-    np.testing.assert_allclose(np.diff(box(stage, cube), axis=0)[0], (4, 1, 6), atol=1e-6)
-    rep.modify.pose(size=3, input_prims=cube)
+    np.testing.assert_allclose(np.diff(box(stage, cube), axis=0)[0], (scale,) * 3, atol=1e-6)
+
+
+def test_size_of_shapes_is_that_of_replicator(stage):
+    rep.settings.set_stage_up_axis("Y")
+    rep.settings.set_stage_meters_per_unit(0.01)
+    cube, torus = rep.create.cube(), rep.create.torus()
+    rep.modify.pose(size=(1000, 500, 200), input_prims=cube)
+    rep.modify.pose(size=300, input_prims=torus)
     run()
-    np.testing.assert_allclose(np.diff(box(stage, cube), axis=0)[0], (3, 3, 3), atol=1e-6)
+    for item in (cube, torus):
+        scale = stage.GetPrimAtPath(item.prims[0]).GetAttribute("xformOp:scale").Get()
+        np.testing.assert_allclose(scale, (2, 2, 2), rtol=1e-6)
 
 
 @pytest.mark.parametrize("rotation", [(0, 0, 0), (0, 0, 30), (45, 20, 10)])
@@ -104,7 +114,7 @@ def test_size_and_pivot_do_not_depend_on_the_rotation_before(stage, rotation):
     rep.modify.pose(size=(4, 2, 1), input_prims=group)
     rep.modify.pose(pivot=(0, 0, 1), position=(0, 0, 0), input_prims=group)
     run()
-    np.testing.assert_allclose(group.GetAttribute("xformOp:scale").Get(), (4, 2, 1) / lengths, rtol=1e-6)
+    np.testing.assert_allclose(group.GetAttribute("xformOp:scale").Get(), [min((4, 2, 1) / lengths)] * 3, rtol=1e-6)
     np.testing.assert_allclose(group.GetAttribute("xformOp:translate:pivot").Get()[2], lengths[2] / 2, rtol=1e-6)
 
 
@@ -116,15 +126,15 @@ def test_size_and_pivot_of_one_rotated_gprim_stay_at_each_execution(stage, rotat
         rep.modify.pose(size=(4, 5, 6), input_prims=cube)
         rep.modify.pose(pivot=(1, 1, 1), position=(0, 0, 0), input_prims=cube)
         run()
-        np.testing.assert_allclose(prim.GetAttribute("xformOp:scale").Get(), (4, 5, 6), rtol=1e-6)
+        np.testing.assert_allclose(prim.GetAttribute("xformOp:scale").Get(), (4, 4, 4), rtol=1e-6)
         np.testing.assert_allclose(prim.GetAttribute("xformOp:translate:pivot").Get(), (0.5, 0.5, 0.5), rtol=1e-6)
 
 
-def test_size_keeps_the_scale_of_a_flat_axis(stage):
+def test_size_is_that_of_the_axes_with_an_extent(stage):
     plane = rep.create.plane(scale=(1, 1, 2))
     rep.modify.pose(size=4, input_prims=plane)
     run()
-    assert stage.GetPrimAtPath(plane.prims[0]).GetAttribute("xformOp:scale").Get() == (4, 4, 2)
+    assert stage.GetPrimAtPath(plane.prims[0]).GetAttribute("xformOp:scale").Get() == (4, 4, 4)
 
 
 @pytest.mark.parametrize("rotation", [(0, 0, 0), (0, 0, 45), (90, 0, 0)])
@@ -199,6 +209,21 @@ def test_the_up_axis_is_up_in_the_image_even_under_a_rotated_parent(stage):
     np.testing.assert_allclose(view_direction(stage, path), forward, atol=1e-6)
     upwards = np.array([1, 0, 0]) - forward[0] * forward
     np.testing.assert_allclose(up_direction(stage, path), upwards / np.linalg.norm(upwards), atol=1e-6)
+
+
+@pytest.mark.parametrize("axis", ["X", "y", "Z"])
+def test_the_up_axis_may_be_a_letter(stage, axis):
+    direction = tuple(float(each == axis.upper()) for each in "XYZ")
+    poses = []
+    for up in (axis, direction):
+        looking = rep.create.cube(position=(3, 4, 5), look_at=(0, 0, 0), look_at_up_axis=up)
+        later = rep.create.cube(position=(3, 4, 5))
+        rep.modify.pose(look_at=(0, 0, 0), look_at_up_axis=up, input_prims=later)
+        run()
+        poses += [matrix(stage, looking.prims[0]), matrix(stage, later.prims[0])]
+    np.testing.assert_allclose(poses, [poses[0]] * 4, atol=1e-6)
+    with pytest.raises(GraphError, match="look_at_up_axis is 'up'"):
+        rep.create.cube(look_at=(1, 1, 1), look_at_up_axis="up")
 
 
 def test_look_at_works_for_a_target_straight_below(stage):

@@ -208,7 +208,7 @@ def test_what_a_writer_tells_of_itself(recorder):
 
 def test_a_writer_attached_by_name_takes_parameters_and_a_trigger(tmp_path):
     WriterRegistry.attach("Recorder", PRODUCT, {"output_dir": str(tmp_path)}, trigger=None)
-    (writer,) = WriterRegistry.get_attached_writers("Recorder")
+    writer = WriterRegistry.get_attached_writers()["Recorder"]
     assert writer.backend.output_dir == str(tmp_path)
     assert not writer.is_due()
     with pytest.raises(WriterRegistryError, match="Did you mean 'Recorder'"):
@@ -233,8 +233,8 @@ def test_annotators_can_be_found_and_added(recorder):
 
 def test_the_registry_knows_what_is_attached(recorder):
     recorder.attach(PRODUCT)
-    assert WriterRegistry.get_attached_writers() == [recorder]
+    assert WriterRegistry.get_attached_writers() == {"Recorder": recorder}
     assert WriterRegistry.get_attached_writer("Recorder") is recorder
     assert WriterRegistry.get_writer_render_products("Recorder") == [PRODUCT]
     WriterRegistry.detach("Recorder")
-    assert WriterRegistry.get_attached_writers() == []
+    assert WriterRegistry.get_attached_writers() == {}

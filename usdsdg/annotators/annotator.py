@@ -13,13 +13,13 @@ import numpy as np
 
 from usdsdg.annotators.augmentations.array_transform import ArrayTransform
 from usdsdg.annotators.base import Annotation, AnnotatorSpec, predicate_of
-from usdsdg.annotators.device_arrays import delivered
+from usdsdg.annotators.device_arrays import check_device, delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.ownership import parse_filter
 from usdsdg.annotators.packed_colors import packed
-from usdsdg.annotators.render_products import existing_products, render_product_paths
+from usdsdg.annotators.render_products import chosen_products, existing_products, render_product_paths
 from usdsdg.arguments.registry import near_misses
-from usdsdg.errors import AnnotatorError, Unsupported
+from usdsdg.errors import AnnotatorError, ArgumentError, Unsupported
 from usdsdg.session.replicator_version import OLD, replicator_version
 from usdsdg.session.session import current
 
@@ -35,8 +35,10 @@ class Annotator:
         init_params: Mapping[str, Any] | None = None,
         device: str | None = None,
         do_array_copy: bool = True,
+        render_product_idxs: Sequence[int] | None = None,
     ) -> None:
         self._spec = spec
+        self._render_product_idxs = None if render_product_idxs is None else tuple(render_product_idxs)
         self._device = device
         self._do_array_copy = do_array_copy
         self._name = name or spec.name
@@ -173,13 +175,19 @@ class Annotator:
     def attach(self, render_products: Any, render_product_idxs: Any = None) -> Annotator:
         """Attach to one render product (an object with `.path`, a path, or a list of one).
 
-        `render_product_idxs` is ignored: there is only one.
+        Of several products `render_product_idxs`, by default those that the annotator was made with, choose one.
 
         Raises:
+            ArgumentError: there is no render product, or none with such an index.
             BadPrim: the render product does not exist.
             Unsupported: several render products.
         """
         paths = existing_products(render_products)
+        if not paths:
+            raise ArgumentError(f"Annotator {self._name!r} was given no render product; attach it to one.")
+        chosen = self._render_product_idxs if render_product_idxs is None else tuple(render_product_idxs)
+        if len(paths) > 1 and chosen is not None:
+            paths = chosen_products(paths, chosen, self._name)
         if len(paths) != 1:
             raise Unsupported(
                 f"Annotator {self._name!r} was given {len(paths)} render products: attach one annotator to each."
@@ -191,6 +199,20 @@ class Annotator:
         if self._spec.on_attach is not None:
             self._spec.on_attach(self)
         return self
+
+    def choose_products(self, render_product_idxs: Sequence[int]) -> None:
+        """Watch these of the render products of a writer from now on."""
+        self._render_product_idxs = tuple(render_product_idxs)
+
+    def chosen_of(self, render_products: Sequence[str]) -> list[str]:
+        """Return the render products of a writer that it watches: all, or those of its `render_product_idxs`.
+
+        Raises:
+            ArgumentError: there is none with such an index.
+        """
+        if self._render_product_idxs is None:
+            return list(render_products)
+        return chosen_products(render_products, self._render_product_idxs, self._name)
 
     def bind(self, render_product: str | None) -> None:
         """Bind to the render product of a writer, which then computes it; None unbinds."""
@@ -221,7 +243,9 @@ class Annotator:
 
         Raises:
             AnnotatorError: it is not attached.
+            ArgumentError: (a ValueError) there can be no such device.
         """
+        check_device(device)
         if self._render_product is None:
             raise AnnotatorError(f"Annotator {self._name!r} is not attached. Call attach(render_product) first.")
         if self in current().annotators:

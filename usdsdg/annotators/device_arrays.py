@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +11,19 @@ import numpy as np
 from usdsdg.annotators.augmentations.warp_kernel import device_or_cpu
 from usdsdg.annotators.base import Annotation
 from usdsdg.annotators.pixels.launch import Pixels, is_image, on_host, viewed
+from usdsdg.errors import ArgumentError
+
+_DEVICE = re.compile(r"cpu|cuda(:\d+)?")
+
+
+def check_device(device: str | None) -> None:
+    """Check the name of a device.
+
+    Raises:
+        ArgumentError: it is neither None, "cpu", "cuda" nor "cuda:<number>".
+    """
+    if device is not None and not _DEVICE.fullmatch(str(device)):
+        raise ArgumentError(f"device is {device!r}; expected 'cpu', 'cuda' or 'cuda:0'")
 
 
 def is_for_host(device: str | None) -> bool:

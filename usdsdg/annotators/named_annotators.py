@@ -30,7 +30,8 @@ def get(
     Args:
         name: of a built-in or registered annotator.
         init_params: see `Annotator.initialize`.
-        render_product_idxs: accepted and ignored: an annotator watches one render product.
+        render_product_idxs: which of the render products that a writer, or the annotator, is attached to it watches;
+            by default all of a writer's.
         device: "cpu" or None to get NumPy arrays from `get_data`, "cuda[:n]" to get Warp arrays;
             see `Annotator.get_data`.
         do_array_copy: whether `get_data` returns, and writers receive, a copy, which may be written into.
@@ -41,10 +42,15 @@ def get(
     """
     if name in registered_annotators:
         found = registered_annotators.get(name).copy(device=device, do_array_copy=do_array_copy)
+        if render_product_idxs is not None:
+            found.choose_products(render_product_idxs)
         return found.initialize(**init_params) if init_params else found
     if name in UNSUPPORTED and name not in annotator_specs:
         raise Unsupported(f"Annotator {name!r}: {UNSUPPORTED[name]}.")
-    return Annotator(annotator_specs.get(name), init_params=init_params, device=device, do_array_copy=do_array_copy)
+    return Annotator(
+        annotator_specs.get(name), init_params=init_params, device=device, do_array_copy=do_array_copy,
+        render_product_idxs=render_product_idxs,
+    )  # fmt: skip
 
 
 def get_registered_annotators() -> list[str]:

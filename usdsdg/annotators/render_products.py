@@ -1,8 +1,9 @@
 """Render products as users give them to `attach` and `detach`: handles, prim paths, or lists of either."""
 
+from collections.abc import Sequence
 from typing import Any
 
-from usdsdg.errors import AnnotatorError
+from usdsdg.errors import AnnotatorError, ArgumentError
 from usdsdg.session.render_products import product_at
 
 
@@ -22,6 +23,20 @@ def render_product_paths(render_products: Any) -> list[str]:
             )
         paths.append(path)
     return paths
+
+
+def chosen_products(paths: Sequence[str], indices: Sequence[int], annotator: str) -> list[str]:
+    """Return those of some render products that have the given indices.
+
+    Raises:
+        ArgumentError: there is none with such an index.
+    """
+    if missing := [each for each in indices if not 0 <= each < len(paths)]:
+        raise ArgumentError(
+            f"Annotator {annotator!r} has render_product_idxs={list(indices)}: there is no render product "
+            f"{missing[0]}, of {len(paths)} counted from 0"
+        )
+    return [paths[index] for index in indices]
 
 
 def existing_products(render_products: Any) -> list[str]:

@@ -61,31 +61,71 @@ def whole_number(name: str, value: Any, *, least: int | None = None) -> int:
     return int(value)
 
 
-def labels_of(semantics: Any) -> Labels:
-    """Convert `[("class", "cube")]` or `{"class": "cube" | ["cube", ...]}` to {type: [labels]}.
+def up_axis_vector(value: Any) -> Any:
+    """Convert "X", "Y" or "Z" to the direction of that axis, also in a list; return other values as they are.
 
     Raises:
-        ArgumentError: `semantics` is neither.
+        ArgumentError: it is another text.
     """
-    pairs = list(semantics.items()) if isinstance(semantics, Mapping) else semantics
-    if not _is_list(pairs) or not all(_is_pair(pair) for pair in pairs):
-        raise ArgumentError(
-            f"semantics is {shown(semantics)}; expected pairs of a type and a label such as [('class', 'cube')], or "
-            "{'class': 'cube'}"
-        )
+    if isinstance(value, list):
+        return [up_axis_vector(each) for each in value]
+    if not isinstance(value, str):
+        return value
+    if value.upper() not in ("X", "Y", "Z"):
+        raise ArgumentError(f"look_at_up_axis is {value!r}; expected 'X', 'Y', 'Z' or a direction")
+    return tuple(float(axis == value.upper()) for axis in "XYZ")
+
+
+def labels_of(semantics: Any) -> Labels:
+    """Convert labels to {type: [labels]}.
+
+    Args:
+        semantics: {"class": "cube" or ["cube", ...]}, pairs [("class", "cube")], one pair ("class", "cube"), texts
+            ["class:cube", ...], or one text "class:cube;color:red".
+
+    Raises:
+        ArgumentError: it is none of these.
+    """
     found: Labels = {}
-    for kind, label in pairs:
+    for pair in _pairs_of(semantics):
+        if not _is_pair(pair):
+            raise ArgumentError(
+                f"semantics is {shown(semantics)}; expected pairs of a type and a label such as [('class', 'cube')], "
+                "{'class': 'cube'}, or 'class:cube'"
+            )
+        kind, label = pair
         found.setdefault(kind, []).extend([label] if isinstance(label, str) else list(label))
     return found
 
 
+def _pairs_of(semantics: Any) -> list[Any]:
+    """Return the pairs that `semantics` consists of; what is no pair stays, for the message."""
+    if isinstance(semantics, Mapping):
+        return list(semantics.items())
+    if isinstance(semantics, str):
+        return [_pair_of(each) for each in semantics.split(";")]
+    if isinstance(semantics, tuple) and _is_pair(semantics):
+        return [semantics]
+    return [_pair_of(each) for each in semantics] if _is_list(semantics) else [semantics]
+
+
+def _pair_of(value: Any) -> Any:
+    """Convert the text "class:cube" to a pair."""
+    return tuple(value.split(":", 1)) if isinstance(value, str) and ":" in value else value
+
+
 def labels_per_prim(semantics: Any, count: int) -> list[Labels]:
-    """Return the labels of each of `count` prims: the same for all, or from a list with one `labels_of` value per prim.
+    """Return the labels of each of `count` prims: the same for all, or from a list with one `labels_of`
+    value per prim or one for all.
 
     Raises:
         ArgumentError: `semantics` is neither.
     """
-    per_prim = _is_list(semantics) and len(semantics) == count and not any(_is_pair(each) for each in semantics)
+    is_single = _is_list(semantics) and len(semantics) == 1 and isinstance(semantics[0], (Mapping, list))
+    if is_single and not _is_pair(semantics[0]):
+        return [labels_of(semantics[0])] * count
+    of_one = (_is_pair(each) or isinstance(each, str) for each in semantics) if _is_list(semantics) else [True]
+    per_prim = _is_list(semantics) and len(semantics) == count and not any(of_one)
     return [labels_of(each) for each in semantics] if per_prim else [labels_of(semantics)] * count
 
 

@@ -7,17 +7,18 @@ from typing import Any
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg import modify
+from usdsdg.arguments.prim_names import prim_name
 from usdsdg.arguments.tick_rates import author_tick_rate
 from usdsdg.arguments.values import count_of, vector
 from usdsdg.calibration.calibration import author_calibration
 from usdsdg.calibration.files import read_calibration, read_rig
 from usdsdg.calibration.rig import author_mount
 from usdsdg.create.objects import apply_common_arguments, new_object, new_xform
-from usdsdg.create.render_products import STEREO_SIDES
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
+from usdsdg.stage.cameras.stereo_pairs import STEREO_SIDES
 from usdsdg.stage.poses import transforms
 from usdsdg.stage.poses.xform_ops import author_pose
 
@@ -65,8 +66,8 @@ def camera(
     stage = current_stage()
     objects, cameras = [], []
     for _ in range(count_of(count)):
-        prim, child = new_object("Camera", name, parent)
-        objects.append(prim)
+        path, child = new_object("Camera", name, parent)
+        objects.append(path)
         cameras.append(_camera_at(stage, child))
     author_tick_rate(cameras, tick_rate)
     item = _with_arguments("OgnCreateCamera", objects, cameras, arguments)
@@ -109,7 +110,7 @@ def camera_rig(
         made = author_mount(stage, str(prim.GetPath()), mount)
         UsdGeom.Camera(made).CreateClippingRangeAttr(Gf.Vec2f(near, far))
     pose = {"position": position, "rotation": rotation, "look_at": look_at, "look_at_up_axis": look_at_up_axis}
-    return apply_common_arguments([prim], kind="OgnCreateCameraRig", name=name, **pose)
+    return apply_common_arguments([str(prim.GetPath())], kind="OgnCreateCameraRig", name=name, **pose)
 
 
 def _refuse_lens_arguments(arguments: dict[str, Any]) -> None:
@@ -153,9 +154,9 @@ def stereo_camera(
     right = Gf.Vec3d(0, 1, 0) if transforms.up_axis(stage) == "Z" else Gf.Vec3d(1, 0, 0)
     pairs, cameras = [], []
     for _ in range(count_of(count)):
-        pairs.append(new_xform("StereoCam", parent))
+        pairs.append(str(new_xform("StereoCam", parent).GetPath()))
         for side, shift in zip(STEREO_SIDES, (-half, half)):
-            made = _camera_at(stage, f"{pairs[-1].GetPath()}/{name or 'StereoCam'}{side}")
+            made = _camera_at(stage, f"{pairs[-1]}/{prim_name(name) if name else 'StereoCam'}{side}")
             author_pose(made, translate=right * shift)
             cameras.append(made)
     return _with_arguments("OgnCreateStereoCamera", pairs, cameras, arguments)
@@ -169,7 +170,7 @@ def _camera_at(stage: Usd.Stage, path: str) -> Usd.Prim:
 
 
 def _with_arguments(
-    kind: str, objects: list[Usd.Prim], cameras: list[Usd.Prim], arguments: dict[str, Any]
+    kind: str, objects: list[str], cameras: list[Usd.Prim], arguments: dict[str, Any]
 ) -> ReplicatorItem:
     """Write the poses of `objects` and the lens of their cameras, or schedule distributions; return the item."""
     pose = {name: arguments[name] for name in ("position", "rotation", "look_at", "look_at_up_axis")}

@@ -4,7 +4,7 @@ from typing import Any
 
 from usdsdg import modify
 from usdsdg.arguments.prims import prim_at
-from usdsdg.create.objects import apply_common_arguments, new_objects
+from usdsdg.create.objects import create_objects
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 
 
@@ -32,7 +32,7 @@ def xform(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
     semantics: Any = None, visible: Any = True, count: int = 1, name: str | None = None, parent: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Create `count` empty transforms.
+    """Create `count` empty transforms `<parent>/<name>[_NN]`, by default `/Replicator/Xform`.
 
     Args:
         position: in the space of `parent` [stage units]; `scale` are factors and `rotation` angles [degrees].
@@ -42,8 +42,8 @@ def xform(
     Raises:
         ArgumentError: a value has another shape, or `count` is not an integer. BadPrim: `parent` is not on the stage.
     """
-    objects, _ = new_objects("Xform", name, parent, count, lambda _stage, _path: None)
-    return apply_common_arguments(
-        objects, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
-        semantics=semantics, visible=visible, kind="OgnCreateXform", name=name,
+    return create_objects(
+        "Xform", None, position=position, scale=scale, rotation=rotation, look_at=look_at,
+        look_at_up_axis=look_at_up_axis, semantics=semantics, visible=visible, node="OgnCreateXform", name=name,
+        parent=parent, count=count,
     )  # fmt: skip

@@ -5,7 +5,8 @@ from typing import Any
 from pxr import Usd, UsdLux
 
 from usdsdg import modify
-from usdsdg.create.objects import apply_common_arguments, new_objects
+from usdsdg.arguments.prims import prim_at
+from usdsdg.create.objects import create_objects
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.node import ReplicatorItem
 
@@ -52,11 +53,11 @@ def light(
     def define(stage: Usd.Stage, path: str) -> None:
         UsdLux.LightAPI(schema.Define(stage, path)).CreateEnableColorTemperatureAttr(temperature is not None)
 
-    objects, lights = new_objects(f"{light_type.capitalize()}Light", name, parent, count, define)
-    item = apply_common_arguments(
-        objects, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
-        kind="OgnCreateLight", name=name,
+    item = create_objects(
+        f"{light_type.capitalize()}Light", define, position=position, scale=scale, rotation=rotation, look_at=look_at,
+        look_at_up_axis=look_at_up_axis, node="OgnCreateLight", name=name, parent=parent, count=count,
     )  # fmt: skip
+    lights = [prim_at(path).GetChildren()[0] for path in item.prims]
     values = {
         "inputs:color": color,
         "inputs:intensity": intensity,

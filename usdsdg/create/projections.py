@@ -8,7 +8,7 @@ from usdsdg import modify
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
 from usdsdg.create.materials import material_omnipbr
-from usdsdg.create.objects import new_object
+from usdsdg.create.objects import new_object, new_xform
 from usdsdg.distribution import Distribution
 from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, prim_paths
@@ -55,9 +55,9 @@ def projection_material(
 
 
 def _projected(projector: Usd.Prim, targets: tuple[str, ...], name: str | None, **distances: float) -> ReplicatorItem:
-    prim, child = new_object("Projection", name, None)
+    path, child = new_object("Projection", name, None)
     projection_meshes.define(current_stage(), child, projector, [prim_at(path) for path in targets], **distances)
-    return ReplicatorItem(Node(kind="OgnCreateProjection", prims=(str(prim.GetPath()),), name=name))
+    return ReplicatorItem(Node(kind="OgnCreateProjection", prims=(path,), name=name))
 
 
 def _bind_and_label(item: ReplicatorItem, material: Any, semantics: Any) -> None:
@@ -121,7 +121,7 @@ def mesh_decal(
 
 
 def _projector(pose: dict[str, Any]) -> Usd.Prim:
-    prim, _ = new_object("DecalProjector", None, None)
+    prim = new_xform("DecalProjector_Xform", None)
     names = {"position": "translate", "rotation": "rotate_xyz", "scale": "scale"}
     constant = {role: value for role, value in pose.items() if not isinstance(value, Distribution)}
     author_pose(prim, **{names[role]: vector(role, value) for role, value in constant.items()})

@@ -6,7 +6,7 @@ from pxr import Usd
 
 from usdsdg import modify
 from usdsdg.arguments.asset_folders import usd_files
-from usdsdg.create.objects import apply_common_arguments, new_objects
+from usdsdg.create.objects import create_objects
 from usdsdg.errors import AssetError, AssetNotFound
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.stage import assets
@@ -36,10 +36,10 @@ def from_usd(
         if not stage.DefinePrim(path).GetReferences().AddReference(file):
             raise AssetError(f"create.from_usd: {file} cannot be referenced at {path}")
 
-    objects, _ = new_objects("Ref", name, parent, count, define)
-    return apply_common_arguments(
-        objects, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,
-        semantics=semantics, kind="OgnCreateFromUsd", name=name,
+    return create_objects(
+        "Ref", define, position=position, scale=scale, rotation=rotation, look_at=look_at,
+        look_at_up_axis=look_at_up_axis, semantics=semantics, node="OgnCreateFromUsd", name=name, parent=parent,
+        count=count,
     )  # fmt: skip
 
 

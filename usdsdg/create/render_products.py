@@ -8,6 +8,7 @@ from typing import Any, overload
 
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
+from usdsdg.arguments.prim_names import prim_name
 from usdsdg.errors import ArgumentError, BadPrim, RenderError
 from usdsdg.graph.node import prim_paths
 from usdsdg.session import render_products
@@ -15,6 +16,7 @@ from usdsdg.session.render_products import HydraTexture, product_at, products, r
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
 from usdsdg.stage.cameras import default_view
+from usdsdg.stage.cameras.stereo_pairs import stereo_pair
 from usdsdg.stage.cameras.tiled_sensors import Tiles, tiles_of_sensor
 
 __all__ = ["HydraTexture", "product_at", "products", "render_product", "render_product_tiled", "reset"]
@@ -22,8 +24,6 @@ __all__ = ["HydraTexture", "product_at", "products", "render_product", "render_p
 PREFIX = "/Render/HydraTextures"
 # Number of cameras that an error message lists.
 LISTED = 8
-# Ends of the names of the left and the right camera of a stereo pair.
-STEREO_SIDES = ("_L", "_R")
 
 
 @overload
@@ -48,13 +48,13 @@ def render_product(
         force_new: create a new product even if one of the same camera and resolution exists. Without this and without
             `name` the existing one is reused.
         name: of the product, or a list with one for each camera; "Replicator" by default. A number is appended to a
-            name that is taken.
+            name that is taken; characters that a prim name cannot have become underscores.
         render_vars: ignored: annotators and writers determine what is rendered.
 
     Raises:
-        TypeError: resolution is not a pair of integers.
+        TypeError: resolution is not a pair of integers, which may be texts.
         RenderError: an image of this size is not possible, or it is not the size of the tiled sensor.
-        BadPrim: a path is not a camera on the stage, there is none, or `name` is not a valid prim name.
+        BadPrim: a path is not a camera on the stage, or there is none.
         ArgumentError: the number of names differs from the number of cameras.
     """
     size = _size("resolution", resolution)
@@ -105,7 +105,7 @@ def render_product_tiled(
 def _size(what: str, resolution: Any) -> tuple[int, int]:
     try:
         width, height = (int(n) for n in resolution)
-        if (width, height) != tuple(resolution):
+        if [width, height] != [float(n) for n in resolution]:
             raise ValueError("not whole numbers")
     except (TypeError, ValueError):
         raise TypeError(f"render_product: {what} must be (width, height) in whole pixels, got {resolution!r}") from None
@@ -132,17 +132,7 @@ def camera_below(path: str) -> str:
 
 def _cameras_of(path: str) -> list[str]:
     """Return the paths of both cameras of a stereo pair, else of `camera_below`, whose errors it raises."""
-    return _stereo_pair(path) or [camera_below(path)]
-
-
-def _stereo_pair(path: str) -> list[str]:
-    """Return the paths of the left and the right camera of a prim as `create.stereo_camera` makes it; [] for others."""
-    prim = current_stage().GetPrimAtPath(path)
-    cameras = [each for each in prim.GetChildren() if each.IsA(UsdGeom.Camera)] if prim else []
-    sides = {each.GetName()[-2:]: each for each in cameras}
-    if len(cameras) != 2 or sides.keys() != set(STEREO_SIDES) or len({each.GetName()[:-2] for each in cameras}) != 1:
-        return []
-    return [str(sides[side].GetPath()) for side in STEREO_SIDES]
+    return stereo_pair(current_stage().GetPrimAtPath(path)) or [camera_below(path)]
 
 
 def _known_cameras() -> str:
@@ -161,7 +151,7 @@ def _product(
                 return product
     stage = current_stage()
     with Usd.EditContext(stage, stage.GetSessionLayer()):
-        path = paths.next_free_path(stage, f"{PREFIX}/{name or 'Replicator'}")
+        path = paths.next_free_path(stage, f"{PREFIX}/{prim_name(name) if name else 'Replicator'}")
         prim = UsdRender.Product.Define(stage, path)
         prim.CreateCameraRel().SetTargets([Sdf.Path(each) for each in (tiles.cameras if tiles else [camera])])
         prim.CreateResolutionAttr(Gf.Vec2i(*size))

@@ -1,7 +1,7 @@
 """Shapes: `rep.create.sphere`, `cube`, `cylinder`, `cone`, `torus`, `disk` and `plane`.
 
-Meshes are one meter across, whatever the stage's units, and aligned with its up axis. With `as_mesh=False` a shape is
-the UsdGeom prim in USD's own default size, two stage units across, as in Replicator.
+Meshes are one meter across (a torus one and a half), whatever the stage's units, and aligned with its up axis. With
+`as_mesh=False` a shape is the UsdGeom prim in USD's own default size, two stage units across, as in Replicator.
 
 Arguments that all of them share; each but the last four is one for all, a list of one per prim, or a distribution:
 
@@ -19,16 +19,15 @@ Errors: ArgumentError for a value of another shape and for `count`, BadPrim for 
 from typing import Any
 
 from usdsdg import modify
-from usdsdg.create.objects import apply_common_arguments, new_objects
+from usdsdg.create.objects import create_objects
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.stage.geometry import shape_meshes
 
 
 def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
     define = shape_meshes.define if arguments.pop("as_mesh") else shape_meshes.define_gprim
-    material, count, parent = (arguments.pop(each) for each in ("material", "count", "parent"))
-    objects, _ = new_objects(kind, arguments["name"], parent, count, lambda stage, path: define(stage, path, kind))
-    item = apply_common_arguments(objects, kind=f"OgnCreate{kind}", **arguments)
+    material = arguments.pop("material")
+    item = create_objects(kind, lambda stage, path: define(stage, path, kind), node=f"OgnCreate{kind}", **arguments)
     if material is not None:
         modify.material(material, input_prims=item)
     return item
@@ -60,7 +59,7 @@ def cone(position=None, scale=None, pivot=None, rotation=None, look_at=None, loo
 
 def torus(position=None, scale=None, pivot=None, rotation=None, look_at=None, look_at_up_axis=None, semantics=None,
           material=None, visible=True, as_mesh=True, count=1, name=None, parent=None) -> ReplicatorItem:  # fmt: skip
-    """Create tori of one meter outer diameter around the up axis; the module documents the arguments.
+    """Create tori around the up axis, tubes of half a meter around rings of one; the module documents the arguments.
 
     Raises:
         Unsupported: as_mesh=False, since UsdGeom has no torus.

@@ -23,6 +23,11 @@ class Distribution(ReplicatorItem, abc.ABC):
         super().__init__(Node(kind=kind, inputs=given, name=name, line=script_line()))
         self._seed = self._checked(lambda: own_seed(seed))
 
+    @property
+    def outputs(self) -> dict[str, Any]:
+        """The outputs of the node, with the values drawn last, one per prim: [] before the first execution."""
+        return {**super().outputs, "samples": list(self.node.state.get("samples", ()))}
+
     def seed(self) -> int:
         return get_global_seed() if self._seed is None else self._seed
 

@@ -1,4 +1,4 @@
-"""Vectors of which each axis has a distribution of its own."""
+"""Vectors of which axes have distributions of their own."""
 
 from collections.abc import Sequence
 from numbers import Real
@@ -33,11 +33,7 @@ class Combine(Distribution):
             else np.full(len(prims), float(part))
             for axis, part in enumerate(self._parts)
         ]
-        if wide := [axis for axis, column in enumerate(columns) if column.ndim != 1]:
-            raise GraphError(
-                f"{self.node.describe()}: distribution {wide[0]} draws several numbers; give one for each axis"
-            )
-        return np.stack(columns, axis=1)
+        return np.concatenate([column.reshape(len(prims), -1) for column in columns], axis=1)
 
     def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:
         columns = [
@@ -46,20 +42,18 @@ class Combine(Distribution):
             else np.full((len(executions), len(prims)), float(part))
             for axis, part in enumerate(self._parts)
         ]
-        if wide := [axis for axis, column in enumerate(columns) if column.ndim != 2]:
-            raise GraphError(
-                f"{self.node.describe()}: distribution {wide[0]} draws several numbers; give one for each axis"
-            )
-        return np.stack(columns, axis=-1)
+        return np.concatenate([column.reshape(*column.shape[:2], -1) for column in columns], axis=-1)
 
 
 add_kind("OgnCombine", ("distributions",), lambda inputs, name: Combine(inputs["distributions"], name))
 
 
 def combine(distributions: Sequence[Any], name: str | None = None):
-    """Combine distributions or numbers, one per axis, into vectors; `name` as in `uniform`.
+    """Combine distributions or numbers into vectors; `name` as in `uniform`.
+
+    Each brings the next axis, one that draws vectors as many axes as they have.
 
     Raises:
-        GraphError: one of them is neither. At execution: one draws several numbers.
+        GraphError: one of them is neither.
     """
     return Combine(distributions, name)

@@ -32,7 +32,8 @@ def draw_column(value: Any, node: Node, execution: int, role: str) -> list[Any] 
     count = len(node.prims)
     if isinstance(value, Distribution):
         consumer = f"{node.key}/{value.node.name or role}"
-        return value.sample(consumer, execution, node.prims)
+        drawn = value.node.state["samples"] = value.sample(consumer, execution, node.prims)
+        return drawn
     if isinstance(value, np.ndarray):
         value = list(value) if value.ndim else value.item()
     if isinstance(value, list) and len(value) == count and not is_vector(value):
@@ -68,7 +69,8 @@ def draw_scalars(value: Any, node: Node, execution: int, role: str) -> list[Any]
     """
     if isinstance(value, Distribution) and value.has_patterns(len(node.prims)):
         consumer = f"{node.key}/{value.node.name or role}"
-        return list(value.sample(consumer, execution, node.prims[:1])[0])
+        drawn = value.node.state["samples"] = list(value.sample(consumer, execution, node.prims[:1])[0])
+        return drawn
     return draw(value, node, execution, role)
 
 

@@ -62,7 +62,7 @@ def torus(
     pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
     name: str | None = None, parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
-    """A ring around the stage's up axis, one meter across; always a mesh."""
+    """A ring around the stage's up axis, one and a half meters across; always a mesh."""
 
 def disk(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,

@@ -14,6 +14,7 @@ from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.values import labels_of, shown
 from usdsdg.errors import ArgumentError
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.materials import is_preview
 from usdsdg.stage.paths import prim_at
 from usdsdg.stage.semantics.labels import get_labels
 
@@ -41,6 +42,8 @@ def prims(
         _without(_pattern("path_pattern_exclusion", path_pattern_exclusion, ignore_case)),
         _containing(path_match, ignore_case),
         _typed(prim_types),
+        # The UsdPreviewSurface beside an OmniPBR shader is ours: in Omniverse such a material has one shader.
+        None if prim_types is None else _without(is_preview),
         _without(_typed(prim_types_exclusion)),
         _labeled(semantics),
         _without(_labeled(semantics_exclusion)),

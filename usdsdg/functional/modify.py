@@ -14,7 +14,7 @@ from usdsdg.arguments.prims import one_prim, prims_of
 from usdsdg.arguments.values import labels_per_prim, shown
 from usdsdg.errors import ArgumentError, BadPrim, warn_once
 from usdsdg.functional.arguments import per_prim
-from usdsdg.functional.poses import set_instancer_poses, set_poses
+from usdsdg.functional.poses import set_instancer_poses, set_mixed_poses, set_poses
 from usdsdg.stage import materials
 from usdsdg.stage.attributes import attribute_of, set_value
 from usdsdg.stage.keypoints import set_keypoints
@@ -42,7 +42,7 @@ def pose(
     """Set the given parts of the poses, in the existing xform ops of the prims.
 
     Args:
-        prims: N prims of one stage. A PointInstancer takes one value per instance instead.
+        prims: N prims of one stage. A PointInstancer takes one value per instance instead, also among other prims.
         position_value: (3,) or (N, 3) in the space of each prim's parent [stage units].
         rotation_value: Euler angles [degrees], (3,) or (N, 3); quaternions x, y, z, w, (4,) or (N, 4); Gf.Rotation or
             Gf quaternions.
@@ -51,7 +51,7 @@ def pose(
         scale_value: one factor, one vector (3,), or one of these per prim.
         relative_to: prim or path, or one per prim; the given parts are then in the space of that prim.
         look_at_value: world point or prim that -Z of each prim points at, or one per prim.
-        look_at_up_axis: world direction of +Y as far as possible; None is the stage's up axis.
+        look_at_up_axis: world direction of +Y as far as possible, or "X", "Y" or "Z"; None is the stage's up axis.
         pivot: point of the prim's bounding box, -1 to 1 per axis. It is placed at the given position, or, without a
             position, keeps its place while the prim is rotated and scaled about it.
         write_to_usd: ignored: poses are always written to the stage.
@@ -67,10 +67,9 @@ def pose(
     others: dict[str, Any] = {"relative_to": relative_to, "look_at": look_at_value, "pivot": pivot}
     instancers = _instancers(targets)
     if instancers and len(targets) > 1:
-        raise ArgumentError(
-            f"{instancers[0].GetPath()} is a PointInstancer, which takes one value per instance; pose it in a call of "
-            "its own"
-        )
+        given = dict(position=position_value, rotation=rotation_value, scale=scale_value)
+        set_mixed_poses(targets, instancers, given, rotation_order=rotation_order, **others)
+        return
     if instancers:
         set_instancer_poses(instancers[0], *values, **others)
         return
@@ -151,7 +150,8 @@ def semantics(prims: Any, value: Any = None, mode: str = "add") -> None:
     """Set semantic labels of prims.
 
     Args:
-        value: {"class": "cube" or ["cube", ...]}, a list of (type, label) pairs, or a list with one of these per prim.
+        value: {"class": "cube" or ["cube", ...]}, a list of (type, label) pairs, one pair, "class:cube;color:red", or a
+            list with one of these per prim or one for all.
         mode: "add" to the existing labels, "replace" those of the given types, or "clear" all labels first.
 
     Raises:
@@ -161,8 +161,9 @@ def semantics(prims: Any, value: Any = None, mode: str = "add") -> None:
     if lowered not in ("add", "replace", "clear"):
         raise ArgumentError(f"mode is {mode!r}; expected 'add', 'replace' or 'clear'")
     targets = prims_of(prims)
-    if isinstance(value, (list, tuple)) and len(value) == 2 and all(isinstance(each, str) for each in value):
-        value = [tuple(value)]
+    is_pair = isinstance(value, list) and len(value) == 2 and all(isinstance(each, str) for each in value)
+    if is_pair and not all(":" in each for each in value):
+        value = tuple(value)
     for prim, labels in zip(targets, labels_per_prim({} if value is None else value, len(targets))):
         add_labels(prim, labels, mode=lowered)
 

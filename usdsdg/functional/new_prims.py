@@ -4,15 +4,17 @@ import collections
 from collections.abc import Sequence
 from typing import Any
 
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
+from usdsdg.arguments.prim_names import prim_name
 from usdsdg.arguments.prims import one_prim
 from usdsdg.arguments.values import count_of, labels_per_prim, shown
-from usdsdg.errors import ArgumentError, BadPrim, warn_once
+from usdsdg.errors import ArgumentError
 from usdsdg.functional import modify
 from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.poses import set_poses
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.paths import check_parent
 from usdsdg.stage.semantics.labels import add_labels
 
 _OPS = (
@@ -31,13 +33,12 @@ def new_paths(name: str, parent: Any, count: Any) -> list[str]:
     """
     count = count_of(count)
     if not isinstance(parent, (list, tuple)):
-        return _free_paths(_parent_path(parent), _valid_name(name), count)
+        return _free_paths(_parent_path(parent), prim_name(name), count)
     if len(parent) != count:
         raise ArgumentError(f"parent has {len(parent)} prims for count {count}; give one, or one for each")
     parents = [_parent_path(each) for each in parent]
     free = {
-        each: iter(_free_paths(each, _valid_name(name), number))
-        for each, number in collections.Counter(parents).items()
+        each: iter(_free_paths(each, prim_name(name), number)) for each, number in collections.Counter(parents).items()
     }
     return [next(free[each]) for each in parents]
 
@@ -124,19 +125,8 @@ def _parent_path(parent: Any) -> Sdf.Path:
     if parent is None or str(parent) == "/":
         return Sdf.Path.absoluteRootPath
     prim = one_prim("parent", parent)
-    if prim.IsA(UsdGeom.Boundable):
-        raise BadPrim(
-            f"{prim.GetPath()} is a {prim.GetTypeName()}, and USD does not allow prims below shapes and lights; "
-            "create them below an Xform or Scope"
-        )
+    check_parent(prim)
     return prim.GetPath()
-
-
-def _valid_name(name: str) -> str:
-    valid = Tf.MakeValidIdentifier(str(name))
-    if valid != name:
-        warn_once(f"{name!r} cannot be the name of a prim; it is called {valid} instead")
-    return valid
 
 
 def _free_paths(parent: Sdf.Path, name: str, count: int) -> list[str]:

@@ -7,9 +7,11 @@ from numpy.typing import NDArray
 from pxr import Usd, UsdGeom
 
 from usdsdg.arguments.prims import is_prim, one_prim, prims_of
+from usdsdg.arguments.values import up_axis_vector
 from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.functional.arguments import per_prim, rotations, vectors
 from usdsdg.session.settings_store import get_settings
+from usdsdg.stage.geometry.instancers import instance_names
 from usdsdg.stage.poses.look_at import look_at_quaternions
 from usdsdg.stage.poses.pivots import translations_about_pivots
 from usdsdg.stage.poses.pose_batch import Rotations, author_poses
@@ -47,7 +49,7 @@ def set_poses(
         frames = [one_prim("relative_to", frame) for frame in per_prim(relative_to, count)]
         translate, rotate, sizes = relative_to_parents(prims, frames, translate, rotate, sizes)
     if look_at is not None:
-        up = up_vector(prims[0].GetStage()) if look_at_up_axis is None else look_at_up_axis
+        up = up_vector(prims[0].GetStage()) if look_at_up_axis is None else up_axis_vector(look_at_up_axis)
         ups = vectors("look_at_up_axis", up, count)
         rotate = Rotations(quats=look_at_quaternions(prims, translate, _targets(look_at, count), ups))
     if pivot is not None:
@@ -76,6 +78,48 @@ def _targets(look_at: Any, count: int) -> Array:
 def _origin(prims: list[Usd.Prim]) -> Array:
     """Return the mean world position (3,) of the prims' origins."""
     return np.mean([as_array(local_to_world(prim))[3, :3] for prim in prims], axis=0)
+
+
+def set_mixed_poses(
+    prims: list[Usd.Prim],
+    instancers: list[Usd.Prim],
+    given: dict[str, Any],
+    *,
+    rotation_order: str | None,
+    **others: Any,
+) -> None:
+    """Write poses of prims of which some are PointInstancers: a list has a value for each prim and each instance.
+
+    Args:
+        given: position, rotation and scale of `set_poses`, whose other arguments are `rotation_order` and `others`.
+    """
+    sizes = [len(instance_names(prim)) if prim in instancers else 1 for prim in prims]
+    first = np.cumsum([0, *sizes])
+    ordinary = [row for row, prim in enumerate(prims) if prim not in instancers]
+    parts = {name: _of_all(value, int(first[-1])) for name, value in given.items()}
+    for row, prim in enumerate(prims):
+        if prim in instancers:
+            own = {
+                name: value[first[row] : first[row + 1]] if isinstance(value, _Rows) else value
+                for name, value in parts.items()
+            }
+            set_instancer_poses(prim, own["position"], own["rotation"], rotation_order, own["scale"], **others)
+    own = {
+        name: [value[first[row]] for row in ordinary] if isinstance(value, _Rows) else value
+        for name, value in parts.items()
+    }
+    set_poses([prims[row] for row in ordinary], rotation_order=rotation_order, **own, **others)
+
+
+class _Rows(list[Any]):
+    """One value for each prim and each instance."""
+
+
+def _of_all(value: Any, count: int) -> Any:
+    """Return the values of a list or array of `count` as rows; other values as they are."""
+    rows = value.tolist() if isinstance(value, np.ndarray) else value
+    is_one_each = isinstance(rows, list) and len(rows) == count
+    return _Rows(rows) if is_one_each and (count != 3 or isinstance(rows[0], (list, tuple))) else value
 
 
 def set_instancer_poses(

@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg.arguments.prims import prim_at
-from usdsdg.arguments.values import labels_per_prim, shown
+from usdsdg.arguments.values import labels_of, labels_per_prim, shown
 from usdsdg.distribution import Distribution, draw, draw_scalars, options_of
 from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.graph.actions import action
@@ -25,20 +25,29 @@ from usdsdg.stage.semantics.label_copies import label_all
 def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add") -> ReplicatorItem:
     """Set semantic labels of prims; `mode` is add, replace or clear.
 
-    Outside a trigger the labels are written immediately. `semantics` is a list of (type, label) pairs or a mapping of
-    type to label or labels, or a list of one of these per prim.
+    Outside a trigger the labels are written immediately, those of a distribution at each execution. `semantics` is a
+    list of (type, label) pairs, a mapping of type to label or labels, one pair, texts ["class:cube", ...], one text
+    "class:cube;color:red", a list of one of these per prim, or a distribution over these.
 
     Raises:
         ArgumentError: it is something else, or the mode does not exist.
     """
-    if mode not in ("add", "replace", "clear"):
+    lowered = str(mode).lower()
+    if lowered not in ("add", "replace", "clear"):
         raise ArgumentError(f"modify.semantics: mode={mode!r}; known: add, replace, clear")
+    mode = lowered
+    if isinstance(semantics, Distribution):
+        return act("OgnWriteSemantics", input_prims, semantics=semantics, mode=mode)
     return act_now("OgnWriteSemantics", input_prims, semantics=semantics, mode=mode)
 
 
 @action("OgnWriteSemantics")
 def _write_semantics(node: Node, execution: int) -> None:
-    per_prim, mode = labels_per_prim(node.inputs.get("semantics") or {}, len(node.prims)), node.inputs["mode"]
+    given, mode = node.inputs.get("semantics") or {}, node.inputs["mode"]
+    if isinstance(given, Distribution):
+        per_prim = [labels_of(each) for each in draw(given, node, execution, "semantics")]
+    else:
+        per_prim = labels_per_prim(given, len(node.prims))
     if mode == "add" and len(per_prim) > 1 and all(given == per_prim[0] for given in per_prim):
         label_all([prim_at(path) for path in node.prims], per_prim[0])
         return
@@ -48,8 +57,13 @@ def _write_semantics(node: Node, execution: int) -> None:
 
 @brings_labels("OgnWriteSemantics")
 def _labels_to_write(node: Node, sources: LabelSources) -> None:
-    per_prim = labels_per_prim(node.inputs.get("semantics") or {}, len(node.prims))
-    for path, given in zip(node.prims, per_prim):
+    given = node.inputs.get("semantics") or {}
+    if isinstance(given, Distribution):
+        drawn = [labels_of(each) for each in given.options()]
+        edits = [(path, labels_of_one) for path in node.prims for labels_of_one in drawn]
+    else:
+        edits = list(zip(node.prims, labels_per_prim(given, len(node.prims))))
+    for path, given in edits:
         sources.add_edit(path, partial(labels.edited, labels=given, mode=node.inputs["mode"]))
 
 
@@ -57,8 +71,8 @@ def visibility(value: Any = None, input_prims: Any = None, name: str | None = No
     """Show or hide prims.
 
     Args:
-        value: True, False, a list with one per prim, or a distribution over these; None samples True or False for each.
-            A distribution over lists with one per prim draws one list per execution.
+        value: True, False, a list with one per prim or one for all, or a distribution over these; None samples True or
+            False for each. A distribution over lists with one per prim draws one list per execution.
 
     Raises:
         ArgumentError: `value` is something else.
@@ -67,6 +81,8 @@ def visibility(value: Any = None, input_prims: Any = None, name: str | None = No
     from usdsdg.distribution import choice
 
     chosen = choice([True, False]) if value is None else value
+    if isinstance(chosen, list) and len(chosen) == 1:
+        chosen = chosen[0]
     if isinstance(chosen, Distribution):
         return act("OgnWriteVisibility", input_prims, name=name, value=chosen)
     return act_now("OgnWriteVisibility", input_prims, value=chosen)

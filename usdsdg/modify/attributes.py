@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from pxr import Sdf, Usd
+from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.arguments.registry import near_misses
 from usdsdg.arguments.values import vector
@@ -13,6 +13,7 @@ from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.modify.prims import non_xform_prims, target_prims
+from usdsdg.stage import materials
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.attributes import set_value
 
@@ -24,6 +25,10 @@ def attribute_of(prim: Usd.Prim, name: str, attribute_type: str | None) -> Usd.A
     for candidate in (name, f"inputs:{name}"):
         if prim.HasAttribute(candidate):
             return prim.GetAttribute(candidate)
+    if prim.GetTypeName() in ("Material", "Shader"):
+        name = f"inputs:{name.removeprefix('inputs:')}"
+    if attribute_type is None and (known := materials.input_type(prim, name)):
+        return prim.CreateAttribute(name, known, custom=False)
     if attribute_type is None:
         near = near_misses(name, [a.GetName() for a in prim.GetAttributes()])
         raise ArgumentError(
@@ -60,9 +65,17 @@ def set_attribute(prim: Usd.Prim, name: str, value: Any, attribute_type: str | N
             set_value(target, converted)
         except BadValue as error:
             raise ArgumentError(str(error)) from None
+        _show(owner, name)
+
+
+def _show(owner: Usd.Prim, name: str) -> None:
+    if owner.GetTypeName() == "Shader":
+        materials.show_in_preview(owner, name)
 
 
 def owners_of(prim: Usd.Prim, name: str) -> list[Usd.Prim]:
+    if prim.IsA(UsdShade.Material):
+        return [materials.input_owner(prim, name)]
     if prim.HasAttribute(name) or prim.HasAttribute(f"inputs:{name}"):
         return [prim]
     return non_xform_prims(prim)
@@ -70,6 +83,8 @@ def owners_of(prim: Usd.Prim, name: str) -> list[Usd.Prim]:
 
 def attribute(name: str, value: Any, attribute_type: str | None = None, input_prims: Any = None) -> ReplicatorItem:
     """Set an attribute of the prims at each firing; of an object, the attribute of the child which has it.
+
+    Of a material it is the input of that name of its shader; those of OmniPBR exist also where they have no value yet.
 
     Args:
         name: of the attribute, `<name>` or `inputs:<name>`.
@@ -99,6 +114,9 @@ def _write_attribute(node: Node, execution: int) -> None:
         return [attribute_of(owner, name, type_name) for of_prim in owners for owner in of_prim]
 
     if len(values) == len(node.prims) and write_batch(node.state, "values", find, values):
+        for prim in target_prims(node):
+            if prim.GetTypeName() in ("Material", "Shader"):
+                _show(owners_of(prim, name)[0], name)
         return
     for prim, drawn in zip(target_prims(node), values):
         set_attribute(prim, name, drawn, type_name)

@@ -14,6 +14,7 @@ from usdsdg.modify.numbers import draw_numbers
 from usdsdg.modify.poses import is_paths, point_of
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
+from usdsdg.stage.cameras.stereo_pairs import stereo_pair
 from usdsdg.stage.poses import transforms
 from usdsdg.stage.poses.look_at import author_look_at
 from usdsdg.stage.poses.xform_ops import author_world_position
@@ -26,8 +27,8 @@ def pose_camera_relative(
     """Move prims to given image coordinates and a given distance from a camera.
 
     Args:
-        camera: item, prim or path of a camera, or of the object that contains it.
-        render_product: gives the resolution of the image.
+        camera: item, prim or path of a camera, or of the object that contains it; of a stereo pair it is the left one.
+        render_product: gives the resolution of the image; the first one of a list.
         distance: from the camera's center to the prim's origin [stage units].
         horizontal_location: -1 (left edge) to 1 (right edge) of the image.
         vertical_location: -1 (bottom edge) to 1 (top edge).
@@ -39,7 +40,10 @@ def pose_camera_relative(
     cameras = prim_paths(camera)
     if len(cameras) != 1:
         raise ArgumentError(f"modify.pose_camera_relative: camera is {len(cameras)} prims; give one")
-    product = str(getattr(render_product, "path", render_product))
+    pair = stereo_pair(prim_at(cameras[0]))
+    cameras = pair[:1] or cameras
+    shown = render_product[0] if isinstance(render_product, (list, tuple)) and render_product else render_product
+    product = str(getattr(shown, "path", shown))
     _view(cameras[0], product)
     return act(
         "OgnCameraRelativePosition", input_prims, attribute="position", cameraPrim=cameras[0], renderProduct=product,

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Usd
 
 from usdsdg.arguments.prims import prim_at
-from usdsdg.arguments.values import vector
+from usdsdg.arguments.values import up_axis_vector, vector
 from usdsdg.distribution import Distribution, draw_column
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.actions import action
@@ -46,13 +46,13 @@ def pose(
         rotation: angles about x, y, z [degrees]; or some of rotation_x, rotation_y, rotation_z.
         rotation_order: "XYZ" rotates about x first. An existing rotate or orient op of the prim is used.
         scale: factors, or one for all axes.
-        size: edge lengths of the prim's bounding box along its own axes [stage units], or one for all axes; sets the
-            scale from the extent of the untransformed geometry. An axis without extent keeps its scale.
+        size: edge lengths of a box along the prim's own axes [stage units], or one for all axes. One scale for all axes
+            is set, with which the untransformed geometry just fits into it; axes without extent do not count.
         pivot: point that `position` places and that rotations are about; -1 to 1 on each axis of the prim's own
             bounding box (0: its center).
         look_at: a point of the world, a prim, or several prims (the mean of their origins). Cameras look at it, for
             other prims -Z points at it.
-        look_at_up_axis: world direction that `look_at` keeps up; the stage's up axis by default.
+        look_at_up_axis: world direction that `look_at` keeps up, or "X", "Y" or "Z"; the stage's up axis by default.
 
     Raises:
         ArgumentError: (a ValueError) position is given with a single axis of it, rotation likewise, scale with size,
@@ -74,7 +74,7 @@ def pose(
     given |= {role: value for role, value in values.items() if value is not None}
     attribute = ",".join(given)
     if look_at_up_axis is not None:
-        given["look_at_up_axis"] = look_at_up_axis
+        given["look_at_up_axis"] = up_axis_vector(look_at_up_axis)
     if str(rotation_order).upper() != "XYZ":
         given["rotation_order"] = str(rotation_order).upper()
     return act("OgnWritePose", input_prims, name=name, attribute=attribute, **given)
@@ -92,6 +92,8 @@ def _exclude(role: str, value: Any, *others: str) -> None:
 def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
     """Write constants immediately and distributions at every firing."""
     given = {role: value for role, value in pose_values.items() if value is not None}
+    if "look_at_up_axis" in given:
+        given["look_at_up_axis"] = up_axis_vector(given["look_at_up_axis"])
     later: dict[str, Any] = {role: value for role, value in given.items() if isinstance(value, Distribution)}
     if "look_at" in later or "look_at_up_axis" in later:
         # The up axis only has a meaning together with the target.
@@ -215,10 +217,10 @@ def _in_xyz(degrees: Sequence[float] | Gf.Vec3d, order: str) -> Gf.Vec3d:
     return Gf.Vec3d(*degrees)
 
 
-def _scale_for(prim: Usd.Prim, size: list[float]) -> Gf.Vec3d:
-    current = np.linalg.norm(transforms.as_array(UsdGeom.Xformable(prim).GetLocalTransformation())[:3, :3], axis=1)
-    lengths = pivots.extents(prim).tolist()
-    return Gf.Vec3d(*(s / length if length > 0 else kept for s, length, kept in zip(size, lengths, current.tolist())))
+def _scale_for(prim: Usd.Prim, size: list[float]) -> Gf.Vec3d | None:
+    """Return the scale with which the prim just fits into a box of a size; None if it has no extent on any axis."""
+    ratios = [edge / length for edge, length in zip(size, pivots.extents(prim).tolist()) if length > 0]
+    return Gf.Vec3d(min(ratios)) if ratios else None
 
 
 def point_of(role: str, target: Any) -> Gf.Vec3d:

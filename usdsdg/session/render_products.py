@@ -79,6 +79,18 @@ class HydraTexture:
         with self._editing() as product:
             product.CreateCameraRel().SetTargets([path])
 
+    def set_camera_path(self, path: str) -> None:
+        """As `set_camera`."""
+        self.set_camera(path)
+
+    def set_width(self, width: int) -> None:
+        """Set the width [pixels] from now on; errors as of `set_resolution`."""
+        self.set_resolution((width, self.height))
+
+    def set_height(self, height: int) -> None:
+        """Set the height [pixels] from now on; errors as of `set_resolution`."""
+        self.set_resolution((self.width, height))
+
     def set_resolution(self, resolution: Sequence[int]) -> None:
         """Set width and height [pixels] from now on.
 

@@ -52,6 +52,43 @@ def define_mdl(stage: Usd.Stage, path: str, mdl: str) -> UsdShade.Material:
     return material
 
 
+def input_owner(material: Usd.Prim, name: str) -> Usd.Prim:
+    """Return the prim that has an input of a material: its surface shader, MDL first, or where that takes the value
+    from the material or has no such input, a material that has one; the material itself if it has no shader."""
+    name = f"inputs:{name.removeprefix('inputs:')}"
+    source = UsdShade.Material(material).ComputeSurfaceSource("mdl")
+    shader = source[0].GetPrim() if source and source[0] else None
+    if shader is None:
+        return material
+    own = material.HasAttribute(name)
+    connected = own and shader.HasAttribute(name) and shader.GetAttribute(name).HasAuthoredConnections()
+    return material if connected or (own and not shader.HasAttribute(name)) else shader
+
+
+def input_type(shader: Usd.Prim, name: str) -> Sdf.ValueTypeName | None:
+    """Return the type of an input of an OmniPBR shader; None for other shaders, and for what OmniPBR does not have."""
+    mdl = _mdl_shader(shader)
+    is_omni_pbr = mdl is not None and str(mdl.GetSourceAssetSubIdentifier("mdl")) == "OmniPBR"
+    return OMNI_PBR_INPUTS.get(name.removeprefix("inputs:")) if is_omni_pbr else None
+
+
+def is_preview(prim: Usd.Prim) -> bool:
+    """Whether the prim is the UsdPreviewSurface that `define_mdl` puts beside an OmniPBR shader."""
+    if prim.GetName() != "PreviewSurface" or prim.GetTypeName() != "Shader":
+        return False
+    shader = prim.GetParent().GetChild("Shader")
+    return bool(shader) and input_type(shader, "diffuse_color_constant") is not None
+
+
+def show_in_preview(shader: Usd.Prim, name: str) -> None:
+    """Copy an input of an OmniPBR shader to the UsdPreviewSurface beside it, if both have it."""
+    name = name.removeprefix("inputs:")
+    preview = shader.GetParent().GetChild("PreviewSurface") if name in _PREVIEW else Usd.Prim()
+    value = shader.GetAttribute(f"inputs:{name}").Get() if preview and is_preview(preview) else None
+    if value is not None:
+        set_value(UsdShade.Shader(preview).CreateInput(*_PREVIEW[name]).GetAttr(), value)
+
+
 def is_mdl(prim: Usd.Prim) -> bool:
     """Whether the prim is a material with an MDL surface, or an MDL shader."""
     return _mdl_shader(prim) is not None
@@ -79,9 +116,7 @@ def set_input(prim: Usd.Prim, name: str, value: Any) -> None:
     if kind == _T.Asset:
         value = asset_path(value)
     set_value(shader.CreateInput(name, kind).GetAttr(), value)
-    preview = shader.GetPrim().GetParent().GetChild("PreviewSurface")
-    if preview and name in _PREVIEW:
-        set_value(UsdShade.Shader(preview).CreateInput(*_PREVIEW[name]).GetAttr(), value)
+    show_in_preview(shader.GetPrim(), name)
 
 
 def _mdl_shader(prim: Usd.Prim) -> UsdShade.Shader | None:

@@ -4,7 +4,7 @@ import difflib
 import itertools
 import re
 
-from pxr import Sdf, Tf, Usd
+from pxr import Sdf, Tf, Usd, UsdGeom
 
 from usdsdg.errors import BadPrim
 
@@ -40,7 +40,8 @@ def free_paths(stage: Usd.Stage, path: str | Sdf.Path, count: int) -> list[str]:
     stem, first = (wanted.name[: number.start()], int(number.group(1))) if number else (wanted.name, 0)
     numbered = (f"{stem}_{k:02d}" for k in itertools.count(first + 1))
     free = (name for name in itertools.chain([wanted.name], numbered) if name not in taken)
-    return [str(wanted.ReplaceName(name)) for name in itertools.islice(free, count)]
+    folder = str(wanted)[: -len(wanted.name)]
+    return [f"{folder}{name}" for name in itertools.islice(free, count)]
 
 
 def prim_path(path: str | Sdf.Path) -> Sdf.Path:
@@ -67,6 +68,19 @@ def prim_path(path: str | Sdf.Path) -> Sdf.Path:
 def valid_name(text: str) -> str:
     """Replace every character that a prim name cannot have by an underscore."""
     return Tf.MakeValidIdentifier(text)
+
+
+def check_parent(prim: Usd.Prim) -> None:
+    """Check that prims can be created below a prim.
+
+    Raises:
+        BadPrim: it is a shape or a light.
+    """
+    if prim.IsA(UsdGeom.Boundable):
+        raise BadPrim(
+            f"{prim.GetPath()} is a {prim.GetTypeName()}, and USD does not allow prims below shapes and lights; "
+            "create them below an Xform or Scope"
+        )
 
 
 def prim_at(stage: Usd.Stage, path: str | Sdf.Path) -> Usd.Prim:

@@ -20,13 +20,16 @@ from usdsdg.utils.prims import (
     get_non_xform_prims,
     get_prim_variant_values,
     get_prims_from_paths,
+    legacy_semantics_arg_to_new,
+    parse_semantics,
     read_prim_transform,
 )
 
 __all__ = [
     "ReplicatorItem", "ReplicatorWrapper", "auto_connect", "compute_aabb", "create_node", "find_prims",
     "get_files_group", "get_graph", "get_node_targets", "get_non_xform_prims", "get_prim_variant_values",
-    "get_prims_from_paths", "get_replicator_graph_exists", "get_usd_files", "read_prim_transform", "send_og_event",
+    "get_prims_from_paths", "get_replicator_graph_exists", "get_usd_files",
+    "legacy_semantics_arg_to_new", "parse_semantics", "read_prim_transform", "send_og_event",
     "sequential", "set_target_prims",
 ]  # fmt: skip
 

@@ -18,7 +18,7 @@ from usdsdg.graph.evaluate import graph
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, plain, prim_paths
 from usdsdg.graph.node_prims import PIPELINE, TYPE_PREFIX, define_graph
 from usdsdg.session.stage_context import current_stage
-from usdsdg.utils.prims import get_prims_from_paths
+from usdsdg.utils.prims import get_non_xform_prims, get_prims_from_paths
 
 # Extensions whose node types usdsdg has some of.
 EXTENSIONS = (TYPE_PREFIX.rstrip("."), "isaacsim.replicator.examples", "omni.replicator.isaac")
@@ -83,13 +83,18 @@ def _node(node: Any) -> Node:
     return node.node if isinstance(node, ReplicatorItem) else node
 
 
-def get_node_targets(node: Any, attribute: str) -> list[str]:
-    """Return the paths of a node's target prims (`inputs:prims`), or of the prims in another of its inputs."""
+def get_node_targets(node: Any, attribute: str, replicatorXform: bool = True) -> list[str]:
+    """Return the paths of a node's prims (`inputs:prims`, `outputs:prims`), or of the prims in another of its inputs.
+
+    replicatorXform: False returns for the Xform of a Replicator object its children.
+    """
     node = _node(node)
-    if attribute.removeprefix("inputs:") == "prims":
-        return list(node.prims)
-    value = node.get_attribute(attribute)
-    return list(prim_paths(value)) if value is not None else []
+    if attribute in ("prims", "inputs:prims", "outputs:prims"):
+        found = list(node.prims)
+    else:
+        value = node.get_attribute(attribute)
+        found = list(prim_paths(value)) if value is not None else []
+    return found if replicatorXform else get_non_xform_prims(found)
 
 
 def set_target_prims(node: Any, attribute: str, target_prims: Any) -> None:

@@ -8,9 +8,11 @@ from pxr import Gf, Usd, UsdGeom, UsdShade
 
 from usdsdg import modify
 from usdsdg.arguments.prims import prim_at
+from usdsdg.arguments.values import labels_of
 from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.graph.node import prim_paths
 from usdsdg.stage.poses import transforms
+from usdsdg.stage.semantics.labels import get_labels
 
 
 def get_prims_from_paths(paths: Sequence[Any]) -> list[Usd.Prim]:
@@ -83,6 +85,19 @@ def compute_aabb(bbox_cache: UsdGeom.BBoxCache, prim: Any, include_children: boo
     if box.IsEmpty():
         return np.array([np.inf] * 3 + [-np.inf] * 3)
     return np.array([*box.GetMin(), *box.GetMax()])
+
+
+def parse_semantics(prim: Any) -> list[tuple[str, str]]:
+    """Return the labels of a prim and of the material bound to it, as pairs of a type and a label."""
+    (prim,) = get_prims_from_paths([prim])
+    material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+    owners = [prim, material.GetPrim()] if material else [prim]
+    return [(kind, label) for owner in owners for kind, found in get_labels(owner).items() for label in found]
+
+
+def legacy_semantics_arg_to_new(legacy_semantics_arg: Any) -> Any:
+    """Convert pairs [("class", "cube")] or texts ["class:cube"] to {"class": ["cube"]}; other values stay."""
+    return labels_of(legacy_semantics_arg) if isinstance(legacy_semantics_arg, list) else legacy_semantics_arg
 
 
 def read_prim_transform(prim: Any) -> Gf.Matrix4d:

@@ -65,6 +65,7 @@ class Writer(ABC):
 
     _payload: dict[str, Any] | None
     _render_products: tuple[str, ...]
+    _numbered_products: tuple[str, ...]  # as attached, before some were detached: what indices of annotators refer to
     _scheduled: bool
     _class_file: ClassFile
     _executions: Any
@@ -73,7 +74,7 @@ class Writer(ABC):
         # Subclasses need not call super().__init__().
         writer = super().__new__(cls)
         writer.annotators, writer.metadata = list(cls.annotators), dict(cls.metadata)
-        writer._render_products, writer._trigger = (), ON_FRAME
+        writer._render_products, writer._numbered_products, writer._trigger = (), (), ON_FRAME
         writer._payload, writer._scheduled, writer._executions = None, False, None
         writer._class_file = ClassFile()
         writer.parameters = {}
@@ -135,8 +136,9 @@ class Writer(ABC):
         check_layout(self.data_structure, type(self).__name__)
         self.annotators = [_annotator(each) for each in self.annotators]
         self._render_products = tuple(dict.fromkeys(existing_products(render_products)))
+        self._numbered_products = self._render_products
         for annotator in self.annotators:
-            annotator.bind(self._render_products[0] if self._render_products else None)
+            annotator.bind(self._first_of(annotator))
         self._trigger = _checked_trigger(trigger)
         self._executions = getattr(self._trigger, "executions", None)
         if self not in current().writers:
@@ -167,7 +169,12 @@ class Writer(ABC):
         elif remaining != self._render_products:
             self._render_products = remaining
             for annotator in self.get_attached_annotators():
-                annotator.bind(remaining[0])
+                annotator.bind(self._first_of(annotator))
+
+    def _first_of(self, annotator: Annotator) -> str | None:
+        """Return the first render product of which the writer reads an annotator."""
+        chosen = annotator.chosen_of(self._numbered_products)
+        return next((path for path in chosen if path in self._render_products), None)
 
     def reset(self) -> None:
         """Restart the count of written frames at 0."""
@@ -186,7 +193,7 @@ class Writer(ABC):
 
     def annotators_of(self, render_product: str) -> list[Annotator]:
         """Return the annotators that it reads of one of its render products."""
-        return list(self.annotators)
+        return [each for each in self.annotators if render_product in each.chosen_of(self._numbered_products)]
 
     def annotators_to_skip(self) -> list[Annotator]:
         """Return the annotators that `skip` reads, which are computed of frames that another process makes."""
@@ -268,7 +275,7 @@ class Writer(ABC):
             self.annotators[names.index(found.get_name())] = found
         else:
             self.annotators.append(found)
-        found.bind(self._render_products[0] if self._render_products else None)
+        found.bind(self._first_of(found))
 
     def augment_annotator(self, annotator_name: str, augmentation: Any, **kwargs: Any) -> None:
         """Apply `augmentation` to the array of one of the writer's annotators, which keeps its name.

@@ -12,7 +12,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from usdsdg.arguments.registry import near_misses
-from usdsdg.errors import WriterError
+from usdsdg.errors import WriterArgumentError, WriterError
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 
@@ -72,7 +72,9 @@ def label_params(
         WriterError: both are given.
     """
     if semantic_types and semantic_filter_predicate:
-        raise WriterError(f"{writer}: semantic_types and semantic_filter_predicate exclude each other; give one.")
+        raise WriterArgumentError(
+            f"{writer}: semantic_types and semantic_filter_predicate exclude each other; give one."
+        )
     if semantic_types:
         return {"semanticTypes": semantic_types}
     return {"semanticFilter": semantic_filter_predicate or "class:*"}

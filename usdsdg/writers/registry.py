@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from usdsdg.annotators.render_products import render_product_paths
 from usdsdg.arguments.registry import Registry
 from usdsdg.errors import Unsupported, WriterRegistryError
 from usdsdg.writers import base
@@ -100,29 +101,41 @@ class WriterRegistry:
     @staticmethod
     def detach(writer_name: str, render_products: Any = None) -> None:
         """Detach every attached writer of that name, from `render_products` (handles, paths, or a list) or from all."""
-        for writer in WriterRegistry.get_attached_writers(writer_name):
+        for writer in _attached(writer_name):
             if render_products is None:
                 writer.detach()
             else:
                 writer.detach_from(render_products)
 
     @staticmethod
-    def get_attached_writers(writer_name: str | None = None) -> list[Writer]:
-        """Return the attached writers, all or those of one name."""
-        return [w for w in base.attached_writers() if writer_name in (None, type(w).__name__)]
+    def get_attached_writers(render_products: Any = None) -> dict[str, Writer]:
+        """Return by name the writers attached to any of `render_products` (handles, paths, or a list), or all.
+
+        Of several writers of one name it is the one attached last; `Writer` objects tell them apart.
+        """
+        paths = None if render_products is None else set(render_product_paths(render_products))
+        return {
+            type(writer).__name__: writer
+            for writer in base.attached_writers()
+            if paths is None or not paths.isdisjoint(writer.render_products)
+        }
 
     @staticmethod
-    def get_attached_writer(writer_name: str) -> Writer | None:
-        """Return the first attached writer of that name; None if there is none."""
-        return next(iter(WriterRegistry.get_attached_writers(writer_name)), None)
+    def get_attached_writer(writer_name: str, render_products: Any = None) -> Writer | None:
+        """Return the attached writer of that name, of `render_products` or of any; None if there is none."""
+        return WriterRegistry.get_attached_writers(render_products).get(writer_name)
 
     @staticmethod
     def get_annotators(writer_name: str) -> list[Any]:
-        """Return what the first attached writer of that name reads."""
+        """Return what the attached writer of that name reads."""
         writer = WriterRegistry.get_attached_writer(writer_name)
         return writer.get_annotators() if writer else []
 
     @staticmethod
     def get_writer_render_products(writer_name: str) -> list[str]:
         """Return the paths of the render products that writers of that name are attached to."""
-        return [path for w in WriterRegistry.get_attached_writers(writer_name) for path in w.render_products]
+        return [path for writer in _attached(writer_name) for path in writer.render_products]
+
+
+def _attached(writer_name: str) -> list[Writer]:
+    return [writer for writer in base.attached_writers() if type(writer).__name__ == writer_name]

@@ -282,7 +282,7 @@ def test_the_registry_attaches_and_detaches_by_name_and_product(tmp_path):
     second = "/Render/HydraTextures/rp2"
     WriterRegistry.attach("ColorWriter", [PRODUCT, second], init_params={"output_dir": str(tmp_path)})
     writer = WriterRegistry.get_attached_writer("ColorWriter")
-    assert WriterRegistry.get_attached_writers() == [writer]
+    assert WriterRegistry.get_attached_writers() == {"ColorWriter": writer}
     assert [each.get_name() for each in WriterRegistry.get_annotators("ColorWriter")] == ["rgb", "distance_to_camera"]
     WriterRegistry.detach("ColorWriter", [PRODUCT])
     assert WriterRegistry.get_writer_render_products("ColorWriter") == [second]

@@ -61,7 +61,8 @@ def clone(
     source = prim_at(current_stage(), path) if isinstance(path, str) else one_prim("path", path)
     paths = new_paths(name or source.GetName(), parent, count)
     stage = source.GetStage()
-    prims = copy_prim(stage, _layer_with(stage, source.GetPath()), source.GetPath(), paths)
+    copy_prim(stage, _layer_with(stage, source.GetPath()), source.GetPath(), paths)
+    prims = [stage.GetPrimAtPath(each) for each in paths]
     add_missing_ops([prim for prim in prims if prim.IsA(UsdGeom.Xformable)])
     return apply_common_arguments(
         prims, position=position, scale=scale, rotation=rotation, look_at=look_at, look_at_up_axis=look_at_up_axis,

@@ -42,7 +42,7 @@ def _shape_function(kind: str, doc: str):  # the signature is inferred
 
 plane = _shape_function("Plane", "Squares with edges of one meter that face the stage's up axis.")
 sphere = _shape_function("Sphere", "Spheres of one meter diameter.")
-torus = _shape_function("Torus", "Rings around the stage's up axis, one meter across; always meshes.")
+torus = _shape_function("Torus", "Rings around the stage's up axis, one and a half meters across; always meshes.")
 disk = _shape_function("Disk", "Flat disks of one meter diameter that face the stage's up axis; always meshes.")
 cube = _shape_function("Cube", "Cubes with edges of one meter.")
 cylinder = _shape_function("Cylinder", "Cylinders of one meter height and diameter along the stage's up axis.")

@@ -1,4 +1,4 @@
-"""Meshes of the shapes that scripts create: one meter in size, with normals and UVs, along the stage's up axis."""
+"""Meshes of the shapes that scripts create: in Kit's sizes, with normals and UVs, along the stage's up axis."""
 
 from functools import lru_cache
 from typing import NamedTuple
@@ -18,7 +18,7 @@ def define(stage: Usd.Stage, path: str, kind: str) -> UsdGeom.Mesh:
     """Define a mesh of shape `kind`: Sphere, Cube, Cylinder, Cone, Capsule, Torus, Disk or Plane.
 
     It is one meter in size, in stage units, and aligned with the stage's up axis. A capsule is one meter high with its
-    caps and half a meter wide.
+    caps and half a meter wide; a torus is a tube of half a meter around a ring of one meter.
     """
     size = 1.0 / UsdGeom.GetStageMetersPerUnit(stage)
     shape = _shape(kind, str(UsdGeom.GetStageUpAxis(stage)), size)
@@ -104,7 +104,7 @@ def _profile(kind: str) -> list[np.ndarray]:
         return [np.concatenate([ball[: middle + 1] - quarter, ball[middle:] + quarter])]
     if kind == "Torus":
         angle = np.linspace(0, 2 * np.pi, SEGMENTS // 2 + 1)
-        return [np.stack([0.35 + 0.15 * np.cos(angle), 0.15 * np.sin(angle)], 1)]
+        return [np.stack([0.5 + 0.25 * np.cos(angle), 0.25 * np.sin(angle)], 1)]
     bottom = np.array([[0.0, -0.5], [0.5, -0.5]])
     return {
         "Cylinder": [bottom, np.array([[0.5, -0.5], [0.5, 0.5]]), np.array([[0.5, 0.5], [0.0, 0.5]])],

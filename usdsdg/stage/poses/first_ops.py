@@ -1,11 +1,22 @@
 """The first xform ops of many prims, such as have just been created, in one change."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from pxr import Sdf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 _T = Sdf.ValueTypeNames
 _TYPES = {"translate": _T.Double3, "rotateXYZ": _T.Float3, "scale": _T.Float3}
+
+
+_IDENTITY = {"translate": Gf.Vec3d(0), "rotateXYZ": Gf.Vec3f(0), "scale": Gf.Vec3f(1)}
+
+
+def author_first_pose(spec: Sdf.PrimSpec, pose: Mapping[str, Sequence[float]]) -> None:
+    """Give a prim of a layer that has no ops ops: translate, rotateXYZ and scale of `pose`, or identities."""
+    for op, identity in _IDENTITY.items():
+        Sdf.AttributeSpec(spec, f"xformOp:{op}", _TYPES[op]).default = type(identity)(*pose.get(op, identity))
+    order = Sdf.AttributeSpec(spec, "xformOpOrder", _T.TokenArray, Sdf.VariabilityUniform)
+    order.default = Vt.TokenArray([f"xformOp:{op}" for op in _IDENTITY])
 
 
 def add_first_ops(prims: Sequence[Usd.Prim], layer: Sdf.Layer, ops: Sequence[str]) -> None:

@@ -22,6 +22,10 @@ class BackendGroup(BaseBackend):
                 if isinstance(each, StoreBackend):
                     each.keeps_journal = False
 
+    def initialize(self, *args: Any, **kwargs: Any) -> None:
+        """Run `__init__`, for a group that came from `get`."""
+        self.__init__(*args, **kwargs)
+
     @property
     def output_dir(self) -> str:
         """The output folder of the first backend that has one."""

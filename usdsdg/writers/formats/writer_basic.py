@@ -175,7 +175,7 @@ def _rgb_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: M
 
 
 def _normals_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
-    path = f"{folder}{name}_{number}.{writer._image_format}"
+    path = f"{folder}{name}_{number}.png"
     return [partial(_write_converted, path=path, data=seen["data"], convert=colorize_normals)]
 
 

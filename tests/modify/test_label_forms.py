@@ -1,0 +1,53 @@
+"""The forms in which `rep.modify.semantics` and `rep.create` take labels."""
+
+import pytest
+
+import usdsdg as rep
+from usdsdg.graph import evaluate
+from usdsdg.stage.semantics import labels
+
+
+def labels_of(item):
+    return [labels.get_labels(prim) for prim in item.get_output_prims()["prims"]]
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        (["class:sphere", "material:rubber"], {"class": ["sphere"], "material": ["rubber"]}),
+        (("shape", "sphere"), {"shape": ["sphere"]}),
+        ("class:a;shape:b", {"class": ["a"], "shape": ["b"]}),
+        ([("class", "a"), ("class", "b")], {"class": ["a", "b"]}),
+        ({"class": ["a", "b"]}, {"class": ["a", "b"]}),
+        ([["class:a"], ["class:b"]], [{"class": ["a"]}, {"class": ["b"]}]),
+    ],
+)
+def test_forms_of_labels(stage, given, expected):
+    expected = expected if isinstance(expected, list) else [expected] * 2
+    assert labels_of(rep.create.cube(semantics=given, count=2)) == expected
+    cones = rep.create.cone(count=2)
+    rep.modify.semantics(given, input_prims=cones)
+    assert labels_of(cones) == expected
+
+
+def test_labels_of_a_distribution_are_drawn_at_each_execution(stage):
+    with rep.create.cube(semantics=[("class", "old"), ("shape", "cube")], count=3) as cubes:
+        rep.modify.semantics(rep.distribution.sequence(["class:a", ("class", "b"), {"class": "c"}]), mode="replace")
+    evaluate.graph().evaluate()
+    assert [each["class"] for each in labels_of(cubes)] == [["a"], ["b"], ["c"]]
+    assert {each["shape"][0] for each in labels_of(cubes)} == {"cube"}
+
+
+def test_labels_are_parsed_and_converted(stage):
+    material = rep.create.material_omnipbr(semantics=[("material", "rubber")])
+    (prim,) = rep.create.cube(semantics="class:a", material=material).get_output_prims()["prims"]
+    assert rep.utils.parse_semantics(prim) == [("class", "a"), ("material", "rubber")]
+    for given in ([("class", "a"), ("class", "b")], ["class:a", "class:b"], {"class": ["a", "b"]}):
+        assert rep.utils.legacy_semantics_arg_to_new(given) == {"class": ["a", "b"]}
+
+
+def test_visibility_in_a_list_of_one_is_for_all(stage):
+    cubes = rep.create.cube(count=3, visible=False)
+    rep.modify.visibility([True], input_prims=cubes)
+    seen = [prim.GetAttribute("visibility").Get() for prim in cubes.get_output_prims()["prims"]]
+    assert seen == ["inherited"] * 3
