@@ -60,7 +60,7 @@ coins = [
 ]  # fmt: skip
 with rep.trigger.on_frame(rt_subframes=16), rep.create.group(coins):
     rep.randomizer.scatter_2d(table, check_for_collisions=True)
-camera = rep.create.camera(position=(0, 0, 5), rotation=(0, 90, 90), clipping_range=(0.1, 100))
+camera = rep.create.camera(position=(0, 0, 5), rotation=(0, -90, 90), clipping_range=(0.1, 100))
 
 rep.WriterRegistry.register(YoloWriter)
 writer = rep.WriterRegistry.get("YoloWriter")
