@@ -3,6 +3,7 @@
 import pytest
 
 from tests.cli.datasets import FRAMES, content, generate, merge, write_job
+from tests.sampled_cases import sampled
 from tests.soak.kills import Trials
 from usdsdg.errors import DatasetError
 from usdsdg.workers.plan import Part, plan
@@ -15,7 +16,7 @@ def trials(tmp_path_factory):
     return Trials(tmp_path_factory.mktemp("trials"), most_ends=2)
 
 
-@pytest.mark.parametrize("how", ["kill", "worker"])
+@pytest.mark.parametrize("how", sampled(["kill", "worker"]))
 def test_a_run_that_is_killed_and_gone_on_with_is_whole(trials, how):
     assert trials.run(how, seed=1) is None
 

@@ -13,6 +13,7 @@ SOAKS = {
     "meshes": "mesh files in ten forms, whole, broken and mutated: each converted, rendered, or refused with a reason",
     "writing_threads": "every format over 200 frames, by threads beside rendering and one by one: the same files",
     "inputs": "1,000 mutated stages, textures, packages, configurations and graphs: no crash, hang or traceback",
+    "cases": "all cases of the tests of which CI runs a sample",
     "kills": "runs that are killed, or whose disk is full, at random moments, and gone on with: the same bytes",
     "damage": "57 kinds of damage to a dataset of 10,000 files: `usdsdg verify` names each file, and no other",
     "ray": "actors of Ray, killed actors, and two nodes make the bytes of one process (needs `usdsdg[ray]`)",
