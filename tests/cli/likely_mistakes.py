@@ -20,6 +20,7 @@ from typer.testing import CliRunner
 import usdsdg as rep
 from usdsdg.errors import forget_warnings
 from usdsdg.scenarios.jobs import load_job
+from usdsdg.session import session
 from usdsdg.session.stage_context import new_stage
 from usdsdg.stage import assets
 
@@ -125,6 +126,7 @@ def _there(folder: Path) -> Iterator[None]:
     before, hooks = Path.cwd(), (warnings.showwarning, sys.unraisablehook)
     environment = os.environ.pop(assets.ROOT_VARIABLE, None)
     os.chdir(folder)
+    session.restart()  # one before may have installed foreign names, with which stages have the viewport's cameras
     forget_warnings()
     try:
         yield

@@ -12,6 +12,7 @@ from tests.contracts import gaps, mirror
 from tests.scripts.conftest import usdsdg
 from usdsdg.compat.coverage import board, verdicts
 from usdsdg.compat.coverage.verdicts import MISSING, OUT_OF_SCOPE, PARTIAL, SUPPORTED, verdict
+from usdsdg.session import session
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -24,6 +25,7 @@ def import_hooks():
     for name in set(sys.modules) - modules:
         if name.split(".")[0] in ("omni", "carb", "isaacsim", "usdrt"):
             del sys.modules[name]
+    session.restart()  # verdicts on members of objects make the application's viewport
 
 
 @pytest.mark.parametrize(
