@@ -15,8 +15,8 @@ _TOLERANCE = 1e-6
 def spread_over(vertices: np.ndarray, most: int) -> np.ndarray:
     """Return at most `most` of the vertices (N, 3) of a convex hull: extremes first, then those farthest outside.
 
-    A quarter as many as there are is added at a time, each the farthest vertex beyond a face of the hull so far. Qhull's
-    own cap (`TA`) leaves a whole side without vertices: 8 % of its diameter is cut off a sphere, by this 4 %.
+    A quarter as many as there are is added at a time, each the farthest vertex beyond a face of the hull so far.
+    Qhull's own cap (`TA`) leaves a whole side without vertices: 8 % of its diameter is cut off a sphere, by this 4 %.
 
     Raises:
         scipy.spatial.QhullError: the extremes lie in one plane.
