@@ -4,7 +4,12 @@ import os
 from collections.abc import Iterable
 from typing import TypeVar
 
+import pytest
+
 SETTING = "USDSDG_ALL_CASES"
+
+# A test that CI leaves out, since others run the same code in less time.
+in_soak = pytest.mark.skipif(SETTING not in os.environ, reason="run by `python -m tests.soak cases`")
 
 _Case = TypeVar("_Case")
 

@@ -11,7 +11,7 @@ from pxr import UsdGeom
 
 import usdsdg as rep
 from tests.capture.part_runs import differences, run, run_again, run_parts
-from tests.sampled_cases import sampled
+from tests.sampled_cases import in_soak, sampled
 from tests.verify import datasets
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
@@ -125,6 +125,7 @@ def test_parts_and_runs_that_go_on_are_the_whole(table, tmp_path):
     check(moving(table), tmp_path)
 
 
+@in_soak
 def test_samples_in_shards_are_the_same_in_parts_and_after_failures(tmp_path):
     script, whole = moving(SHARDS), tmp_path / "whole"
     run(script, whole)

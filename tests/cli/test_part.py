@@ -1,10 +1,12 @@
 """Parts of a dataset that one process makes one after the other, and options whose value may be left out."""
 
 from tests.cli.datasets import FRAMES, content, generate, merge, run, write_job
+from tests.sampled_cases import in_soak
 from usdsdg.cli.generate import make_part
 from usdsdg.cli.options.optional_values import completed
 
 
+@in_soak
 def test_one_process_makes_all_parts(tmp_path):
     job = write_job(tmp_path, "CocoWriter", splits={"train": 2, "val": 1})
     assert generate(job, tmp_path / "whole", fresh=True).returncode == 0

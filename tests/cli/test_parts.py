@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from tests.cli.datasets import FRAMES, ROOT, content, generate, merge, run, write_job
-from tests.sampled_cases import sampled
+from tests.sampled_cases import in_soak, sampled
 
 
 @pytest.fixture(scope="module", params=sampled(["CocoWriter", "PoseWriter"]))
@@ -30,6 +30,7 @@ def test_frames_of_three_processes_are_those_of_one(made, tmp_path):
     assert content(tmp_path / "out") == content(whole)
 
 
+@in_soak
 def test_shards_are_the_whole(made, tmp_path):
     job, whole = made
     for shard in ("1/2", "0/2"):

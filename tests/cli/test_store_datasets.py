@@ -9,6 +9,7 @@ import time
 import pytest
 
 from tests.cli.datasets import FRAMES, ROOT, content, generate, merge, write_job
+from tests.sampled_cases import in_soak
 from tests.stores.servers import KEYS, Bucket
 
 LEASES = ".usdsdg/leases/"
@@ -32,6 +33,7 @@ def whole(tmp_path_factory):
     return job, content(folder / "out")
 
 
+@in_soak
 def test_a_dataset_in_a_bucket_has_the_files_of_one_in_a_folder(bucket, whole):
     job, files = whole
     done = generate(job, f"s3://{bucket.name}/run")
@@ -45,6 +47,7 @@ def test_a_dataset_in_a_bucket_has_the_files_of_one_in_a_folder(bucket, whole):
     assert "has a run of another recipe" in other.stderr
 
 
+@in_soak
 def test_parts_of_a_dataset_in_a_bucket_are_joined(bucket, whole):
     job, files = whole
     for part in (f"2:{FRAMES}", "0:2"):

@@ -6,6 +6,7 @@ import trimesh
 from pxr import Gf, UsdGeom
 
 import usdsdg as rep
+from tests.sampled_cases import in_soak
 from usdsdg import errors
 from usdsdg.errors import GraphError
 from usdsdg.graph import evaluate
@@ -227,6 +228,7 @@ def test_a_thousand_executions_prepare_a_shape_once(stage):
     assert len(item.node.state["shapes"]) == 1
 
 
+@in_soak
 def test_collisions_agree_with_vertices_inside_of_other_spheres(stage):
     """Random spheres collide exactly if a vertex of one is inside the other."""
     balls = rep.create.sphere(count=12, scale=0.6, position=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))

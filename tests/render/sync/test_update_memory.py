@@ -12,6 +12,7 @@ from PIL import Image
 from pxr import Gf, UsdGeom
 
 from tests.render.sync.changing_stage import EDITS, make_stage
+from tests.sampled_cases import in_soak
 from usdsdg_render.geometry import prototypes
 from usdsdg_render.images import textures
 from usdsdg_render.renderer import WarpRenderer
@@ -27,6 +28,7 @@ def resident() -> float:
     return int(STATM.read_text().split()[1]) * 4096 / 1e6
 
 
+@in_soak
 @pytest.mark.skipif(not STATM.exists(), reason="asks Linux how much memory the process has")
 @pytest.mark.filterwarnings("ignore::usdsdg.errors.UsdsdgWarning")
 def test_frames_leave_nothing_behind(tmp_path, monkeypatch):

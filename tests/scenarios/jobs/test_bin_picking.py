@@ -11,6 +11,7 @@ import yaml
 from pxr import Gf
 from typer.testing import CliRunner
 
+from tests.sampled_cases import in_soak
 from tests.scenarios.jobs.own_meshes import write_three
 from tests.scenarios.jobs.page import documented
 from tests.scenarios.jobs.test_detection import digests, usdsdg
@@ -112,6 +113,7 @@ def test_the_same_command_writes_the_same_bytes(dataset, tmp_path):
         assert digests(dataset / part) == digests(again / part)
 
 
+@in_soak
 def test_a_process_builds_and_fills_only_the_drops_of_its_frames(dataset, tmp_path, monkeypatch):
     write_three(tmp_path / "parts")
     (tmp_path / "lens.yaml").write_text(yaml.safe_dump(LENS))
