@@ -13,7 +13,7 @@ from usdsdg.errors import GraphError, Unsupported
 from usdsdg.functional import physics
 from usdsdg.graph.evaluate import Trigger, TriggerContext, graph
 from usdsdg.graph.node import Node, ReplicatorItem
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings_store import captures_on_play, get_settings
 from usdsdg.session.timeline import get_timeline
 
 # A condition that was false for this many captures in a row no longer counts as one that can end a run.
@@ -219,8 +219,7 @@ def _on_time(node: Node, limits: _Limits) -> Trigger:
         return True
 
     def blocked() -> str:
-        captures_on_play = get_settings().get_as_bool("/omni/replicator/captureOnPlay")
-        if not get_timeline().is_playing() and not captures_on_play:
+        if not get_timeline().is_playing() and not captures_on_play():
             return (
                 f"trigger.on_time {node.name!r} waits for the timeline, which does not play (start_timeline=True "
                 "plays it)"

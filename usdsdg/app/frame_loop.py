@@ -26,7 +26,7 @@ from usdsdg.session import stage_context
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.progress import FRAMES, report
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings_store import captures_on_play, get_settings
 from usdsdg.session.termination import whole_frame
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage import assets
@@ -111,7 +111,7 @@ class Orchestrator:
 
     def _plays_timeline(self, delta_time: float | None) -> bool:
         """Return whether a frame plays the timeline itself, as all but the first do where capture on play is set."""
-        if not self._frames_of_run or not _captures_on_play():
+        if not self._frames_of_run or not captures_on_play():
             return False
         blurs = get_settings().get_as_bool("/omni/replicator/captureMotionBlur")
         return blurs or (delta_time is None and get_timeline().is_auto_updating())
@@ -181,7 +181,7 @@ class Orchestrator:
         """Capture an app update of a playing timeline if capture on play is set and a writer or annotator attached."""
         timeline = get_timeline()
         plays = timeline.is_playing() and timeline.is_auto_updating() and self.status is not Status.PAUSED
-        if plays and _captures_on_play() and is_watched():
+        if plays and captures_on_play() and is_watched():
             with self._running():
                 self.step(-1, False, 0.0)
 
@@ -195,7 +195,7 @@ class Orchestrator:
 
     def follow_timeline(self, event: str) -> None:
         """End the run when the timeline stops, if capture on play is set."""
-        if event == "stop" and self.captures and _captures_on_play():
+        if event == "stop" and self.captures and captures_on_play():
             self.finish()
 
     def pause(self) -> None:
@@ -268,7 +268,7 @@ class Orchestrator:
 
         Where capture on play is set, the timeline is stopped before.
         """
-        if self.status is not Status.STOPPED and _captures_on_play():
+        if self.status is not Status.STOPPED and captures_on_play():
             get_timeline().stop()
         if self.status is Status.STOPPED:
             drain()
@@ -312,10 +312,6 @@ class Orchestrator:
         self.status = status
         for callback in sorted(self.status_callbacks, key=lambda each: each.number):
             callback.function(status)
-
-
-def _captures_on_play() -> bool:
-    return get_settings().get_as_bool("/omni/replicator/captureOnPlay")
 
 
 def _all_ended() -> bool:

@@ -4,7 +4,7 @@ from pxr import Usd, UsdPhysics
 
 from usdsdg.errors import Unsupported
 from usdsdg.session import engines
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings_store import captures_on_play
 from usdsdg.session.stage_context import current_stage
 from usdsdg.session.timeline import get_timeline, stage_time
 
@@ -16,7 +16,7 @@ def check_time_independent(remedy: str = "") -> None:
         Unsupported: the timeline plays, or will where capture on play is set, and the stage has rigid bodies or is
             animated.
     """
-    plays = get_timeline().is_playing() or get_settings().get_as_bool("/omni/replicator/captureOnPlay")
+    plays = get_timeline().is_playing() or captures_on_play()
     if plays and (what := _moving(current_stage())):
         raise Unsupported(f"worlds: the timeline plays and {what}, so frames follow from each other. {remedy}".strip())
 

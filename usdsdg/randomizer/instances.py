@@ -146,7 +146,6 @@ def _show(slot: str, asset: tuple[str, bool], shared: bool, use_cache: bool) -> 
     """Set the slot's child to a reference to the asset; the child has no other opinions that could remain."""
     stage = current_stage()
     source, is_prim = asset
-    is_original = is_prim
     if use_cache and not is_prim:
         source, is_prim = _cached(source), True
     if is_prim and Sdf.Path(slot).HasPrefix(source):
@@ -160,7 +159,7 @@ def _show(slot: str, asset: tuple[str, bool], shared: bool, use_cache: bool) -> 
         child.SetInstanceable(shared)
         # A cached prim may be inactive; a reference to it must not be.
         child.SetActive(True)
-    if is_original:
+    if asset[1]:  # a prim of the stage, not of the cache
         _set_visibility(stage.GetPrimAtPath(source), UsdGeom.Tokens.invisible)
         _set_visibility(child, UsdGeom.Tokens.inherited)
 

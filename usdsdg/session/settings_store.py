@@ -156,3 +156,8 @@ class Settings:
 def get_settings() -> Settings:
     """Return the settings of the session (`carb.settings.get_settings()`)."""
     return current().settings
+
+
+def captures_on_play() -> bool:
+    """Return whether a playing timeline is captured, and runs and steps play it: `orchestrator.set_capture_on_play`."""
+    return get_settings().get_as_bool("/omni/replicator/captureOnPlay")

@@ -38,7 +38,7 @@ class RigidContactView:
         """Wrap the prims at these paths, in which "*" or ".*" stands for any part of a name.
 
         Args:
-            filter_paths_expr: Prims whose contacts are told apart; a list for each of `prim_paths_expr`, or one for
+            filter_paths_expr: Prims whose contacts are reported one by one; a list for each of `prim_paths_expr`, or one for
                 all. A pattern matches one prim, or one for each prim of the view.
             prepare_contact_sensors: Let all of these prims report their contacts, however small.
             disable_stablization: Without effect, as `disable_stabilization`: forces are those that the solver applied.

@@ -46,7 +46,7 @@ class GeometryPrim(ContactTracker, XFormPrim):
             track_contact_forces: Whether `get_net_contact_forces` returns forces; so it does with filters.
             prepare_contact_sensors: Let prims whose contacts are tracked, and filters, report their contacts.
             disable_stablization: Without effect: contact forces are those that the solver applied.
-            contact_filter_prim_paths_expr: Prims whose contacts are told apart, see `RigidContactView`.
+            contact_filter_prim_paths_expr: Prims whose contacts are reported one by one, see `RigidContactView`.
             max_contact_count: How many contact points are returned at most.
         """
         super().__init__(

@@ -43,7 +43,7 @@ class SingleGeometryPrim(SingleXFormPrim):
             track_contact_forces: Whether `get_net_contact_forces` returns a force; so it does with filters.
             prepare_contact_sensor: Let the prim, if its contacts are tracked, and filters, report their contacts.
             disable_stablization: Without effect: contact forces are those that the solver applied.
-            contact_filter_prim_paths_expr: Prims whose contacts are told apart.
+            contact_filter_prim_paths_expr: Prims whose contacts are reported one by one.
         """
         # Named, since a dynamic object is a SingleGeometryPrim too, which has been initialized before.
         SingleXFormPrim.__init__(

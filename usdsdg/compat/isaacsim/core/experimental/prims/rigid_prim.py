@@ -42,8 +42,9 @@ class RigidPrim(ContactTracker):
 
         Args:
             masses: (N, 1); 0 computes them from the densities of the colliders.
-            contact_filter_paths: Prims whose contacts are told apart, paths or patterns, each for all bodies; where
-                there are as many as bodies, one for each. The bodies then report contacts, as with `max_contact_count`.
+            contact_filter_paths: Prims whose contacts are reported one by one, paths or patterns, each for all bodies;
+                where there are as many as bodies, one for each. The bodies then report contacts, as with
+                `max_contact_count`.
             max_contact_count: How many contact points are returned at most.
         """
         super().__init__(
