@@ -38,8 +38,8 @@ class RigidContactView:
         """Wrap the prims at these paths, in which "*" or ".*" stands for any part of a name.
 
         Args:
-            filter_paths_expr: Prims whose contacts are reported one by one; a list for each of `prim_paths_expr`, or one for
-                all. A pattern matches one prim, or one for each prim of the view.
+            filter_paths_expr: Prims whose contacts are reported one by one; a list for each of `prim_paths_expr`, or
+                one for all. A pattern matches one prim, or one for each prim of the view.
             prepare_contact_sensors: Let all of these prims report their contacts, however small.
             disable_stablization: Without effect, as `disable_stabilization`: forces are those that the solver applied.
             max_contact_count: How many contact points `get_contact_force_data` and `get_friction_data` return at most.
