@@ -31,7 +31,7 @@ from usdsdg_render.path.film import Film, tone_map
 from usdsdg_render.path.path_tracer import PathTracer
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.settings import PathSettings, ToneSettings
-from usdsdg_render.sync.rigid_motion import interpolate
+from usdsdg_render.sync.rigid_motion import RigidMotion
 from usdsdg_render.worlds import WorldRenderer
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class WarpRenderer:
         self._previous_frames = PreviousFrames(self.device)
         self._path_tracer = PathTracer(self._on_device)
         self._dropped = DroppedSamples()
-        self._previous_transforms = np.zeros((0, 4, 4))  # local to world, at the sync before the last
+        self._motion = RigidMotion(*np.zeros((2, 0, 4, 4)))  # from the sync before the last to the last
         self._worlds: WorldRenderer | None = None
         self._reading: Later | None = None  # what still reads the scene on the device
         self.glass_labels = "surface"
@@ -132,7 +132,7 @@ class WarpRenderer:
         self._sync(time)
 
     def _sync(self, time: Usd.TimeCode | None) -> None:
-        paths, local_to_world = self._scene.instances.paths, self._scene.instances.local_to_world.copy()
+        before = self._scene.instances
         if self._extractor is not None:
             self._extractor.update(time)
         self._wait_for_readers()
@@ -140,18 +140,17 @@ class WarpRenderer:
         self._previous_frames.advance()
         # Rows are the same instances as before only if the paths are the same; else there is no motion blur.
         now = self._scene.instances
-        self._previous_transforms = local_to_world if paths == now.paths else now.local_to_world
+        same = before.paths == now.paths
+        self._motion = RigidMotion((before if same else now).local_to_world, now.local_to_world)
 
     def place_between(self, fraction: float) -> None:
         """Interpolate the transforms of instances between the sync before the last (0) and the last one (1).
 
         For motion blur. Labels are rendered at 1, which `sync` restores.
         """
-        after = self._scene.instances.local_to_world
-        before = self._previous_transforms
-        if before.shape == after.shape and not np.array_equal(before, after):
+        if self._motion.moves.any():
             self._wait_for_readers()
-            self._on_device.set_transforms(self._scene, interpolate(before, after, fraction))
+            self._on_device.set_transforms(self._scene, self._motion.at(fraction))
 
     def labels(self, view: CameraView, aovs: Collection[str]) -> dict[str, np.ndarray]:
         """Render AOVs with one ray through each pixel center; see `aov.AOVS` for names, units and values.

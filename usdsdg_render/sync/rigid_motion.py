@@ -1,35 +1,55 @@
 """Rigid motion between two states of a scene, so that a moving thing blurs instead of showing a row of copies."""
 
+from functools import cached_property
+from typing import Any
+
 import numpy as np
 
 # Largest deviation of the relative linear part from a rotation for which motion counts as rigid.
 RIGID = 1e-4
 
 
-def interpolate(before: np.ndarray, after: np.ndarray, fraction: float) -> np.ndarray:
-    """Transforms at `fraction` of the way, 0 = `before`, 1 = `after`.
+class RigidMotion:
+    """The motion of instances from one state to another, which exposures look at in several places."""
 
-    Args:
-        before, after: (N, 4, 4) float64 local-to-world, USD's row vectors.
+    def __init__(self, before: np.ndarray, after: np.ndarray) -> None:
+        """`before` and `after` are (N, 4, 4) float64 local-to-world, USD's row vectors."""
+        self._before, self._after = before, after
 
-    Returns:
-        (N, 4, 4) float64. Origins move on straight lines; linear parts turn at constant rate about a fixed axis where
-        the motion is rigid, and are blended entry by entry where it is not (a scale that changed).
-    """
-    if fraction >= 1.0:
-        return after
-    mixed = before + (after - before) * fraction
-    turned = np.linalg.inv(_linear(before)) @ _linear(after)
-    error = np.abs(turned @ turned.transpose(0, 2, 1) - np.eye(3)).max((1, 2))
-    rigid = (error < RIGID) & (np.linalg.det(turned) > 0)
-    if rigid.any():
+    @cached_property
+    def moves(self) -> np.ndarray:
+        """Which instances move, (N,) bool."""
+        return (self._before != self._after).any((1, 2))
+
+    def at(self, fraction: float) -> np.ndarray:
+        """Transforms at `fraction` of the way, 0 = before, 1 = after.
+
+        Returns:
+            (N, 4, 4) float64. Origins move on straight lines; linear parts turn at constant rate about a fixed axis
+            where the motion is rigid, and are blended entry by entry where it is not (a scale that changed).
+        """
+        if fraction >= 1.0:
+            return self._after
+        mixed = self._before + (self._after - self._before) * fraction
+        rows, rotations = self._turns
+        if len(rows):
+            part = type(rotations).from_rotvec(rotations.as_rotvec() * fraction).as_matrix().transpose(0, 2, 1)
+            mixed[rows, :3, :3] = self._before[rows, :3, :3] @ part
+        return mixed
+
+    @cached_property
+    def _turns(self) -> tuple[np.ndarray, Any]:
+        """The rows whose motion is rigid, and the SciPy rotations by which they turn."""
         from scipy.spatial.transform import Rotation
 
+        moving = np.flatnonzero(self.moves)
+        turned = np.linalg.inv(_linear(self._before[moving])) @ _linear(self._after[moving])
+        error = np.abs(turned @ turned.transpose(0, 2, 1) - np.eye(3)).max((1, 2), initial=0.0)
+        rigid = (error < RIGID) & (np.linalg.det(turned) > 0)
+        if not rigid.any():
+            return moving[:0], None
         # A row-vector rotation is the transpose of the matrix that SciPy means.
-        whole = Rotation.from_matrix(turned[rigid].transpose(0, 2, 1)).as_rotvec()
-        part = Rotation.from_rotvec(whole * fraction).as_matrix().transpose(0, 2, 1)
-        mixed[rigid, :3, :3] = before[rigid, :3, :3] @ part
-    return mixed
+        return moving[rigid], Rotation.from_matrix(turned[rigid].transpose(0, 2, 1))
 
 
 def _linear(matrices: np.ndarray) -> np.ndarray:
