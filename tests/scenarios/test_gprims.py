@@ -4,7 +4,7 @@ from pxr import Sdf
 
 from usdsdg.scenarios.gprims import rows_below
 
-GPRIMS = ["/World/a", "/World/a/b", "/World/ab/c", "/World/many[0]", "/World/many[12]/leaf", "/World/x/many[1][2]"]
+GPRIMS = ("/World/a", "/World/a/b", "/World/ab/c", "/World/many[0]", "/World/many[12]/leaf", "/World/x/many[1][2]")
 OWNERS = ["/World/a", "/World/ab", "/World/many", "/World", "/World/none", "/World/x/many"]
 
 

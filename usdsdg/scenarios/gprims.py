@@ -15,7 +15,7 @@ def rows_below(gprims: tuple[str, ...], prims: Sequence[Usd.Prim]) -> list[list[
     gprims: their paths as the renderer lists them; an instance of a point instancer has its number, "/a/instancer[3]".
     """
     rows = _rows_by_path(gprims)
-    return [rows.get(str(prim.GetPath()), []) for prim in prims]
+    return [list(rows.get(str(prim.GetPath()), ())) for prim in prims]
 
 
 @lru_cache(maxsize=1)  # jobs ask for one prim after the other, of gprims that stay the same for many frames
