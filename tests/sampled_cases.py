@@ -14,7 +14,9 @@ in_soak = pytest.mark.skipif(SETTING not in os.environ, reason="run by `python -
 _Case = TypeVar("_Case")
 
 
-def sampled(cases: Iterable[_Case]) -> list[_Case]:
-    """Return the first of the cases, or all where the variable `USDSDG_ALL_CASES` is set."""
+def sampled(cases: Iterable[_Case], count: int = 1) -> list[_Case]:
+    """Return `count` of the cases, evenly spread from the first on; all where `USDSDG_ALL_CASES` is set."""
     found = list(cases)
-    return found if os.environ.get(SETTING) else found[:1]
+    if SETTING in os.environ or len(found) <= count:
+        return found
+    return [found[number * len(found) // count] for number in range(count)]

@@ -6,6 +6,8 @@ import textwrap
 
 import pytest
 
+from tests.sampled_cases import sampled
+
 SCRIPTS = {
     "a stage that is made before anything else of ours is loaded has our schemas": """
         import usdsdg as rep, os
@@ -100,7 +102,7 @@ SCRIPTS = {
 }
 
 
-@pytest.mark.parametrize("name", SCRIPTS)
+@pytest.mark.parametrize("name", sampled(SCRIPTS, 4))
 def test_a_module_works_alone_in_a_fresh_process(name, tmp_path):
     command = [sys.executable, "-c", textwrap.dedent(SCRIPTS[name])]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)

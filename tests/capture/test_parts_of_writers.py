@@ -11,7 +11,7 @@ from pxr import UsdGeom
 
 import usdsdg as rep
 from tests.capture.part_runs import differences, run, run_again, run_parts
-from tests.sampled_cases import in_soak, sampled
+from tests.sampled_cases import in_soak
 from tests.verify import datasets
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
@@ -120,7 +120,8 @@ def check(script: Callable[[Path], None], folder: Path, *, cuts: Sequence[int] =
         assert differences(folder / f"cut_{frames}", whole) == [], f"after {frames} frames"
 
 
-@pytest.mark.parametrize("table", sampled([PICTURES, POSES, OTHERS]), ids=sampled(["pictures", "poses", "others"]))
+@in_soak
+@pytest.mark.parametrize("table", [PICTURES, POSES, OTHERS], ids=["pictures", "poses", "others"])
 def test_parts_and_runs_that_go_on_are_the_whole(table, tmp_path):
     check(moving(table), tmp_path)
 

@@ -8,6 +8,8 @@ import time
 
 import pytest
 
+from tests.sampled_cases import sampled
+
 PROGRAM = """
 import signal, sys
 
@@ -62,7 +64,7 @@ def Sphere "ball" ( prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsCollisi
 
 
 @pytest.mark.parametrize(
-    ("command", "label"), [("render", "render kernels"), ("simulate", "compiling physics kernels")]
+    ("command", "label"), sampled([("render", "render kernels"), ("simulate", "compiling physics kernels")])
 )
 def test_an_interrupt_does_not_wait_for_compilers(command, label, tmp_path):
     (tmp_path / "scene.usda").write_text(SCENE)

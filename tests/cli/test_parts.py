@@ -107,6 +107,7 @@ rendering: {path_tracing: false}
 """
 
 
+@in_soak
 def test_formats_with_journals_of_different_length_go_on_to_the_same_bytes(tmp_path):
     """As after a kill between the syncs of two journals: records do not depend on which files are there."""
     job, out = tmp_path / "job.yaml", tmp_path / "out"

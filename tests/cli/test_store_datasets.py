@@ -58,6 +58,7 @@ def test_parts_of_a_dataset_in_a_bucket_are_joined(bucket, whole):
     assert {key.removeprefix("run/"): data for key, data in bucket.objects.items()} == files
 
 
+@in_soak
 def test_workers_make_a_dataset_in_a_bucket(bucket, whole):
     job, files = whole
     done = generate(job, f"s3://{bucket.name}/run", "--workers", "2")

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.datasets import ROOT
+from tests.sampled_cases import in_soak
 from tests.scripts.conftest import usdsdg
 
 SCRIPT = """
@@ -42,6 +43,7 @@ def files_of(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
+@in_soak
 def test_one_thread_bounds_all_pools_and_writes_the_same_files(tmp_path):
     (tmp_path / "script.py").write_text(SCRIPT)
     bounded = usdsdg(

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.cli.datasets import FRAMES, content, generate, merge, write_job
-from tests.sampled_cases import sampled
+from tests.sampled_cases import in_soak, sampled
 from tests.soak.kills import Trials
 from usdsdg.errors import DatasetError
 from usdsdg.workers.plan import Part, plan
@@ -21,6 +21,7 @@ def test_a_run_that_is_killed_and_gone_on_with_is_whole(trials, how):
     assert trials.run(how, seed=1) is None
 
 
+@in_soak
 def test_two_workers_make_what_one_process_makes_and_go_on_with_its_frames(tmp_path):
     job = write_job(tmp_path, "CocoWriter", splits={"train": 2, "val": 1})
     assert generate(job, tmp_path / "whole").returncode == 0

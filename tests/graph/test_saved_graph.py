@@ -12,6 +12,7 @@ from pxr import Gf, Sdf, Usd
 
 import usdsdg as rep
 from tests.dataset_files import data_names
+from tests.sampled_cases import in_soak
 from usdsdg.app import saved_graph
 from usdsdg.errors import ConfigError, GraphError
 from usdsdg.graph.evaluate import graph
@@ -190,6 +191,7 @@ def test_overrides_name_all_mistakes_at_once():
         saved_pipeline.Overrides.parse(["num_frame=3", "seed=x"])
 
 
+@in_soak
 def test_a_saved_pipeline_of_twenty_nodes_makes_the_same_files_in_a_fresh_process(tmp_path):
     command = [sys.executable, "-m", "usdsdg"]
     script, again, stage = tmp_path / "script", tmp_path / "again", tmp_path / "scene.usdc"

@@ -10,6 +10,7 @@ from pxr import Usd
 from typer.testing import CliRunner
 
 import usdsdg as rep
+from tests.sampled_cases import sampled
 from usdsdg.cli.commands import app
 from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage
 from usdsdg.compat.isaacsim.replicator.behavior.utils.scene_utils import create_asset
@@ -104,6 +105,7 @@ def test_folders_of_assets(stage, broken):
             rep.create.from_dir(str(broken[0].parent))
 
 
+@pytest.mark.parametrize("broken", sampled(BROKEN), indirect=True)
 def test_commands_end_with_exit_code_1(broken, tmp_path):
     file, why = broken
     config = {

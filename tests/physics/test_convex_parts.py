@@ -8,6 +8,7 @@ import warp as wp
 from pxr import Gf, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, make_body, mesh, new_stage, playing, position
+from tests.sampled_cases import in_soak
 from usdsdg import errors
 from usdsdg.stage.schemas import physx
 from usdsdg_physics.parse.scene import parse
@@ -108,6 +109,7 @@ def test_parts_are_one_collider_with_the_mass_of_the_mesh():
     assert engine._session.world.mass == pytest.approx([3.0])
 
 
+@in_soak
 def test_the_number_of_parts_is_limited():
     stage = new_stage()
     crate = _crate(stage, boards=[_FLOOR, *_WALLS])  # three parts

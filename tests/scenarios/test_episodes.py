@@ -3,7 +3,7 @@
 import pytest
 
 from tests.cli.datasets import content, generate, merge, write_job
-from tests.sampled_cases import sampled
+from tests.sampled_cases import in_soak
 from usdsdg.cli.generate import make_part
 from usdsdg.scenarios.episodes import Episode, episodes
 
@@ -29,7 +29,8 @@ def test_a_billion_episodes_are_there_at_once():
     assert next(iter(found)).frames == 1
 
 
-@pytest.mark.parametrize("writer", sampled(["CocoWriter", "BasicWriter"]))
+@in_soak
+@pytest.mark.parametrize("writer", ["CocoWriter", "BasicWriter"])
 def test_a_part_passes_over_the_episodes_of_others(tmp_path, writer):
     labels = {"rgb": False, "semantic_segmentation": True}
     job = write_job(tmp_path, writer, **({"splits": {"train": 2, "val": 1}} if writer == "CocoWriter" else labels))

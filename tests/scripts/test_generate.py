@@ -10,6 +10,7 @@ from PIL import Image
 from pxr import Usd, UsdGeom, UsdPhysics
 from scipy.spatial.transform import Rotation
 
+from tests.sampled_cases import in_soak
 from tests.scripts.conftest import ROOT, generate, usdsdg
 
 
@@ -56,6 +57,7 @@ def test_the_same_seed_writes_the_same_bytes(posed, tmp_path):
     assert digest(generate(tmp_path)) == digest(posed)
 
 
+@in_soak
 def test_another_seed_writes_other_images(posed, tmp_path):
     other = digest(generate(tmp_path, "seed=1"))
     assert other["000000.png"] != digest(posed)["000000.png"]

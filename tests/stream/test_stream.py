@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 
 from tests.cli.datasets import write_job
+from tests.sampled_cases import in_soak
 from usdsdg import stream
 from usdsdg.errors import AnnotatorRegistryError, ArgumentError, ConfigError, GraphError
 
@@ -57,6 +58,7 @@ def streams(folder: Path, *options: dict) -> list:
     return json.loads(done.stdout.splitlines()[-1])
 
 
+@in_soak
 def test_every_part_has_the_frames_of_the_whole(tmp_path):
     annotators = ["rgb", "bounding_box_2d_tight", "semantic_segmentation", "motion_vectors"]
     common = {"job": str(SCENE), "annotators": annotators, "arguments": ["5"], "seed": 3}
@@ -152,6 +154,7 @@ def test_class_ids_are_those_of_the_dataset_not_of_the_frame():
     assert sample.class_ids("boxes").tolist() == [3, 7, 3]
 
 
+@in_soak
 def test_frames_are_counted_over_the_episodes_of_a_job(tmp_path):
     job = write_job(tmp_path, "BasicWriter", rgb=True)
     keys = ["num_frames=3", "frames_per_episode=1", "path_tracing.every=0", "num_cameras=1"]

@@ -9,6 +9,7 @@ import pytest
 
 from tests.compat.coverage import page
 from tests.contracts import gaps, mirror
+from tests.sampled_cases import in_soak
 from tests.scripts.conftest import usdsdg
 from usdsdg.compat.coverage import board, verdicts
 from usdsdg.compat.coverage.verdicts import MISSING, OUT_OF_SCOPE, PARTIAL, SUPPORTED, verdict
@@ -85,6 +86,7 @@ def test_names_that_gaps_lists_as_missing_are_not_supported():
     assert [name for name in names if verdict(f"omni.replicator.core.{name}").state in (SUPPORTED, PARTIAL)] == []
 
 
+@in_soak
 def test_the_page_has_the_totals():
     """Run `python -m tests.compat.coverage.page` where this fails."""
     assert page.rewritten(page.PAGE.read_text(encoding="utf-8")) == page.PAGE.read_text(encoding="utf-8")

@@ -8,6 +8,7 @@ from pxr import Usd
 
 from tests.render.sync.changing_stage import make_stage
 from tests.render.sync.value_edits import ALL_EDITS
+from tests.sampled_cases import sampled
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.settings import PathSettings
@@ -54,7 +55,7 @@ def test_the_stage_shows_everything(stage, renderer):
 
 
 @pytest.mark.filterwarnings("ignore::usdsdg.errors.UsdsdgWarning")
-@pytest.mark.parametrize("name", ALL_EDITS)
+@pytest.mark.parametrize("name", sampled(ALL_EDITS, 30))
 def test_after_an_edit_the_frame_is_that_of_a_new_renderer(name, stage, renderer):
     time = Usd.TimeCode(12)
     before = frame(renderer, stage, time)
@@ -68,7 +69,7 @@ def test_after_an_edit_the_frame_is_that_of_a_new_renderer(name, stage, renderer
 
 
 @pytest.mark.filterwarnings("ignore::usdsdg.errors.UsdsdgWarning")
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", sampled(range(4)))
 def test_after_many_edits_the_frame_is_that_of_a_new_renderer(seed, stage, renderer):
     rng = np.random.default_rng(seed)
     names = [*ALL_EDITS]

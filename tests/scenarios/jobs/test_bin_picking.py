@@ -11,7 +11,7 @@ import yaml
 from pxr import Gf
 from typer.testing import CliRunner
 
-from tests.sampled_cases import in_soak
+from tests.sampled_cases import in_soak, sampled
 from tests.scenarios.jobs.own_meshes import write_three
 from tests.scenarios.jobs.page import documented
 from tests.scenarios.jobs.test_detection import digests, usdsdg
@@ -64,6 +64,7 @@ def scenes(dataset: Path) -> dict[str, dict[str, dict]]:
     }
 
 
+@in_soak
 def test_a_folder_of_parts_becomes_a_bop_dataset(dataset):
     found = scenes(dataset)
     # A drop is in one part of the dataset; each of its cameras is a scene of two pictures.
@@ -107,6 +108,7 @@ def test_the_dataset_is_verified(dataset):
     assert "0 faults" in usdsdg("verify", str(dataset), cwd=dataset)
 
 
+@in_soak
 def test_the_same_command_writes_the_same_bytes(dataset, tmp_path):
     again = generate(tmp_path)
     for part in ("train_pbr", "val_pbr", "models"):
@@ -200,7 +202,7 @@ TORN = {
 }
 
 
-@pytest.mark.parametrize("name", TORN)
+@pytest.mark.parametrize("name", sampled(TORN))
 def test_a_torn_mesh_among_good_ones_ends_the_job_before_any_work(tmp_path, monkeypatch, name):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.chdir(tmp_path)
