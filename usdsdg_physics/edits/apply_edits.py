@@ -23,13 +23,15 @@ def apply_edits(edits: Edits, world: World, scene: Scene, queries: SceneQueries)
     for path, body in edits.bodies.items():
         world.set_damping(world.body_index[path], body.linear_damping, body.angular_damping)
         scene.bodies[path] = replace(body, pose=scene.bodies[path].pose)
-    world.set_gravity_enabled({world.body_index[path]: body.gravity for path, body in edits.bodies.items()})
-    world.set_surfaces({world.body_index[path]: body.surface for path, body in edits.bodies.items()})
+    if edits.bodies:
+        world.set_gravity_enabled({world.body_index[path]: body.gravity for path, body in edits.bodies.items()})
+        world.set_surfaces({world.body_index[path]: body.surface for path, body in edits.bodies.items()})
     if edits.forces:
         scene.forces.update(edits.forces)
         world.set_forces(scene.forces.values())
     _apply_joints(edits, world, scene)
     _apply_colliders(edits, world, scene, queries)
+    world.wake()  # what is at rest may have lost what it lay on
 
 
 def _apply_poses(edits: Edits, world: World, scene: Scene) -> None:
@@ -65,4 +67,5 @@ def _apply_colliders(edits: Edits, world: World, scene: Scene, queries: SceneQue
             queries.set_pose(path, collider.shape)
         scene.colliders[path] = collider
     world.set_colliders_enabled(enabled)
-    world.set_shape_poses(moved)
+    if moved:
+        world.set_shape_poses(moved)

@@ -16,7 +16,7 @@ from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.kernels.path.cpu_path import add_samples
 from usdsdg_render.kernels.path.film import FilmArrays
 from usdsdg_render.kernels.path.path_state import PathOptions
-from usdsdg_render.path.environment_weight import environment_weights
+from usdsdg_render.path.environment_weight import set_environment_weights
 from usdsdg_render.path.film import Film
 from usdsdg_render.path.film_batch import FilmBatch
 from usdsdg_render.path.wavefront import WavefrontTracer
@@ -82,8 +82,8 @@ def trace(
 
     scene: a `DeviceScene`, or what stands for one.
     """
-    cameras["environment_weight"] = environment_weights(scene, cameras, threads=threads)
     views = views_of(cameras, scene.device)
+    set_environment_weights(scene, views.cameras, threads=threads)
     if scene.device != "cpu":
         wavefront.add_samples(scene.tables, options, views, films, samples)
         return

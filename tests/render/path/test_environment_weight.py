@@ -7,9 +7,10 @@ import pytest
 
 from tests.render import scenes
 from tests.render.images import EXACT, renderer_of
-from usdsdg_render.device.camera import camera_records
+from usdsdg_render.device.camera import camera_array
+from usdsdg_render.kernels.path.environment_weight import MIN_WEIGHT
 from usdsdg_render.path import path_tracer
-from usdsdg_render.path.environment_weight import MIN_WEIGHT, environment_weights
+from usdsdg_render.path.environment_weight import set_environment_weights
 from usdsdg_render.settings import PathSettings
 
 VIEW = scenes.view_from((0, -0.9, 0), (0, 1, 0), size=(24, 18), focal_length=12.0)
@@ -37,8 +38,20 @@ def room(*, window: float = 0.0, lamp: bool = True, sky: float = 1.0, sun: float
 
 def weight_of(scene: scenes.Scene, view=VIEW) -> float:
     renderer = renderer_of(scene)
-    on_device = renderer._on_device
-    return float(environment_weights(on_device, camera_records([view], renderer.device), threads=1)[0])
+    cameras = camera_array([view], renderer.device)
+    set_environment_weights(renderer._on_device, cameras, threads=1)
+    return float(cameras.numpy()["environment_weight"][0])
+
+
+def set_weights(monkeypatch: pytest.MonkeyPatch, value: float) -> None:
+    """Let all cameras have a weight."""
+
+    def set_to_value(scene, cameras, *, threads):
+        rows = cameras.numpy()
+        rows["environment_weight"] = value
+        cameras.assign(rows)
+
+    monkeypatch.setattr(path_tracer, "set_environment_weights", set_to_value)
 
 
 def test_the_weight_follows_the_size_of_the_window():
@@ -65,7 +78,7 @@ def test_the_weight_counts_distant_lights():
 @pytest.mark.parametrize("share", [MIN_WEIGHT, 0.25])
 def test_images_converge_to_the_same_mean_with_any_weight(scene, share, monkeypatch):
     def mean(value):
-        monkeypatch.setattr(path_tracer, "environment_weights", lambda *_, **__: np.float32(value))
+        set_weights(monkeypatch, value)
         renderer = renderer_of(scene, threads=2)
         film = renderer.new_film(VIEW.width, VIEW.height)
         renderer.accumulate(film, VIEW, samples=512, settings=PathSettings(**EXACT, bounces=3))
@@ -86,5 +99,5 @@ def test_a_lit_room_under_a_bright_sky_has_a_tenth_of_the_noise(monkeypatch):
         return np.var([film.radiance() for film in films], axis=0).mean()
 
     now = variance()
-    monkeypatch.setattr(path_tracer, "environment_weights", lambda *_, **__: np.float32(1.0))
+    set_weights(monkeypatch, 1.0)
     assert now < variance() / 10

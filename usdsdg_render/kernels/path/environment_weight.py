@@ -15,6 +15,8 @@ from usdsdg_render.scene.structs import LIGHT_DISTANT, Camera, SceneTables
 GRID_SIZE = wp.constant(16)
 DOME_RAYS = wp.constant(4)
 GROUPS = DOME_RAYS + 1
+# Minimum weight: keeps sampling light through windows that no point of the grid sees.
+MIN_WEIGHT = 1.0 / 32.0
 
 
 @wp.kernel(enable_backward=False, module=LABELS)
@@ -62,3 +64,24 @@ def sample_environment_visibility(
             unoccluded += strength
             visible += strength * transmitted(tables, origin, direction, FAR_AWAY)
     irradiance[v, point, group] = wp.vec2(unoccluded, visible)
+
+
+@wp.kernel(enable_backward=False, module=LABELS)
+def weigh_environment(
+    irradiance: wp.array3d(dtype=wp.vec2),
+    # out
+    cameras: wp.array(dtype=Camera),
+):
+    # A power of two, so that devices with different rounding agree.
+    v = wp.tid()
+    unoccluded = wp.float64(0.0)
+    visible = wp.float64(0.0)
+    for point in range(irradiance.shape[1]):
+        for group in range(irradiance.shape[2]):
+            both = irradiance[v, point, group]
+            unoccluded += wp.float64(both[0])
+            visible += wp.float64(both[1])
+    weight = float(1.0)
+    while weight > MIN_WEIGHT and visible <= unoccluded * wp.float64(0.5 * weight) and unoccluded > wp.float64(0.0):
+        weight = 0.5 * weight
+    cameras[v].environment_weight = weight
