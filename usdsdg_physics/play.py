@@ -352,7 +352,7 @@ class PlaySession:
         if edits.subtrees:
             self._replace_subtrees(edits.subtrees, changes)
             # What else changed, of the scene that is now there.
-            changes = Changes(changed=changes.changed)
+            changes = changes.without_resynced()
             edits = self._read_edits(changes)
             if edits.rebuild or (edits and not self.scene.bodies):
                 self._read_stage(changes)

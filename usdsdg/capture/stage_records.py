@@ -113,7 +113,7 @@ class StageRecords:
         self._changed: dict[Sdf.Path, tuple[Usd.Property, Any]] = {}
         self._in_order: list[tuple[Sdf.Path, Any, Any]] | None = None  # of them; None: not known
         self._noted: dict[Sdf.Path, set[str]] = {}  # names by prim that were looked at since the base
-        self._seen: set[Sdf.Path] = set()  # the properties of these
+        self._seen: set[Sdf.Path] = set()  # paths that were looked at since the base
 
     def take(self, time: Usd.TimeCode) -> StageMoment | None:
         """Return the stage as it is now; None where it is not recorded."""
@@ -151,9 +151,9 @@ class StageRecords:
 
     def _note(self, changes: Changes) -> None:
         # Frame by frame the same properties change.
-        if self._seen.issuperset(changes.properties):
+        if self._seen.issuperset(changes.edited):
             return
-        self._seen.update(changes.properties)
+        self._seen.update(changes.edited)
         for prim, names in changes.changed.items():
             noted = self._noted.get(prim)
             if noted is not None and names <= noted:

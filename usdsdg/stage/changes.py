@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any, ClassVar
 from weakref import ReferenceType, WeakKeyDictionary, ref
@@ -15,7 +15,6 @@ from pxr import Sdf, Tf, Usd
 KEPT_APART = 64
 
 
-@dataclass(frozen=True)
 class Changes:
     """Edits since a reader last asked: subtrees to read again, and properties that changed on other prims.
 
@@ -23,19 +22,51 @@ class Changes:
 
     resynced: roots of subtrees whose prims, types, references or applied schemas changed; "/" means
         everything. A path may not exist on the stage any more.
-    changed: prim path -> names of attributes and relationships that were set, added or removed. An empty set
-        means metadata only; "/" is the stage's own (metersPerUnit, upAxis). Nothing below `resynced` is listed.
     handles: what a reader knows changed properties by, where it said so to `ChangeTracker.take`, instead of names.
-    properties: paths of all properties that were set, added or removed.
+    edited: paths of everything else that changed, in no order: mostly properties, also prims of which metadata changed,
+        and what is below properties, such as the targets of relationships. Nothing below `resynced` is listed.
     """
 
-    resynced: set[Sdf.Path] = field(default_factory=set)
-    changed: dict[Sdf.Path, set[str]] = field(default_factory=dict)
-    handles: list[Any] = field(default_factory=list)
-    properties: list[Sdf.Path] = field(default_factory=list, compare=False)
+    def __init__(
+        self,
+        resynced: Iterable[Sdf.Path] = (),
+        handles: Sequence[Any] = (),
+        edited: Sequence[Sdf.Path] = (),
+        *,
+        named: Sequence[Sdf.Path] | None = None,
+    ) -> None:
+        """`named` are those of `edited` without a handle; None: all."""
+        self.resynced = set(resynced)
+        self.handles = handles
+        self.edited = edited
+        self._named = edited if named is None else named
 
     def __bool__(self) -> bool:
-        return bool(self.resynced or self.changed or self.handles)
+        return bool(self.resynced or self.edited)
+
+    def without_resynced(self) -> Changes:
+        """The same without the subtrees to read again."""
+        return Changes((), self.handles, self.edited, named=self._named)
+
+    # Most readers know from the paths that nothing concerns them, so what is derived from these waits until asked for.
+
+    @cached_property
+    def changed(self) -> dict[Sdf.Path, set[str]]:
+        """Prim path -> names of attributes and relationships that were set, added or removed, without a handle.
+
+        An empty set means metadata only; "/" is the stage's own (metersPerUnit, upAxis).
+        """
+        by_prim: dict[Sdf.Path, set[str]] = {}
+        for prim, path, name in map(_parts, self._named):
+            names = by_prim.setdefault(prim, set())
+            if path is not None:
+                names.add(name)
+        return by_prim
+
+    @cached_property
+    def properties(self) -> list[Sdf.Path]:
+        """Paths of all properties that were set, added or removed, also of those with a handle."""
+        return [path for _, path, _ in map(_parts, self.edited) if path is not None]
 
     @cached_property
     def by_names(self) -> dict[frozenset[str], list[Sdf.Path]]:
@@ -151,22 +182,15 @@ def _sorted_out(
     prims = {path for path in resynced if path.IsAbsoluteRootOrPrimPath()}
     roots = set(Sdf.Path.RemoveDescendentPaths(sorted(prims))) if prims else set()
     edited = list(changed if resynced <= prims else changed | resynced - prims)
-    found = list(map(handles.get, edited)) if handles and not roots else [None] * len(edited)
+    if roots:
+        return Changes(roots, (), [path for path in edited if not _has_prefix(_parts(path)[0], roots)])
+    if not handles:
+        return Changes((), (), edited)
+    found = list(map(handles.get, edited))
     if None not in found:
-        return Changes(handles=found, properties=edited, resynced=roots)
-    by_prim: dict[Sdf.Path, set[str]] = {}
-    properties = []
-    for path, handle in zip(edited, found):
-        if handle is None:
-            prim, path, name = _parts(path)
-            if roots and _has_prefix(prim, roots):
-                continue
-            names = by_prim.setdefault(prim, set())
-            if path is None:
-                continue
-            names.add(name)
-        properties.append(path)
-    return Changes(roots, by_prim, [handle for handle in found if handle is not None], properties)
+        return Changes((), found, edited, named=())
+    named = [path for path, handle in zip(edited, found) if handle is None]
+    return Changes((), [handle for handle in found if handle is not None], edited, named=named)
 
 
 class _Notices:

@@ -13,7 +13,7 @@ from usdsdg_render.materials.network import Network, shader_id
 from usdsdg_render.materials.plain_inputs import PlainInput
 from usdsdg_render.materials.preview_surface import read_preview_surface
 from usdsdg_render.materials.shading import Material
-from usdsdg_render.usd.prim_kinds import is_below
+from usdsdg_render.usd.prim_kinds import UNREAD, is_below
 
 
 @dataclass(slots=True)
@@ -32,10 +32,6 @@ class Update(NamedTuple):
     before: Material
     after: Material
     names: Collection[str]
-
-
-# Handle of an input that no material reads.
-UNREAD = -1
 
 
 class MaterialLibrary:

@@ -9,10 +9,9 @@ from functools import lru_cache
 from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import Changes
-from usdsdg_render.materials.materials import UNREAD
 from usdsdg_render.materials.plain_inputs import PlainInput
 from usdsdg_render.usd import prim_kinds
-from usdsdg_render.usd.prim_kinds import is_below
+from usdsdg_render.usd.prim_kinds import UNREAD, is_below
 from usdsdg_render.usd.stage_tree import StageTree
 
 ROOT = Sdf.Path.absoluteRootPath
@@ -103,8 +102,12 @@ class DirtySetBuilder:
         if ROOT in changes.changed:  # up axis, units
             dirty.lights.add(ROOT)
         for names, paths in changes.by_names.items():
-            if not self._instancers_of and all(map(_is_ignored, names)):
-                continue
+            if not self._instancers_of:
+                ignored = set(filter(_is_ignored, names))
+                for path in paths:
+                    self._tree.note_unread(path, ignored)
+                if ignored == names:
+                    continue
             if self._has_prototypes:
                 paths = [instance for path in paths for instance in self._instances_of(path)]
             by_kind: dict[int, list[Sdf.Path]] = {}

@@ -13,6 +13,8 @@ UNSUPPORTED_GPRIM, UNSUPPORTED_LIGHT = 10, 11
 GPRIMS = (MESH, SHAPE, CURVES, POINTS)
 DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 
+# Handle of a property from which no image is read; see `Changes.handles`.
+UNREAD = -1
 # Properties that never change an image; other engines and scripts write them all the time.
 IGNORED_PREFIXES = ("physics:", "physx", "semantic", "newton:", "ui:", "userProperties:", "state:", "drive:")
 

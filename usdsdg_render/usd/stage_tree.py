@@ -40,7 +40,8 @@ class StageTree:
     """Visible prims in stage order, as parallel lists and arrays.
 
     Args:
-        handles: gets the node of each xformOp that was written and does nothing but move it: most frames write the same
+        handles: gets the node of each xformOp that was written and does nothing but move it, and `UNREAD` for what was
+            written and does not matter: most frames write the same
             ones. Cleared when nodes change.
         always_shown: prims that are in the tree although their visibility says that they are hidden.
     """
@@ -257,6 +258,10 @@ class StageTree:
         node = self.index.get(path)
         if node is not None:
             self._handles.update((path.AppendProperty(op), node) for op in ops)
+
+    def note_unread(self, path: Sdf.Path, names: Iterable[str]) -> None:
+        """Note that nothing is read of these properties of a prim."""
+        self._handles.update((path.AppendProperty(name), prim_kinds.UNREAD) for name in names)
 
     def in_worlds(self, values: WorldValues) -> WorldTransforms:
         """Return the world matrices of nodes where attributes have these values."""

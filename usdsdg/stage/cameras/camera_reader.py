@@ -17,6 +17,7 @@ class CameraReader:
         self._views: dict[_Key, tuple[Usd.TimeCode, CameraView]] = {}
         # What each view was read from: the camera, and all above, whose transforms place it.
         self._sources: dict[Sdf.Path, set[_Key]] = {}
+        self._others: set[Sdf.Path] = set()  # what has changed and concerns none of them
 
     def read(self, path: str, resolution: tuple[int, int], *, time: Usd.TimeCode) -> CameraView:
         """Return the camera at `path`, or the only one below it, at `time`; raises as `read_camera`."""
@@ -29,6 +30,7 @@ class CameraReader:
             for source in Sdf.Path(view.prim_path).GetPrefixes():
                 self._sources.setdefault(source, set()).add(key)
             self._sources.setdefault(Sdf.Path.absoluteRootPath, set()).add(key)  # units of the stage
+            self._others.clear()
             return view
         return known[1]
 
@@ -40,10 +42,14 @@ class CameraReader:
             # Of a path above cameras, another one may be the only one now.
             self._views.clear()
             self._sources.clear()
+        if self._others.issuperset(changes.edited):
+            return  # mostly those of other frames
         for path, keys in self._sources.items():
             if path in changes.changed:
                 for key in keys:
                     self._views.pop(key, None)
+        stage = Sdf.Path.absoluteRootPath
+        self._others.update(p for p in changes.edited if p != stage and p.GetPrimPath() not in self._sources)
 
     def close(self) -> None:
         """Stop listening to the stage."""
