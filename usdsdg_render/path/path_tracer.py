@@ -20,6 +20,7 @@ from usdsdg_render.path.environment_weight import set_environment_weights
 from usdsdg_render.path.film import Film
 from usdsdg_render.path.film_batch import FilmBatch
 from usdsdg_render.path.wavefront import WavefrontTracer
+from usdsdg_render.scene.struct_rows import records_of, uploaded
 from usdsdg_render.settings import PathSettings
 
 if TYPE_CHECKING:
@@ -63,7 +64,8 @@ class PathTracer:
             if not self._scene.has_glass:
                 options.glass_bounces = 0
             cameras = camera_records([views[k] for k in indices], self._scene.device)
-            table = wp.array([films[k].arrays for k in indices], dtype=FilmArrays, device=self._scene.device)
+            arrays = records_of([films[k].arrays for k in indices], FilmArrays)
+            table = uploaded(arrays, FilmArrays, self._scene.device)
             trace(self._scene, self.wavefront, table, cameras, options, samples, threads)
         for film in films:
             film.samples += samples

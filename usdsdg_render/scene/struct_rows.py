@@ -1,5 +1,6 @@
 """Arrays of Warp structs: filled by NumPy on the host, read by kernels on the device."""
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -16,6 +17,14 @@ def dtype_of(struct: Any) -> np.dtype:
 def records(struct: Any, count: int) -> np.ndarray:
     """Return an array of zeroed rows with the memory layout of a Warp struct."""
     return np.zeros(count, dtype_of(struct))
+
+
+def records_of(values: Sequence[Any], struct: Any) -> np.ndarray:
+    """Return records with what instances of a Warp struct hold."""
+    rows = records(struct, len(values))
+    for k, value in enumerate(values):
+        rows[k] = value.numpy_value()
+    return rows
 
 
 def copy_rows(target: np.ndarray, source: np.ndarray) -> None:

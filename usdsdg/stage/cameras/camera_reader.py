@@ -27,10 +27,14 @@ class CameraReader:
         if known is None or known[0] != time:
             view = read_camera(self._stage, *key, time=time)
             self._views[key] = time, view
-            for source in Sdf.Path(view.prim_path).GetPrefixes():
-                self._sources.setdefault(source, set()).add(key)
-            self._sources.setdefault(Sdf.Path.absoluteRootPath, set()).add(key)  # units of the stage
-            self._others.clear()
+            for source in (
+                Sdf.Path.absoluteRootPath,
+                *Sdf.Path(view.prim_path).GetPrefixes(),
+            ):  # the root has the units
+                if source not in self._sources:
+                    self._sources[source] = set()
+                    self._others.clear()
+                self._sources[source].add(key)
             return view
         return known[1]
 
@@ -42,14 +46,13 @@ class CameraReader:
             # Of a path above cameras, another one may be the only one now.
             self._views.clear()
             self._sources.clear()
-        if self._others.issuperset(changes.edited):
-            return  # mostly those of other frames
-        for path, keys in self._sources.items():
-            if path in changes.changed:
-                for key in keys:
-                    self._views.pop(key, None)
-        stage = Sdf.Path.absoluteRootPath
-        self._others.update(p for p in changes.edited if p != stage and p.GetPrimPath() not in self._sources)
+        for path in set(changes.edited) - self._others:
+            source = path if path == Sdf.Path.absoluteRootPath else path.GetPrimPath()
+            keys = self._sources.get(source)
+            if keys is None:
+                self._others.add(path)
+            for key in keys or ():
+                self._views.pop(key, None)
 
     def close(self) -> None:
         """Stop listening to the stage."""
