@@ -7,7 +7,7 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg.stage.changes import Changes
 from usdsdg_render.sync.gprims import Gprims
 from usdsdg_render.sync.invalidation import DirtySet
-from usdsdg_render.sync.time_varying import has_splines_or_clips, splined
+from usdsdg_render.sync.time_varying import Splines, has_splines_or_clips
 from usdsdg_render.usd.prim_kinds import DOME, INSTANCER, LIGHT, is_below, kind_of
 from usdsdg_render.usd.stage_tree import StageTree
 
@@ -20,6 +20,7 @@ class Animation:
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
+        self._splines = Splines(stage)
         self._varying_names: dict[Sdf.Path, list[str]] = {}  # varying attributes of each prim queried so far
         self._varying_below: dict[Sdf.Path, bool] = {}  # whether a material varies, of those queried so far
         self._tree: StageTree | None = None
@@ -49,11 +50,12 @@ class Animation:
     def apply(self, changes: Changes) -> None:
         """Take note of edits: a script may author the first time samples of a stage, or of an attribute."""
         if changes.resynced:
+            self._splines.forget()
             self._find_samples(changes.resynced)
         samples_of = self._stage.GetEditTarget().GetLayer().GetNumTimeSamplesForPath
         properties = changes.properties
         sampled = {path.GetPrimPath() for path, samples in zip(properties, map(samples_of, properties)) if samples}
-        sampled |= splined(self._stage, properties)
+        sampled |= self._splines.of(properties)
         sampled |= {path for path, names in changes.changed.items() if not names.isdisjoint(VELOCITIES)}
         sampled |= {path for path in changes.changed.keys() & self._varying_names.keys() if self._varying_names[path]}
         self.is_animated = self.is_animated or bool(sampled)

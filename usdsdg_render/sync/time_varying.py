@@ -1,23 +1,11 @@
 """Splines and value clips, which no layer lists as it does time samples."""
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 from pxr import Sdf, Usd
 
-# Splines are of numbers; these are none, and each frame of a simulation writes thousands of them.
-_VECTORS = frozenset(
-    {
-        "physics:angularVelocity",
-        "physics:velocity",
-        "visibility",
-        "xformOp:orient",
-        "xformOp:rotateXYZ",
-        "xformOp:scale",
-        "xformOp:transform",
-        "xformOp:translate",
-    }
-)
+# Splines are of numbers.
+_NUMBERS = frozenset({Sdf.ValueTypeNames.Double, Sdf.ValueTypeNames.Float, Sdf.ValueTypeNames.Half})
 
 
 def has_splines_or_clips(stage: Usd.Stage, root: Sdf.Path) -> bool:
@@ -35,12 +23,24 @@ def has_splines_or_clips(stage: Usd.Stage, root: Sdf.Path) -> bool:
     return False
 
 
-def splined(stage: Usd.Stage, properties: Sequence[Sdf.Path]) -> set[Sdf.Path]:
-    """Return those of the prims with these properties of which one has a spline."""
-    attributes = map(stage.GetAttributeAtPath, filter(_may_be_number, properties))
-    return {attribute.GetPrimPath() for attribute in attributes if attribute and attribute.HasSpline()}
+class Splines:
+    """Which prims of a stage have splines, by the properties that change on them."""
 
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
+        # Each frame of a simulation writes thousands of properties, mostly those of the frame before.
+        self._numbers: dict[Sdf.Path, Usd.Attribute | None] = {}  # None: it cannot have a spline
 
-@lru_cache(maxsize=1 << 16)
-def _may_be_number(path: Sdf.Path) -> bool:
-    return path.name not in _VECTORS
+    def of(self, properties: Sequence[Sdf.Path]) -> set[Sdf.Path]:
+        """Return those of the prims with these properties of which one has a spline."""
+        numbers = self._numbers
+        for path in properties:
+            if path not in numbers:
+                attribute = self._stage.GetAttributeAtPath(path)
+                numbers[path] = attribute if attribute and attribute.GetTypeName() in _NUMBERS else None
+        found = [attribute for attribute in map(numbers.get, properties) if attribute is not None]
+        return {attribute.GetPrimPath() for attribute in found if attribute and attribute.HasSpline()}
+
+    def forget(self) -> None:
+        """Forget which properties are of numbers, since prims were made anew."""
+        self._numbers = {}
