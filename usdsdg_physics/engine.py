@@ -18,6 +18,8 @@ from usdsdg_physics.queries.stage_queries import StageQueries
 from usdsdg_physics.scene.body_masses import BodyMasses
 from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
 from usdsdg_physics.settling import settle
+from usdsdg_physics.simulated_bodies import SimulatedBodies
+from usdsdg_physics.simulated_joints import SimulatedJoints
 from usdsdg_physics.world.compile_kernels import Progress
 
 # Fraction of a step that may be missing from the elapsed time without delaying the step to the next call: scripts write
@@ -126,7 +128,7 @@ class NewtonEngine(StageQueries):
         Raises:
             PhysicsError: `play` has not been called; bodies that sleep from the start have physics:startsAsleep.
         """
-        self._playing("put_to_sleep").put_to_sleep(bodies)
+        self._bodies("put_to_sleep").put_to_sleep(bodies)
 
     def wake_up(self, bodies: Collection[str]) -> None:
         """Let the bodies at these paths move again, whether asleep or at rest.
@@ -134,7 +136,7 @@ class NewtonEngine(StageQueries):
         Raises:
             PhysicsError: `play` has not been called.
         """
-        self._playing("wake_up").wake_up(bodies)
+        self._bodies("wake_up").wake_up(bodies)
 
     def settle(self, bodies: Collection[str] | None = None, *, max_time: float = 10.0) -> list[str]:
         """Move bodies that overlap apart, then simulate with strong damping until they rest; listeners hear nothing.
@@ -174,7 +176,7 @@ class NewtonEngine(StageQueries):
             np.full(shape, missing) if rows is None else np.asarray(rows, np.float64).reshape(shape)
             for rows, missing in ((forces, 0.0), (torques, 0.0), (positions, np.nan))
         ]
-        self._playing("apply_forces").add_forces(bodies, *given)
+        self._bodies("apply_forces").push(bodies, *given)
 
     @property
     def writes_velocities(self) -> bool:
@@ -189,7 +191,7 @@ class NewtonEngine(StageQueries):
         Raises:
             PhysicsError: `play` has not been called, or a path is no rigid body.
         """
-        return self._playing("velocities").velocities(bodies)
+        return self._bodies("velocities").velocities(bodies)
 
     def mass_properties(self, bodies: Sequence[str]) -> BodyMasses:
         """Return masses, centers of mass and inertias of the bodies at these paths, authored or found from shapes.
@@ -197,12 +199,12 @@ class NewtonEngine(StageQueries):
         Raises:
             PhysicsError: `play` has not been called, or a path is no rigid body.
         """
-        return self._playing("mass_properties").mass_properties(bodies)
+        return self._bodies("mass_properties").mass_properties(bodies)
 
     @property
     def joints(self) -> tuple[str, ...]:
         """Paths of the revolute and prismatic joints that are simulated; empty while stopped."""
-        return self._session.joints if self._session else ()
+        return SimulatedJoints(self._session).paths if self._session else ()
 
     def joint_positions(self, joints: Sequence[str]) -> np.ndarray:
         """Return the positions (N,) of joints: angles [rad], distances [stage units].
@@ -210,7 +212,7 @@ class NewtonEngine(StageQueries):
         Raises:
             PhysicsError: `play` has not been called, or a path is not among `joints`.
         """
-        return self._playing("joint_positions").joint_state(joints)[0]
+        return self._joints("joint_positions").state(joints)[0]
 
     def joint_velocities(self, joints: Sequence[str]) -> np.ndarray:
         """Return the velocities (N,) of joints [rad/s, stage units/s].
@@ -218,7 +220,7 @@ class NewtonEngine(StageQueries):
         Raises:
             PhysicsError: `play` has not been called, or a path is not among `joints`.
         """
-        return self._playing("joint_velocities").joint_state(joints)[1]
+        return self._joints("joint_velocities").state(joints)[1]
 
     def set_joint_state(
         self, joints: Sequence[str], positions: ArrayLike | None = None, velocities: ArrayLike | None = None
@@ -228,7 +230,7 @@ class NewtonEngine(StageQueries):
         Raises:
             PhysicsError: `play` has not been called, or a path is not among `joints`.
         """
-        self._playing("set_joint_state").set_joint_state(joints, positions, velocities)
+        self._joints("set_joint_state").set_state(joints, positions, velocities)
 
     def apply_joint_efforts(self, joints: Sequence[str], efforts: ArrayLike) -> None:
         """Push joints during the next step (N,), in stage units: torques, and forces of prismatic joints.
@@ -236,7 +238,7 @@ class NewtonEngine(StageQueries):
         Raises:
             PhysicsError: `play` has not been called, or a path is not among `joints`.
         """
-        self._playing("apply_joint_efforts").add_joint_efforts(joints, np.asarray(efforts, np.float64))
+        self._joints("apply_joint_efforts").add_efforts(joints, np.asarray(efforts, np.float64))
 
     def close(self) -> None:
         """Release the stage without writing to it."""
@@ -377,6 +379,12 @@ class NewtonEngine(StageQueries):
         if self._session is None:
             raise PhysicsError(f"the simulation is stopped; call play() before {caller}()")
         return self._session
+
+    def _bodies(self, caller: str) -> SimulatedBodies:
+        return SimulatedBodies(self._playing(caller))
+
+    def _joints(self, caller: str) -> SimulatedJoints:
+        return SimulatedJoints(self._playing(caller))
 
     def _time_code(self) -> Usd.TimeCode:
         """Return the time of the latest step on the stage."""

@@ -1,16 +1,14 @@
 """One play of a stage, from `play` to `stop`: the parsed scene, the running world, and the backup."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import PhysicsError, warn_once
 from usdsdg.stage.changes import Changes, ChangeTracker
 from usdsdg.stage.physics.scenes import steps_per_second
-from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg.stage.time_code import time_context
 from usdsdg_physics.edits.apply_edits import apply_edits
 from usdsdg_physics.edits.edit_reader import EditReader, Edits
@@ -22,7 +20,6 @@ from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.queries.triggers import Triggers
-from usdsdg_physics.scene.body_masses import BodyMasses
 from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
 from usdsdg_physics.scene.records import Scene
 from usdsdg_physics.scene.rigid_frames import rigid_pose
@@ -115,111 +112,6 @@ class PlaySession:
             self._apply_stage_edits()  # or velocities that were set would be lost
             self.write()
 
-    def put_to_sleep(self, bodies: Collection[str]) -> None:
-        """Zero the velocities of bodies, here and on the stage, and hold them until a moving body touches them."""
-        world = self.current_world()
-        rows = [world.body_index[path] for path in bodies if path in world.body_index]
-        if rows:
-            world.put_to_sleep(rows)
-            self._write_back(world)
-
-    def wake_up(self, bodies: Collection[str]) -> None:
-        """Let bodies move again that are asleep or at rest."""
-        world = self.current_world()
-        world.wake([world.body_index[path] for path in bodies if path in world.body_index])
-
-    def add_forces(self, bodies: Sequence[str], forces: np.ndarray, torques: np.ndarray, points: np.ndarray) -> None:
-        """Push bodies during the next step; see `NewtonEngine.apply_forces`.
-
-        Raises:
-            PhysicsError: a path is no rigid body that is simulated.
-        """
-        world = self.current_world()
-        rows = np.array([world.body_index[path] for path in _known(bodies, world)], int)
-        newtons, meters = self._units.kilograms * self._units.meters, self._units.meters
-        poses = world.poses().astype(np.float64)[rows]
-        centers = np.einsum("ni,nij->nj", world.center[rows], matrix_from_quat(poses[:, 3:])) + poses[:, :3]
-        arms = np.where(np.isnan(points), 0.0, points * meters - centers)
-        force = forces * newtons
-        world.add_wrenches(rows, np.hstack([force, torques * newtons * meters + np.cross(arms, force)]))
-
-    def velocities(self, bodies: Sequence[str]) -> np.ndarray:
-        """Return the velocities (N, 6) of bodies; see `NewtonEngine.velocities`.
-
-        Raises:
-            PhysicsError: a path is no rigid body that is simulated.
-        """
-        world = self.current_world()
-        rows = [world.body_index[path] for path in _known(bodies, world)]
-        found = world.velocities().astype(np.float64)[rows].reshape(-1, 6)
-        found[:, :3] /= self._units.meters
-        return found
-
-    def mass_properties(self, bodies: Sequence[str]) -> BodyMasses:
-        """Return the mass properties of bodies.
-
-        Raises:
-            PhysicsError: a path is no rigid body that is simulated.
-        """
-        world, units = self.current_world(), self._units
-        rows = np.array([world.body_index[path] for path in _known(bodies, world)], int)
-        return BodyMasses(
-            world.mass[rows] / units.kilograms, world.center[rows] / units.meters, world.inertia[rows] / units.inertia
-        )
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Paths of the joints with one axis that are simulated."""
-        self._apply_stage_edits()
-        return tuple(path for path, joint in self.scene.joints.items() if len(joint.axes) == 1)
-
-    def joint_state(self, joints: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the positions and velocities (N,) of joints in rad and stage units.
-
-        Raises:
-            PhysicsError: a path is no joint with one axis that is simulated.
-        """
-        keys, units = self._joint_keys(joints)
-        positions, velocities = self.current_world().joint_state(keys)
-        return positions / units, velocities / units
-
-    def set_joint_state(
-        self, joints: Sequence[str], positions: ArrayLike | None = None, velocities: ArrayLike | None = None
-    ) -> None:
-        """Move joints at once, and set their velocities; see `NewtonEngine.set_joint_state`.
-
-        Raises:
-            PhysicsError: a path is no joint with one axis that is simulated.
-        """
-        keys, units = self._joint_keys(joints)
-        given = [
-            {} if values is None else dict(zip(keys, (np.asarray(values, np.float64) * units).tolist(), strict=True))
-            for values in (positions, velocities)
-        ]
-        world = self.current_world()
-        world.set_joint_state(*given)
-        self._write_back(world)
-
-    def add_joint_efforts(self, joints: Sequence[str], efforts: np.ndarray) -> None:
-        """Push joints during the next step; see `NewtonEngine.apply_joint_efforts`.
-
-        Raises:
-            PhysicsError: a path is no joint with one axis that is simulated.
-        """
-        keys, units = self._joint_keys(joints)
-        # A force has one length in its unit, a torque two.
-        newtons = self._units.kilograms * self._units.meters * np.where(units == 1.0, self._units.meters, 1.0)
-        self.current_world().add_joint_efforts(dict(zip(keys, (efforts * newtons).tolist(), strict=True)))
-
-    def _joint_keys(self, joints: Sequence[str]) -> tuple[list[tuple[str, str]], np.ndarray]:
-        """Return the axes of joints with one, and their units of position in SI."""
-        known = self.scene.joints
-        if unknown := [path for path in joints if path not in known or len(known[path].axes) != 1]:
-            raise PhysicsError(f"{unknown[0]} is not a simulated revolute or prismatic joint, so it has no position")
-        axes = [known[path].axes[0] for path in joints]
-        keys = [(path, axis.name) for path, axis in zip(joints, axes)]
-        return keys, np.array([1.0 if axis.angular else self._units.meters for axis in axes])
-
     def reset(self, bodies: Collection[str]) -> None:
         """Restore the poses and velocities that bodies had before this play; takes effect at the next step."""
         self._backup.restore_prims(bodies)
@@ -249,6 +141,11 @@ class PlaySession:
         if restore:
             self._backup.restore()
             self._trigger_states.restore()
+
+    def current_scene(self) -> Scene:
+        """Return the scene with the edits of the stage applied."""
+        self._apply_stage_edits()
+        return self.scene
 
     def current_world(self) -> World:
         """Return the world with the edits of the stage applied."""
@@ -285,7 +182,7 @@ class PlaySession:
                     self._trigger_states.write({event.trigger for event in self.trigger_events}, inside)
             self._inside = inside
         if self.scene.reports or self._touching:
-            units = self._units
+            units = self.units
             shapes, contacts = (world.shape_index, world.reported_contacts()) if world is not None else ({}, [])
             events = ContactEvents(
                 self.scene, shapes, meters=units.meters, kilograms=units.kilograms, touching=self._touching
@@ -295,7 +192,7 @@ class PlaySession:
 
     def _read_stage(self, changes: Changes | None = None) -> None:
         """Read all of the stage again, after `changes`."""
-        self._units = Units.of(self._stage)
+        self.units = Units.of(self._stage)
         scene = parse(self._stage, self._hulls, time=self._time, broken=self._broken)
         if not self.writes_velocities:
             self._told.go_on(scene.bodies, self.world, changes or Changes())
@@ -312,14 +209,14 @@ class PlaySession:
         self._queries = SceneQueries(self.scene)
         self._queries_are_stale = False
         self._triggers = Triggers(self.scene, self._queries)
-        self._time_samples = TimeSamples(self._stage, self.scene, self._units.meters)
+        self._time_samples = TimeSamples(self._stage, self.scene, self.units.meters)
         self.poses = initial_poses(self.scene)
         self.world = None
         self._open_writer()
 
     def _open_writer(self) -> None:
         with self._tracker.muted(), time_context(self._time):
-            meters = self._units.meters
+            meters = self.units.meters
             bodies, velocities = self.scene.bodies, self.writes_velocities
             self._writer, self._instances = (
                 writer(self._stage, bodies, self._backup, meters_per_unit=meters, velocities=velocities)
@@ -384,7 +281,7 @@ class PlaySession:
                 if not np.isfinite(matrix).all():
                     self._read_stage(changes)  # which leaves it out
                     return
-                scene.bodies[path] = replace(body, pose=tuple(rigid_pose(matrix, self._units.meters).tolist()))
+                scene.bodies[path] = replace(body, pose=tuple(rigid_pose(matrix, self.units.meters).tolist()))
                 continue
             velocity, angular = velocities[row][:3], velocities[row][3:]
             scene.bodies[path] = replace(
@@ -412,10 +309,3 @@ class PlaySession:
 def initial_poses(scene: Scene) -> np.ndarray:
     """Return the poses (N, 7) [m] of the bodies as they were read."""
     return np.array([body.pose for body in scene.bodies.values()]).reshape(-1, 7)
-
-
-def _known(bodies: Sequence[str], world: World) -> Sequence[str]:
-    """Return paths that are all of rigid bodies in a world."""
-    if unknown := [path for path in bodies if path not in world.body_index]:
-        raise PhysicsError(f"{unknown[0]} is not a simulated rigid body")
-    return bodies

@@ -87,7 +87,9 @@ PHYSICS = {
     "play": "scene parse queries world edits writeback",
     "listeners": "",
     "settling": "world play",
-    "engine": "scene listeners parse queries world play settling",
+    "simulated_bodies": "scene play",
+    "simulated_joints": "play",
+    "engine": "scene listeners parse queries world play settling simulated_bodies simulated_joints",
     "simulation": "world engine",
     "__init__": "",
 }
