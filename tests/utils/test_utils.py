@@ -1,11 +1,13 @@
 """`rep.utils`: bounding boxes, search, files and nodes."""
 
+import json
+
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Usd, UsdGeom, UsdShade
 
 import usdsdg as rep
-from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
+from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
 from usdsdg.graph import evaluate
 
 
@@ -17,31 +19,49 @@ def test_boxes_and_transforms_of_prims(stage):
     np.testing.assert_allclose(rep.utils.compute_aabb(cache, cube.prims[0]), expected, atol=1e-6)
     child = stage.GetPrimAtPath(f"{cube.prims[0]}/Cube")
     np.testing.assert_allclose(rep.utils.compute_aabb(cache, child, include_children=False), expected, atol=1e-6)
-    nothing = rep.utils.compute_aabb(cache, cube.prims[0], include_children=False)
+    np.testing.assert_allclose(rep.utils.compute_aabb(cache, cube.prims[0], False), expected, atol=1e-6)
+    nothing = rep.utils.compute_aabb(cache, stage.DefinePrim("/World/empty", "Xform"))
     assert nothing.tolist() == [np.inf] * 3 + [-np.inf] * 3
     assert rep.utils.read_prim_transform(child).ExtractTranslation() == Gf.Vec3d(1, 2, 3)
 
 
-def test_descendants_of_prims_and_their_variants(stage):
-    cube = rep.create.cube()
-    copy = stage.DefinePrim("/World/copy")
-    copy.GetReferences().AddInternalReference(cube.prims[0])
-    copy.SetInstanceable(True)
-    assert rep.utils.find_prims(["/World"]) == ["/World/copy"]
-    assert rep.utils.find_prims("/World", mode="prototypes") == [str(copy.GetPrototype().GetPath())]
-    assert rep.utils.find_prims("/Replicator", mode="meshes") == [f"{cube.prims[0]}/Cube"]
+def test_prims_prototypes_meshes_and_materials_of_paths(stage):
     made = rep.create.material_omnipbr()
-    assert rep.utils.find_prims("/Replicator/Looks", mode="materials") == list(made.prims)
-    assert rep.utils.find_prims(cube.prims[0], mode="prims") == [cube.prims[0], f"{cube.prims[0]}/Cube"]
-    assert rep.utils.get_non_xform_prims(cube) == [f"{cube.prims[0]}/Cube"]
+    cube = rep.create.cube(material=made)
+    xform, mesh = (stage.GetPrimAtPath(path) for path in (cube.prims[0], f"{cube.prims[0]}/Cube"))
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/rocks")
+    kinds = [stage.DefinePrim(f"/World/{name}", "Mesh") for name in ("round", "flat")]
+    instancer.CreatePrototypesRel().SetTargets([kind.GetPath() for kind in kinds])
+    paths = [str(instancer.GetPath()), cube.prims[0]]
+    assert rep.utils.find_prims(paths) == rep.utils.find_prims(paths, mode="instances") == [*kinds, xform]
+    assert rep.utils.find_prims(paths, mode="prims") == [instancer.GetPrim(), xform]
+    assert rep.utils.find_prims(paths, mode="meshes") == [*kinds, mesh]
+    materials = rep.utils.find_prims(paths, mode="materials")
+    assert {type(material) for material in materials} == {UsdShade.Material}
+    assert {str(material.GetPath()) for material in materials} == set(made.prims)
+    for mode in ("prototypes", "shapes"):
+        with pytest.raises(ValueError, match=f"mode='{mode}'; known: instances, prims, meshes, materials"):
+            rep.utils.find_prims(paths, mode)
+    with pytest.raises(BadPrim, match="/World/none"):
+        rep.utils.find_prims(["/World/none"], "prims")
+
+
+def test_paths_without_a_prim_are_left_out_with_a_warning(stage):
+    cube = rep.create.cube()
     assert rep.utils.get_prims_from_paths(["/World"]) == [stage.GetPrimAtPath("/World")]
-    with pytest.raises(GraphError, match="mode='shapes'; known: instances"):
-        rep.utils.find_prims("/World", mode="shapes")
-    colors = copy.GetVariantSets().AddVariantSet("color")
-    colors.AddVariant("red")
+    with pytest.warns(UsdsdgWarning) as warned:
+        assert rep.utils.get_prims_from_paths(["/World", "/nowhere", "no path!"]) == [stage.GetPrimAtPath("/World")]
+    assert ["/nowhere" in str(warned[0].message), "no path!" in str(warned[1].message)] == [True, True]
+    with pytest.warns(UsdsdgWarning, match="/elsewhere is not a prim on the stage"):
+        assert rep.utils.get_non_xform_prims([*cube.prims, "/elsewhere"]) == [f"{cube.prims[0]}/Cube"]
+
+
+def test_variants_of_a_set(stage):
+    copy = stage.DefinePrim("/World/copy")
+    copy.GetVariantSets().AddVariantSet("color").AddVariant("red")
     assert rep.utils.get_prim_variant_values("/World/copy", "color") == ["red"]
-    with pytest.raises(BadPrim, match="no variant set 'size'; it has: color"):
-        rep.utils.get_prim_variant_values("/World/copy", "size")
+    with pytest.warns(UsdsdgWarning, match="no variant set 'size'; it has: color"):
+        assert rep.utils.get_prim_variant_values("/World/copy", "size") == []
 
 
 @pytest.fixture
@@ -77,14 +97,24 @@ def test_usd_files_of_a_folder(folder):
 
 
 def test_textures_are_grouped_by_stem(folder):
-    groups = rep.utils.get_files_group(str(folder))
-    assert [sorted(group) for group in groups] == [["diffuse"], ["diffuse", "normal"]]
-    assert groups[1]["diffuse"].endswith("rust_Diffuse.PNG")
-    assert len(rep.utils.get_files_group(str(folder), ["diffuse"], ignore_case=False)) == 1
+    groups = rep.utils.get_files_group(str(folder), ["_diffuse", "_normal"])
+    moss, rust = str(folder / "moss_diffuse.png"), str(folder / "rust_normal.png")
+    assert groups == [json.dumps({"moss": {"_diffuse": moss}}), json.dumps({"rust": {"_normal": rust}})]
+    both = rep.utils.get_files_group(str(folder), ["_diffuse", "_normal"], file_type="png|PNG")
+    assert list(json.loads(both[1])["rust"]) == ["_diffuse", "_normal"]
+    assert len(rep.utils.get_files_group(str(folder), ["_DIFFUSE"])) == 1
+    assert rep.utils.get_files_group(str(folder), ["_DIFFUSE"], ignore_case=False) == []
     (jpeg,) = rep.utils.get_files_group(str(folder), ["_diffuse"], file_type="jpg")
-    assert jpeg["_diffuse"].endswith("rust_diffuse.jpg")
-    with pytest.raises(AssetNotFound, match=r"notes\.txt is a file, not a folder"):
-        rep.utils.get_files_group(str(folder / "notes.txt"))
+    assert json.loads(jpeg) == {"rust": {"_diffuse": str(folder / "rust_diffuse.jpg")}}
+    for path, suffixes, message in (
+        (str(folder), None, "file_suffixes is empty"),
+        (str(folder / "notes.txt"), ["_diffuse"], "is not a folder"),
+        (str(folder / "nowhere"), ["_diffuse"], "is not a folder"),
+    ):
+        with pytest.warns(UsdsdgWarning, match=message):
+            assert rep.utils.get_files_group(path, suffixes) is None
+    with pytest.raises(GraphError, match="not a regular expression"):
+        rep.utils.get_files_group(str(folder), ["("])
 
 
 def test_references_of_a_folder(stage, folder):

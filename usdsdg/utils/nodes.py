@@ -10,6 +10,7 @@ from typing import Any
 
 from pxr import Sdf, Usd
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph import evaluate
@@ -18,7 +19,7 @@ from usdsdg.graph.evaluate import graph
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, plain, prim_paths
 from usdsdg.graph.node_prims import PIPELINE, TYPE_PREFIX, define_graph
 from usdsdg.session.stage_context import current_stage
-from usdsdg.utils.prims import get_non_xform_prims, get_prims_from_paths
+from usdsdg.utils.prims import get_non_xform_prims
 
 # Extensions whose node types usdsdg has some of.
 EXTENSIONS = (TYPE_PREFIX.rstrip("."), "isaacsim.replicator.examples", "omni.replicator.isaac")
@@ -104,7 +105,8 @@ def set_target_prims(node: Any, attribute: str, target_prims: Any) -> None:
         BadPrim: a target is not on the stage.
     """
     node, targets = _node(node), prim_paths(target_prims)
-    get_prims_from_paths(targets)
+    for path in targets:
+        prim_at(path)
     name = attribute.removeprefix("inputs:")
     if name != "prims":
         ReplicatorItem(node).set_input(name, list(targets))
