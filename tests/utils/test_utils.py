@@ -190,12 +190,63 @@ def test_items_list_their_prims(stage):
     item = rep.modify.pose(position=1, input_prims=cubes)
     assert item.get_output_prims() == item.get_input_prims() == {"prims": [stage.GetPrimAtPath(p) for p in cubes.prims]}
     assert [str(each.GetChildren()[0].GetName()) for each in cubes.get_output_prims()["prims"]] == ["Cube", "Cube"]
-    assert item.outputs["prims"] == item.get_outputs()["prims"] == list(cubes.prims)
+    assert item.outputs == ["prims", "execCount"]
+    assert item.get_output("prims") == item.get_outputs()["prims"] == list(cubes.prims)
     given = item.get_inputs()
     given["position"] = 2
-    assert item.inputs["position"] == 1
-    with pytest.raises(KeyError, match="no outputs:samples; it has prims, execCount"):
-        item.get_output("samples")
+    assert item.get_input("position") == 1
+    assert item.inputs == ["attribute", "position", "prims"]
+
+
+def test_inputs_and_outputs_that_a_node_does_not_have_are_errors_of_both_kinds(stage):
+    cubes = rep.create.cube(count=2)
+    item = rep.modify.pose(position=1, input_prims=cubes)
+    drawn = rep.distribution.uniform(0, 1)
+    for read, message in (
+        (lambda: item.get_output("samples"), "no outputs:samples; it has prims, execCount"),
+        (lambda: item.get_input("color"), "no inputs:color; it has attribute, position, prims"),
+        (lambda: item.set_input("color", 1), "no inputs:color; it has attribute, position, prims, position_x"),
+        (lambda: cubes.set_input("position", 1), "no inputs:position; it has none"),
+        (lambda: drawn.set_input("color", 1), "no input 'color'"),
+        (lambda: drawn.get_input("color"), "no inputs:color"),
+    ):
+        for kind in (ValueError, KeyError, GraphError):
+            with pytest.raises(kind, match=message):
+                read()
+    assert item.get_input("scale") is None
+    assert item.get_inputs() == {"attribute": "position", "position": 1, "prims": list(cubes.prims)}
+
+
+def test_inputs_may_be_distributions_and_prims(stage):
+    first, second = rep.create.cube(count=2).prims
+    item = rep.modify.pose(position=1, input_prims=first)
+    item.set_input("position", rep.distribution.choice([(4, 4, 4)]))
+    item.set_input("prims", [second])
+    evaluate.graph().evaluate()
+    moved = [stage.GetPrimAtPath(path).GetAttribute("xformOp:translate").Get() for path in (first, second)]
+    assert moved == [(0, 0, 0), (4, 4, 4)]
+
+
+def test_items_are_shown_by_the_function_that_made_them(stage):
+    cube = rep.create.cube()
+    with cube:
+        posed = rep.modify.pose(position=1)
+    rep.randomizer.register(lambda: rep.modify.visibility(True, input_prims=cube), fn_name="shown")
+    made = {
+        "create.cube": cube,
+        "create.group": rep.create.group([cube]),
+        "create.camera": rep.create.camera(),
+        "create.light": rep.create.light(),
+        "create.material_omnipbr": rep.create.material_omnipbr(),
+        "modify.pose": posed,
+        "modify.visibility": rep.randomizer.shown(),
+        "randomizer.rotation": rep.randomizer.rotation(input_prims=cube),
+        "distribution.uniform": rep.distribution.uniform(0, 1),
+        "trigger.on_frame": rep.trigger.on_frame(),
+        "get.prims": rep.get.prims(),
+        "physics.rigid_body": rep.physics.rigid_body(input_prims=cube),
+    }
+    assert {name: str(item) for name, item in made.items()} == {name: f"omni.replicator.core.{name}" for name in made}
 
 
 def test_nodes_cannot_be_disconnected():

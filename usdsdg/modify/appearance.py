@@ -42,7 +42,7 @@ def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add")
     return act_now("OgnWriteSemantics", input_prims, semantics=semantics, mode=mode)
 
 
-@action("OgnWriteSemantics")
+@action("OgnWriteSemantics", "semantics")
 def _write_semantics(node: Node, execution: int) -> None:
     given, mode = node.inputs.get("semantics") or {}, node.inputs["mode"]
     if isinstance(given, Distribution):

@@ -105,7 +105,7 @@ def attribute(name: str, value: Any, attribute_type: str | None = None, input_pr
     return act("OgnWritePrimAttribute", input_prims, attribute=name, value=value, attributeType=attribute_type)
 
 
-@action("OgnWritePrimAttribute")
+@action("OgnWritePrimAttribute", "attributeType")
 def _write_attribute(node: Node, execution: int) -> None:
     name, type_name = node.inputs["attribute"], node.inputs.get("attributeType")
     value = node.inputs["value"]

@@ -26,6 +26,10 @@ from usdsdg.stage.poses.xform_ops import author_pose, local_euler, local_transla
 _AXES = "xyz"
 # Inputs that are not sampled per prim.
 _SETTINGS = ("attribute", "rotation_order")
+_OPTIONAL = (
+    *("position", "position_x", "position_y", "position_z", "rotation", "rotation_x", "rotation_y", "rotation_z"),
+    *("rotation_order", "scale", "size", "pivot", "look_at", "look_at_up_axis"),
+)
 # Inputs that can be written for all prims in one batch.
 _BATCHED = ("position", "rotation", "scale")
 
@@ -106,7 +110,7 @@ def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
         pose(**later, input_prims=item)
 
 
-@action("OgnWritePose")
+@action("OgnWritePose", *_OPTIONAL)
 def write_pose(node: Node, execution: int) -> None:
     """Write the poses that an "OgnWritePose" node samples for one execution."""
     order = node.inputs.get("rotation_order", "XYZ")

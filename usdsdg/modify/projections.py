@@ -55,7 +55,7 @@ def projection_node(values: dict[str, Any], input_prims: Any, name: str | None =
     return act("OgnModifyProjection", input_prims, name=name, attribute=",".join(given) or "projection", **given)
 
 
-@action("OgnModifyProjection")
+@action("OgnModifyProjection", "position", "rotation", "scale", "texture_group", *TEXTURES)
 def _modify_projection(node: Node, execution: int) -> None:
     drawn = {role: draw(value, node, execution, role) for role, value in node.inputs.items() if role != "attribute"}
     for index, path in enumerate(node.prims):

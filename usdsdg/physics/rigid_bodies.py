@@ -112,7 +112,7 @@ def _add_colliders_to_sampled(node: Node) -> None:
             _add_colliders(prim_at(path), "convexHull", collisionEnabled=True, **offsets)
 
 
-@action("OgnRigidBody")
+@action("OgnRigidBody", "angular_velocity", "contactOffset", "restOffset")
 def _write_velocities(node: Node, execution: int) -> None:
     _add_colliders_to_sampled(node)
     linear = draw(node.inputs["velocity"], node, execution, "velocity")

@@ -83,8 +83,8 @@ def _material_node(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_
     return act(kind, input_prims, attribute=",".join(given), perSubMesh=per_sub_mesh or None, **given)
 
 
-@action("OgnTexture")
-@action("OgnColor")
+@action("OgnTexture", "texture_scale", "texture_rotate", "project_uvw", "perSubMesh")
+@action("OgnColor", "perSubMesh")
 def _write_materials(node: Node, execution: int) -> None:
     drawn = {name: _column(name, value, node, execution) for name, value in node.inputs.items() if name in _INPUTS}
     shaders: dict[str, UsdShade.Shader] = node.state.setdefault("shaders", {})

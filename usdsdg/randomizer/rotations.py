@@ -41,7 +41,7 @@ def rotation(
     return act("OgnRotation", input_prims, attribute="rotation", seed=own_seed(seed), **angles)
 
 
-@action("OgnRotation")
+@action("OgnRotation", "seed")
 def _rotate(node: Node, execution: int) -> None:
     lower, upper = (np.asarray(node.inputs[name], float) for name in ("minAngle", "maxAngle"))
     seed = node.inputs.get("seed", get_global_seed())

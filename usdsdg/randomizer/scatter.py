@@ -59,7 +59,7 @@ def scatter_2d(
     )  # fmt: skip
 
 
-@action("OgnScatter2D")
+@action("OgnScatter2D", "noCollPrims", "seed")
 def _scatter_2d(node: Node, execution: int) -> None:
     inputs = node.inputs
     region = surface_of(_prims(inputs, "surfacePrims"), _given_bounds(inputs), offset=inputs["offset"])
@@ -114,7 +114,7 @@ def scatter_3d(
     )  # fmt: skip
 
 
-@action("OgnScatter3D")
+@action("OgnScatter3D", "volumePrims", "noCollPrims", "volumeExclPrims", "seed")
 def _scatter_3d(node: Node, execution: int) -> None:
     inputs = node.inputs
     region = volume_of(

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from pxr import Sdf, Usd
+from pxr import Usd
 
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.registry import near_misses
@@ -111,12 +111,7 @@ def set_target_prims(node: Any, attribute: str, target_prims: Any) -> None:
     if name != "prims":
         ReplicatorItem(node).set_input(name, list(targets))
         return
-    node.prims = targets
-    # The state belongs to the former prims.
-    node.state.clear()
-    if prim := node.path and current_stage().GetPrimAtPath(node.path):
-        relation = prim.CreateRelationship("inputs:prims", custom=False)
-        relation.SetTargets([Sdf.Path(path) for path in targets])
+    graph().retarget(node, targets)
 
 
 def auto_connect(first: Any, second: Any) -> None:
