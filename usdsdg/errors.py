@@ -7,7 +7,7 @@ UsdsdgError                     base of all errors; the command line prints it w
 ├── GraphError                  a node, trigger, distribution or event that cannot work as written
 │   ├── ArgumentError           an argument of a function that is of the wrong type, shape or value
 │   └── UnknownInput            an input or output that a node does not have
-├── PhysicsError                a body or collider that cannot be simulated (NoCollider)
+├── PhysicsError                a body or collider that cannot be simulated
 ├── RenderError                 a camera or scene that cannot be rendered (OutOfDeviceMemory)
 ├── AnnotatorError              an annotator that cannot give its data (AnnotatorRegistryError, AugmentationError)
 ├── DatasetError                a folder that contains no dataset
@@ -110,10 +110,6 @@ class UnknownInput(GraphError, KeyError):
 
 class PhysicsError(LosingError):
     """A stage cannot be simulated as authored."""
-
-
-class NoCollider(PhysicsError):
-    """A rigid body has no collider below it."""
 
 
 class RenderError(UsdsdgError):

@@ -289,3 +289,37 @@ def test_nodes_run_in_the_order_of_the_script(stage):
         return rep.modify.pose(position_z=height, input_prims=cube).node
 
     assert lifted(3).prims == cube.prims
+
+
+def test_cameras_are_told_from_other_objects(stage):
+    camera, cube = rep.create.camera(), rep.create.cube()
+    inner = stage.GetPrimAtPath(camera.prims[0]).GetChildren()[0]
+    assert rep.utils.is_camera_prim(stage.GetPrimAtPath(camera.prims[0]))
+    assert rep.utils.is_camera_prim(inner.GetPath())
+    assert not rep.utils.is_camera_prim(stage.GetPrimAtPath(cube.prims[0]))
+    assert not rep.utils.is_camera_prim("/World")
+
+
+def test_an_mdl_material_is_made_at_the_next_free_path(stage):
+    for _ in range(2):
+        rep.utils.create_material("OmniGlass.mdl", "OmniGlass", "/World/Looks/Glass")
+    assert stage.GetPrimAtPath("/World/Looks").GetTypeName() == "Scope"
+    for path in ("/World/Looks/Glass", "/World/Looks/Glass_01"):
+        shader = UsdShade.Material(stage.GetPrimAtPath(path)).ComputeSurfaceSource("mdl")[0]
+        assert shader.GetSourceAsset("mdl").path == "OmniGlass.mdl"
+        assert shader.GetSourceAssetSubIdentifier("mdl") == "OmniGlass"
+
+
+def test_times_are_reduced_to_lowest_terms():
+    assert rep.utils.get_reduced_ref_time(120, 90) == (4, 3)
+    assert rep.utils.get_reduced_ref_time(0, 90) == (0, 90)
+    assert (rep.utils.REPLICATOR_SCOPE, rep.utils.GRAPH_PATH) == ("/Replicator", "/Replicator/SDGPipeline")
+
+
+def test_modules_below_utils_have_what_scripts_import_from_them():
+    from usdsdg.utils import utils
+
+    assert utils.find_prims is rep.utils.find_prims
+    assert {name for name in rep.utils.__all__ if not hasattr(utils, name)} == set()
+    rep.rng.set_global_seed(7)
+    assert rep.rng.get_global_seed() == rep.get_global_seed() == 7

@@ -4,6 +4,7 @@ Nodes are usdsdg's own, not OmniGraph's; functions about OmniGraph do the closes
 """
 
 import functools
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -23,6 +24,14 @@ from usdsdg.utils.prims import get_non_xform_prims
 
 # Extensions whose node types usdsdg has some of.
 EXTENSIONS = (TYPE_PREFIX.rstrip("."), "isaacsim.replicator.examples", "omni.replicator.isaac")
+
+
+def get_reduced_ref_time(numerator: int, denominator: int) -> tuple[int, int]:
+    """Return a time, as a fraction, in lowest terms; one with a zero stays."""
+    if numerator == 0 or denominator == 0:
+        return numerator, denominator
+    common = math.gcd(numerator, denominator)
+    return numerator // common, denominator // common
 
 
 def send_og_event(event_name: str) -> None:

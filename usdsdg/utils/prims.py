@@ -11,7 +11,9 @@ from usdsdg.arguments.values import labels_of
 from usdsdg.errors import ArgumentError, warn_once
 from usdsdg.graph.node import prim_paths as paths_of
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage import paths
 from usdsdg.stage.geometry.instancers import is_instancer, prototypes
+from usdsdg.stage.materials import define_mdl
 from usdsdg.stage.poses import transforms
 from usdsdg.stage.semantics.labels import get_labels
 
@@ -93,6 +95,28 @@ def compute_aabb(bbox_cache: UsdGeom.BBoxCache, prim: Any, include_children: boo
     if box.IsEmpty():
         return np.array([np.inf] * 3 + [-np.inf] * 3)
     return np.array([*box.GetMin(), *box.GetMax()])
+
+
+def is_camera_prim(prim: Any) -> bool:
+    """Whether a prim, or what is at a path, is a camera, or the Xform that `create.camera` makes of one."""
+    found = _one_prim(prim)
+    if found.HasAttribute("replicatorXform") or found.HasAttribute("replicatorCameraXform"):
+        return any(child.IsA(UsdGeom.Camera) for child in found.GetChildren())
+    return found.IsA(UsdGeom.Camera)
+
+
+def create_material(mtl_url: str, mtl_name: str, mtl_path: str) -> None:
+    """Define a material whose surface is the material `mtl_name` of an MDL file, at the next free path.
+
+    Prims above it that do not exist become Scopes.
+    """
+    stage = current_stage()
+    path = Sdf.Path(paths.next_free_path(stage, mtl_path))
+    for above in path.GetParentPath().GetPrefixes():
+        if not stage.GetPrimAtPath(above):
+            stage.DefinePrim(above, "Scope")
+    material = define_mdl(stage, str(path), mtl_url.replace("\\", "/"))
+    UsdShade.Shader(material.GetPrim().GetChild("Shader")).SetSourceAssetSubIdentifier(mtl_name, "mdl")
 
 
 def parse_semantics(prim: Any) -> list[tuple[str, str]]:

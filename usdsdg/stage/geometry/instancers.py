@@ -52,7 +52,7 @@ def local_positions(prim: Usd.Prim) -> np.ndarray:
 
 def local_orientations(prim: Usd.Prim) -> np.ndarray:
     """Return the orientations of the instances, unit quaternions (N, 4) xyzw; no rotation where it has too few."""
-    held: Any = UsdGeom.PointInstancer(prim).GetOrientationsAttr().Get()
+    held: Any = prim.GetAttribute(UsdGeom.Tokens.orientations).Get()
     quats = np.tile([0.0, 0.0, 0.0, 1.0], (instance_count(prim), 1))
     for row, quat in zip(quats, held or ()):
         if quat.GetLength() > 0:
