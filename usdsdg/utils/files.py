@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from usdsdg.arguments import asset_folders
-from usdsdg.errors import ArgumentError, AssetNotFound, warn_once
+from usdsdg.errors import ArgumentError, AssetError, warn_once
 from usdsdg.stage import assets
 
 
@@ -62,8 +62,9 @@ def get_files_group(
 def _folder(path: str) -> Path | None:
     """Return a folder of this machine or below the assets root; None if there is no such folder."""
     try:
-        folder = Path(path) if Path(path).is_dir() else Path(assets.resolve(path))
-    except AssetNotFound:
+        # Not `resolve`, which has the run end for what is missing.
+        folder = Path(path) if Path(path).is_dir() else Path(assets.locate(path))
+    except AssetError:
         return None
     return folder if folder.is_dir() else None
 

@@ -1,7 +1,6 @@
 """Point instancers, whose instances are posed and scattered individually."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, Vt
@@ -52,12 +51,14 @@ def local_positions(prim: Usd.Prim) -> np.ndarray:
 
 def local_orientations(prim: Usd.Prim) -> np.ndarray:
     """Return the orientations of the instances, unit quaternions (N, 4) xyzw; no rotation where it has too few."""
-    held: Any = prim.GetAttribute(UsdGeom.Tokens.orientations).Get()
+    # USD gives quaternions to NumPy as xyzw.
+    held = np.array(UsdGeom.PointInstancer(prim).GetOrientationsAttr().Get() or (), np.float64).reshape(-1, 4)
     quats = np.tile([0.0, 0.0, 0.0, 1.0], (instance_count(prim), 1))
-    for row, quat in zip(quats, held or ()):
-        if quat.GetLength() > 0:
-            row[:] = *quat.GetImaginary(), quat.GetReal()
-    return quats / np.linalg.norm(quats, axis=1, keepdims=True)
+    known = min(len(held), len(quats))
+    lengths = np.linalg.norm(held[:known], axis=1)
+    turned = np.flatnonzero(lengths > 0.0)
+    quats[turned] = held[turned] / lengths[turned, None]
+    return quats
 
 
 def world_positions(prim: Usd.Prim) -> np.ndarray:
