@@ -1,5 +1,7 @@
 """Content for examples."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -15,5 +17,7 @@ def test_textures_are_images_that_randomizers_take(stage):
             assert np.array(image).ndim == 3
     with rep.create.cube():
         rep.randomizer.texture(textures=textures)
-    with pytest.raises(AttributeError, match="it has TEXTURES"):
+    folder = Path(rep.example.TEXTURES_DIR)
+    assert {Path(file) for file in textures if "Warehouse" in file} <= set(folder.iterdir())
+    with pytest.raises(AttributeError, match="it has TEXTURES and TEXTURES_DIR"):
         _ = rep.example.MODELS

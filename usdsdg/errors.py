@@ -5,8 +5,9 @@ UsdsdgError                     base of all errors; the command line prints it w
 ├── AssetError                  a file that is missing or unreadable (AssetNotFound, AssetUnreadable)
 ├── ConfigError                 a configuration file with wrong keys, types or values
 ├── GraphError                  a node, trigger, distribution or event that cannot work as written
-│   └── ArgumentError           an argument of a function that is of the wrong type, shape or value
-├── PhysicsError                a body or collider that cannot be simulated (NoCollider)
+│   ├── ArgumentError           an argument of a function that is of the wrong type, shape or value
+│   └── UnknownInput            an input or output that a node does not have
+├── PhysicsError                a body or collider that cannot be simulated
 ├── RenderError                 a camera or scene that cannot be rendered (OutOfDeviceMemory)
 ├── AnnotatorError              an annotator that cannot give its data (AnnotatorRegistryError, AugmentationError)
 ├── DatasetError                a folder that contains no dataset
@@ -100,12 +101,15 @@ class ArgumentError(GraphError):
     """
 
 
+class UnknownInput(GraphError, KeyError):
+    """A node has no input or output of that name; the message lists those that it has."""
+
+    # That of KeyError puts the message in quotes.
+    __str__ = Exception.__str__
+
+
 class PhysicsError(LosingError):
     """A stage cannot be simulated as authored."""
-
-
-class NoCollider(PhysicsError):
-    """A rigid body has no collider below it."""
 
 
 class RenderError(UsdsdgError):

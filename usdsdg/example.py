@@ -2,7 +2,11 @@
 
 TEXTURES: files of images that tile, to choose from in `randomizer.texture`. Replicator's are photographs on its server,
 ours are painted by code: cork, leather, cardboard, concrete, panel and cloth.
+
+TEXTURES_DIR: a folder of images, some of those among them.
 """
+
+from typing import Any
 
 from usdsdg import demo
 
@@ -14,10 +18,12 @@ _PICTURES = (
     ("Hospital", "SM_MedicalBag_01a_cloth"),
 )  # fmt: skip
 
-__all__ = ["TEXTURES"]  # noqa: F822  # pyright: ignore[reportUnsupportedDunderAll]  # by __getattr__
+__all__ = ["TEXTURES", "TEXTURES_DIR"]  # noqa: F822  # pyright: ignore[reportUnsupportedDunderAll]  # by __getattr__
 
 
-def __getattr__(name: str) -> list[str]:
+def __getattr__(name: str) -> Any:
+    if name == "TEXTURES_DIR":
+        return f"{demo.root()}/{_PROPS.format('Simple_Warehouse', '')}".rpartition("/")[0]
     if name != "TEXTURES":
-        raise AttributeError(f"module 'usdsdg.example' has no attribute {name!r}; it has TEXTURES")
+        raise AttributeError(f"module 'usdsdg.example' has no attribute {name!r}; it has TEXTURES and TEXTURES_DIR")
     return [f"{demo.root()}/{_PROPS.format(place, picture)}" for place, picture in _PICTURES]

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from usdsdg.arguments.parameters import name_parameters
-from usdsdg.graph.sampling import get_global_seed, own_seed
+from usdsdg.graph.sampling import get_global_seed, own_seed, set_global_seed
 from usdsdg.session.session import current
 
-__all__ = ["ReplicatorRNG", "generator_of", "reset_all"]
+__all__ = ["ReplicatorRNG", "generator_of", "get_global_seed", "reset_all", "set_global_seed"]
 
 
 class ReplicatorRNG:

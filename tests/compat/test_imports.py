@@ -159,6 +159,23 @@ def test_writers_backends_and_annotators_are_where_scripts_import_them_from():
     )
 
 
+def test_utilities_are_where_scripts_import_them_from():
+    run(
+        """
+        import usdsdg.compat; usdsdg.compat.install()
+        import omni.replicator.core as rep
+        import omni.replicator.core.functional.io_functions as io_functions
+        from omni.replicator.core.utils.rng import ReplicatorRNG, get_global_seed, set_global_seed
+        from omni.replicator.core.utils.utils import ReplicatorItem, compute_aabb, find_prims, set_target_prims
+        assert ReplicatorRNG is rep.rng.ReplicatorRNG
+        set_global_seed(11)
+        assert get_global_seed() == rep.get_global_seed() == 11
+        assert io_functions.write_png is rep.functional.write_png
+        assert find_prims is rep.utils.find_prims
+        """
+    )
+
+
 def test_imports_of_isaac_sim_4_choose_its_payloads():
     code = """
         import usdsdg.compat; usdsdg.compat.install()

@@ -367,9 +367,9 @@ block(
     get_files_group(folder_path, file_suffixes=None, ignore_case=True, file_type='png')
     get_graph(graph_path=None, is_hidden=False)
     get_node_targets(node, attribute, replicatorXform=True) -> list
-    get_non_xform_prims(prim_paths) -> list
+    get_non_xform_prims(prim_paths, usd_usdrt=False) -> list
     get_prim_variant_values(prim_path, variant_name) -> list
-    get_prims_from_paths(paths) -> list
+    get_prims_from_paths(prim_paths) -> list
     get_replicator_graph_exists() -> bool
     get_usd_files(path, recursive=False, path_filter=None) -> list
     legacy_semantics_arg_to_new(legacy_semantics_arg)
@@ -380,6 +380,14 @@ block(
     sequential() -> context
     ReplicatorWrapper
     auto_connect(_a, _b)
+    look_at(target, look_at_up_axis=(0, 1, 0), eye=(0, 0, 0), stage_up_axis='Y', use_usdrt=False)
+    select_rotation_op(prim)
+    set_rotation_by_op(prim, rotation_op, rotation_value)
+    create_material(mtl_url, mtl_name, mtl_path)
+    is_camera_prim(prim)
+    get_reduced_ref_time(numerator, denominator)
+    GRAPH_PATH
+    REPLICATOR_SCOPE
     """,
 )
 block(
@@ -812,7 +820,7 @@ block(
     put_to_sleep(prims)
     wake_up(prims)
     reset(prims)
-    modify_attribute(prims, name, value)
+    modify_attribute(prims, attribute_name, value)
     create_camera_collision_prims(camera_prim, camera_coll_radius=0.02, camera_coll_view_dist=0.4)
     """,
 )

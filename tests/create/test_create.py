@@ -234,9 +234,12 @@ def test_a_new_layer_has_the_prims_of_a_script_and_is_cleared_by_the_next_run(st
     assert Sdf.Layer.Find(identifier).GetPrimAtPath("/Replicator/Cube_Xform")
     assert not stage.GetRootLayer().GetPrimAtPath("/Replicator")
     assert len(evaluate.graph().triggers) == 1
-    with new_layer.new_layer("Mine"):
-        pass
-    assert len(stage.GetRootLayer().subLayerPaths) == 2
+    for _ in range(2):
+        with new_layer.new_layer("Mine") as layer:
+            assert layer.GetDisplayName() == "Mine"
+    assert [Sdf.Layer.Find(each).GetDisplayName() for each in stage.GetRootLayer().subLayerPaths] == [
+        "Mine", "Replicator",
+    ]  # fmt: skip
 
 
 def test_an_error_in_a_layer_is_raised(stage):

@@ -1,7 +1,10 @@
 """Textures projected onto meshes: covered surface, UVs, and updates when projector or target move."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from PIL import Image
 from pxr import UsdGeom, UsdShade
 
 import usdsdg as rep
@@ -181,6 +184,31 @@ def test_every_texture_of_a_group_reaches_its_input(stage, tmp_path):
             assert influence is None or shader(item).GetInput(influence[0]).Get() == influence[1]
 
 
+def test_groups_of_files_are_drawn_and_their_suffixes_say_what_they_are_for(stage, tmp_path):
+    for name in ("Wood_D", "Wood_O", "Moss_D", "Moss_O"):
+        Image.new("RGB", (2, 2)).save(tmp_path / f"{name}.png")
+    groups = rep.utils.get_files_group(str(tmp_path), ["_D", "_O"])
+    floor = rep.create.plane(scale=4)
+    with rep.trigger.on_custom_event("go"):
+        decal = rep.create.mesh_decal(texture_group=groups, diffuse="_D", opacity="_O", input_prims=floor)
+        other = rep.create.mesh_decal(input_prims=floor)
+        rep.modify.projection_material(texture_group=groups[1], diffuse="_D", input_prims=other)
+
+    def file(item, name):
+        material, _ = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(item.prims[0])).ComputeBoundMaterial()
+        return Path(material.ComputeSurfaceSource("mdl")[0].GetInput(name).Get().path).name
+
+    seen = set()
+    for _ in range(8):
+        rep.utils.send_og_event("go")
+        evaluate.graph().evaluate()
+        seen.add((file(decal, "diffuse_texture"), file(decal, "opacity_texture")))
+        assert file(other, "diffuse_texture") == "Wood_D.png"
+    assert seen == {("Wood_D.png", "Wood_O.png"), ("Moss_D.png", "Moss_O.png")}
+    fixed = rep.create.mesh_decal(texture_group=groups[0], diffuse="_D", input_prims=floor)
+    assert file(fixed, "diffuse_texture") == "Moss_D.png"
+
+
 def test_a_decal_may_have_a_given_material(stage):
     floor, red = rep.create.plane(scale=4), rep.create.material_omnipbr(diffuse=(1, 0, 0))
     decal = rep.create.mesh_decal(material=red, input_prims=floor)
@@ -220,8 +248,11 @@ def test_invalid_projections_raise_errors(stage, textures):
         rep.create.mesh_decal(material="/m", diffuse="a.png", input_prims=floor)
     with pytest.raises(Unsupported, match="decal is not available"):
         rep.create.mesh_decal("/World/decal", input_prims=floor)
-    with pytest.raises(GraphError, match="not both"):
-        rep.modify.projection_material(texture_group=textures[0], diffuse="a.png", input_prims=floor)
+    rep.modify.projection_material(
+        texture_group=textures[0], diffuse="_D", input_prims=rep.create.mesh_decal(input_prims=floor)
+    )
+    with pytest.raises(GraphError, match="has no '_D'; it has diffuse, normal"):
+        evaluate.graph().evaluate()
     rep.modify.projection_material(input_prims=floor)
     with pytest.raises(GraphError, match="is not a projection"):
         evaluate.graph().evaluate()

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
+import usdsdg as rep
 from tests.functional.poses import value, world
 from tests.physics.scenes import fallen
 from usdsdg.app.app import get_app
-from usdsdg.errors import BadPrim, BadValue, GraphError, NoCollider, PhysicsError, Unsupported, UsdsdgWarning
+from usdsdg.errors import BadPrim, BadValue, GraphError, PhysicsError, Unsupported, UsdsdgWarning
 from usdsdg.functional import create, create_batch, modify, physics
 from usdsdg.session import engines
 from usdsdg.session.timeline import get_timeline
@@ -63,6 +64,20 @@ def test_a_rigid_body_gets_schemas_limits_and_a_collider(cube):
     assert [cube.GetAttribute(name).Get() for name in names] == [True, Gf.Vec3f(1, 2, 3)]
     limits = ("physxRigidBody:maxLinearVelocity", "physxRigidBody:maxDepenetrationVelocity")
     assert [cube.GetAttribute(name).Get() for name in limits] == [1000, 100000]
+
+
+def test_defaults_that_scripts_change_are_taken(stage, cube, monkeypatch):
+    monkeypatch.setitem(physics.DEFAULTS_RIGID_BODY, "approximation", "boundingCube")
+    monkeypatch.setitem(physics.DEFAULTS_RIGID_BODY, "maxLinearVelocity", 5)
+    physics.apply_rigid_body(cube)
+    assert cube.GetAttribute("physics:approximation").Get() == "boundingCube"
+    assert cube.GetAttribute("physxRigidBody:maxLinearVelocity").Get() == 5
+    monkeypatch.setitem(physics.DEFAULTS_PHYSICS_SCENE, "timeStepsPerSecond", 120)
+    rep.physics.rigid_body(input_prims=rep.create.cube())
+    scene = stage.GetPrimAtPath(physics.DEFAULTS_PHYSICS_SCENE["path"])
+    assert scene.GetAttribute("physxScene:timeStepsPerSecond").Get() == 120
+    for approximation in physics.VALID_COLLIDER_APPROXIMATIONS:
+        physics.apply_collider(cube, approximation=approximation)
 
 
 def test_limits_are_meters_and_give_way_to_given_ones(y_up_stage):
@@ -149,8 +164,29 @@ def test_wrong_bodies_raise_errors(stage, cube):
         physics.apply_rigid_body(cube, disableGravitiy=True)
     with pytest.raises(GraphError, match="approximation is 'hull'"):
         physics.apply_collider(cube, approximation="hull")
-    with pytest.raises(NoCollider, match="/Xform has no shape"):
-        physics.apply_rigid_body(create.xform())
+
+
+def test_a_prim_without_shapes_gets_the_schemas_itself_and_does_not_disturb_others(stage, cube):
+    empty = create.xform(position=(5, 0, 0))
+    with pytest.warns(UsdsdgWarning, match="/Xform has no shape or mesh at or below it: it is a collider without"):
+        physics.apply_rigid_body(empty)
+    assert empty.HasAPI(UsdPhysics.RigidBodyAPI)
+    assert empty.HasAPI(UsdPhysics.CollisionAPI)
+    assert empty.HasAPI(physx.PhysxCollisionAPI)
+    physics.apply_rigid_body(cube)
+    before = cube.GetAttribute("xformOp:translate").Get()
+    physics.simulate(0.5)
+    # Free fall: half of 9.81 m/s^2 x (0.5 s)^2.
+    assert cube.GetAttribute("xformOp:translate").Get()[2] - before[2] == pytest.approx(-1.23, abs=0.05)
+
+
+def test_the_scene_that_simulates_a_body_may_be_made_later(stage, cube):
+    with pytest.warns(UsdsdgWarning, match="physics_scene='/Later': there is no prim yet"):
+        physics.apply_rigid_body(cube, physics_scene="/Later")
+    assert owners(cube) == ["/Later"]
+    assert physics.create_physics_scene("/Later").IsA(UsdPhysics.Scene)
+    with pytest.raises(BadPrim, match="not a path"):
+        physics.apply_rigid_body(cube, physics_scene="not a path")
 
 
 # --- attributes ---
@@ -161,7 +197,7 @@ def test_physics_attributes_are_set_by_their_full_names(stage):
     physics.apply_rigid_body(cubes)
     physics.modify_attribute(cubes, "physics:velocity", [(1, 0, 0), (0, 1, 0)])
     assert [cube.GetAttribute("physics:velocity").Get() for cube in cubes] == [Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 1, 0)]
-    physics.modify_attribute(cubes[0], "physics:approximation", "boundingCube")
+    physics.modify_attribute(cubes[0], attribute_name="physics:approximation", value="boundingCube")
     assert cubes[0].GetAttribute("physics:approximation").Get() == "boundingCube"
     with pytest.raises(BadPrim, match="no attribute 'physics:velocty'; did you mean physics:velocity"):
         physics.modify_attribute(cubes, "physics:velocty", (1, 0, 0))

@@ -213,13 +213,13 @@ def test_items_return_their_inputs_and_outputs():
     with rep.trigger.on_frame(interval=3) as trigger, cube:
         item = rep.modify.pose(position=(1, 2, 3))
     assert trigger.get_input("inputs:interval") == 3
-    assert item.inputs["position"] == (1, 2, 3)
+    assert item.get_input("position") == (1, 2, 3)
     assert item.get_output("prims") == list(cube.prims)
     assert item.get_outputs()["execCount"] == 0
     graph().evaluate(preview=True)
     assert (item.get_output("execCount"), trigger.get_output("outputs:execCount")) == (1, 1)
-    with pytest.raises(KeyError, match="no inputs:size; it has attribute, position"):
-        item.get_input("size")
+    with pytest.raises(KeyError, match="no inputs:color; it has attribute, position"):
+        item.get_input("color")
 
 
 @pytest.mark.parametrize("family", ["distribution", "trigger"])

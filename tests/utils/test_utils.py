@@ -1,11 +1,13 @@
 """`rep.utils`: bounding boxes, search, files and nodes."""
 
+import json
+
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Usd, UsdGeom, UsdShade
 
 import usdsdg as rep
-from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported
+from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
 from usdsdg.graph import evaluate
 
 
@@ -17,31 +19,49 @@ def test_boxes_and_transforms_of_prims(stage):
     np.testing.assert_allclose(rep.utils.compute_aabb(cache, cube.prims[0]), expected, atol=1e-6)
     child = stage.GetPrimAtPath(f"{cube.prims[0]}/Cube")
     np.testing.assert_allclose(rep.utils.compute_aabb(cache, child, include_children=False), expected, atol=1e-6)
-    nothing = rep.utils.compute_aabb(cache, cube.prims[0], include_children=False)
+    np.testing.assert_allclose(rep.utils.compute_aabb(cache, cube.prims[0], False), expected, atol=1e-6)
+    nothing = rep.utils.compute_aabb(cache, stage.DefinePrim("/World/empty", "Xform"))
     assert nothing.tolist() == [np.inf] * 3 + [-np.inf] * 3
     assert rep.utils.read_prim_transform(child).ExtractTranslation() == Gf.Vec3d(1, 2, 3)
 
 
-def test_descendants_of_prims_and_their_variants(stage):
-    cube = rep.create.cube()
-    copy = stage.DefinePrim("/World/copy")
-    copy.GetReferences().AddInternalReference(cube.prims[0])
-    copy.SetInstanceable(True)
-    assert rep.utils.find_prims(["/World"]) == ["/World/copy"]
-    assert rep.utils.find_prims("/World", mode="prototypes") == [str(copy.GetPrototype().GetPath())]
-    assert rep.utils.find_prims("/Replicator", mode="meshes") == [f"{cube.prims[0]}/Cube"]
+def test_prims_prototypes_meshes_and_materials_of_paths(stage):
     made = rep.create.material_omnipbr()
-    assert rep.utils.find_prims("/Replicator/Looks", mode="materials") == list(made.prims)
-    assert rep.utils.find_prims(cube.prims[0], mode="prims") == [cube.prims[0], f"{cube.prims[0]}/Cube"]
-    assert rep.utils.get_non_xform_prims(cube) == [f"{cube.prims[0]}/Cube"]
+    cube = rep.create.cube(material=made)
+    xform, mesh = (stage.GetPrimAtPath(path) for path in (cube.prims[0], f"{cube.prims[0]}/Cube"))
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/rocks")
+    kinds = [stage.DefinePrim(f"/World/{name}", "Mesh") for name in ("round", "flat")]
+    instancer.CreatePrototypesRel().SetTargets([kind.GetPath() for kind in kinds])
+    paths = [str(instancer.GetPath()), cube.prims[0]]
+    assert rep.utils.find_prims(paths) == rep.utils.find_prims(paths, mode="instances") == [*kinds, xform]
+    assert rep.utils.find_prims(paths, mode="prims") == [instancer.GetPrim(), xform]
+    assert rep.utils.find_prims(paths, mode="meshes") == [*kinds, mesh]
+    materials = rep.utils.find_prims(paths, mode="materials")
+    assert {type(material) for material in materials} == {UsdShade.Material}
+    assert {str(material.GetPath()) for material in materials} == set(made.prims)
+    for mode in ("prototypes", "shapes"):
+        with pytest.raises(ValueError, match=f"mode='{mode}'; known: instances, prims, meshes, materials"):
+            rep.utils.find_prims(paths, mode)
+    with pytest.raises(BadPrim, match="/World/none"):
+        rep.utils.find_prims(["/World/none"], "prims")
+
+
+def test_paths_without_a_prim_are_left_out_with_a_warning(stage):
+    cube = rep.create.cube()
     assert rep.utils.get_prims_from_paths(["/World"]) == [stage.GetPrimAtPath("/World")]
-    with pytest.raises(GraphError, match="mode='shapes'; known: instances"):
-        rep.utils.find_prims("/World", mode="shapes")
-    colors = copy.GetVariantSets().AddVariantSet("color")
-    colors.AddVariant("red")
+    with pytest.warns(UsdsdgWarning) as warned:
+        assert rep.utils.get_prims_from_paths(["/World", "/nowhere", "no path!"]) == [stage.GetPrimAtPath("/World")]
+    assert ["/nowhere" in str(warned[0].message), "no path!" in str(warned[1].message)] == [True, True]
+    with pytest.warns(UsdsdgWarning, match="/elsewhere is not a prim on the stage"):
+        assert rep.utils.get_non_xform_prims([*cube.prims, "/elsewhere"]) == [f"{cube.prims[0]}/Cube"]
+
+
+def test_variants_of_a_set(stage):
+    copy = stage.DefinePrim("/World/copy")
+    copy.GetVariantSets().AddVariantSet("color").AddVariant("red")
     assert rep.utils.get_prim_variant_values("/World/copy", "color") == ["red"]
-    with pytest.raises(BadPrim, match="no variant set 'size'; it has: color"):
-        rep.utils.get_prim_variant_values("/World/copy", "size")
+    with pytest.warns(UsdsdgWarning, match="no variant set 'size'; it has: color"):
+        assert rep.utils.get_prim_variant_values("/World/copy", "size") == []
 
 
 @pytest.fixture
@@ -77,14 +97,24 @@ def test_usd_files_of_a_folder(folder):
 
 
 def test_textures_are_grouped_by_stem(folder):
-    groups = rep.utils.get_files_group(str(folder))
-    assert [sorted(group) for group in groups] == [["diffuse"], ["diffuse", "normal"]]
-    assert groups[1]["diffuse"].endswith("rust_Diffuse.PNG")
-    assert len(rep.utils.get_files_group(str(folder), ["diffuse"], ignore_case=False)) == 1
+    groups = rep.utils.get_files_group(str(folder), ["_diffuse", "_normal"])
+    moss, rust = str(folder / "moss_diffuse.png"), str(folder / "rust_normal.png")
+    assert groups == [json.dumps({"moss": {"_diffuse": moss}}), json.dumps({"rust": {"_normal": rust}})]
+    both = rep.utils.get_files_group(str(folder), ["_diffuse", "_normal"], file_type="png|PNG")
+    assert list(json.loads(both[1])["rust"]) == ["_diffuse", "_normal"]
+    assert len(rep.utils.get_files_group(str(folder), ["_DIFFUSE"])) == 1
+    assert rep.utils.get_files_group(str(folder), ["_DIFFUSE"], ignore_case=False) == []
     (jpeg,) = rep.utils.get_files_group(str(folder), ["_diffuse"], file_type="jpg")
-    assert jpeg["_diffuse"].endswith("rust_diffuse.jpg")
-    with pytest.raises(AssetNotFound, match=r"notes\.txt is a file, not a folder"):
-        rep.utils.get_files_group(str(folder / "notes.txt"))
+    assert json.loads(jpeg) == {"rust": {"_diffuse": str(folder / "rust_diffuse.jpg")}}
+    for path, suffixes, message in (
+        (str(folder), None, "file_suffixes is empty"),
+        (str(folder / "notes.txt"), ["_diffuse"], "is not a folder"),
+        (str(folder / "nowhere"), ["_diffuse"], "is not a folder"),
+    ):
+        with pytest.warns(UsdsdgWarning, match=message):
+            assert rep.utils.get_files_group(path, suffixes) is None
+    with pytest.raises(GraphError, match="not a regular expression"):
+        rep.utils.get_files_group(str(folder), ["("])
 
 
 def test_references_of_a_folder(stage, folder):
@@ -160,12 +190,63 @@ def test_items_list_their_prims(stage):
     item = rep.modify.pose(position=1, input_prims=cubes)
     assert item.get_output_prims() == item.get_input_prims() == {"prims": [stage.GetPrimAtPath(p) for p in cubes.prims]}
     assert [str(each.GetChildren()[0].GetName()) for each in cubes.get_output_prims()["prims"]] == ["Cube", "Cube"]
-    assert item.outputs["prims"] == item.get_outputs()["prims"] == list(cubes.prims)
+    assert item.outputs == ["prims", "execCount"]
+    assert item.get_output("prims") == item.get_outputs()["prims"] == list(cubes.prims)
     given = item.get_inputs()
     given["position"] = 2
-    assert item.inputs["position"] == 1
-    with pytest.raises(KeyError, match="no outputs:samples; it has prims, execCount"):
-        item.get_output("samples")
+    assert item.get_input("position") == 1
+    assert item.inputs == ["attribute", "position", "prims"]
+
+
+def test_inputs_and_outputs_that_a_node_does_not_have_are_errors_of_both_kinds(stage):
+    cubes = rep.create.cube(count=2)
+    item = rep.modify.pose(position=1, input_prims=cubes)
+    drawn = rep.distribution.uniform(0, 1)
+    for read, message in (
+        (lambda: item.get_output("samples"), "no outputs:samples; it has prims, execCount"),
+        (lambda: item.get_input("color"), "no inputs:color; it has attribute, position, prims"),
+        (lambda: item.set_input("color", 1), "no inputs:color; it has attribute, position, prims, position_x"),
+        (lambda: cubes.set_input("position", 1), "no inputs:position; it has none"),
+        (lambda: drawn.set_input("color", 1), "no input 'color'"),
+        (lambda: drawn.get_input("color"), "no inputs:color"),
+    ):
+        for kind in (ValueError, KeyError, GraphError):
+            with pytest.raises(kind, match=message):
+                read()
+    assert item.get_input("scale") is None
+    assert item.get_inputs() == {"attribute": "position", "position": 1, "prims": list(cubes.prims)}
+
+
+def test_inputs_may_be_distributions_and_prims(stage):
+    first, second = rep.create.cube(count=2).prims
+    item = rep.modify.pose(position=1, input_prims=first)
+    item.set_input("position", rep.distribution.choice([(4, 4, 4)]))
+    item.set_input("prims", [second])
+    evaluate.graph().evaluate()
+    moved = [stage.GetPrimAtPath(path).GetAttribute("xformOp:translate").Get() for path in (first, second)]
+    assert moved == [(0, 0, 0), (4, 4, 4)]
+
+
+def test_items_are_shown_by_the_function_that_made_them(stage):
+    cube = rep.create.cube()
+    with cube:
+        posed = rep.modify.pose(position=1)
+    rep.randomizer.register(lambda: rep.modify.visibility(True, input_prims=cube), fn_name="shown")
+    made = {
+        "create.cube": cube,
+        "create.group": rep.create.group([cube]),
+        "create.camera": rep.create.camera(),
+        "create.light": rep.create.light(),
+        "create.material_omnipbr": rep.create.material_omnipbr(),
+        "modify.pose": posed,
+        "modify.visibility": rep.randomizer.shown(),
+        "randomizer.rotation": rep.randomizer.rotation(input_prims=cube),
+        "distribution.uniform": rep.distribution.uniform(0, 1),
+        "trigger.on_frame": rep.trigger.on_frame(),
+        "get.prims": rep.get.prims(),
+        "physics.rigid_body": rep.physics.rigid_body(input_prims=cube),
+    }
+    assert {name: str(item) for name, item in made.items()} == {name: f"omni.replicator.core.{name}" for name in made}
 
 
 def test_nodes_cannot_be_disconnected():
@@ -208,3 +289,37 @@ def test_nodes_run_in_the_order_of_the_script(stage):
         return rep.modify.pose(position_z=height, input_prims=cube).node
 
     assert lifted(3).prims == cube.prims
+
+
+def test_cameras_are_told_from_other_objects(stage):
+    camera, cube = rep.create.camera(), rep.create.cube()
+    inner = stage.GetPrimAtPath(camera.prims[0]).GetChildren()[0]
+    assert rep.utils.is_camera_prim(stage.GetPrimAtPath(camera.prims[0]))
+    assert rep.utils.is_camera_prim(inner.GetPath())
+    assert not rep.utils.is_camera_prim(stage.GetPrimAtPath(cube.prims[0]))
+    assert not rep.utils.is_camera_prim("/World")
+
+
+def test_an_mdl_material_is_made_at_the_next_free_path(stage):
+    for _ in range(2):
+        rep.utils.create_material("OmniGlass.mdl", "OmniGlass", "/World/Looks/Glass")
+    assert stage.GetPrimAtPath("/World/Looks").GetTypeName() == "Scope"
+    for path in ("/World/Looks/Glass", "/World/Looks/Glass_01"):
+        shader = UsdShade.Material(stage.GetPrimAtPath(path)).ComputeSurfaceSource("mdl")[0]
+        assert shader.GetSourceAsset("mdl").path == "OmniGlass.mdl"
+        assert shader.GetSourceAssetSubIdentifier("mdl") == "OmniGlass"
+
+
+def test_times_are_reduced_to_lowest_terms():
+    assert rep.utils.get_reduced_ref_time(120, 90) == (4, 3)
+    assert rep.utils.get_reduced_ref_time(0, 90) == (0, 90)
+    assert (rep.utils.REPLICATOR_SCOPE, rep.utils.GRAPH_PATH) == ("/Replicator", "/Replicator/SDGPipeline")
+
+
+def test_modules_below_utils_have_what_scripts_import_from_them():
+    from usdsdg.utils import utils
+
+    assert utils.find_prims is rep.utils.find_prims
+    assert {name for name in rep.utils.__all__ if not hasattr(utils, name)} == set()
+    rep.rng.set_global_seed(7)
+    assert rep.rng.get_global_seed() == rep.get_global_seed() == 7

@@ -1,6 +1,7 @@
 """What worlds cannot draw is refused in one line, which names it and the script line."""
 
 import pytest
+from pxr import UsdGeom
 
 import usdsdg as rep
 from tests.worlds import scenes
@@ -19,6 +20,15 @@ def _session():
     session.restart()
 
 
+def rocks():
+    """The path of a PointInstancer of three cubes."""
+    made = UsdGeom.PointInstancer.Define(rep.get_stage(), "/World/Rocks")
+    made.CreatePrototypesRel().SetTargets([rep.get_stage().DefinePrim("/World/Rocks/cube", "Cube").GetPath()])
+    made.CreateProtoIndicesAttr([0, 0, 0])
+    made.CreatePositionsAttr([(0, 0, 0), (2, 0, 0), (0, 2, 0)])
+    return [str(made.GetPath())]
+
+
 def scene(edit, trigger=None):
     """A scene of which a node under a trigger changes a cube, a lamp or the camera."""
 
@@ -29,6 +39,7 @@ def scene(edit, trigger=None):
             "lamp": rep.create.light(light_type="sphere", intensity=500, position=(0, 0, 5)),
             "floor": rep.create.plane(scale=4),
             "camera": rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)),
+            "rocks": rocks(),
         }
         with (trigger or rep.trigger.on_frame)():
             edit(parts)
@@ -44,6 +55,16 @@ CASES = {
     "focalLength": lambda p: rep.modify.attribute("focalLength", uniform(10, 30), input_prims=p["camera"]),
     "inputs:radius": lambda p: rep.modify.attribute("radius", uniform(0.1, 1), input_prims=p["lamp"]),
     "scale of a light": lambda p: rep.modify.pose(scale=uniform(0.1, 1), input_prims=p["lamp"]),
+    "the point instances of /World/Rocks cannot be posed": lambda p: rep.modify.pose(
+        position=uniform((0, 0, 0), (1, 1, 1)), input_prims=p["rocks"]
+    ),
+    "the point instances of /World/Rocks cannot be rotated": lambda p: rep.randomizer.rotation(input_prims=p["rocks"]),
+    "velocities of the point instances": lambda p: rep.modify.attribute(
+        "velocities", uniform((0, 0, 0), (1, 1, 1)), input_prims=p["rocks"]
+    ),
+    "size of the point instances or prototypes": lambda p: rep.modify.attribute(
+        "size", uniform(0.1, 1), input_prims=p["rocks"]
+    ),
     "look_at": lambda p: rep.modify.pose(look_at=rep.distribution.choice(p["cube"]), input_prims=p["camera"]),
 }
 

@@ -10,7 +10,7 @@ from usdsdg.annotators.point_instances import Steps, find_steps, first_points, p
 from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import warn_once
-from usdsdg.stage.geometry.instancers import POSABLE_INSTANCES
+from usdsdg.stage.geometry.instancers import POPULATION
 from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.stage.semantics.labels import get_labels, is_labeled, merged, vary_over_time
 
@@ -108,13 +108,13 @@ class LabeledStage:
         return self._labels(path)
 
     def _own_labels(self, owner: Owner) -> Labels:
-        """Return the labels of a prim; on the root of a point instance also those of its instancer, if posable."""
+        """Return the labels of a prim; on the root of a point instance also those of the population."""
         own = self._labels(owner.path)
         if not owner.steps or owner.path != owner.steps[0].prototype:
             return own
         instancer = owner.steps[0].instancer
-        posable = self._stage.GetPrimAtPath(instancer).GetCustomDataByKey(POSABLE_INSTANCES)
-        return merged([self._labels(instancer), own]) if posable else own
+        population = self._stage.GetPrimAtPath(instancer).GetCustomDataByKey(POPULATION)
+        return merged([self._labels(instancer), own]) if population else own
 
     def _materials(self, gprims: Sequence[str]) -> dict[Sdf.Path, tuple[Sdf.Path, Labels]]:
         """Return for each gprim with a labeled material the prim that binds it, and the material's labels."""

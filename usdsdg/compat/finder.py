@@ -41,6 +41,10 @@ _WRITER_MODULES = (
 )  # fmt: skip
 # Longest prefix first. These names are modules of usdsdg itself, without a file in `usdsdg.compat`.
 ALIASES = (
+    ("omni.replicator.core.scripts.functional.io_functions", "usdsdg.writers.files"),
+    ("omni.replicator.core.functional.io_functions", "usdsdg.writers.files"),
+    ("omni.replicator.core.scripts.utils.rng", "usdsdg.rng"),
+    ("omni.replicator.core.utils.rng", "usdsdg.rng"),
     ("omni.replicator.core.scripts", "usdsdg"),
     ("omni.replicator.core", "usdsdg"),
     ("omni.replicator.replicator_yaml", "usdsdg.replicator_yaml"),

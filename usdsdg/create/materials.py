@@ -89,7 +89,7 @@ def _new_materials(count: int) -> list[str]:
     return made
 
 
-@action("OgnWriteMaterialInputs")
+@action("OgnWriteMaterialInputs", *materials.OMNI_PBR_INPUTS)
 def _write_inputs(node: Node, execution: int) -> None:
     for name, value in node.inputs.items():
         if name == "attribute":

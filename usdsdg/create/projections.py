@@ -13,7 +13,8 @@ from usdsdg.distribution import Distribution
 from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, prim_paths
 from usdsdg.modify import projection_meshes
-from usdsdg.modify.projections import write_textures
+from usdsdg.modify.projections import projection_node, write_textures
+from usdsdg.modify.texture_groups import drawn_group, files_of
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses import transforms
 from usdsdg.stage.poses.xform_ops import author_pose
@@ -79,7 +80,8 @@ def mesh_decal(
 
     Args:
         material: the projected material, instead of textures.
-        texture_group: {"diffuse": file, ...} or a distribution over such mappings; or give single textures.
+        texture_group: {"diffuse": file, ...} or a distribution over such mappings; or what `utils.get_files_group`
+            returns, with the suffixes in place of single textures, as in diffuse="_D".
         position: of the projector's center in the world [stage units].
         rotation: of the projector [degrees].
         scale: of the projector's box.
@@ -87,7 +89,7 @@ def mesh_decal(
         offset_depth: shift of the projector along its Z [stage units].
 
     Raises:
-        ArgumentError: there is no target; or `material` with textures, or a texture group with single textures.
+        ArgumentError: there is no target; or `material` with textures.
         Unsupported: `decal` (an existing decal mesh); give textures or a material.
     """
     if decal is not None:
@@ -97,10 +99,11 @@ def mesh_decal(
     targets = prim_paths(input_prims) or current_prims()
     single = dict(diffuse=diffuse, normal=normal, roughness=roughness, metallic=metallic, opacity=opacity)
     textures = {role: value for role, value in single.items() if value is not None}
-    if not targets or sum((bool(textures), texture_group is not None, material is not None)) > 1:
+    texture_group = drawn_group(texture_group)
+    if not targets or (material is not None and (textures or texture_group is not None)):
         raise ArgumentError(
-            f"create.mesh_decal: {len(targets)} targets; give some as input_prims or by `with`, and one of material, "
-            "texture_group or single textures"
+            f"create.mesh_decal: {len(targets)} targets; give some as input_prims or by `with`, and one of material "
+            "and textures"
         )
     pose = dict(position=position, rotation=rotation, scale=scale)
     pose = {role: value for role, value in pose.items() if value is not None}
@@ -108,15 +111,19 @@ def mesh_decal(
     item = _projected(_projector(pose), targets, name or "Decal", offset=offset, depth=offset_depth)
     bound = material if material is not None else material_omnipbr()
     _bind_and_label(item, bound, semantics)
-    given = dict(texture_group=texture_group) if texture_group is not None else textures
+    if texture_group is None:
+        given = textures
+    else:
+        given = {} if isinstance(texture_group, Distribution) else files_of(texture_group, textures)
     drawn: dict[str, Any] = {
         role: value for role, value in {**pose, **given}.items() if isinstance(value, Distribution)
     }
-    constant = {role: value for role, value in given.items() if role not in drawn}
-    if constant:
-        write_textures(prim_at(prim_paths(bound)[0]), constant.get("texture_group", constant))
+    if constant := {role: value for role, value in given.items() if role not in drawn}:
+        write_textures(prim_at(prim_paths(bound)[0]), constant)
+    if isinstance(texture_group, Distribution):
+        drawn |= textures | {"texture_group": texture_group}
     if drawn or current_trigger() is not None:
-        modify.projection_material(**drawn, input_prims=item)
+        projection_node(drawn, item)
     return item
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from usdsdg.arguments.registry import near_misses
 from usdsdg.arguments.values import shown
-from usdsdg.errors import GraphError
+from usdsdg.errors import GraphError, UnknownInput
 from usdsdg.graph.node import Node, ReplicatorItem, plain, script_line
 from usdsdg.graph.sampling import get_global_seed, own_seed
 
@@ -23,10 +23,9 @@ class Distribution(ReplicatorItem, abc.ABC):
         super().__init__(Node(kind=kind, inputs=given, name=name, line=script_line()))
         self._seed = self._checked(lambda: own_seed(seed))
 
-    @property
-    def outputs(self) -> dict[str, Any]:
-        """The outputs of the node, with the values drawn last, one per prim: [] before the first execution."""
-        return {**super().outputs, "samples": list(self.node.state.get("samples", ()))}
+    def get_outputs(self) -> dict[str, Any]:
+        """Return the outputs of the node, with the values drawn last, one per prim: [] before the first execution."""
+        return {**super().get_outputs(), "samples": list(self.node.state.get("samples", ()))}
 
     def seed(self) -> int:
         return get_global_seed() if self._seed is None else self._seed
@@ -49,16 +48,20 @@ class Distribution(ReplicatorItem, abc.ABC):
         """Set a bound, choice or seed from the next execution on.
 
         Raises:
-            GraphError: there is no such input, or the value does not fit the other inputs.
+            UnknownInput: (a GraphError) there is no such input; the message names a near miss.
+            GraphError: the value does not fit the other inputs.
         """
         name = name.removeprefix("inputs:")
         if name not in (known := _KINDS[self.node.kind].inputs):
             near = near_misses(name, known)
             hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known)}"
-            raise GraphError(f"{self.node.describe()} has no input {name!r}; {hint}")
+            raise UnknownInput(f"{self.node.describe()} has no input {name!r}; {hint}")
         changed = from_inputs(self.node.kind, {**self.node.inputs, name: value}, self.node.name)
         super().set_input(name, value)
         self.__dict__.update({key: own for key, own in changed.__dict__.items() if key != "node"})
+
+    def _known_inputs(self) -> list[str]:
+        return list(_KINDS[self.node.kind].inputs)
 
     def _checked(self, make: Callable[[], Any]) -> Any:
         """Return `make()`; errors name the distribution and its script line."""

@@ -4,14 +4,19 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Usd, UsdGeom
+from pxr import Usd
 
 from usdsdg.arguments.prims import is_prim, one_prim, prims_of
 from usdsdg.arguments.values import up_axis_vector
 from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.functional.arguments import per_prim, rotations, vectors
 from usdsdg.session.settings_store import get_settings
-from usdsdg.stage.geometry.instancers import instance_names
+from usdsdg.stage.geometry.instancers import (
+    author_orientations,
+    author_positions,
+    author_scales,
+    instance_count,
+)
 from usdsdg.stage.poses.look_at import look_at_quaternions
 from usdsdg.stage.poses.pivots import translations_about_pivots
 from usdsdg.stage.poses.pose_batch import Rotations, author_poses
@@ -93,7 +98,7 @@ def set_mixed_poses(
     Args:
         given: position, rotation and scale of `set_poses`, whose other arguments are `rotation_order` and `others`.
     """
-    sizes = [len(instance_names(prim)) if prim in instancers else 1 for prim in prims]
+    sizes = [instance_count(prim) if prim in instancers else 1 for prim in prims]
     first = np.cumsum([0, *sizes])
     ordinary = [row for row, prim in enumerate(prims) if prim not in instancers]
     parts = {name: _of_all(value, int(first[-1])) for name, value in given.items()}
@@ -135,14 +140,11 @@ def set_instancer_poses(
             f"{given[0]} for the point instancer {prim.GetPath()} is not available; compute the positions and "
             "rotations of the instances and pass these"
         )
-    instancer = UsdGeom.PointInstancer(prim)
-    count = len(instancer.GetProtoIndicesAttr().Get() or ())
+    count = instance_count(prim)
     order = rotation_order or get_settings().get_as_string(_ORDER_SETTING) or "XYZ"
     if position is not None:
-        instancer.CreatePositionsAttr().Set(vectors("position", position, count).astype(np.float32))
+        author_positions(prim, vectors("position", position, count))
     if rotation is not None:
-        quats = rotations("rotation", rotation, count, order).quats()
-        instancer.CreateOrientationsAttr().Set(quats.astype(np.float16))
+        author_orientations(prim, rotations("rotation", rotation, count, order).quats())
     if scale is not None:
-        sizes = vectors("scale", scale, count, number_per_prim=True)
-        instancer.CreateScalesAttr().Set(sizes.astype(np.float32))
+        author_scales(prim, vectors("scale", scale, count, number_per_prim=True))

@@ -11,10 +11,11 @@ Action = Callable[[Node, int], None]
 FAMILIES = ("usdsdg.create", "usdsdg.modify", "usdsdg.physics", "usdsdg.randomizer", "usdsdg.settings")
 
 _ACTIONS: dict[str, Action] = {}
+_OPTIONAL: dict[str, tuple[str, ...]] = {}
 
 
-def action(kind: str) -> Callable[[Action], Action]:
-    """Register the action of nodes of type `kind`.
+def action(kind: str, *optional: str) -> Callable[[Action], Action]:
+    """Register the action of nodes of type `kind`, which may lack the inputs `optional`.
 
     It is called with the node and the number of its earlier executions, and reads only the node: its arguments are in
     `inputs` and `prims`, values kept between executions in `state`.
@@ -22,6 +23,7 @@ def action(kind: str) -> Callable[[Action], Action]:
 
     def register(function: Action) -> Action:
         _ACTIONS[kind] = function
+        _OPTIONAL[kind] = optional
         return function
 
     return register
@@ -30,6 +32,11 @@ def action(kind: str) -> Callable[[Action], Action]:
 def action_of(kind: str) -> Action | None:
     """Return the action of a node type; None for a type that only holds prims."""
     return _ACTIONS.get(kind)
+
+
+def optional_inputs(kind: str) -> tuple[str, ...]:
+    """Return the inputs that nodes of a type may have or lack."""
+    return _OPTIONAL.get(kind, ())
 
 
 def load_actions() -> None:

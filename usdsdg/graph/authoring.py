@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from pxr import Sdf
+
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.node_prims import PIPELINE, Link, NodeRecord, define_graph, define_node, write_input
 from usdsdg.session.stage_context import current_stage
@@ -35,6 +37,13 @@ def author_input(node: Node, name: str) -> None:
     stage = current_stage()
     if is_authored(node):
         write_input(stage.GetPrimAtPath(node.path), name, _linked(node.inputs[name]))
+
+
+def author_prims(node: Node) -> None:
+    """Author the current target prims of an authored node."""
+    if is_authored(node):
+        relation = current_stage().GetPrimAtPath(node.path).CreateRelationship("inputs:prims", custom=False)
+        relation.SetTargets([Sdf.Path(path) for path in node.prims])
 
 
 def is_authored(node: Node) -> bool:

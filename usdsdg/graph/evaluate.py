@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from usdsdg.errors import GraphError, UsdsdgError, let_pass
-from usdsdg.graph.actions import action_of
-from usdsdg.graph.authoring import author, author_impulse, author_input
+from usdsdg.graph.actions import action_of, optional_inputs
+from usdsdg.graph.authoring import author, author_impulse, author_input, author_prims
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, plain, prim_paths, why_no_prims
 from usdsdg.session.session import current
 
@@ -113,6 +113,21 @@ class Graph:
     def update_input(self, node: Node, name: str) -> None:
         """Author the changed input of a node."""
         author_input(node, name)
+
+    def retarget(self, node: Node, prims: tuple[str, ...]) -> None:
+        """Set and author the target prims of a node, which it acts on from its next execution on."""
+        node.prims = prims
+        # The state belongs to the former prims.
+        node.state.clear()
+        author_prims(node)
+
+    def takes_prims(self, node: Node) -> bool:
+        """Return whether target prims are an input of a node, and not just what it has made or found."""
+        return action_of(node.kind) is not None
+
+    def optional_inputs(self, node: Node) -> tuple[str, ...]:
+        """Return the inputs that a node may have or lack."""
+        return optional_inputs(node.kind)
 
     def send(self, event: str) -> None:
         """Queue a custom event for the next evaluation."""

@@ -12,10 +12,11 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg.errors import NotAPrim
+from usdsdg.errors import NotAPrim, UnknownInput
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 
+_FAMILIES = ("create", "get", "modify", "randomizer", "distribution", "trigger", "physics", "settings", "utils")
 _PACKAGE = str(Path(__file__).resolve().parents[1])
 
 
@@ -41,6 +42,17 @@ def script_line() -> str:
     return f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}" if frame else "<unknown>"
 
 
+def rep_function() -> str:
+    """Return the function of `rep` that a script has called, as in `create.cube`; "" where it is none of a family."""
+    called, frame = "", sys._getframe(1)
+    while frame is not None and frame.f_code.co_filename.startswith((_PACKAGE, "<string>")):
+        family = frame.f_globals.get("__name__", "").removeprefix("usdsdg.").partition(".")[0]
+        if family in _FAMILIES and not frame.f_code.co_name.startswith("_"):
+            called = f"{family}.{frame.f_code.co_name}"
+        frame = frame.f_back
+    return called
+
+
 @dataclass(eq=False)
 class Node:
     """A node of the graph.
@@ -56,6 +68,7 @@ class Node:
     name: str | None = None
     key: str = ""
     line: str = field(default_factory=script_line)
+    function: str = field(default_factory=rep_function)
     executions: int = 0
     state: dict[str, Any] = field(default_factory=dict)
     path: str | None = None  # of its prim, on the stage with the root layer `layer`
@@ -113,14 +126,14 @@ class ReplicatorItem:
     get_input_prims = get_output_prims
 
     @property
-    def inputs(self) -> dict[str, Any]:
-        """The node's inputs by name."""
-        return self.node.inputs
+    def inputs(self) -> list[str]:
+        """The names of the node's inputs."""
+        return list(self.get_inputs())
 
     @property
-    def outputs(self) -> dict[str, Any]:
-        """The outputs of the node: its prims, and how often it has run."""
-        return {"prims": list(self.prims), "execCount": self.executions}
+    def outputs(self) -> list[str]:
+        """The names of the node's outputs."""
+        return list(self.get_outputs())
 
     @property
     def executions(self) -> int:
@@ -128,34 +141,49 @@ class ReplicatorItem:
         return self.node.executions if self._trigger is None else self._trigger.executions
 
     def get_inputs(self) -> dict[str, Any]:
-        """A copy of `inputs`."""
-        return dict(self.inputs)
+        """Return the node's inputs by name, with the paths of the prims that it acts on."""
+        takes_prims = current().graph.takes_prims(self.node)
+        return {**self.node.inputs, **({"prims": list(self.prims)} if takes_prims else {})}
 
     def get_outputs(self) -> dict[str, Any]:
-        """Return `outputs`."""
-        return self.outputs
+        """Return the outputs of the node by name: the paths of its prims, and how often it has run."""
+        return {"prims": list(self.prims), "execCount": self.executions}
 
     def get_input(self, name: str) -> Any:
-        """Return the input `name`, with or without the `inputs:` prefix.
+        """Return the input `name`, with or without the `inputs:` prefix; None for one that is not given.
 
         Raises:
-            KeyError: there is no such input; the message lists all inputs.
+            UnknownInput: (a ValueError and a KeyError) there is no such input; the message lists all inputs.
         """
-        return _named(self.node, self.inputs, name, "inputs:")
+        return _named(self.node, {**dict.fromkeys(self._known_inputs()), **self.get_inputs()}, name, "inputs:")
 
     def get_output(self, name: str) -> Any:
         """Return the output `name`, with or without the `outputs:` prefix.
 
         Raises:
-            KeyError: there is no such output; the message lists all outputs.
+            UnknownInput: (a ValueError and a KeyError) there is no such output; the message lists all outputs.
         """
-        return _named(self.node, self.outputs, name, "outputs:")
+        return _named(self.node, self.get_outputs(), name, "outputs:")
 
     def set_input(self, name: str, value: Any) -> None:
-        """Change an input, with or without the `inputs:` prefix, from the next execution on."""
+        """Change an input, with or without the `inputs:` prefix, from the next execution on.
+
+        Unlike in Replicator the value may be a distribution, which is then drawn from, or an item, whose prims count.
+
+        Raises:
+            UnknownInput: (a ValueError and a KeyError) there is no such input; the message lists all inputs.
+            NotAPrim: the value of `prims` is something else.
+        """
         name = name.removeprefix("inputs:")
+        _named(self.node, dict.fromkeys(self._known_inputs()), name, "inputs:")
+        if name == "prims":
+            current().graph.retarget(self.node, prim_paths(value))
+            return
         self.node.inputs[name] = plain(value)
         current().graph.update_input(self.node, name)
+
+    def _known_inputs(self) -> list[str]:
+        return list(dict.fromkeys([*self.inputs, *current().graph.optional_inputs(self.node)]))
 
     def __enter__(self) -> ReplicatorItem:
         """Enter a block whose nodes run when this trigger fires, or act on these prims."""
@@ -182,13 +210,16 @@ class ReplicatorItem:
         return item_html(self)
 
     def __repr__(self) -> str:
-        return f"ReplicatorItem({self.node.kind}, {len(self.prims)} prims)"
+        """Return the function that made it, as Replicator does, `omni.replicator.core.create.cube`."""
+        if not self.node.function:
+            return f"ReplicatorItem({self.node.kind}, {len(self.prims)} prims)"
+        return f"omni.replicator.core.{self.node.function}"
 
 
 def _named(node: Node, values: dict[str, Any], name: str, prefix: str) -> Any:
     bare = name.removeprefix(prefix)
     if bare not in values:
-        raise KeyError(f"{node.describe()} has no {prefix}{bare}; it has {', '.join(values) or 'none'}")
+        raise UnknownInput(f"{node.describe()} has no {prefix}{bare}; it has {', '.join(values) or 'none'}")
     return values[bare]
 
 

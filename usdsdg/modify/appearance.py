@@ -16,6 +16,7 @@ from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.label_sources import LabelSources, brings_labels
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.modify.mdl_materials import is_mdl, mdl_material
+from usdsdg.modify.point_instances import objects_of, prototypes_or_self
 from usdsdg.modify.prims import target_prims
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.semantics import labels
@@ -41,7 +42,7 @@ def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add")
     return act_now("OgnWriteSemantics", input_prims, semantics=semantics, mode=mode)
 
 
-@action("OgnWriteSemantics")
+@action("OgnWriteSemantics", "semantics")
 def _write_semantics(node: Node, execution: int) -> None:
     given, mode = node.inputs.get("semantics") or {}, node.inputs["mode"]
     if isinstance(given, Distribution):
@@ -139,6 +140,8 @@ def material(value: Any, input_prims: Any = None, name: str | None = None) -> Re
 
 @action("OgnWriteMaterial")
 def _write_material(node: Node, execution: int) -> None:
+    if node.inputs.get("perPrototype"):
+        node = objects_of(node, prototypes_or_self(target_prims(node))).node
     for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
         bind_material(prim_at(path), mdl_material(chosen) if is_mdl(chosen) else prim_at(prim_paths(chosen)[0]))
 
@@ -147,7 +150,9 @@ def _write_material(node: Node, execution: int) -> None:
 def _materials_to_bind(node: Node, sources: LabelSources) -> None:
     options = [each for each in options_of(node.inputs["value"]) if not is_mdl(each)]
     bound = [path for each in options for path in prim_paths(each)]
-    for path in node.prims:
+    prims = [prim_at(path) for path in node.prims]
+    names = prototypes_or_self(prims) if node.inputs.get("perPrototype") else [node.prims]
+    for path in (path for own in names for path in own):
         sources.add_materials(path, bound)
 
 

@@ -10,7 +10,7 @@ from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.graph.node import Node
 from usdsdg.graph.worlds import in_worlds
 from usdsdg.modify.appearance import are_apart
-from usdsdg.modify.attributes import attribute_of, dimension, owners_of
+from usdsdg.modify.attributes import attribute_objects, attribute_of, dimension, owners_of
 from usdsdg.modify.prims import target_prims
 from usdsdg.stage.world_values import WorldValues
 
@@ -20,6 +20,10 @@ def _attributes_in_worlds(node: Node, executions: np.ndarray, values: WorldValue
     name, type_name = node.inputs["attribute"], node.inputs.get("attributeType")
     drawn = draw_worlds(node.inputs["value"], node, executions, "value")
     for index, prim in enumerate(target_prims(node)):
+        if attribute_objects(prim, name) != [str(prim.GetPath())]:
+            raise Unsupported(
+                f"{name} of the point instances or prototypes of {prim.GetPath()} cannot differ between worlds"
+            )
         for owner in owners_of(prim, name):
             set_in_worlds(attribute_of(owner, name, type_name), drawn[:, index], values, node.describe())
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdShade
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.registry import near_misses
 from usdsdg.arguments.values import vector
 from usdsdg.distribution import Distribution, draw, is_vector
@@ -12,10 +13,12 @@ from usdsdg.errors import ArgumentError, BadValue
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.modify.point_instances import is_per_instance, objects_of, set_per_instance
 from usdsdg.modify.prims import non_xform_prims, target_prims
 from usdsdg.stage import materials
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.attributes import set_value
+from usdsdg.stage.geometry.instancers import instance_names, is_instancer, prototypes
 
 _KINDS = [getattr(Sdf.ValueTypeNames, name) for name in dir(Sdf.ValueTypeNames)]
 VALUE_TYPES = [str(kind) for kind in _KINDS if isinstance(kind, Sdf.ValueTypeName)]
@@ -85,6 +88,9 @@ def attribute(name: str, value: Any, attribute_type: str | None = None, input_pr
     """Set an attribute of the prims at each firing; of an object, the attribute of the child which has it.
 
     Of a material it is the input of that name of its shader; those of OmniPBR exist also where they have no value yet.
+    Of a PointInstancer positions, orientations (real part first), scales, velocities, accelerations and
+    angularVelocities get one value for each instance, as do the ops xformOp:translate, xformOp:rotateXYZ and
+    xformOp:scale, which are those of each instance; what the instancer does not have is set on its prototypes.
 
     Args:
         name: of the attribute, `<name>` or `inputs:<name>`.
@@ -99,10 +105,13 @@ def attribute(name: str, value: Any, attribute_type: str | None = None, input_pr
     return act("OgnWritePrimAttribute", input_prims, attribute=name, value=value, attributeType=attribute_type)
 
 
-@action("OgnWritePrimAttribute")
+@action("OgnWritePrimAttribute", "attributeType")
 def _write_attribute(node: Node, execution: int) -> None:
     name, type_name = node.inputs["attribute"], node.inputs.get("attributeType")
     value = node.inputs["value"]
+    if any(map(is_instancer, target_prims(node))):
+        _write_to_objects(node, execution)
+        return
     values = (
         _per_prim(name, value, target_prims(node), type_name)
         if isinstance(value, list)
@@ -120,6 +129,39 @@ def _write_attribute(node: Node, execution: int) -> None:
         return
     for prim, drawn in zip(target_prims(node), values):
         set_attribute(prim, name, drawn, type_name)
+
+
+def _write_to_objects(node: Node, execution: int) -> None:
+    """Write an attribute of prims among which there are PointInstancers, see `attribute`."""
+    name, type_name = node.inputs["attribute"], node.inputs.get("attributeType")
+    value = node.inputs["value"]
+    prims = target_prims(node)
+    objects = objects_of(node, [attribute_objects(prim, name) for prim in prims])
+    of_instances = is_per_instance(name)
+    if isinstance(objects.node.inputs["value"], list) and not of_instances:
+        owners = [prim_at(path) for path in objects.node.prims]
+        drawn = _per_prim(name, objects.node.inputs["value"], owners, type_name)
+    else:
+        drawn = draw(objects.node.inputs["value"], objects.node, execution, "value")
+    for prim, rows in zip(prims, objects.rows):
+        if of_instances and is_instancer(prim):
+            # Without protoIndices there are no instances yet, and the value is the whole array.
+            if drawn[rows] or isinstance(value, Distribution):
+                set_per_instance(prim, name, drawn[rows])
+            else:
+                set_attribute(prim, name, value, type_name)
+            continue
+        for path, one in zip(objects.node.prims[rows], drawn[rows]):
+            set_attribute(prim_at(path), name, one, type_name)
+
+
+def attribute_objects(prim: Usd.Prim, name: str) -> list[str]:
+    """Return what has the attribute: the prim, or of a PointInstancer its instances or, if it has none, prototypes."""
+    if not is_instancer(prim) or prim.HasAttribute(f"inputs:{name}"):
+        return [str(prim.GetPath())]
+    if is_per_instance(name):
+        return instance_names(prim)
+    return [str(each.GetPath()) for each in ([prim] if prim.HasAttribute(name) else prototypes(prim))]
 
 
 def apply_or_schedule(name: str, value: Any, prims: Sequence[Usd.Prim]) -> None:

@@ -14,7 +14,7 @@ from usdsdg.graph.node import Node
 from usdsdg.graph.worlds import in_worlds
 from usdsdg.modify.posed_prims import PosedPrim, points_in_worlds, vectors_of
 from usdsdg.modify.prims import target_prims
-from usdsdg.stage.geometry.instancers import has_posable_instances
+from usdsdg.stage.geometry.instancers import is_instancer
 from usdsdg.stage.poses.rotations import euler_from_matrix, matrix_from_euler
 from usdsdg.stage.world_values import Targets, WorldValues
 
@@ -28,6 +28,9 @@ _OPS = {"position": "xformOp:translate", "rotation": "xformOp:rotateXYZ", "scale
 @in_worlds("OgnWritePose")
 def pose_in_worlds(node: Node, executions: np.ndarray, values: WorldValues) -> None:
     """Set the poses that an "OgnWritePose" node writes."""
+    prims = target_prims(node)
+    for prim in filter(is_instancer, prims):
+        raise Unsupported(f"the point instances of {prim.GetPath()} cannot be posed in worlds")
     drawn = {
         role: _column(role, value, node, executions)
         for role, value in node.inputs.items()
@@ -38,9 +41,7 @@ def pose_in_worlds(node: Node, executions: np.ndarray, values: WorldValues) -> N
     order, source = node.inputs.get("rotation_order", "XYZ"), node.describe()
     if order == "XYZ" and _pose_together(node, drawn, values):
         return
-    for index, prim in enumerate(target_prims(node)):
-        if has_posable_instances(prim):
-            raise Unsupported(f"the point instances of {prim.GetPath()} cannot be posed in worlds")
+    for index, prim in enumerate(prims):
         own = {role: column[:, index] for role, column in drawn.items()}
         _pose(PosedPrim(prim, values, source), own, order)
         if "look_at" in node.inputs:
@@ -69,7 +70,7 @@ def _pose_together(node: Node, drawn: dict[str, np.ndarray], values: WorldValues
 
 def _targets_of(prims: list[Usd.Prim], role: str) -> Targets | None:
     """Return the ops of prims that hold a part of their poses; None where they are not all of one kind."""
-    if any(has_posable_instances(prim) for prim in prims) or len(set(prims)) < len(prims):
+    if len(set(prims)) < len(prims):
         return None
     found = [{op.GetOpName(): op for op in UsdGeom.Xformable(prim).GetOrderedXformOps()} for prim in prims]
     if not all(_OPS[role] in ops for ops in found):

@@ -14,9 +14,9 @@ from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, plain
 from usdsdg.modify.numbers import draw_numbers
-from usdsdg.modify.point_instances import pose_instances
+from usdsdg.modify.point_instances import instances_or_self, objects_of, pose_instances
 from usdsdg.modify.prims import target_prims
-from usdsdg.stage.geometry.instancers import has_posable_instances
+from usdsdg.stage.geometry.instancers import is_instancer
 from usdsdg.stage.poses import pivots, transforms
 from usdsdg.stage.poses.look_at import author_look_at
 from usdsdg.stage.poses.pose_batch import Rotations, author_poses
@@ -26,6 +26,10 @@ from usdsdg.stage.poses.xform_ops import author_pose, local_euler, local_transla
 _AXES = "xyz"
 # Inputs that are not sampled per prim.
 _SETTINGS = ("attribute", "rotation_order")
+_OPTIONAL = (
+    *("position", "position_x", "position_y", "position_z", "rotation", "rotation_x", "rotation_y", "rotation_z"),
+    *("rotation_order", "scale", "size", "pivot", "look_at", "look_at_up_axis"),
+)
 # Inputs that can be written for all prims in one batch.
 _BATCHED = ("position", "rotation", "scale")
 
@@ -39,7 +43,8 @@ def pose(
     """Set the given parts of the pose, in the order position, pivot, rotation, scale or size, look-at.
 
     Every value is one for all prims, a list of one per prim, or a distribution. Parts that are not given are unchanged:
-    with `position_z` alone x and y keep their values.
+    with `position_z` alone x and y keep their values. Of a PointInstancer each instance is posed, in its space, by
+    position, rotation and scale; a list then has one value for each instance too, or one for each prim.
 
     Args:
         position: (x, y, z) in the parent's space [stage units]; or some of position_x, position_y, position_z.
@@ -105,34 +110,47 @@ def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
         pose(**later, input_prims=item)
 
 
-@action("OgnWritePose")
+@action("OgnWritePose", *_OPTIONAL)
 def write_pose(node: Node, execution: int) -> None:
     """Write the poses that an "OgnWritePose" node samples for one execution."""
     order = node.inputs.get("rotation_order", "XYZ")
-    prims, instancers, are_distinct = _targets(node)
-    for instancer in instancers:
-        pose_instances(instancer, node, execution, order)
-    drawn = {
-        role: _column(role, value, node, execution) for role, value in node.inputs.items() if role not in _SETTINGS
-    }
-    if are_distinct and not instancers and _pose_all(prims, drawn, order):
+    prims, have_instancers, are_distinct = _targets(node)
+    if have_instancers:
+        _pose_objects(node, prims, execution, order)
+        return
+    drawn = _columns(node, execution)
+    if are_distinct and _pose_all(prims, drawn, order):
         return
     for index, prim in enumerate(prims):
-        if prim not in instancers:
-            _pose_one(prim, {role: column[index] for role, column in drawn.items()}, order)
+        _pose_one(prim, {role: column[index] for role, column in drawn.items()}, order)
 
 
-def _targets(node: Node) -> tuple[list[Usd.Prim], list[Usd.Prim], bool]:
-    """Return the prims of a node, those of them that have posable instances, and whether they are all different ones.
+def _targets(node: Node) -> tuple[list[Usd.Prim], bool, bool]:
+    """Return the prims of a node, whether there are PointInstancers among them, and whether all are different ones.
 
-    It is what they are when they are looked up: no prim gets posable instances later.
+    It is what they are when they are looked up: no prim becomes an instancer later.
     """
     prims = target_prims(node)
     targets = node.state.get("targets")
     if targets is None or targets[0] is not prims:
-        instancers = [prim for prim in prims if has_posable_instances(prim)]
-        targets = node.state["targets"] = prims, instancers, len(set(prims)) == len(prims)
+        targets = node.state["targets"] = prims, any(map(is_instancer, prims)), len(set(prims)) == len(prims)
     return targets
+
+
+def _pose_objects(node: Node, prims: list[Usd.Prim], execution: int, order: str) -> None:
+    """Write the poses of prims, of PointInstancers those of each instance."""
+    objects = objects_of(node, instances_or_self(prims))
+    drawn = _columns(objects.node, execution)
+    for prim, rows in zip(prims, objects.rows):
+        own = {role: column[rows] for role, column in drawn.items()}
+        if is_instancer(prim):
+            pose_instances(prim, own, order)
+        else:
+            _pose_one(prim, {role: column[0] for role, column in own.items()}, order)
+
+
+def _columns(node: Node, execution: int) -> dict[str, Any]:
+    return {role: _column(role, value, node, execution) for role, value in node.inputs.items() if role not in _SETTINGS}
 
 
 def _pose_all(prims: list[Usd.Prim], drawn: dict[str, Any], order: str) -> bool:

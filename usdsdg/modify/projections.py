@@ -5,24 +5,17 @@ from typing import Any
 from pxr import Usd, UsdShade
 
 from usdsdg.arguments.prims import prim_at
-from usdsdg.arguments.values import shown, vector
+from usdsdg.arguments.values import vector
 from usdsdg.distribution import draw
-from usdsdg.errors import ArgumentError, BadPrim
+from usdsdg.errors import BadPrim
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.modify import projection_meshes
+from usdsdg.modify.texture_groups import TEXTURES, drawn_group, files_of
 from usdsdg.stage import materials
 from usdsdg.stage.poses.xform_ops import author_pose
 
-# The keys of a texture group, and the inputs of OmniPBR that they set.
-TEXTURES = {
-    "diffuse": "diffuse_texture",
-    "normal": "normalmap_texture",
-    "roughness": "reflectionroughness_texture",
-    "metallic": "metallic_texture",
-    "opacity": "opacity_texture",
-}
 _INFLUENCES = {
     "roughness": ("reflection_roughness_texture_influence", 1.0),
     "metallic": ("metallic_texture_influence", 1.0),
@@ -42,22 +35,27 @@ def projection_material(
     Args:
         position: of the projector, in its parent's space [stage units]; as are `rotation` [degrees] and `scale`.
         texture_group: {"diffuse": file, "normal": file, "roughness": file, "metallic": file}, or a distribution over
-            such mappings; or give single textures.
+            such mappings; or what `utils.get_files_group` returns, of which one is drawn for each projection.
+        diffuse: a texture, or, with such a drawn group, the suffix that marks it, as "_D"; `normal`, `roughness` and
+            `metallic` likewise.
 
     Raises:
-        ArgumentError: a texture group is given together with single textures.
-        GraphError: at execution, a texture group has unknown keys.
+        GraphError: at execution, a texture group has unknown keys, or no texture with a suffix.
         BadPrim: at execution, a prim is not a projection, or it has no OmniPBR material.
     """
     single = dict(diffuse=diffuse, normal=normal, roughness=roughness, metallic=metallic)
-    if texture_group is not None and any(value is not None for value in single.values()):
-        raise ArgumentError("modify.projection_material: give texture_group or single textures, not both")
     values = dict(position=position, rotation=rotation, scale=scale, texture_group=texture_group, **single)
+    return projection_node(values, input_prims, name)
+
+
+def projection_node(values: dict[str, Any], input_prims: Any, name: str | None = None) -> ReplicatorItem:
+    """Add the node of `projection_material`; `values` are its arguments, and `opacity`."""
+    values = {**values, "texture_group": drawn_group(values.get("texture_group"))}
     given = {role: value for role, value in values.items() if value is not None}
     return act("OgnModifyProjection", input_prims, name=name, attribute=",".join(given) or "projection", **given)
 
 
-@action("OgnModifyProjection")
+@action("OgnModifyProjection", "position", "rotation", "scale", "texture_group", *TEXTURES)
 def _modify_projection(node: Node, execution: int) -> None:
     drawn = {role: draw(value, node, execution, role) for role, value in node.inputs.items() if role != "attribute"}
     for index, path in enumerate(node.prims):
@@ -68,9 +66,8 @@ def _modify_projection(node: Node, execution: int) -> None:
             for role, part in (("position", "translate"), ("rotation", "rotate_xyz"), ("scale", "scale"))
             if role in values
         }
-        group = (
-            values["texture_group"] if "texture_group" in values else {k: values[k] for k in TEXTURES if k in values}
-        )
+        single = {role: values[role] for role in TEXTURES if role in values}
+        group = files_of(values["texture_group"], single) if "texture_group" in values else single
         for mesh in meshes:
             author_pose(projection_meshes.projector_of(mesh), **parts)
             if group:
@@ -97,15 +94,12 @@ def _material_of(mesh: Usd.Prim) -> Usd.Prim:
     return material.GetPrim()
 
 
-def write_textures(material: Usd.Prim, group: Any) -> None:
-    """Set the textures of an OmniPBR material by the names of a texture group.
+def write_textures(material: Usd.Prim, group: dict[str, Any]) -> None:
+    """Set the textures of an OmniPBR material, files by what they are for.
 
     Raises:
-        ArgumentError: it is not a mapping, or has other keys.
         AssetNotFound: a texture does not exist.
     """
-    if not isinstance(group, dict) or not set(group) <= set(TEXTURES):
-        raise ArgumentError(f"texture_group is {shown(group)}; expected a mapping with the keys {', '.join(TEXTURES)}")
     for role, texture in group.items():
         materials.set_input(material, TEXTURES[role], texture)
         if role in _INFLUENCES:

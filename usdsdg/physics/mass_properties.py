@@ -46,7 +46,7 @@ def mass(
     return act("OgnMass", input_prims, attribute="mass", **given)
 
 
-@action("OgnMass")
+@action("OgnMass", *_CREATE_ATTRIBUTE)
 def _write_mass(node: Node, execution: int) -> None:
     for name, value in node.inputs.items():
         if name in _CREATE_ATTRIBUTE:

@@ -40,7 +40,7 @@ def _physics_material(prim: Usd.Prim) -> UsdPhysics.MaterialAPI:
     return UsdPhysics.MaterialAPI.Apply(made.GetPrim())
 
 
-@action("OgnPhysicsMaterial")
+@action("OgnPhysicsMaterial", "static_friction", "dynamic_friction", "restitution")
 def _write_physics_material(node: Node, execution: int) -> None:
     roles = [role for role in ("static_friction", "dynamic_friction", "restitution") if role in node.inputs]
     columns = {role: draw_numbers(role, node, execution) for role in roles}

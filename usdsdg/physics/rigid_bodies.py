@@ -2,13 +2,13 @@
 
 from typing import Any
 
-from pxr import Gf, Usd, UsdGeom, UsdPhysics
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
 from usdsdg.distribution import Distribution, draw
-from usdsdg.errors import GraphError, NoCollider, let_pass, warn_once
-from usdsdg.functional.physics import apply_collider, create_physics_scene
+from usdsdg.errors import GraphError, let_pass, warn_once
+from usdsdg.functional.physics import DEFAULTS_PHYSICS_SCENE, apply_collider, create_physics_scene
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths, why_no_prims
@@ -17,11 +17,6 @@ from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.geometry.instancers import SAMPLED_ASSETS
 from usdsdg.stage.physics import scenes
 from usdsdg.stage.physics.rigid_bodies import apply_rigid_body_schemas, set_simulation_owner
-
-# The attributes of the PhysicsScene that Replicator makes where there is none.
-REPLICATOR_SCENE = {
-    "enableCCD": True, "enableGPUDynamics": False, "broadphaseType": "MBP", "timeStepsPerSecond": 240,
-}  # fmt: skip
 
 
 def collider(
@@ -85,7 +80,7 @@ def rigid_body(
     start = act if drawn_later or not prims else act_now
     item = start("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities, **offsets)
     if item.prims and scenes.physics_scene(prim_at(item.prims[0]).GetStage()) is None:
-        create_physics_scene(scenes.PATH, **REPLICATOR_SCENE)
+        create_physics_scene(**DEFAULTS_PHYSICS_SCENE)
     for path in item.prims:
         prim = prim_at(path)
         if overwrite or not (existing := _colliders(prim)):
@@ -112,7 +107,7 @@ def _add_colliders_to_sampled(node: Node) -> None:
             _add_colliders(prim_at(path), "convexHull", collisionEnabled=True, **offsets)
 
 
-@action("OgnRigidBody")
+@action("OgnRigidBody", "angular_velocity", "contactOffset", "restOffset")
 def _write_velocities(node: Node, execution: int) -> None:
     _add_colliders_to_sampled(node)
     linear = draw(node.inputs["velocity"], node, execution, "velocity")
@@ -137,18 +132,18 @@ def _colliders(prim: Usd.Prim) -> list[Usd.Prim]:
 
 def _add_colliders(prim: Usd.Prim, approximation: str | None, **attributes: Any) -> None:
     """Make the gprims at and below a prim colliders; warn where there are none."""
-    try:
+    if any(each.IsA(UsdGeom.Gprim) for each in Usd.PrimRange(prim, Usd.TraverseInstanceProxies())):
         apply_collider(prim, None, approximation, **attributes)
-    except NoCollider as error:
+    else:
         # A group may hold lights and cameras too.
-        warn_once(str(error))
+        warn_once(f"{prim.GetPath()} has no shape or mesh at or below it that could collide")
 
 
-def _scene_of(physics_scene: Any) -> Usd.Prim | None:
-    """Return the PhysicsScene given as prim, path or item; None for None."""
+def _scene_of(physics_scene: Any) -> Sdf.Path | None:
+    """Return the path of the PhysicsScene given as prim, path or item; None for None."""
     if physics_scene is None:
         return None
     scenes = [prim for prim in map(prim_at, prim_paths(physics_scene)) if prim.IsA(UsdPhysics.Scene)]
     if len(scenes) != 1:
         raise GraphError(f"physics_scene={physics_scene!r} is not one PhysicsScene; define it with UsdPhysics.Scene")
-    return scenes[0]
+    return scenes[0].GetPath()

@@ -23,7 +23,7 @@ def simulate(time: float, step_dt: float | None = None, physics_scene: Any = Non
     return _now_or_later("OgnSimulate", time=time, stepDt=step_dt, physicsScene=_scene_path(physics_scene))
 
 
-@action("OgnSimulate")
+@action("OgnSimulate", "stepDt", "physicsScene")
 def _simulate(node: Node, execution: int) -> None:
     physics.simulate(node.inputs["time"], node.inputs.get("stepDt"), node.inputs.get("physicsScene"))
 
@@ -45,7 +45,7 @@ def simulate_until_rest(prims: Any = None, max_time: float = 10.0) -> list[str] 
     return _now_or_later("OgnSimulateUntilRest", bodies=None if prims is None else prim_paths(prims), maxTime=max_time)
 
 
-@action("OgnSimulateUntilRest")
+@action("OgnSimulateUntilRest", "bodies")
 def _simulate_until_rest(node: Node, execution: int) -> None:
     physics.simulate_until_rest(node.inputs.get("bodies"), node.inputs["maxTime"])
 

@@ -12,8 +12,9 @@ from usdsdg.errors import AssetNotFound, GraphError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.modify import bind_material, check_material, material
+from usdsdg.modify import bind_material, check_material
 from usdsdg.modify.mdl_materials import is_mdl, mdl_material
+from usdsdg.modify.point_instances import prototypes_or_self
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, paths
 from usdsdg.stage.attribute_batch import write_batch
@@ -82,8 +83,8 @@ def _material_node(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_
     return act(kind, input_prims, attribute=",".join(given), perSubMesh=per_sub_mesh or None, **given)
 
 
-@action("OgnTexture")
-@action("OgnColor")
+@action("OgnTexture", "texture_scale", "texture_rotate", "project_uvw", "perSubMesh")
+@action("OgnColor", "perSubMesh")
 def _write_materials(node: Node, execution: int) -> None:
     drawn = {name: _column(name, value, node, execution) for name, value in node.inputs.items() if name in _INPUTS}
     shaders: dict[str, UsdShade.Shader] = node.state.setdefault("shaders", {})
@@ -144,7 +145,9 @@ def _existing_shader(path: str) -> UsdShade.Shader | None:
 
 
 def gprims_below(path: str) -> list[str]:
-    return [str(prim.GetPath()) for prim in Usd.PrimRange(prim_at(path)) if prim.IsA(UsdGeom.Gprim)]
+    """Return the paths of the gprims at and below a prim, of a PointInstancer those of its prototypes."""
+    roots = [prim_at(each) for own in prototypes_or_self([prim_at(path)]) for each in own]
+    return [str(prim.GetPath()) for root in roots for prim in Usd.PrimRange(root) if prim.IsA(UsdGeom.Gprim)]
 
 
 # The OmniPBR inputs that these randomizers write.
@@ -200,7 +203,7 @@ def materials(
     materials: Any, seed: int | None = None, max_cached_materials: int = 0, input_prims: Any = None,
     name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Bind a random material to each prim, stronger than the bindings of descendants.
+    """Bind a random material to each prim, of a PointInstancer to each prototype, stronger than those of descendants.
 
     Args:
         materials: items, prims or paths of materials, MDL files or URLs of these, or a distribution over these.
@@ -213,8 +216,12 @@ def materials(
         ArgumentError: `seed` is not an integer, or `materials` is a distribution with another seed.
     """
     if isinstance(materials, Distribution):
-        return material(one_of(materials, seed), input_prims=input_prims, name=name)
+        return _binding_node(one_of(materials, seed), input_prims, name)
     paths = [str(mdl_material(each).GetPath()) if is_mdl(each) else each for each in prim_paths(materials)]
     for path in paths:
         check_material(prim_at(path))
-    return material(one_of(paths, seed), input_prims=input_prims, name=name)
+    return _binding_node(one_of(paths, seed), input_prims, name)
+
+
+def _binding_node(drawn: Distribution, input_prims: Any, name: str | None) -> ReplicatorItem:
+    return act("OgnWriteMaterial", input_prims, name=name, value=drawn, perPrototype=True)

@@ -14,7 +14,7 @@ from usdsdg.modify.posed_prims import PosedPrim
 from usdsdg.modify.prims import target_prims
 from usdsdg.randomizer.appearance import gprims_below
 from usdsdg.randomizer.rotations import uniform_quaternions
-from usdsdg.stage.geometry.instancers import has_posable_instances
+from usdsdg.stage.geometry.instancers import is_instancer
 from usdsdg.stage.poses.rotations import euler_xyz_from_quat
 from usdsdg.stage.world_values import Targets, WorldValues
 
@@ -59,6 +59,6 @@ def _rotations_in_worlds(node: Node, executions: np.ndarray, values: WorldValues
     else:
         angles = lower + u * (upper - lower)
     for index, prim in enumerate(target_prims(node)):
-        if has_posable_instances(prim):
+        if is_instancer(prim):
             raise Unsupported(f"the point instances of {prim.GetPath()} cannot be rotated in worlds")
         PosedPrim(prim, values, node.describe()).set_rotation(angles[:, index])

@@ -15,7 +15,7 @@ from usdsdg.graph.label_sources import LabelSources, brings_labels
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, paths
-from usdsdg.stage.geometry.instancers import POSABLE_INSTANCES, SAMPLED_ASSETS
+from usdsdg.stage.geometry.instancers import POPULATION, SAMPLED_ASSETS
 
 MODES = ("scene_instance", "point_instance", "reference")
 CACHE = f"{SAMPLED_ASSETS}/Cache"
@@ -29,8 +29,8 @@ def instantiate(
 
     The item's prims are Xforms under `/Replicator/SampledAssets`, which can be posed or labeled like any other; they
     reference their first sample immediately. With mode "point_instance" the item is one PointInstancer: `modify.pose`
-    (position, rotation, scale), `rotation`, `scatter_2d` and `scatter_3d` apply to each of its instances, everything
-    else to the instancer; its labels are those of each instance.
+    (position, rotation, scale), `rotation`, `scatter_2d` and `scatter_3d` apply to each of its instances, as to those
+    of any PointInstancer, and `materials` to each prototype; its labels are those of each instance.
 
     Prims of the stage that are sampled are hidden, but for mode "point_instance"; their instances are visible also
     where they are not.
@@ -191,7 +191,7 @@ def _cached(file: str) -> str:
 def _fill_instancer(node: Node, execution: int) -> None:
     stage, root, size = current_stage(), node.prims[0], node.inputs["size"]
     instancer = UsdGeom.PointInstancer.Define(stage, root)
-    instancer.GetPrim().SetCustomDataByKey(POSABLE_INSTANCES, True)
+    instancer.GetPrim().SetCustomDataByKey(POPULATION, True)
     # One sample per instance, as for prims.
     keys = replace(node, prims=tuple(f"{root}[{index}]" for index in range(size)))
     chosen = [prim_paths(each)[0] for each in draw(node.inputs["paths"], keys, execution, "paths")]

@@ -12,7 +12,7 @@ from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
 from usdsdg.modify.prims import target_prims
-from usdsdg.stage.geometry.instancers import author_orientations, has_posable_instances, instance_names
+from usdsdg.stage.geometry.instancers import author_orientations, instance_names, is_instancer
 from usdsdg.stage.poses.pose_batch import Rotations, author_poses
 from usdsdg.stage.poses.rotations import euler_xyz_from_quat
 
@@ -24,6 +24,8 @@ def rotation(
     input_prims: Any = None,
 ) -> ReplicatorItem:
     """Set a random rotation of each prim: uniform on SO(3) by default, else Euler angles uniform within the bounds.
+
+    Of a PointInstancer each instance is rotated.
 
     Args:
         min_angle: lowest angles about x, y, z [degrees], or one for all; `max_angle` the highest.
@@ -39,7 +41,7 @@ def rotation(
     return act("OgnRotation", input_prims, attribute="rotation", seed=own_seed(seed), **angles)
 
 
-@action("OgnRotation")
+@action("OgnRotation", "seed")
 def _rotate(node: Node, execution: int) -> None:
     lower, upper = (np.asarray(node.inputs[name], float) for name in ("minAngle", "maxAngle"))
     seed = node.inputs.get("seed", get_global_seed())
@@ -50,10 +52,10 @@ def _rotate(node: Node, execution: int) -> None:
         return euler_xyz_from_quat(uniform_quaternions(u)) if all_rotations else lower + u * (upper - lower)
 
     prims = target_prims(node)
-    single = [prim for prim in prims if not has_posable_instances(prim)]
+    single = [prim for prim in prims if not is_instancer(prim)]
     if single:
         author_poses(single, rotate=Rotations(degrees=angles([str(prim.GetPath()) for prim in single])))
-    for instancer in (prim for prim in prims if has_posable_instances(prim)):
+    for instancer in (prim for prim in prims if is_instancer(prim)):
         author_orientations(instancer, Rotations(degrees=angles(instance_names(instancer))).quats())
 
 

@@ -32,6 +32,8 @@ def scatter_2d(
 ) -> ReplicatorItem:  # fmt: skip
     """Place the origin of each prim on the surfaces of `surface_prims`, uniformly by area, keeping its rotation.
 
+    Of a PointInstancer each instance is placed.
+
     Args:
         surface_prims: prims whose meshes (and other gprims, visible or not) are the surface.
         no_coll_prims: obstacles that the prims must not collide with.
@@ -57,7 +59,7 @@ def scatter_2d(
     )  # fmt: skip
 
 
-@action("OgnScatter2D")
+@action("OgnScatter2D", "noCollPrims", "seed")
 def _scatter_2d(node: Node, execution: int) -> None:
     inputs = node.inputs
     region = surface_of(_prims(inputs, "surfacePrims"), _given_bounds(inputs), offset=inputs["offset"])
@@ -71,6 +73,8 @@ def scatter_3d(
     seed: int | None = None, input_prims: Any = None, name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
     """Place the origin of each prim inside `volume_prims`, uniformly by volume, keeping its rotation.
+
+    Of a PointInstancer each instance is placed.
 
     Args:
         volume_prims: closed meshes (or other gprims, visible or not); without any, the box from `min_samp` to
@@ -110,7 +114,7 @@ def scatter_3d(
     )  # fmt: skip
 
 
-@action("OgnScatter3D")
+@action("OgnScatter3D", "volumePrims", "noCollPrims", "volumeExclPrims", "seed")
 def _scatter_3d(node: Node, execution: int) -> None:
     inputs = node.inputs
     region = volume_of(

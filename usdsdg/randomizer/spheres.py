@@ -12,18 +12,18 @@ from usdsdg.modify.prims import target_prims
 from usdsdg.stage.poses.pose_batch import author_poses
 
 
-@action("OgnSampleInSphere")
+@action("OgnSampleInSphere", "radius")
 def _in_sphere(node: Node, execution: int) -> None:
     _place(node, execution, 0.0, _radius(node, "radius", 1.0))
 
 
-@action("OgnSampleOnSphere")
+@action("OgnSampleOnSphere", "radius")
 def _on_sphere(node: Node, execution: int) -> None:
     radius = _radius(node, "radius", 1.0)
     _place(node, execution, radius, radius)
 
 
-@action("OgnSampleBetweenSpheres")
+@action("OgnSampleBetweenSpheres", "radius1", "radius2")
 def _between_spheres(node: Node, execution: int) -> None:
     one, other = _radius(node, "radius1", 0.5), _radius(node, "radius2", 1.0)
     _place(node, execution, min(one, other), max(one, other))

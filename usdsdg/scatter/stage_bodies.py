@@ -13,8 +13,10 @@ from usdsdg.scatter.surface import Surface
 from usdsdg.scatter.volume import Box, Volume
 from usdsdg.stage.geometry.instancers import (
     author_world_positions,
-    has_posable_instances,
+    complete_positions,
+    instance_count,
     instance_names,
+    is_instancer,
     object_names,
     world_positions,
 )
@@ -72,7 +74,7 @@ def scatter(
 ) -> np.ndarray:
     """Move `prims`, in order, to sampled positions in `region` where they collide with none of `obstacles`.
 
-    The instances of a PointInstancer that `has_posable_instances` are moved individually.
+    The instances of a PointInstancer are moved individually.
 
     Args:
         avoid_each_other: whether the prims must not collide with each other.
@@ -87,6 +89,8 @@ def scatter(
     """
     bodies: list[Solid] | None = None
     obstacle_bodies: list[tuple[Solid, np.ndarray]] = []
+    for prim in filter(is_instancer, prims):
+        complete_positions(prim)
     if obstacles or avoid_each_other:
         solids = Solids(shapes)
         bodies = [body for prim in prims for body in _bodies(prim, solids)]
@@ -103,8 +107,8 @@ def scatter(
     )
     row = 0
     for prim in prims:
-        if has_posable_instances(prim):
-            count = len(instance_names(prim))
+        if is_instancer(prim):
+            count = instance_count(prim)
             author_world_positions(prim, positions[row : row + count])
         else:
             count = 1
@@ -116,7 +120,7 @@ def scatter(
 def _bodies(prim: Usd.Prim, solids: Solids) -> list[Solid]:
     """Return the collision body of a prim, or those of an instancer's instances."""
     placed = triangles_below([prim])
-    if not has_posable_instances(prim):
+    if not is_instancer(prim):
         return [solids.around(_origin(prim), placed)]
     by_name: dict[str, list[TriangleInstance]] = {name: [] for name in instance_names(prim)}
     for each in placed:

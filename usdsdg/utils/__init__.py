@@ -2,6 +2,7 @@
 
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.graph.node import ReplicatorItem
+from usdsdg.graph.node_prims import PIPELINE as GRAPH_PATH
 from usdsdg.utils.files import get_files_group, get_usd_files
 from usdsdg.utils.nodes import (
     ReplicatorWrapper,
@@ -9,6 +10,7 @@ from usdsdg.utils.nodes import (
     create_node,
     get_graph,
     get_node_targets,
+    get_reduced_ref_time,
     get_replicator_graph_exists,
     send_og_event,
     sequential,
@@ -16,21 +18,50 @@ from usdsdg.utils.nodes import (
 )
 from usdsdg.utils.prims import (
     compute_aabb,
+    create_material,
     find_prims,
     get_non_xform_prims,
     get_prim_variant_values,
     get_prims_from_paths,
+    is_camera_prim,
     legacy_semantics_arg_to_new,
     parse_semantics,
     read_prim_transform,
 )
+from usdsdg.utils.rotation_ops import look_at, select_rotation_op, set_rotation_by_op
+
+# Parent of the prims that scripts create, and of the graph.
+REPLICATOR_SCOPE = "/Replicator"
 
 __all__ = [
-    "ReplicatorItem", "ReplicatorWrapper", "auto_connect", "compute_aabb", "create_node", "find_prims",
-    "get_files_group", "get_graph", "get_node_targets", "get_non_xform_prims", "get_prim_variant_values",
-    "get_prims_from_paths", "get_replicator_graph_exists", "get_usd_files",
-    "legacy_semantics_arg_to_new", "parse_semantics", "read_prim_transform", "send_og_event",
-    "sequential", "set_target_prims",
+    "GRAPH_PATH",
+    "REPLICATOR_SCOPE",
+    "ReplicatorItem",
+    "ReplicatorWrapper",
+    "auto_connect",
+    "compute_aabb",
+    "create_material",
+    "create_node",
+    "find_prims",
+    "get_files_group",
+    "get_graph",
+    "get_node_targets",
+    "get_non_xform_prims",
+    "get_prim_variant_values",
+    "get_prims_from_paths",
+    "get_reduced_ref_time",
+    "get_replicator_graph_exists",
+    "get_usd_files",
+    "is_camera_prim",
+    "legacy_semantics_arg_to_new",
+    "look_at",
+    "parse_semantics",
+    "read_prim_transform",
+    "select_rotation_op",
+    "send_og_event",
+    "sequential",
+    "set_rotation_by_op",
+    "set_target_prims",
 ]  # fmt: skip
 
 name_parameters(globals())

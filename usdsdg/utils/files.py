@@ -1,11 +1,13 @@
 """Search for files in a folder."""
 
+import json
 import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from usdsdg.arguments import asset_folders
-from usdsdg.errors import AssetNotFound
+from usdsdg.errors import ArgumentError, AssetError, warn_once
 from usdsdg.stage import assets
 
 
@@ -25,29 +27,50 @@ def get_usd_files(path: str, recursive: bool = False, path_filter: str | None = 
 
 def get_files_group(
     folder_path: str, file_suffixes: Sequence[str] | None = None, ignore_case: bool = True, file_type: str = "png"
-) -> list[dict[str, str]]:
-    """Group the files of a folder by the stem before a suffix, as in `rust_diffuse.png`, `rust_normal.png`.
+) -> list[str] | None:
+    """Group the files of a folder that belong together, as `Wood_D.png` and `Wood_O.png`.
+
+    Such groups are textures for `create.mesh_decal` and `modify.projection_material`.
 
     Args:
-        file_suffixes: ends of the names before the extension; by default diffuse, normal, roughness, metallic.
+        file_suffixes: ends of the names before the extension, such as "_D", as regular expressions.
+        ignore_case: whether suffixes in other cases count too.
         file_type: the extension.
 
     Returns:
-        one mapping of suffix to path per stem, sorted by stem. Suffixes without a file are missing keys.
+        sorted JSON texts of one group each, {"Wood": {"_D": path, "_O": path}}, without the suffixes that no file has.
+        None, with a warning, where there is no such folder or no suffix is given.
 
     Raises:
-        AssetNotFound: there is no such folder.
+        ArgumentError: a suffix is not a regular expression.
     """
-    root = Path(assets.resolve(folder_path))
-    if not root.is_dir():
-        raise AssetNotFound(f"{folder_path} is a file, not a folder")
-    suffixes = list(file_suffixes or ("diffuse", "normal", "roughness", "metallic"))
+    folder = _folder(folder_path)
+    if folder is None or not file_suffixes:
+        problem = f"{folder_path} is not a folder" if folder is None else "file_suffixes is empty; give at least one"
+        warn_once(f"utils.get_files_group: {problem}. The result is None.")
+        return None
+    names = [path.name for path in sorted(folder.iterdir()) if re.fullmatch(rf".*\.({file_type})", path.name)]
     groups: dict[str, dict[str, str]] = {}
-    for path in sorted(root.iterdir()):
-        if path.suffix.lower() != f".{file_type.lower().lstrip('.')}":
-            continue
-        for suffix in suffixes:
-            stem, wanted = (path.stem.lower(), suffix.lower()) if ignore_case else (path.stem, suffix)
-            if stem.endswith(wanted):
-                groups.setdefault(stem.removesuffix(wanted), {})[suffix] = str(path)
-    return [groups[stem] for stem in sorted(groups)]
+    for suffix in file_suffixes:
+        pattern = _pattern(suffix, re.IGNORECASE if ignore_case else 0)
+        for name in names:
+            if found := pattern.fullmatch(name.rpartition(".")[0]):
+                groups.setdefault(found[1], {})[suffix] = (folder / name).as_posix()
+    return sorted(json.dumps({stem: files}) for stem, files in groups.items())
+
+
+def _folder(path: str) -> Path | None:
+    """Return a folder of this machine or below the assets root; None if there is no such folder."""
+    try:
+        # Not `resolve`, which has the run end for what is missing.
+        folder = Path(path) if Path(path).is_dir() else Path(assets.locate(path))
+    except AssetError:
+        return None
+    return folder if folder.is_dir() else None
+
+
+def _pattern(suffix: str, flags: int) -> re.Pattern[str]:
+    try:
+        return re.compile(f"(.*)({suffix})", flags)
+    except re.error as error:
+        raise ArgumentError(f"utils.get_files_group: {suffix!r} is not a regular expression: {error}") from None

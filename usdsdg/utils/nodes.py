@@ -4,12 +4,14 @@ Nodes are usdsdg's own, not OmniGraph's; functions about OmniGraph do the closes
 """
 
 import functools
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from pxr import Sdf, Usd
+from pxr import Usd
 
+from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph import evaluate
@@ -18,10 +20,18 @@ from usdsdg.graph.evaluate import graph
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, plain, prim_paths
 from usdsdg.graph.node_prims import PIPELINE, TYPE_PREFIX, define_graph
 from usdsdg.session.stage_context import current_stage
-from usdsdg.utils.prims import get_non_xform_prims, get_prims_from_paths
+from usdsdg.utils.prims import get_non_xform_prims
 
 # Extensions whose node types usdsdg has some of.
 EXTENSIONS = (TYPE_PREFIX.rstrip("."), "isaacsim.replicator.examples", "omni.replicator.isaac")
+
+
+def get_reduced_ref_time(numerator: int, denominator: int) -> tuple[int, int]:
+    """Return a time, as a fraction, in lowest terms; one with a zero stays."""
+    if numerator == 0 or denominator == 0:
+        return numerator, denominator
+    common = math.gcd(numerator, denominator)
+    return numerator // common, denominator // common
 
 
 def send_og_event(event_name: str) -> None:
@@ -104,17 +114,13 @@ def set_target_prims(node: Any, attribute: str, target_prims: Any) -> None:
         BadPrim: a target is not on the stage.
     """
     node, targets = _node(node), prim_paths(target_prims)
-    get_prims_from_paths(targets)
+    for path in targets:
+        prim_at(path)
     name = attribute.removeprefix("inputs:")
     if name != "prims":
         ReplicatorItem(node).set_input(name, list(targets))
         return
-    node.prims = targets
-    # The state belongs to the former prims.
-    node.state.clear()
-    if prim := node.path and current_stage().GetPrimAtPath(node.path):
-        relation = prim.CreateRelationship("inputs:prims", custom=False)
-        relation.SetTargets([Sdf.Path(path) for path in targets])
+    graph().retarget(node, targets)
 
 
 def auto_connect(first: Any, second: Any) -> None:

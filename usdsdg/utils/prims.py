@@ -1,95 +1,127 @@
 """Search for prims by kind, and their bounding boxes, variants and transforms."""
 
-from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdShade
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg import modify
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import labels_of
-from usdsdg.errors import ArgumentError, BadPrim
-from usdsdg.graph.node import prim_paths
+from usdsdg.errors import ArgumentError, warn_once
+from usdsdg.graph.node import prim_paths as paths_of
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage import paths
+from usdsdg.stage.geometry.instancers import is_instancer, prototypes
+from usdsdg.stage.materials import define_mdl
 from usdsdg.stage.poses import transforms
 from usdsdg.stage.semantics.labels import get_labels
 
+_MODES = ("instances", "prims", "meshes", "materials")
 
-def get_prims_from_paths(paths: Sequence[Any]) -> list[Usd.Prim]:
-    """Return the prims at the given paths.
+
+def get_prims_from_paths(prim_paths: Any) -> list[Usd.Prim]:
+    """Return the prims at the given paths; those that are not on the stage are left out, with one warning for each.
 
     Raises:
-        BadPrim: one of them is not on the stage.
+        NotAPrim: one is neither a path nor a prim.
     """
-    return [prim_at(path) for path in prim_paths(paths)]
+    stage, found = current_stage(), []
+    for path in paths_of(prim_paths):
+        if Sdf.Path.IsValidPathString(path) and (prim := stage.GetPrimAtPath(path)):
+            found.append(prim)
+        else:
+            warn_once(f"{path} is not a prim on the stage; it is left out")
+    return found
 
 
-def get_non_xform_prims(prim_paths: Any) -> list[str]:
-    """Return paths of the prims with geometry, light or camera: the children of a Replicator object, else the prim."""
+def get_non_xform_prims(prim_paths: Any, usd_usdrt: bool = False) -> list[str]:
+    """Return paths of the prims with geometry, light or camera: the children of a Replicator object, else the prim.
+
+    Paths that are not on the stage are left out, with one warning for each; `usd_usdrt` has no effect, as both give
+    the same paths.
+    """
     return [str(each.GetPath()) for prim in get_prims_from_paths(prim_paths) for each in modify.non_xform_prims(prim)]
 
 
-_MODES: dict[str, Callable[[Usd.Prim], bool]] = {
-    "instances": Usd.Prim.IsInstance,
-    "materials": lambda prim: prim.IsA(UsdShade.Material),
-    "meshes": lambda prim: prim.IsA(UsdGeom.Mesh),
-    "prims": lambda prim: True,
-}
-
-
-def find_prims(prim_paths: Any, mode: str = "instances") -> list[str]:
-    """Return paths of prims at and below the given ones, selected by `mode`.
+def find_prims(prim_paths: Any, mode: str = "instances") -> list[Any]:
+    """Return the prims at the given paths, or what `mode` selects of them.
 
     Args:
-        mode: "instances", "prototypes" (of these), "meshes", "materials" or "prims" (all).
+        mode: "prims": those at the paths; "instances": the same with the prototypes of each PointInstancer in its
+            place; "meshes": the Mesh and GeomSubset prims at and below these; "materials": the UsdShade.Material of
+            each prim at and below these that has one.
 
     Raises:
-        ArgumentError: the mode does not exist.
+        ArgumentError: (a ValueError) the mode does not exist.
         BadPrim: a path is not on the stage.
     """
-    if mode not in _MODES and mode != "prototypes":
-        raise ArgumentError(f"utils.find_prims: mode={mode!r}; known: {', '.join(_MODES)}, prototypes")
-    below = [prim for root in get_prims_from_paths(prim_paths) for prim in Usd.PrimRange(root)]
-    if mode == "prototypes":
-        return list(dict.fromkeys(str(prim.GetPrototype().GetPath()) for prim in below if prim.IsInstance()))
-    return [str(prim.GetPath()) for prim in below if _MODES[mode](prim)]
+    if mode not in _MODES:
+        raise ArgumentError(f"utils.find_prims: mode={mode!r}; known: {', '.join(_MODES)}")
+    prims = [prim_at(path) for path in paths_of(prim_paths)]
+    if mode == "prims":
+        return prims
+    roots = [each for prim in prims for each in (prototypes(prim) if is_instancer(prim) else [prim])]
+    if mode == "instances":
+        return roots
+    below = [prim for root in roots for prim in Usd.PrimRange(root)]
+    if mode == "meshes":
+        return [prim for prim in below if prim.GetTypeName() in ("Mesh", "GeomSubset")]
+    return [material for material in UsdShade.MaterialBindingAPI.ComputeBoundMaterials(below)[0] if material]
 
 
 def get_prim_variant_values(prim_path: Any, variant_name: str) -> list[str]:
-    """Return the variant names of a prim's variant set.
+    """Return the variant names of a prim's variant set; [], with a warning, where it has no such set.
 
     Raises:
-        BadPrim: there is no such prim, or it has no such variant set.
+        BadPrim: there is no such prim.
     """
-    (prim,) = get_prims_from_paths([prim_path])
+    prim = _one_prim(prim_path)
     sets = prim.GetVariantSets()
     if variant_name not in sets.GetNames():
         known = ", ".join(sets.GetNames()) or "none"
-        raise BadPrim(f"{prim.GetPath()} has no variant set {variant_name!r}; it has: {known}")
+        warn_once(f"{prim.GetPath()} has no variant set {variant_name!r}; it has: {known}")
+        return []
     return list(sets.GetVariantSet(variant_name).GetVariantNames())
 
 
 def compute_aabb(bbox_cache: UsdGeom.BBoxCache, prim: Any, include_children: bool = True) -> np.ndarray:
     """Compute the world-aligned bounding box of a prim, (6,) lowest and highest corner [stage units].
 
-    Without children it is the box of the prim's own extent. For a prim without extent the lowest corner is +inf, the
-    highest -inf.
+    It is the box of the prim and of all below it, also without `include_children`, as in Replicator. For a prim without
+    extent the lowest corner is +inf, the highest -inf.
     """
-    (prim,) = get_prims_from_paths([prim])
-    if include_children:
-        box = bbox_cache.ComputeWorldBound(prim).ComputeAlignedRange()
-    else:
-        extent = UsdGeom.Boundable(prim).GetExtentAttr().Get() if prim.IsA(UsdGeom.Boundable) else None
-        local = Gf.Range3d(*(Gf.Vec3d(corner) for corner in extent)) if extent else Gf.Range3d()
-        box = Gf.BBox3d(local, transforms.local_to_world(prim)).ComputeAlignedRange()
+    box = bbox_cache.ComputeWorldBound(_one_prim(prim)).ComputeAlignedRange()
     if box.IsEmpty():
         return np.array([np.inf] * 3 + [-np.inf] * 3)
     return np.array([*box.GetMin(), *box.GetMax()])
 
 
+def is_camera_prim(prim: Any) -> bool:
+    """Whether a prim, or what is at a path, is a camera, or the Xform that `create.camera` makes of one."""
+    found = _one_prim(prim)
+    if found.HasAttribute("replicatorXform") or found.HasAttribute("replicatorCameraXform"):
+        return any(child.IsA(UsdGeom.Camera) for child in found.GetChildren())
+    return found.IsA(UsdGeom.Camera)
+
+
+def create_material(mtl_url: str, mtl_name: str, mtl_path: str) -> None:
+    """Define a material whose surface is the material `mtl_name` of an MDL file, at the next free path.
+
+    Prims above it that do not exist become Scopes.
+    """
+    stage = current_stage()
+    path = Sdf.Path(paths.next_free_path(stage, mtl_path))
+    for above in path.GetParentPath().GetPrefixes():
+        if not stage.GetPrimAtPath(above):
+            stage.DefinePrim(above, "Scope")
+    material = define_mdl(stage, str(path), mtl_url.replace("\\", "/"))
+    UsdShade.Shader(material.GetPrim().GetChild("Shader")).SetSourceAssetSubIdentifier(mtl_name, "mdl")
+
+
 def parse_semantics(prim: Any) -> list[tuple[str, str]]:
     """Return the labels of a prim and of the material bound to it, as pairs of a type and a label."""
-    (prim,) = get_prims_from_paths([prim])
+    prim = _one_prim(prim)
     material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
     owners = [prim, material.GetPrim()] if material else [prim]
     return [(kind, label) for owner in owners for kind, found in get_labels(owner).items() for label in found]
@@ -102,4 +134,9 @@ def legacy_semantics_arg_to_new(legacy_semantics_arg: Any) -> Any:
 
 def read_prim_transform(prim: Any) -> Gf.Matrix4d:
     """Return the local-to-world matrix of a prim, for row vectors [stage units]."""
-    return transforms.local_to_world(get_prims_from_paths([prim])[0])
+    return transforms.local_to_world(_one_prim(prim))
+
+
+def _one_prim(prim: Any) -> Usd.Prim:
+    (path,) = paths_of([prim])
+    return prim_at(path)

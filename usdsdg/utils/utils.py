@@ -1,11 +1,12 @@
-"""Functions that scripts with custom nodes import from `omni.replicator.core.scripts.utils.utils`."""
+"""What scripts import from `omni.replicator.core.utils.utils`: all of `rep.utils`, and a part of OmniGraph's."""
 
 from typing import Any
 
 from usdsdg.errors import Unsupported
-from usdsdg.utils.nodes import auto_connect, create_node
+from usdsdg.utils import *  # noqa: F403  # all that it lists
+from usdsdg.utils import __all__ as _of_utils
 
-__all__ = ["_disconnect", "auto_connect", "create_node"]
+__all__ = ["_disconnect", *_of_utils]  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def _disconnect(*_: Any) -> None:

@@ -6,7 +6,7 @@ from pxr import Usd, UsdPhysics, UsdShade
 
 from usdsdg.arguments.prims import prims_of
 from usdsdg.arguments.registry import near_misses
-from usdsdg.errors import ArgumentError, BadPrim, NoCollider, warn_once
+from usdsdg.errors import ArgumentError, BadPrim, warn_once
 from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.physics.scenes import take_owner
 from usdsdg.functional.physics.schema_attributes import set_attributes
@@ -21,10 +21,15 @@ from usdsdg.stage.physics.rigid_bodies import (
 from usdsdg.stage.poses.transforms import meters_per_unit
 from usdsdg.stage.schemas import physx
 
-APPROXIMATIONS = (
+VALID_COLLIDER_APPROXIMATIONS = [
     "none", "convexDecomposition", "convexHull", "boundingSphere", "boundingCube", "meshSimplification", "sdf",
     "sphereFill",
-)  # fmt: skip
+]  # fmt: skip
+# What `apply_rigid_body` gives where it is not given; velocities in m/s.
+DEFAULTS_RIGID_BODY: dict[str, Any] = {
+    "maxDepenetrationVelocity": 100000, "maxLinearVelocity": 1000, "approximation": "convexHull",
+}  # fmt: skip
+_LIMITS = ("maxLinearVelocity", "maxDepenetrationVelocity")
 _MATERIAL_ATTRIBUTES = ("physics:staticFriction", "physics:dynamicFriction", "physics:restitution")
 _INSTANCER_ATTRIBUTES = {"physics:velocity": "velocities", "physics:angularVelocity": "angularVelocities"}
 _DRIVE_ATTRIBUTES = {"rep:physics:resolveStiffness": "stiffness", "rep:physics:resolveDamping": "damping"}
@@ -38,7 +43,7 @@ def apply_rigid_body(
     """Make prims rigid bodies.
 
     Args:
-        physics_scene: Path or prim of the PhysicsScene that simulates them.
+        physics_scene: Path or prim of the PhysicsScene that simulates them; a path may be that of a later one.
         overwrite_rigid_body: Whether rigid bodies below a prim stop being rigid bodies, since they must not nest;
             otherwise a prim with such a body is left as it is, with a warning.
         with_collider: Whether all gprims at and below a prim become colliders, as by `apply_collider`.
@@ -49,7 +54,6 @@ def apply_rigid_body(
 
     Raises:
         BadPrim: there is no such attribute, or `physics_scene` is no PhysicsScene.
-        NoCollider: there is no gprim at or below a prim.
     """
     owner = take_owner(attributes, physics_scene)
     given = {name.rpartition(":")[2].casefold() for name in attributes}
@@ -61,19 +65,21 @@ def apply_rigid_body(
         remove_rigid_body(nested)
         apply_rigid_body_schemas(prim)
         unit = 1.0 / meters_per_unit(prim.GetStage())
-        defaults = {"maxLinearVelocity": 1000.0 * unit, "maxDepenetrationVelocity": 100000.0 * unit}
+        defaults = {name: DEFAULTS_RIGID_BODY[name] * unit for name in _LIMITS}
         missing = {name: value for name, value in defaults.items() if name.casefold() not in given}
         set_attributes(prim, missing | attributes, ("physics", "physxRigidBody"))
         set_simulation_owner(prim, owner)
         if with_collider:
-            apply_collider(prim, owner, approximation or "convexHull")
+            apply_collider(prim, owner, approximation or DEFAULTS_RIGID_BODY["approximation"])
 
 
 def apply_collider(prims: Any, physics_scene: Any = None, approximation: str | None = None, **attributes: Any) -> None:
     """Make every gprim at and below prims a collider.
 
+    A prim without gprims becomes one itself, as in Replicator, with a warning: nothing collides with it.
+
     Args:
-        physics_scene: Path or prim of the PhysicsScene that simulates them.
+        physics_scene: Path or prim of the PhysicsScene that simulates them; a path may be that of a later one.
         approximation: Of meshes: "none" (the triangles; the default, for static colliders), "convexHull",
             "convexDecomposition", "boundingSphere", "boundingCube", "meshSimplification", "sdf", "sphereFill".
         attributes: Attributes of CollisionAPI and PhysxCollisionAPI, with or without the prefix: `collisionEnabled`,
@@ -82,19 +88,21 @@ def apply_collider(prims: Any, physics_scene: Any = None, approximation: str | N
     Raises:
         BadPrim: there is no such attribute, or `physics_scene` is no PhysicsScene.
         ArgumentError: unknown approximation.
-        NoCollider: there is no gprim at or below a prim.
     """
-    if approximation is not None and approximation not in APPROXIMATIONS:
-        near = near_misses(approximation, APPROXIMATIONS)
-        hint = f"did you mean {near[0]!r}?" if near else f"expected one of {', '.join(APPROXIMATIONS)}"
+    if approximation is not None and approximation not in VALID_COLLIDER_APPROXIMATIONS:
+        near = near_misses(approximation, VALID_COLLIDER_APPROXIMATIONS)
+        hint = f"did you mean {near[0]!r}?" if near else f"expected one of {', '.join(VALID_COLLIDER_APPROXIMATIONS)}"
         raise ArgumentError(f"approximation is {approximation!r}; {hint}")
     owner = take_owner(attributes, physics_scene)
     for prim in prims_of(prims):
         _uninstance(prim)
         gprims = list(gprims_below(prim))
         if not gprims:
-            raise NoCollider(f"{prim.GetPath()} has no shape or mesh at or below it that could collide")
-        for gprim in gprims:
+            warn_once(
+                f"{prim.GetPath()} has no shape or mesh at or below it: it is a collider without a shape, and nothing "
+                "collides with it"
+            )
+        for gprim in gprims or [prim]:
             apply_collision_schemas(gprim, sdf=approximation == "sdf")
             if approximation is not None:
                 set_approximation(gprim, approximation)
@@ -118,7 +126,7 @@ def remove_collider(prims: Any) -> None:
             _remove(each, *apis)
 
 
-def modify_attribute(prims: Any, name: str, value: Any) -> None:
+def modify_attribute(prims: Any, attribute_name: str, value: Any) -> None:
     """Set a physics attribute, by its full name, to one value or to one per prim.
 
     Friction and restitution of a prim that is no material are set on the material bound to it.
@@ -132,7 +140,7 @@ def modify_attribute(prims: Any, name: str, value: Any) -> None:
     targets = prims_of(prims)
     values = per_prim(value, len(targets)) if isinstance(prims, (list, tuple)) else [value] * len(targets)
     for prim, each in zip(targets, values):
-        set_value(_attribute(prim, name), each)
+        set_value(_attribute(prim, attribute_name), each)
 
 
 def _attribute(prim: Usd.Prim, name: str) -> Usd.Attribute:

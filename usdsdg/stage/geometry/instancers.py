@@ -1,4 +1,4 @@
-"""Point instancers whose instances are posed and scattered individually."""
+"""Point instancers, whose instances are posed and scattered individually."""
 
 from collections.abc import Sequence
 
@@ -10,35 +10,68 @@ from usdsdg.stage.poses.xform_ops import gf_quat
 
 # Parent of the prims that `randomizer.instantiate` makes.
 SAMPLED_ASSETS = "/Replicator/SampledAssets"
-# Key in the custom data of a PointInstancer whose instances are posed and scattered individually.
-POSABLE_INSTANCES = "usdsdg:population"
+# Key in the custom data of the PointInstancer of `randomizer.instantiate`, whose labels are those of each instance.
+POPULATION = "usdsdg:population"
 
 
-def has_posable_instances(prim: Usd.Prim) -> bool:
-    """Whether a prim is a PointInstancer whose instances are posed and scattered individually."""
-    return prim.IsA(UsdGeom.PointInstancer) and bool(prim.GetCustomDataByKey(POSABLE_INSTANCES))
+def is_instancer(prim: Usd.Prim) -> bool:
+    """Whether a prim is a PointInstancer."""
+    return prim.IsA(UsdGeom.PointInstancer)
+
+
+def instance_count(prim: Usd.Prim) -> int:
+    """Return how many instances a PointInstancer has: one for each of its protoIndices."""
+    return len(UsdGeom.PointInstancer(prim).GetProtoIndicesAttr().Get() or ())
 
 
 def instance_names(prim: Usd.Prim) -> list[str]:
     """Return one name for each instance, `/path[0]`, `/path[1]`, ...; they are not prim paths."""
-    count = len(UsdGeom.PointInstancer(prim).GetProtoIndicesAttr().Get() or ())
-    return [f"{prim.GetPath()}[{index}]" for index in range(count)]
+    return [f"{prim.GetPath()}[{index}]" for index in range(instance_count(prim))]
 
 
 def object_names(prims: Sequence[Usd.Prim]) -> list[str]:
-    """Return the paths of prims; for a PointInstancer that `has_posable_instances`, the names of its instances."""
-    return [
-        name
-        for prim in prims
-        for name in (instance_names(prim) if has_posable_instances(prim) else [str(prim.GetPath())])
-    ]
+    """Return the paths of prims; for a PointInstancer the names of its instances."""
+    return [name for prim in prims for name in (instance_names(prim) if is_instancer(prim) else [str(prim.GetPath())])]
+
+
+def prototypes(prim: Usd.Prim) -> list[Usd.Prim]:
+    """Return the prototypes of a PointInstancer that are on the stage, in order, each once."""
+    stage, targets = prim.GetStage(), UsdGeom.PointInstancer(prim).GetPrototypesRel().GetForwardedTargets()
+    return [found for path in dict.fromkeys(targets) if (found := stage.GetPrimAtPath(path))]
+
+
+def local_positions(prim: Usd.Prim) -> np.ndarray:
+    """Return the positions (N, 3) of the instances in the instancer's space; 0 where it has too few."""
+    held = np.array(UsdGeom.PointInstancer(prim).GetPositionsAttr().Get() or (), np.float64).reshape(-1, 3)
+    positions = np.zeros((instance_count(prim), 3))
+    known = min(len(held), len(positions))
+    positions[:known] = held[:known]
+    return positions
+
+
+def local_orientations(prim: Usd.Prim) -> np.ndarray:
+    """Return the orientations of the instances, unit quaternions (N, 4) xyzw; no rotation where it has too few."""
+    # USD gives quaternions to NumPy as xyzw.
+    held = np.array(UsdGeom.PointInstancer(prim).GetOrientationsAttr().Get() or (), np.float64).reshape(-1, 4)
+    quats = np.tile([0.0, 0.0, 0.0, 1.0], (instance_count(prim), 1))
+    known = min(len(held), len(quats))
+    lengths = np.linalg.norm(held[:known], axis=1)
+    turned = np.flatnonzero(lengths > 0.0)
+    quats[turned] = held[turned] / lengths[turned, None]
+    return quats
 
 
 def world_positions(prim: Usd.Prim) -> np.ndarray:
     """Return the positions (N, 3) of the instances in the world [stage units]."""
-    positions = np.array(UsdGeom.PointInstancer(prim).GetPositionsAttr().Get() or (), np.float64).reshape(-1, 3)
     to_world = as_array(local_to_world(prim))
-    return positions @ to_world[:3, :3] + to_world[3, :3]
+    return local_positions(prim) @ to_world[:3, :3] + to_world[3, :3]
+
+
+def complete_positions(prim: Usd.Prim) -> None:
+    """Give each instance a position, where there are more or fewer: USD computes no transforms then."""
+    attribute = UsdGeom.PointInstancer(prim).GetPositionsAttr()
+    if len(attribute.Get() or ()) != instance_count(prim):
+        author_positions(prim, local_positions(prim))
 
 
 def author_world_positions(prim: Usd.Prim, positions: np.ndarray) -> None:
@@ -61,3 +94,9 @@ def author_orientations(prim: Usd.Prim, quats_xyzw: np.ndarray) -> None:
     """Author the orientations of the instances: unit quaternions (N, 4) xyzw."""
     orientations = Vt.QuathArray([Gf.Quath(gf_quat(quat)) for quat in quats_xyzw])
     UsdGeom.PointInstancer(prim).CreateOrientationsAttr(orientations)
+
+
+def author_scales(prim: Usd.Prim, scales: np.ndarray) -> None:
+    """Author the scales (N, 3) of the instances."""
+    factors = np.ascontiguousarray(scales, np.float32)
+    UsdGeom.PointInstancer(prim).CreateScalesAttr(Vt.Vec3fArray.FromNumpy(factors))

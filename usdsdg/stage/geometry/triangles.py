@@ -66,7 +66,8 @@ def _instances(instancer: UsdGeom.PointInstancer, cache: UsdGeom.XformCache) -> 
     time = Usd.TimeCode.Default()
     transforms = instancer.ComputeInstanceTransformsAtTime(time, time, UsdGeom.PointInstancer.IncludeProtoXform)
     mask = instancer.ComputeMaskAtTime(time)
-    kinds = [kind for kind, shown in zip(instancer.GetProtoIndicesAttr().Get() or (), mask or repeat(True)) if shown]
+    every = enumerate(instancer.GetProtoIndicesAttr().Get() or ())
+    shown = [each for each, is_shown in zip(every, mask or repeat(True)) if is_shown]
     parts: dict[int, list[tuple[Triangles, np.ndarray]]] = {}
     for kind, target in enumerate(instancer.GetPrototypesRel().GetForwardedTargets()):
         root = stage.GetPrimAtPath(target)
@@ -76,7 +77,7 @@ def _instances(instancer: UsdGeom.PointInstancer, cache: UsdGeom.XformCache) -> 
             (placed.triangles, placed.to_world @ as_array(root_to_world))
             for placed in (triangles_below([root]) if root else ())
         ]
-    for index, (kind, transform) in enumerate(zip(kinds, transforms)):
+    for (index, kind), transform in zip(shown, transforms):
         for triangles, to_prototype in parts.get(kind, ()):
             yield TriangleInstance(f"{path}[{index}]", triangles, to_prototype @ as_array(transform) @ to_world)
 

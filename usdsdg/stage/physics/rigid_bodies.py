@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from pxr import Usd, UsdGeom, UsdPhysics
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.stage.schemas import physx
 
@@ -39,7 +39,7 @@ def apply_rigid_body_schemas(prim: Usd.Prim) -> UsdPhysics.RigidBodyAPI:
     return body
 
 
-def set_simulation_owner(prim: Usd.Prim, scene: Usd.Prim | None) -> None:
-    """Author the PhysicsScene that simulates a rigid body or collider; None leaves it as it is."""
+def set_simulation_owner(prim: Usd.Prim, scene: Sdf.Path | None) -> None:
+    """Author which PhysicsScene simulates a rigid body or collider; None leaves it as it is."""
     if scene is not None:
-        prim.CreateRelationship("physics:simulationOwner", custom=False).SetTargets([scene.GetPath()])
+        prim.CreateRelationship("physics:simulationOwner", custom=False).SetTargets([scene])

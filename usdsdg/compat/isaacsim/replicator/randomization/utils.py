@@ -30,7 +30,7 @@ def get_distribution_params(distribution: Distribution, parameters: Sequence[str
     """
     if unknown := [name for name in parameters if name not in distribution.inputs]:
         raise ValueError(f"{distribution.node.describe()} has no parameter {unknown[0]!r}")
-    return [distribution.inputs[name] for name in parameters]
+    return [distribution.get_input(name) for name in parameters]
 
 
 def get_image_space_points(points: ArrayLike, view_proj_matrix: ArrayLike) -> np.ndarray:
