@@ -69,6 +69,17 @@ def test_sequence_advances_by_the_number_of_prims():
     assert items.sample("n", 1, ["/x", "/y"]) == ["c", "a"]
 
 
+def test_each_execution_takes_one_distribution_of_a_sequence_for_all_prims():
+    items = distribution.sequence(
+        [distribution.uniform(0, 1), distribution.uniform(10, 11), distribution.uniform(20, 21)]
+    )
+    drawn = np.array([items.sample("c", execution, ["/a", "/b"]) for execution in range(6)]).reshape(6, 2)
+    assert (drawn // 10).tolist() == [[0, 0], [1, 1], [2, 2]] * 2
+    assert len(np.unique(drawn)) == 12
+    with pytest.raises(GraphError, match="items has distributions, and 3, which is none"):
+        distribution.sequence([distribution.uniform(0, 1), 3])
+
+
 def test_a_shuffled_sequence_shows_every_item_once_per_cycle():
     items = distribution.sequence(list("abcdef"), ordered=False)
     assert sorted(items.sample("n", 0, PRIMS[:6])) == list("abcdef")

@@ -70,8 +70,21 @@ class Sequence_(Distribution):
         self.node.inputs["items"] = plain(self._items)
         if stride is not None and not isinstance(stride, Integral):
             raise GraphError(f"{self.node.describe()}: stride is {shown(stride)}; expected a whole number")
+        distributions = [isinstance(item, Distribution) for item in self._items]
+        if any(distributions) and not all(distributions):
+            other = self._items[distributions.index(False)]
+            raise GraphError(f"{self.node.describe()}: items has distributions, and {shown(other)}, which is none")
+        self._has_distributions = any(distributions)
 
-    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
+    def seeded(self, seed: int) -> Self:
+        twin = super().seeded(seed)
+        twin._items = twin.node.inputs["items"] = all_seeded(self._items, seed)
+        return twin
+
+    def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> Any:
+        if self._has_distributions:
+            position = execution * (1 if self._stride is None else self._stride)
+            return self._items[self._index(consumer, position)].sample(f"{consumer}/sequence", execution, prims)
         first = execution * (len(prims) if self._stride is None else self._stride)
         positions = [first + i for i in range(len(prims))]
         return [self._items[self._index(consumer, position)] for position in positions]
@@ -148,12 +161,13 @@ def sequence(
     """Cycle through `items`, one for each prim, advancing by `stride` at each execution.
 
     Args:
-        items: Values, or an item, whose prims are the values.
+        items: Values, or an item, whose prims are the values. Of distributions, each execution takes one, from which
+            the values of all prims are drawn.
         ordered: False shuffles each cycle.
-        stride: By default the number of prims.
+        stride: By default the number of prims, 1 for distributions.
         seed: Seed of the shuffle, as in `uniform`, as is `name`.
 
     Raises:
-        GraphError: there are no items, or the stride is not an integer.
+        GraphError: there are no items, only some are distributions, or the stride is not an integer.
     """
     return Sequence_(items, ordered, stride, seed, name)
