@@ -233,7 +233,7 @@ class Annotator:
         self, device: str | None = None, do_array_copy: bool = False, use_legacy_structure: bool = True
     ) -> Any:
         """Return the annotation of the latest captured frame, or of the stage as the latest update of the application
-        shows it, whichever is later; arrays of size 0 before the first.
+        shows it, whichever is later. Before the first arrays have size 0, and info has the same keys as later.
 
         device: "cpu" returns a NumPy array, "cuda[:n]" a Warp array (on the CPU if there is no such device), which
             PyTorch, JAX and CuPy take over without a copy (DLPack); records such as boxes, and info, are NumPy arrays
@@ -252,7 +252,7 @@ class Annotator:
             current().live.refresh(self)
         current().wait_for_pictures()
         copy = do_array_copy or self._do_array_copy
-        latest = delivered(self._latest or Annotation(self._spec.empty), device or self._device, copy=copy)
+        latest = delivered(self._latest or self._spec.before_first_frame(), device or self._device, copy=copy)
         return latest.legacy() if use_legacy_structure else latest.flat()
 
     def augment(

@@ -87,9 +87,9 @@ class Writer(ABC):
     def skip(self, data: dict[str, Any]) -> None:
         """Change the writer's own attributes as `write` would for a frame that another process makes.
 
-        data: "trigger_outputs" and "distribution_outputs" of the frame, and its "renderProducts" by name, each with
-            what the annotators of `annotators_to_skip` show there. By default the counters that the source of `write`
-            tells of are advanced.
+        data: the frame's "trigger_outputs", "distribution_outputs" and "named_outputs", and its "renderProducts" by
+            name, each with what the annotators of `annotators_to_skip` show there. By default the counters that the
+            source of `write` tells of are advanced.
 
         Raises:
             Unsupported: `write` keeps more than counters from frame to frame.

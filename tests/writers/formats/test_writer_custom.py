@@ -195,6 +195,29 @@ def test_several_products_come_in_one_payload_and_can_be_switched_off(product, t
     np.testing.assert_array_equal(first["second"]["resolution"], [16, 12])
 
 
+def test_payloads_tell_of_named_triggers_and_draws(product, tmp_path):
+    writer = WriterRegistry.get("ColorWriter", {"output_dir": str(tmp_path)}, [product])
+    box = "/World/Box"
+    with rep.trigger.on_frame(name="on-frame"):
+        rep.modify.attribute("size", rep.distribution.uniform(0.5, 1.0, name="size"), input_prims=box)
+    with rep.trigger.on_frame(interval=2):
+        rep.modify.visibility(True, input_prims=box)
+    with rep.trigger.on_custom_event("event"):
+        rep.modify.visibility(True, input_prims=box)
+    rep.modify.attribute("ratio", rep.distribution.uniform(0.0, 1.0, name="once"), "double", input_prims=box)
+    counts = [{"on-frame": 0, "on_frame": 0}, {"on-frame": 1, "on_frame": 0}, {"on-frame": 2, "on_frame": 1}]
+    for expected in counts:
+        orchestrator.step()
+        payload, box_prim = writer.payloads[-1], current_stage().GetPrimAtPath(box)
+        assert payload["trigger_outputs"] == expected, "previews are no firings"
+        named = payload["named_outputs"]
+        assert {name: named[name] for name in expected} == {name: {"execCounts": n} for name, n in expected.items()}
+        for name, attribute in (("size", "size"), ("once", "ratio")):
+            assert named[name]["samples"][0] == pytest.approx(box_prim.GetAttribute(attribute).Get(), rel=1e-6)
+            assert payload["distribution_outputs"][name] is named[name]["samples"]
+        assert set(named) == {"on-frame", "on_frame", "size", "once"}
+
+
 def test_common_keys_tell_time_triggers_and_named_draws(product, tmp_path):
     writer = WriterRegistry.get("ColorWriter", {"output_dir": str(tmp_path)}, [product])
     with rep.trigger.on_frame():

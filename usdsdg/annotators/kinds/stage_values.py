@@ -42,14 +42,14 @@ def attribute(frame: Frame, params: Params) -> Annotation:
     return Annotation(np.concatenate([_values(prim_at(stage, path), name, code) for path in prims]))
 
 
-@define("primPaths")
+@define("primPaths", info={"primPaths": []})
 def prim_paths(frame: Frame, params: Params) -> Annotation:
     """{"primPaths"}: paths of the labeled prims that own gprims, in the order of their instance ids."""
     rows = frame.selection(None).rows
     return Annotation(None, {"primPaths": [frame.labeled_prims.prim_paths[row] for row in rows]})
 
 
-@define("fabricTime", "rpFabricTime")
+@define("fabricTime", "rpFabricTime", info={"fabricFrameTimeNumerator": 0, "fabricFrameTimeDenominator": 0})
 def fabric_time(frame: Frame, params: Params) -> Annotation:
     """{"fabricFrameTimeNumerator", "fabricFrameTimeDenominator"}: timeline time of the frame, a fraction of seconds."""
     numerator, denominator = frame.reference_time
@@ -67,7 +67,7 @@ def isaac_noop(frame: Frame, params: Params) -> Annotation:
     return Annotation(None)
 
 
-@define("IsaacReadSimulationTime", params={"resetOnStop": False})
+@define("IsaacReadSimulationTime", params={"resetOnStop": False}, info={"simulationTime": 0.0})
 def isaac_read_simulation_time(frame: Frame, params: Params) -> Annotation:
     """{"simulationTime"}: timeline time of the frame [s].
 
@@ -77,7 +77,7 @@ def isaac_read_simulation_time(frame: Frame, params: Params) -> Annotation:
     return Annotation(None, {"simulationTime": numerator / denominator})
 
 
-@define("IsaacReadSystemTime")
+@define("IsaacReadSystemTime", info={"systemTime": 0.0})
 def isaac_read_system_time(frame: Frame, params: Params) -> Annotation:
     """{"systemTime"}: when the frame was annotated [s since 1970]; the only annotator that differs between runs."""
     return Annotation(None, {"systemTime": frame.derive("system time", time.time)})
