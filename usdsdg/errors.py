@@ -128,6 +128,12 @@ class AugmentationError(AnnotatorError):
     """An augmentation failed or returned something that is not an array."""
 
 
+class NoAugmentation(AugmentationError, AnnotatorRegistryError, KeyError):
+    """No augmentation has that name."""
+
+    __str__ = Exception.__str__  # that of KeyError would put the message in quotes
+
+
 class DatasetError(UsdsdgError, ValueError):
     """A folder is missing, or contains no dataset of a known writer."""
 

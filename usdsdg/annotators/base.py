@@ -87,11 +87,13 @@ def define(
     params: Mapping[str, Any] | None = None,
     dtype: Any = None,
     info: Mapping[str, Any] | None = None,
+    on_attach: Callable[[Any], None] | None = None,
 ) -> Callable[[Compute], Compute]:
     """Register the decorated function (frame, params) → `Annotation` under `names`.
 
     dtype: type of the returned array; None when the function returns info only.
     info: what there is of the returned info before the first frame, under the same keys: empty arrays, lists, tables.
+    on_attach: called with each `Annotator` when it is attached.
     """
 
     empty = None if dtype is None else np.zeros(0, dtype)
@@ -99,7 +101,15 @@ def define(
     def register(compute: Compute) -> Compute:
         for name in names:
             spec = AnnotatorSpec(
-                name, compute, frozenset(aovs), needs_amodal_masks, needs_path_tracing, params or {}, empty, info or {}
+                name,
+                compute,
+                frozenset(aovs),
+                needs_amodal_masks,
+                needs_path_tracing,
+                params or {},
+                empty,
+                info or {},
+                on_attach,
             )
             annotator_specs.add(name, spec, override=False)
         return compute

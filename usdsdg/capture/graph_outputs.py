@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -13,14 +13,22 @@ from usdsdg.graph.evaluate import graph
 _NAMED_TRIGGERS = ("OgnOnFrame", "OgnOnTime")
 
 
-def graph_outputs() -> dict[str, dict[str, Any]]:
+class GraphOutputs(TypedDict):
+    """What a payload tells of the graph."""
+
+    trigger_outputs: dict[str, int]
+    distribution_outputs: dict[str, Any]
+    named_outputs: dict[str, dict[str, Any]]
+
+
+def graph_outputs() -> GraphOutputs:
     """Return the three entries of a payload that tell of the graph, by key.
 
     "trigger_outputs" has how often each trigger has fired, "distribution_outputs" the latest draw of each named
     distribution, and "named_outputs" both, as {"execCounts": count} and {"samples": draw}.
     """
     counts, draws = trigger_outputs(), distribution_outputs()
-    named = {name: {"execCounts": count} for name, count in counts.items()}
+    named: dict[str, dict[str, Any]] = {name: {"execCounts": count} for name, count in counts.items()}
     for name, rows in draws.items():
         named[name] = {**named.get(name, {}), "samples": rows}
     return {"trigger_outputs": counts, "distribution_outputs": draws, "named_outputs": named}

@@ -187,6 +187,15 @@ class Writer(ABC):
     # For the capture
 
     @property
+    def reads_numpy(self) -> bool:
+        """Whether its `write` takes NumPy arrays only, of annotators without a device: that of the project's writers.
+
+        Other writers receive Warp arrays of what Warp kernels have augmented, as in Replicator.
+        """
+        owner = next(each for each in type(self).__mro__ if "write" in vars(each))
+        return bool(vars(owner).get("shares_arrays"))
+
+    @property
     def render_products(self) -> tuple[str, ...]:
         """The paths of the render products that it is attached to."""
         return self._render_products

@@ -10,7 +10,7 @@ from pxr import Usd
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
 from usdsdg.arguments.registry import near_misses
-from usdsdg.errors import AnnotatorError
+from usdsdg.errors import AnnotatorError, ArgumentError
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import prim_at
 
@@ -20,22 +20,32 @@ Params = Mapping[str, Any]
 _SCALARS = {"half": np.float16, "float": np.float32, "int": np.int32, "uint": np.uint32, "uchar": np.uint8}
 
 
-@define("Attribute", params={"prims": (), "attribute": ""}, dtype=np.float32)
+_NO_ATTRIBUTE = (
+    "Annotator 'Attribute' needs prims and an attribute: annotators.get('Attribute', init_params={'prims': [path], "
+    "'attribute': name})."
+)
+
+
+def _check_attribute(annotator: Any) -> None:
+    given = annotator.parameters
+    if not _listed(given["prims"]) or not given["attribute"]:
+        raise ArgumentError(_NO_ATTRIBUTE)
+
+
+@define("Attribute", params={"prims": (), "attribute": ""}, dtype=np.float32, on_attach=_check_attribute)
 def attribute(frame: Frame, params: Params) -> Annotation:
     """Values of the attribute named `attribute` of `prims` (paths or prims), concatenated in one flat array.
 
     Vectors and arrays are flattened; texts are strings. Time samples are read at the time of the frame.
 
     Raises:
-        AnnotatorError: `prims` or `attribute` was not given, or a prim has no such attribute or no value for it.
+        ArgumentError: (a ValueError) at attach(): `prims` or `attribute` was not given.
+        AnnotatorError: a prim has no such attribute or no value for it; of a writer, also if they were not given.
         BadPrim: one of the prims does not exist.
     """
     prims, name = _listed(params["prims"]), params["attribute"]
     if not prims or not name:
-        raise AnnotatorError(
-            "Annotator 'Attribute' needs prims and an attribute: annotators.get('Attribute', init_params={'prims': "
-            "[path], 'attribute': name})."
-        )
+        raise AnnotatorError(_NO_ATTRIBUTE)
     stage = current_stage()
     numerator, denominator = frame.reference_time
     code = Usd.TimeCode(numerator / denominator * stage.GetTimeCodesPerSecond())
