@@ -150,6 +150,10 @@ class WriterRegistryError(WriterError, LookupError):
     """No writer or backend has that name, or the name is taken."""
 
 
+class InvalidWriterError(WriterRegistryError):
+    """A writer is not one, or is not attached."""
+
+
 class StoreError(LosingError, OSError):
     """A folder, bucket or server of files does not answer, does not exist, or denies access."""
 

@@ -142,7 +142,7 @@ class CocoWriter(Writer):
         self.annotators = [named_annotators.get(name, {} if name == RGB else label_filter) for name in names]
         self._enough = VisibleEnough("CocoWriter", min_visibility, min_pixels)
         self._keypoints = coco_keypoints.Keypoints(keypoints if isinstance(keypoints, dict) else {})
-        self._label_filter = self.get_annotator(BOXES).label_filter
+        self._label_filter = self._annotator_called(BOXES).label_filter
         by_class = self._plain and coco_categories is None
         self._categories = ClassCategories(self._label_filter) if by_class else Categories(coco_categories)
         self._image_format = checked_image_format(image_output_format)
