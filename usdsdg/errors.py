@@ -132,6 +132,12 @@ class AugmentationError(AnnotatorError):
     """An augmentation failed or returned something that is not an array."""
 
 
+class NoAugmentation(AugmentationError, AnnotatorRegistryError, KeyError):
+    """No augmentation has that name."""
+
+    __str__ = Exception.__str__  # that of KeyError would put the message in quotes
+
+
 class DatasetError(UsdsdgError, ValueError):
     """A folder is missing, or contains no dataset of a known writer."""
 
@@ -146,6 +152,10 @@ class WriterArgumentError(WriterError, ValueError):
 
 class WriterRegistryError(WriterError, LookupError):
     """No writer or backend has that name, or the name is taken."""
+
+
+class InvalidWriterError(WriterRegistryError):
+    """A writer is not one, or is not attached."""
 
 
 class StoreError(LosingError, OSError):

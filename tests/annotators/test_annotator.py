@@ -89,10 +89,54 @@ def test_a_mapping_that_cannot_be_read_is_told(frame, mapping):
 def test_what_an_annotator_is_called(frame):
     annotator = annotators.get("rgb").augment(lambda data: data, name="mine")
     assert (annotator.get_name(), annotator.name, annotator.template_name) == ("mine", "mine", "rgb")
-    assert annotator.get_node() is annotator
-    assert "uint8 (H, W, 4)" in annotator.documentation
+    assert "uint8 (H, W, 4)" in annotator.documentation == annotator.docs
     assert not annotator.is_attached
+    with pytest.raises(AnnotatorRegistryError, match="has no node"):
+        annotator.get_node()
     assert annotator.attach(PRODUCT, render_product_idxs=[0]).is_attached
+    assert annotator.get_node() is annotator
+    with pytest.raises(AnnotatorRegistryError, match="detach it before"):
+        annotator.initialize()
+
+
+def test_only_what_is_attached_can_be_detached():
+    annotator = annotators.get("rgb").attach(PRODUCT)
+    annotator.detach()
+    with pytest.raises(AnnotatorError, match="cannot be detached"):
+        annotator.detach()
+    annotator.detach(PRODUCT)  # from a product Replicator does not mind
+    annotator.attach(PRODUCT)
+    annotators.detach_all()  # as a new stage does
+    annotator.detach()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"device": "gpu"}, {"device": 0}, {"render_product_idxs": ["a"]}, {"init_params": [1]}, {"device": "cudaX"}],
+)
+def test_arguments_of_the_wrong_type_are_told_when_getting(wrong):
+    with pytest.raises(AnnotatorRegistryError, match=next(iter(wrong))):
+        annotators.get("rgb", **wrong)
+
+
+def test_devices_are_named_in_either_case():
+    assert annotators.get("rgb", device="CUDA").device == "cuda"
+
+
+def test_unregistering_what_is_not_registered_warns():
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match="no annotator is named 'rgbb'. Did you mean 'rgb'"):
+        annotators.AnnotatorRegistry.unregister_annotator("rgbb")
+    with pytest.raises(AnnotatorRegistryError, match="3 is no name"):
+        annotators.AnnotatorRegistry.unregister_annotator(3)
+
+
+@pytest.mark.parametrize("params", [{}, {"prims": [], "attribute": "d"}, {"prims": ["/World"]}])
+def test_the_attribute_annotator_needs_prims_and_a_name_to_be_attached(params):
+    annotator = annotators.get("Attribute", init_params=params)
+    with pytest.raises(ValueError, match="needs prims and an attribute"):
+        annotator.attach(PRODUCT)
+    assert not annotator.is_attached
 
 
 def test_data_before_attaching_is_an_error():

@@ -22,7 +22,11 @@ def frames():
 def reader(layout, products=()):
     wanted = [annotators.get("rgb"), annotators.get("bounding_box_2d_tight"), annotators.get("camera_params")]
     return SimpleNamespace(
-        data_structure=layout, render_products=products, shares_arrays=False, annotators_of=lambda path: wanted
+        data_structure=layout,
+        render_products=products,
+        shares_arrays=False,
+        reads_numpy=False,
+        annotators_of=lambda path: wanted,
     )
 
 
@@ -103,7 +107,11 @@ def test_a_writer_gets_warp_arrays_of_annotators_with_a_device(frames):
     wanted += [annotators.get("bounding_box_2d_tight", device="cuda:7"), annotators.get("normals", device="cpu")]
     payload = annotators.build_payload(
         SimpleNamespace(
-            data_structure="legacy", render_products=(), shares_arrays=True, annotators_of=lambda path: wanted
+            data_structure="legacy",
+            render_products=(),
+            shares_arrays=True,
+            reads_numpy=True,
+            annotators_of=lambda path: wanted,
         ),
         one(frames),
     )

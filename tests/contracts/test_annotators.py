@@ -99,17 +99,23 @@ def test_a_frame_that_waits_holds_its_aovs_on_the_host(frame):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_data_before_the_first_frame_are_empty_arrays_of_the_same_type(name, frame):
+def test_data_before_the_first_frame_are_empty_and_of_the_same_form(name, frame):
     annotator = get(name).attach(known("/Render/Any"))
     try:
-        empty = annotator.get_data()
-        full = annotator.compute(frame).data
-        if full is None:
-            assert empty == {}
-        else:
-            assert (empty.dtype, empty.size) == (full.dtype, 0)
+        empty, flat = annotator.get_data(), annotator.get_data(use_legacy_structure=False)
+        annotator.compute(frame)
+        assert form(empty) == form(annotator.get_data())
+        assert form(flat) == form(annotator.get_data(use_legacy_structure=False))
+        assert len(flat.get("data", ())) == 0
     finally:
         annotator.detach()
+
+
+def form(value, depth=2):
+    """Return the type of a value, dtypes of arrays, and the forms of the entries of a dictionary and of its info."""
+    if isinstance(value, dict) and depth and all(isinstance(key, str) and key.isalnum() for key in value):
+        return {key: form(item, depth - 1 if key == "info" else 0) for key, item in value.items()}
+    return value.dtype if isinstance(value, np.ndarray) else type(value)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -107,6 +107,25 @@ def test_an_image_that_is_transparent_outside_of_the_lens_has_no_fault(stage, tm
     assert verify(tmp_path / "coco").faults == []
 
 
+@pytest.mark.parametrize("options", [{}, {"plain_names": True, "panoptic": True}])
+def test_objects_of_no_category_are_others_and_no_fault(stage, tmp_path, options):
+    rep.create.light(light_type="dome")
+    for number, name in enumerate(("box", "pear")):
+        rep.create.cube(position=(1.5 * number, 0, 0), semantics=[("class", name)])
+    writer = rep.writers.get("CocoWriter")
+    # The id of Replicator's "other" is taken.
+    table = {"box": {"name": "box", "id": 201}}
+    writer.initialize(output_dir=str(tmp_path / "coco"), coco_categories=table, **options)
+    camera = rep.create.camera(position=(0.7, -6, 1), look_at=(0.7, 0, 0))
+    writer.attach(rep.create.render_product(camera, (64, 48)))
+    rep.orchestrator.step()
+    writer.detach()
+    rep.orchestrator.wait_until_complete()
+    assert verify(tmp_path / "coco").faults == []
+    (path,) = (tmp_path / "coco").rglob("instances_train.json" if options else "coco_annotations_*.json")
+    assert sorted(each["category_id"] for each in json.loads(path.read_text())["annotations"]) == [201, 202]
+
+
 @pytest.mark.parametrize("name", ["voc", "cvat", "kitti_plain"])
 def test_a_dataset_without_any_object_has_no_fault(stage, tmp_path, name):
     rep.create.light(light_type="dome")

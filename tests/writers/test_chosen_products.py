@@ -3,7 +3,7 @@
 import pytest
 
 import usdsdg as rep
-from usdsdg.errors import ArgumentError
+from usdsdg.errors import ArgumentError, WriterRegistryError
 
 
 class Seen(rep.Writer):
@@ -52,11 +52,12 @@ def test_writers_are_found_by_their_render_products(products):
     writer = Seen()
     writer.attach(products)
     registry = rep.WriterRegistry
-    for given in (products[0], [products[1], other], products[0].path, None):
+    for given in (products[0], products, products[0].path, None):
         assert registry.get_attached_writers(given) == {"Seen": writer}
         assert registry.get_attached_writer("Seen", given) is writer
     assert registry.get_attached_writers(other) == {}
-    assert registry.get_attached_writer("Seen", [other]) is None
+    with pytest.raises(WriterRegistryError, match="No writer is attached"):
+        registry.get_attached_writer("Seen", [other])
 
 
 def test_normals_are_png_whatever_the_format_of_pictures(products, tmp_path):

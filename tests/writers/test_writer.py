@@ -13,6 +13,7 @@ from usdsdg.capture.requests import Requests
 from usdsdg.errors import (
     AnnotatorRegistryError,
     BadPrim,
+    InvalidWriterError,
     Unsupported,
     UsdsdgWarning,
     WriterError,
@@ -194,16 +195,32 @@ def test_metadata_is_written_once_before_the_first_frame(tmp_path):
 
 def test_what_a_writer_tells_of_itself(recorder):
     assert recorder.get_metadata() == {"name": "Recorder", "version": "1.2.3", "replicator_global_seed:": None}
-    assert (recorder.get_data(), recorder.num_written, recorder.get_node()) == (None, 0, recorder)
+    assert recorder.metadata == recorder.get_metadata()
+    assert (recorder.get_data(), recorder.num_written) == (None, 0)
+    with pytest.raises(InvalidWriterError, match="Recorder is attached to no render product"):
+        recorder.get_node()
     recorder.attach(PRODUCT)
+    assert recorder.get_node() is recorder
     for index in range(2):
         recorder.receive({"index": index})
     assert (recorder.get_data(), recorder.num_written) == ({"index": 1}, 2)
     recorder.reset()
     assert recorder.num_written == 0
-    assert [each if isinstance(each, str) else each.get_name() for each in recorder.get_annotators()] == [
-        "rgb", "occlusion",
-    ]  # fmt: skip
+    read = recorder.get_annotators()
+    assert [(name, each.template_name) for name, each in read.items()] == [("rgb", "rgb"), ("occlusion", "occlusion")]
+    recorder.detach()
+    assert recorder.get_data() is None
+
+
+def test_metadata_that_was_asked_for_before_the_run_has_the_seed_of_the_run(recorder):
+    recorder.metadata["extra"] = 1
+    assert recorder.get_metadata()["replicator_global_seed:"] is None
+    writers.set_global_seed(5)
+    try:
+        facts = {"name": "Recorder", "version": "1.2.3", "replicator_global_seed:": 5, "extra": 1}
+        assert recorder.get_metadata() == recorder.metadata == facts
+    finally:
+        writers.set_global_seed(None)
 
 
 def test_a_writer_attached_by_name_takes_parameters_and_a_trigger(tmp_path):
@@ -227,14 +244,31 @@ def test_a_users_writer_reads_the_legacy_payload(recorder):
 def test_annotators_can_be_found_and_added(recorder):
     recorder.add_annotator("normals", name="n")
     assert recorder.get_annotator("n").template_name == "normals"
-    with pytest.raises(WriterError, match="occlusion"):
-        recorder.get_annotator("oclusion")
+    assert recorder.get_annotator("oclusion") is None
 
 
 def test_the_registry_knows_what_is_attached(recorder):
     recorder.attach(PRODUCT)
     assert WriterRegistry.get_attached_writers() == {"Recorder": recorder}
     assert WriterRegistry.get_attached_writer("Recorder") is recorder
-    assert WriterRegistry.get_writer_render_products("Recorder") == [PRODUCT]
+    assert WriterRegistry.get_writer_render_products() == {(PRODUCT,)}
+    assert WriterRegistry.get_annotators(PRODUCT) == set(recorder.annotators)
+    with pytest.raises(WriterRegistryError, match=r"No writer is attached to /Render/Other, so none .* 'Recorder'"):
+        WriterRegistry.get_attached_writer("Recorder", "/Render/Other")
+    assert WriterRegistry.get_attached_writer("BasicWriter", PRODUCT) is None
     WriterRegistry.detach("Recorder")
     assert WriterRegistry.get_attached_writers() == {}
+    assert WriterRegistry.get_writer_render_products() == set()
+
+
+def test_the_registry_attaches_instances_as_in_replicator(recorder):
+    WriterRegistry.attach(recorder, PRODUCT, None, None)
+    assert recorder.render_products == (PRODUCT,)
+    assert not recorder.is_due()
+    recorder.detach()
+    with pytest.raises(WriterRegistryError, match=r"Recorder was given a; call its initialize\(\)"):
+        WriterRegistry.attach(recorder, PRODUCT, a=1)
+    with pytest.raises(InvalidWriterError, match="3 is no writer"):
+        WriterRegistry.attach(3, PRODUCT)
+    with pytest.raises(InvalidWriterError, match="int is not a subclass"):
+        WriterRegistry.register(int)

@@ -13,13 +13,14 @@ import numpy as np
 
 from usdsdg.annotators.augmentations.array_transform import ArrayTransform
 from usdsdg.annotators.base import Annotation, AnnotatorSpec, predicate_of
-from usdsdg.annotators.device_arrays import check_device, delivered
+from usdsdg.annotators.device_arrays import checked_device, delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.ownership import parse_filter
 from usdsdg.annotators.packed_colors import packed
 from usdsdg.annotators.render_products import chosen_products, existing_products, render_product_paths
 from usdsdg.arguments.registry import near_misses
-from usdsdg.errors import AnnotatorError, ArgumentError, Unsupported
+from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, ArgumentError, Unsupported
+from usdsdg.session.engines import renderer_device
 from usdsdg.session.replicator_version import OLD, replicator_version
 from usdsdg.session.session import current
 
@@ -39,12 +40,14 @@ class Annotator:
     ) -> None:
         self._spec = spec
         self._render_product_idxs = None if render_product_idxs is None else tuple(render_product_idxs)
-        self._device = device
+        self._device = _device(device)
+        self._is_moved = False  # to the renderer's device, by a Warp kernel
         self._do_array_copy = do_array_copy
         self._name = name or spec.name
         self._params: dict[str, Any] = dict(spec.params)
         self._augmentations: list[ArrayTransform] = []
         self._render_product: str | None = None
+        self._is_detachable = False  # attached, and not detached by its user since
         self._latest: Annotation | None = None
         if init_params:
             self.initialize(**init_params)
@@ -93,8 +96,18 @@ class Annotator:
 
     @property
     def device(self) -> str | None:
-        """Where its arrays are delivered: None or "cpu" for NumPy, else a device of Warp."""
+        """The device that it was created with: None or "cpu" for NumPy arrays, else that of its Warp arrays."""
         return self._device
+
+    def warp_device(self, *, kernels: bool = True) -> str | None:
+        """Return the device of the Warp arrays that it delivers; None if it delivers NumPy arrays.
+
+        kernels: whether it delivers Warp arrays also because a Warp kernel has augmented them: on the renderer's
+            device, as Replicator, which then moves an annotator to the GPU.
+        """
+        if self._device not in (None, "cpu"):
+            return self._device
+        return renderer_device() if kernels and self._is_moved else None
 
     @property
     def copies_arrays(self) -> bool:
@@ -118,11 +131,12 @@ class Annotator:
         if self._params.get("colorize") and annotation.data is not None and replicator_version() == OLD:
             annotation = Annotation(packed(frame.on_host(annotation.data)), annotation.info)
         counts: Counter[str] = Counter()
+        device = self.warp_device() if self._augmentations else None
         for augmentation in self._augmentations:
             # Random draws depend on this key, so that adding other augmentations does not change them.
             key = f"{frame.render_product}/{self._name}/{augmentation.label}#{counts[augmentation.label]}"
             counts[augmentation.label] += 1
-            annotation = augmentation.run(annotation, frame, key=key, device=self._device)
+            annotation = augmentation.run(annotation, frame, key=key, device=device)
         self._latest = annotation
         return annotation
 
@@ -154,11 +168,14 @@ class Annotator:
         """Set init parameters; only before attaching.
 
         Raises:
-            AnnotatorError: it is attached, has no such parameter, two exclude each other, or a value is invalid.
+            AnnotatorRegistryError: it is attached.
+            AnnotatorError: it has no such parameter, two exclude each other, or a value is invalid.
             ConfigError: the label filter cannot be parsed.
         """
         if self._render_product is not None:
-            raise AnnotatorError(f"{self._name} is attached to {self._render_product}: detach it before initialize().")
+            raise AnnotatorRegistryError(
+                f"{self._name} is attached to {self._render_product}: detach it before initialize()."
+            )
         for key in init_params:
             if key not in self._spec.params:
                 close = near_misses(key, self._spec.params)
@@ -192,12 +209,16 @@ class Annotator:
             raise Unsupported(
                 f"Annotator {self._name!r} was given {len(paths)} render products: attach one annotator to each."
             )
-        self._render_product = paths[0]
+        self._render_product, self._is_detachable = paths[0], True
         if self not in current().annotators:
             current().annotators.append(self)
         current().live.note(self)
         if self._spec.on_attach is not None:
-            self._spec.on_attach(self)
+            try:
+                self._spec.on_attach(self)
+            except Exception:
+                self.detach()
+                raise
         return self
 
     def choose_products(self, render_product_idxs: Sequence[int]) -> None:
@@ -217,27 +238,41 @@ class Annotator:
     def bind(self, render_product: str | None) -> None:
         """Bind to the render product of a writer, which then computes it; None unbinds."""
         if self not in current().annotators:
-            self._render_product = render_product
+            self._render_product, self._is_detachable = render_product, render_product is not None
             self._latest = self._latest if render_product else None
 
     def detach(self, render_products: Any = None) -> Annotator:
-        """Detach from its render product; with `render_products` only if it is among them."""
+        """Detach from its render product; with `render_products` only if it is among them.
+
+        Raises:
+            AnnotatorError: no `render_products` are given, and it is not attached. One that a new stage has detached
+                may still be.
+        """
+        if render_products is None and not self._is_detachable:
+            raise AnnotatorError(
+                f"Annotator {self._name!r} is attached to no render product, so it cannot be detached."
+            )
         if render_products is None or self._render_product in render_product_paths(render_products):
-            self._render_product = None
-            self._latest = None
-            if self in current().annotators:
-                current().annotators.remove(self)
+            self._is_detachable = False
+            self.release()
         return self
+
+    def release(self) -> None:
+        """Detach on behalf of something other than its user: of a new stage."""
+        self._render_product = self._latest = None
+        if self in current().annotators:
+            current().annotators.remove(self)
 
     def get_data(
         self, device: str | None = None, do_array_copy: bool = False, use_legacy_structure: bool = True
     ) -> Any:
         """Return the annotation of the latest captured frame, or of the stage as the latest update of the application
-        shows it, whichever is later; arrays of size 0 before the first.
+        shows it, whichever is later. Before the first arrays have size 0, and info has the same keys as later.
 
         device: "cpu" returns a NumPy array, "cuda[:n]" a Warp array (on the CPU if there is no such device), which
             PyTorch, JAX and CuPy take over without a copy (DLPack); records such as boxes, and info, are NumPy arrays
-            in any case. None uses the device that the annotator was created with.
+            in any case. None uses the device that the annotator was created with; without one, images that a Warp
+            kernel has augmented are Warp arrays on the renderer's device, as in Replicator.
         do_array_copy: copy the array, even if the annotator was created with do_array_copy=False. Without a copy the
             array is shared with the writers, must not be written into, and may be used until the next frame.
 
@@ -245,14 +280,15 @@ class Annotator:
             AnnotatorError: it is not attached.
             ArgumentError: (a ValueError) there can be no such device.
         """
-        check_device(device)
+        device = checked_device(device)
         if self._render_product is None:
             raise AnnotatorError(f"Annotator {self._name!r} is not attached. Call attach(render_product) first.")
         if self in current().annotators:
             current().live.refresh(self)
         current().wait_for_pictures()
         copy = do_array_copy or self._do_array_copy
-        latest = delivered(self._latest or Annotation(self._spec.empty), device or self._device, copy=copy)
+        warp_device = self.warp_device() if device is None else None if device == "cpu" else device
+        latest = delivered(self._latest or self._spec.before_first_frame(), warp_device, copy=copy)
         return latest.legacy() if use_legacy_structure else latest.flat()
 
     def augment(
@@ -264,14 +300,18 @@ class Annotator:
             augmentation: an Augmentation, its registered name, the type of a node, or a function.
             data_out_shape: shape of the result; -1 keeps that axis of the input.
             name: new name of the annotator, its key in a writer's payload. None: unchanged.
-            device: where kernels run and `get_data` returns arrays; None: unchanged.
+            device: where kernels run and `get_data` returns arrays; None: unchanged, and for a Warp kernel the
+                renderer's device if the annotator has none.
             kwargs: arguments of the augmentation; see `Augmentation.from_function`.
 
         Raises:
-            AnnotatorRegistryError: there is no augmentation of that name.
-            AugmentationError: it takes no such argument, or a required one is missing.
+            NoAugmentation: there is no augmentation of that name.
+            AugmentationError: it is neither that nor a function nor a kernel, or a required argument is missing.
         """
-        self._augmentations.append(ArrayTransform.of(augmentation).with_arguments(data_out_shape, kwargs))
+        device = _device(device)
+        transform = ArrayTransform.of(augmentation).with_arguments(data_out_shape, kwargs)
+        self._augmentations.append(transform)
+        self._is_moved = device is None and (self._is_moved or transform.gives_warp_array)
         self._name = name or self._name
         self._device = device or self._device
         return self
@@ -282,8 +322,15 @@ class Annotator:
         Raises:
             as `augment`; in that case none of them is added.
         """
-        self._augmentations += [ArrayTransform.of(each).with_arguments(None, {}) for each in augmentations]
+        transforms = [ArrayTransform.of(each).with_arguments(None, {}) for each in augmentations]
+        self._augmentations += transforms
+        self._is_moved = self._is_moved or any(each.gives_warp_array for each in transforms)
         self._name = name or self._name
+        return self
+
+    def on_its_device(self) -> Annotator:
+        """Deliver arrays where `device` says from now on, also those of Warp kernels; returns the annotator itself."""
+        self._is_moved = False
         return self
 
     def copy(self, name: str | None = None, *, device: str | None = None, do_array_copy: bool = True) -> Annotator:
@@ -293,9 +340,11 @@ class Annotator:
         """
         twin = copy.copy(self)
         twin._do_array_copy = self._do_array_copy and do_array_copy
-        twin._name, twin._device = name or self._name, device or self._device
+        twin._name, twin._device = name or self._name, _device(device) or self._device
+        twin._is_moved = self._is_moved and device is None
         twin._params, twin._augmentations = dict(self._params), list(self._augmentations)
         twin._render_product = twin._latest = None
+        twin._is_detachable = False
         return twin
 
     def get_name(self) -> str:
@@ -303,7 +352,13 @@ class Annotator:
         return self._name
 
     def get_node(self) -> Annotator:
-        """Return the annotator itself as an opaque handle: there is no OmniGraph node behind it."""
+        """Return the annotator itself as an opaque handle: there is no OmniGraph node behind it.
+
+        Raises:
+            AnnotatorRegistryError: it is not attached.
+        """
+        if self._render_product is None:
+            raise AnnotatorRegistryError(f"Annotator {self._name!r} is attached to no render product, so has no node.")
         return self
 
     @property
@@ -326,6 +381,23 @@ class Annotator:
         """The documentation of its output: shape, type, units, parameters."""
         return self._spec.documentation
 
+    @property
+    def docs(self) -> str:
+        """As `documentation`."""
+        return self._spec.documentation
+
+
+def _device(device: Any) -> str | None:
+    """Check the device of an annotator.
+
+    Raises:
+        AnnotatorRegistryError: it is neither None, "cpu", "cuda" nor "cuda:<number>".
+    """
+    try:
+        return checked_device(device)
+    except ArgumentError as error:
+        raise AnnotatorRegistryError(str(error)) from None
+
 
 def attached_annotators() -> tuple[Annotator, ...]:
     """Return the annotators that users attached to render products; those of writers are not included."""
@@ -335,7 +407,7 @@ def attached_annotators() -> tuple[Annotator, ...]:
 def detach_all() -> None:
     """Detach every annotator, as for a new stage."""
     for annotator in attached_annotators():
-        annotator.detach()
+        annotator.release()
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,9 @@ def register_aov(
     compute.__doc__ = documentation or source.documentation
     assert source.empty is not None
     empty = source.empty if wanted is None else np.zeros(0, wanted)
-    annotator_specs.add(name, replace(source, name=name, compute=compute, params={}, empty=empty, on_attach=on_attach))
+    annotator_specs.add(
+        name, replace(source, name=name, compute=compute, params={}, empty=empty, empty_info={}, on_attach=on_attach)
+    )
 
 
 def _source(aov: str, unsupported: Mapping[str, str]) -> AnnotatorSpec:

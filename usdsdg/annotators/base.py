@@ -6,6 +6,7 @@ binds the function to parameters, augmentations and a render product.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -60,7 +61,12 @@ class AnnotatorSpec:
     needs_path_tracing: bool  # reads path-traced color ("LdrColor", "HdrColor") or light AOVs
     params: Mapping[str, Any]  # init parameters and their defaults
     empty: np.ndarray | None  # the array before the first frame; None for annotators without one
+    empty_info: Mapping[str, Any] = field(default_factory=dict)  # info before the first frame
     on_attach: Callable[[Any], None] | None = None  # called with each `Annotator` that is attached
+
+    def before_first_frame(self) -> Annotation:
+        """Return an annotation of nothing, with the same keys as others; it may be written into."""
+        return Annotation(self.empty, {key: copy.deepcopy(value) for key, value in self.empty_info.items()})
 
     @property
     def documentation(self) -> str:
@@ -80,10 +86,14 @@ def define(
     needs_path_tracing: bool = False,
     params: Mapping[str, Any] | None = None,
     dtype: Any = None,
+    info: Mapping[str, Any] | None = None,
+    on_attach: Callable[[Any], None] | None = None,
 ) -> Callable[[Compute], Compute]:
     """Register the decorated function (frame, params) → `Annotation` under `names`.
 
     dtype: type of the returned array; None when the function returns info only.
+    info: what there is of the returned info before the first frame, under the same keys: empty arrays, lists, tables.
+    on_attach: called with each `Annotator` when it is attached.
     """
 
     empty = None if dtype is None else np.zeros(0, dtype)
@@ -91,7 +101,15 @@ def define(
     def register(compute: Compute) -> Compute:
         for name in names:
             spec = AnnotatorSpec(
-                name, compute, frozenset(aovs), needs_amodal_masks, needs_path_tracing, params or {}, empty
+                name,
+                compute,
+                frozenset(aovs),
+                needs_amodal_masks,
+                needs_path_tracing,
+                params or {},
+                empty,
+                info or {},
+                on_attach,
             )
             annotator_specs.add(name, spec, override=False)
         return compute

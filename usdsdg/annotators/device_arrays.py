@@ -16,28 +16,24 @@ from usdsdg.errors import ArgumentError
 _DEVICE = re.compile(r"cpu|cuda(:\d+)?")
 
 
-def check_device(device: str | None) -> None:
-    """Check the name of a device.
+def checked_device(device: str | None) -> str | None:
+    """Return the name of a device in lower case, or None as it is.
 
     Raises:
         ArgumentError: it is neither None, "cpu", "cuda" nor "cuda:<number>".
     """
-    if device is not None and not _DEVICE.fullmatch(str(device)):
+    if device is not None and (not isinstance(device, str) or not _DEVICE.fullmatch(device.lower())):
         raise ArgumentError(f"device is {device!r}; expected 'cpu', 'cuda' or 'cuda:0'")
-
-
-def is_for_host(device: str | None) -> bool:
-    """Return whether an annotator with this device delivers NumPy arrays."""
-    return device in (None, "cpu")
+    return device.lower() if device else None
 
 
 def delivered(
-    annotation: Annotation, device: str | None, *, copy: bool, fetch: Callable[[Pixels], np.ndarray] = on_host
+    annotation: Annotation, warp_device: str | None, *, copy: bool, fetch: Callable[[Pixels], np.ndarray] = on_host
 ) -> Annotation:
     """Return an annotation as its reader gets it.
 
-    device: None or "cpu" for NumPy arrays, else that of Warp arrays; info is NumPy in any case. copy: whether arrays
-        are copies, which the reader may write into. fetch: how images of a GPU come to the host.
+    warp_device: None for NumPy arrays, else that of Warp arrays; info is NumPy in any case. copy: whether arrays are
+        copies, which the reader may write into. fetch: how images of a GPU come to the host.
     """
 
     def hosted(value: Any) -> Any:
@@ -46,9 +42,9 @@ def delivered(
         return fetch(value).copy() if copy else fetch(value)
 
     data, info = annotation.data, {key: hosted(value) for key, value in annotation.info.items()}
-    if data is None or is_for_host(device):
+    if data is None or warp_device is None:
         return Annotation(hosted(data), info)
-    return Annotation(on_device(data, str(device), copy=copy), info)
+    return Annotation(on_device(data, warp_device, copy=copy), info)
 
 
 def on_device(data: Pixels, device: str, *, copy: bool) -> Pixels:

@@ -1,12 +1,13 @@
 """Annotators by name: `rep.annotators.get`, `register`, `augment` and their like."""
 
 from collections.abc import Mapping, Sequence
+from numbers import Integral
 from typing import Any
 
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.base import annotator_specs
-from usdsdg.arguments.registry import Registry
-from usdsdg.errors import AnnotatorRegistryError, Unsupported
+from usdsdg.arguments.registry import Registry, near_misses
+from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, Unsupported, warn_once
 
 # Names that Replicator has and usdsdg does not, with the reason that the error gives.
 UNSUPPORTED: dict[str, str] = dict.fromkeys(
@@ -32,14 +33,23 @@ def get(
         init_params: see `Annotator.initialize`.
         render_product_idxs: which of the render products that a writer, or the annotator, is attached to it watches;
             by default all of a writer's.
-        device: "cpu" or None to get NumPy arrays from `get_data`, "cuda[:n]" to get Warp arrays;
-            see `Annotator.get_data`.
+        device: "cpu" or None to get NumPy arrays from `get_data`, unless a Warp kernel augments them, "cuda[:n]" to get
+            Warp arrays; see `Annotator.get_data`.
         do_array_copy: whether `get_data` returns, and writers receive, a copy, which may be written into.
 
     Raises:
-        AnnotatorRegistryError: there is no such annotator; the message lists near misses.
+        AnnotatorRegistryError: there is no such annotator; the message lists near misses. Or another argument is of the
+            wrong type.
         Unsupported: Replicator has it and usdsdg does not.
     """
+    if init_params is not None and not isinstance(init_params, Mapping):
+        raise AnnotatorRegistryError(f"Annotator {name!r}: init_params is {init_params!r}; expected a dictionary.")
+    if isinstance(render_product_idxs, int):
+        render_product_idxs = [render_product_idxs]
+    if render_product_idxs is not None and not all(isinstance(each, Integral) for each in render_product_idxs):
+        raise AnnotatorRegistryError(
+            f"Annotator {name!r}: render_product_idxs is {render_product_idxs!r}; expected whole numbers."
+        )
     if name in registered_annotators:
         found = registered_annotators.get(name).copy(device=device, do_array_copy=do_array_copy)
         if render_product_idxs is not None:
@@ -68,15 +78,22 @@ def register(name: str, annotator: Annotator | str) -> None:
         annotator = get(annotator)
     if not isinstance(annotator, Annotator):
         raise AnnotatorRegistryError(f"register({name!r}, ...): {annotator!r} is not an Annotator.")
-    registered_annotators.add(name, annotator.copy(name))
+    registered_annotators.add(name, annotator.copy(name).on_its_device())
 
 
 def unregister_annotator(name: str) -> None:
-    """Remove an annotator from the registry.
+    """Remove an annotator from the registry; warns if there is none of that name.
 
     Raises:
-        AnnotatorRegistryError: there is no such annotator; the message lists near misses.
+        AnnotatorRegistryError: `name` is no text.
     """
+    if not isinstance(name, str):
+        raise AnnotatorRegistryError(f"unregister_annotator: {name!r} is no name.")
+    if name not in registered_annotators and name not in annotator_specs:
+        close = near_misses(name, get_registered_annotators())
+        hint = f" Did you mean {' or '.join(map(repr, close))}?" if close else ""
+        warn_once(f"unregister_annotator: no annotator is named {name!r}.{hint}")
+        return
     (registered_annotators if name in registered_annotators else annotator_specs).remove(name)
 
 
@@ -92,8 +109,7 @@ def augment(
 
     See `Annotator.augment` for the arguments and errors; the source does not change.
     """
-    source = get(source_annotator) if isinstance(source_annotator, str) else source_annotator.copy()
-    return source.augment(augmentation, data_out_shape, name, device, **kwargs)
+    return _copied(source_annotator).augment(augmentation, data_out_shape, name, device, **kwargs)
 
 
 def augment_compose(
@@ -103,5 +119,10 @@ def augment_compose(
 
     See `Annotator.augment_compose` for errors; the source does not change.
     """
-    source = get(source_annotator) if isinstance(source_annotator, str) else source_annotator.copy()
-    return source.augment_compose(augmentations, name)
+    return _copied(source_annotator).augment_compose(augmentations, name)
+
+
+def _copied(source: Annotator | str) -> Annotator:
+    if not isinstance(source, (str, Annotator)):
+        raise AnnotatorError(f"{source!r} is no annotator: give a name, or what annotators.get(name) returns.")
+    return get(source) if isinstance(source, str) else source.copy()

@@ -8,7 +8,7 @@ import numpy as np
 
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.base import Annotation
-from usdsdg.annotators.device_arrays import delivered, is_for_host
+from usdsdg.annotators.device_arrays import delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.errors import WriterError
 
@@ -31,6 +31,9 @@ class Reader(Protocol):
     shares_arrays: bool  # whether it never modifies arrays, so that they need not be copied for it
 
     @property
+    def reads_numpy(self) -> bool: ...  # whether arrays that Warp kernels have augmented come as NumPy arrays
+
+    @property
     def render_products(self) -> Sequence[str]: ...  # all that it is attached to, including those not in this payload
 
     def annotators_of(self, render_product: str) -> Sequence[Annotator]: ...
@@ -48,7 +51,7 @@ def build_payload(
         path.rsplit("/", 1)[-1]: Capture(
             frame.view.prim_path,
             (frame.view.width, frame.view.height),
-            _annotations(reader.annotators_of(path), frame, reader.shares_arrays),
+            _annotations(reader.annotators_of(path), frame, reader),
         )
         for path, frame in frames.items()
     }
@@ -62,19 +65,20 @@ def build_payload(
     )
 
 
-def _annotations(annotators: Sequence[Annotator], frame: Frame, shared: bool) -> dict[str, Annotation]:
+def _annotations(annotators: Sequence[Annotator], frame: Frame, reader: Reader) -> dict[str, Annotation]:
     """Compute annotators and return what they deliver, by name.
 
     These are copies, which the reader may write into, unless it shares arrays or an annotator does not copy them. What
     is delivered on the host comes from a GPU in one go.
     """
     computed = [(annotator, annotator.compute(frame)) for annotator in annotators]
-    frame.fetch(array for annotator, each in computed if is_for_host(annotator.device) for array in each.images)
+    devices = [annotator.warp_device(kernels=not reader.reads_numpy) for annotator in annotators]
+    frame.fetch(array for (_, each), device in zip(computed, devices) if device is None for array in each.images)
     return {
         annotator.get_name(): delivered(
-            each, annotator.device, copy=annotator.copies_arrays and not shared, fetch=frame.on_host
+            each, device, copy=annotator.copies_arrays and not reader.shares_arrays, fetch=frame.on_host
         )
-        for annotator, each in computed
+        for (annotator, each), device in zip(computed, devices)
     }
 
 

@@ -2,23 +2,48 @@
 
 import itertools
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
 from usdsdg.distribution import Distribution, draw
 from usdsdg.graph.evaluate import graph
 
+# Types of triggers that have a name of their own; conditions and custom events are in no payload.
+_NAMED_TRIGGERS = ("OgnOnFrame", "OgnOnTime")
+
+
+class GraphOutputs(TypedDict):
+    """What a payload tells of the graph."""
+
+    trigger_outputs: dict[str, int]
+    distribution_outputs: dict[str, Any]
+    named_outputs: dict[str, dict[str, Any]]
+
+
+def graph_outputs() -> GraphOutputs:
+    """Return the three entries of a payload that tell of the graph, by key.
+
+    "trigger_outputs" has how often each trigger has fired, "distribution_outputs" the latest draw of each named
+    distribution, and "named_outputs" both, as {"execCounts": count} and {"samples": draw}.
+    """
+    counts, draws = trigger_outputs(), distribution_outputs()
+    named: dict[str, dict[str, Any]] = {name: {"execCounts": count} for name, count in counts.items()}
+    for name, rows in draws.items():
+        named[name] = {**named.get(name, {}), "samples": rows}
+    return {"trigger_outputs": counts, "distribution_outputs": draws, "named_outputs": named}
+
 
 def trigger_outputs() -> dict[str, int]:
-    """Return how often time triggers have fired, by name; writers number their sequences by it.
+    """Return how often triggers of frames and of time have fired, previews left out, by name.
 
-    Triggers with a name that another one has are `name_01` and so on.
+    Triggers with a name that another one has are `name_01` and so on. Writers number their sequences by triggers with
+    "on_time" in their names.
     """
     found: dict[str, int] = {}
     for trigger in graph().triggers:
-        if trigger.kind == "OgnOnTime":
-            found[_free(trigger.name, found)] = trigger.executions
+        if trigger.kind in _NAMED_TRIGGERS:
+            found[_free(trigger.name, found)] = trigger.firings
     return found
 
 
@@ -28,16 +53,19 @@ def _free(name: str, taken: Mapping[str, object]) -> str:
 
 
 def distribution_outputs() -> dict[str, np.ndarray | list[Any]]:
-    """Return the latest draw of each named distribution under a trigger, one row per prim of its consumer.
+    """Return the latest draw of each named distribution, one row per prim of its consumer.
 
-    Draws depend only on their keys, so they are repeated instead of being stored.
+    Draws under a trigger depend only on their keys, so they are repeated instead of being stored.
     """
-    drawn: dict[str, np.ndarray | list[Any]] = {}
+    drawn = {name: _rows(rows) for name, rows in graph().drawn_once.items()}
     for trigger in graph().triggers:
         for node in trigger.nodes:
             for role, value in node.inputs.items():
                 if isinstance(value, Distribution) and value.node.name and node.executions:
-                    rows = draw(value, node, node.executions - 1, role)
-                    numeric = all(isinstance(row, (int, float, np.ndarray, np.generic)) for row in rows)
-                    drawn[value.node.name] = np.array(rows) if numeric else rows
+                    drawn[value.node.name] = _rows(draw(value, node, node.executions - 1, role))
     return drawn
+
+
+def _rows(rows: list[Any]) -> np.ndarray | list[Any]:
+    numeric = all(isinstance(row, (int, float, np.ndarray, np.generic)) for row in rows)
+    return np.array(rows) if numeric else rows

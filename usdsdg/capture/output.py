@@ -7,7 +7,7 @@ from typing import Any
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
 from usdsdg.capture.frame_records import FrameRecords
-from usdsdg.capture.graph_outputs import distribution_outputs, trigger_outputs
+from usdsdg.capture.graph_outputs import graph_outputs
 from usdsdg.capture.requests import Requests, Skipped
 from usdsdg.capture.stage_records import StageMoment
 from usdsdg.errors import watch_foreign
@@ -37,8 +37,7 @@ class WriterOutput:
         if not attached:
             return None
         self._report_folder(writer)
-        outputs = {"trigger_outputs": trigger_outputs(), "distribution_outputs": distribution_outputs()}
-        payload = build_payload(writer, attached, **outputs)
+        payload = build_payload(writer, attached, **graph_outputs())
         self._records.fetch(writer, attached)
         return payload
 
@@ -84,9 +83,8 @@ class WriterOutput:
         seen = {
             name: {each.get_name(): each.compute(frames[path]).flat() for each in read} for path, name in shown.items()
         }
-        outputs = {"trigger_outputs": trigger_outputs(), "distribution_outputs": distribution_outputs()}
         receive = writer.receive_made if skipped.is_made else writer.receive_skipped
-        receive({**outputs, "renderProducts": seen})
+        receive({**graph_outputs(), "renderProducts": seen})
 
     def _report_folder(self, writer: Writer) -> None:
         name, folder = type(writer).__name__, getattr(writer.backend, "output_dir", None)

@@ -33,6 +33,7 @@ class Trigger:
     rt_subframes: int = 1
     nodes: list[Node] = field(default_factory=list)
     executions: int = 0
+    previews: int = 0  # how many of the executions were previews
     blocked: Callable[[], str] = str
     prepare: Callable[[], None] | None = None
     counts_previews: bool = True
@@ -48,6 +49,11 @@ class Trigger:
     def name(self) -> str:
         """The name in keys, payloads and messages."""
         return self.node.name or self.node.kind
+
+    @property
+    def firings(self) -> int:
+        """How often it has fired, previews left out."""
+        return self.executions - self.previews
 
     @property
     def exhausted(self) -> bool:
@@ -74,6 +80,7 @@ class Graph:
         """Remove all nodes, as for a new stage; their prims stay."""
         self.triggers: list[Trigger] = []
         self.impulses: list[Node] = []
+        self.drawn_once: dict[str, list[Any]] = {}  # by name, the draws of named distributions outside triggers
         self._events: list[str] = []
         self._keys: Counter[str] = Counter()
 
@@ -154,6 +161,9 @@ class Graph:
         impulses, self.impulses = self.impulses, []
         for node in impulses:
             run(node)
+            for value in node.inputs.values():
+                if isinstance(value, ReplicatorItem) and value.node.name and "samples" in value.node.state:
+                    self.drawn_once[value.node.name] = list(value.node.state["samples"])
 
     def _fire(self, context: TriggerContext) -> list[Trigger]:
         due = [trigger for trigger in self.triggers if not trigger.exhausted and trigger.due(context)]
@@ -164,6 +174,7 @@ class Graph:
                 run(node)
             if trigger.counts_previews or not context.preview:
                 trigger.executions += 1
+                trigger.previews += context.preview
         return due
 
     def _repr_html_(self) -> str:
@@ -174,7 +185,7 @@ class Graph:
     def restart(self) -> None:
         """Reset draws and execution counts, as when a stopped orchestrator starts."""
         for trigger in self.triggers:
-            trigger.executions = trigger.counted_from = 0
+            trigger.executions = trigger.previews = trigger.counted_from = 0
         self.restart_draws()
 
     def renew_limits(self) -> None:

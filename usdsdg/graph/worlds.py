@@ -56,7 +56,8 @@ class WorldDraws:
                 if node.executions != executions[0] + 1:
                     node.executions = int(executions[0])
                     run(node)
-            trigger.executions = int(executions[0]) + 1
+            # Frame 0, the first execution, is what a preview draws.
+            trigger.executions, trigger.previews = int(executions[0]) + 1, 1
 
     def values(self) -> WorldValues:
         """Return what the worlds have instead of what the stage has.

@@ -286,14 +286,19 @@ def use_device(device: str | None) -> None:
     current().engines.reset()
 
 
-def renderer_device_kind() -> str:
-    """Return "cpu" or "cuda": on which kind of device the renderer runs, or will run."""
+def renderer_device() -> str:
+    """Return the device that the renderer runs on, or will run on: "cpu" or one such as "cuda:0"."""
     if current().engines.device == "cpu":
         return "cpu"  # a process that lets others render needs no renderer for that
     quiet_warp()
     from usdsdg_render.renderer import chosen_device
 
-    return chosen_device(current().engines.device).partition(":")[0]
+    return chosen_device(current().engines.device)
+
+
+def renderer_device_kind() -> str:
+    """Return "cpu" or "cuda": on which kind of device the renderer runs, or will run."""
+    return renderer_device().partition(":")[0]
 
 
 def physics() -> PhysicsEngine:

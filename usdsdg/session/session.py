@@ -188,8 +188,10 @@ class Session:
         self.render_products.clear()
         for part in self._made("orchestrator", "selection"):
             part.reset()
-        for attached in (*self.annotators, *self.writers):
-            attached.detach()
+        for annotator in tuple(self.annotators):
+            annotator.release()
+        for writer in tuple(self.writers):
+            writer.detach()
         for listener in tuple(self.stage_listeners):
             listener(stage)
 

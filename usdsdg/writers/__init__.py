@@ -1,7 +1,7 @@
 """Writers: annotations to files in the formats of datasets (`rep.writers`, `rep.backends`)."""
 
 from usdsdg.arguments.parameters import name_parameters
-from usdsdg.errors import OutputNotWritable, WriterError, WriterRegistryError
+from usdsdg.errors import InvalidWriterError, OutputNotWritable, WriterError, WriterRegistryError
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend, set_disk_root
 from usdsdg.writers.backends.group import BackendDispatch, BackendGroup
@@ -50,7 +50,7 @@ __all__ = [
     # what a capture needs
     "attached_writers", "detach_all", "set_global_seed",
     # errors
-    "OutputNotWritable", "WriterError", "WriterRegistryError",
+    "InvalidWriterError", "OutputNotWritable", "WriterError", "WriterRegistryError",
 ]  # fmt: skip
 
 name_parameters(globals())

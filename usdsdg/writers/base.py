@@ -10,7 +10,7 @@ from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.payload import check_layout
 from usdsdg.annotators.render_products import existing_products, render_product_paths
 from usdsdg.arguments.registry import near_misses
-from usdsdg.errors import Unsupported, WriterError
+from usdsdg.errors import InvalidWriterError, Unsupported, WriterError
 from usdsdg.session.session import current
 from usdsdg.writers import counters
 from usdsdg.writers.backends.backend import BaseBackend
@@ -69,11 +69,12 @@ class Writer(ABC):
     _scheduled: bool
     _class_file: ClassFile
     _executions: Any
+    _facts: dict[str, Any]  # entries of `metadata` that `get_metadata` has put there
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Writer:
         # Subclasses need not call super().__init__().
         writer = super().__new__(cls)
-        writer.annotators, writer.metadata = list(cls.annotators), dict(cls.metadata)
+        writer.annotators, writer.metadata, writer._facts = list(cls.annotators), dict(cls.metadata), {}
         writer._render_products, writer._numbered_products, writer._trigger = (), (), ON_FRAME
         writer._payload, writer._scheduled, writer._executions = None, False, None
         writer._class_file = ClassFile()
@@ -87,9 +88,9 @@ class Writer(ABC):
     def skip(self, data: dict[str, Any]) -> None:
         """Change the writer's own attributes as `write` would for a frame that another process makes.
 
-        data: "trigger_outputs" and "distribution_outputs" of the frame, and its "renderProducts" by name, each with
-            what the annotators of `annotators_to_skip` show there. By default the counters that the source of `write`
-            tells of are advanced.
+        data: the frame's "trigger_outputs", "distribution_outputs" and "named_outputs", and its "renderProducts" by
+            name, each with what the annotators of `annotators_to_skip` show there. By default the counters that the
+            source of `write` tells of are advanced.
 
         Raises:
             Unsupported: `write` keeps more than counters from frame to frame.
@@ -116,7 +117,7 @@ class Writer(ABC):
         """
         check_names(type(self).__name__, type(self).__init__, kwargs)
         self.annotators, self.metadata = list(type(self).annotators), dict(type(self).metadata)
-        self.num_written = 0
+        self.num_written, self._facts = 0, {}
         self.parameters = dict(kwargs)
         self.__init__(**kwargs)
 
@@ -152,11 +153,11 @@ class Writer(ABC):
         self.attach(render_products, trigger)
 
     def detach(self) -> None:
-        """Receive no more frames; queued files are still written."""
+        """Receive no more frames, and forget the last payload; queued files are still written."""
         for annotator in self.get_attached_annotators():
             annotator.bind(None)
         self._render_products = ()
-        self._scheduled = False
+        self._scheduled, self._payload = False, None
         if self in current().writers:
             current().writers.remove(self)
 
@@ -185,6 +186,15 @@ class Writer(ABC):
         self._scheduled = True
 
     # For the capture
+
+    @property
+    def reads_numpy(self) -> bool:
+        """Whether its `write` takes NumPy arrays only, of annotators without a device: that of the project's writers.
+
+        Other writers receive Warp arrays of what Warp kernels have augmented, as in Replicator.
+        """
+        owner = next(each for each in type(self).__mro__ if "write" in vars(each))
+        return bool(vars(owner).get("shares_arrays"))
 
     @property
     def render_products(self) -> tuple[str, ...]:
@@ -241,25 +251,25 @@ class Writer(ABC):
     # Data
 
     def get_data(self) -> dict[str, Any] | None:
-        """Return the last payload."""
+        """Return the last payload; None before the first, and when it is detached."""
         current().wait_for_pictures()
         return self._payload
 
-    def get_annotators(self) -> list[Any]:
-        """Return what it reads: annotators, before attaching also names of annotators."""
-        return list(self.annotators)
+    def get_annotators(self) -> dict[str, Annotator]:
+        """Return the annotators that it reads, by their names.
+
+        Raises:
+            AnnotatorRegistryError: it names an annotator that does not exist.
+        """
+        return {name: self._annotator_called(name) for name in self._names()}
 
     def get_attached_annotators(self) -> list[Annotator]:
         """Return its annotators while it is attached, else none."""
         return list(self.annotators) if self._render_products else []
 
-    def get_annotator(self, name: str) -> Annotator:
-        """Return the annotator called `name`.
-
-        Raises:
-            WriterError: the writer reads no such annotator.
-        """
-        return self.annotators[self._index_of(name)]
+    def get_annotator(self, name: str) -> Annotator | None:
+        """Return the annotator called `name`; None if the writer reads no such annotator."""
+        return self._annotator_called(name) if name in self._names() else None
 
     def add_annotator(self, annotator: Annotator | str, name: str | None = None) -> None:
         """Add an annotator under `name` (default: its own), replacing one of that name.
@@ -291,6 +301,9 @@ class Writer(ABC):
             named_annotators.augment(self.annotators[index], augmentation, name=annotator_name, **kwargs)
         )
 
+    def _annotator_called(self, name: str) -> Annotator:
+        return self.annotators[self._index_of(name)]
+
     def _index_of(self, name: str) -> int:
         names = self._names()
         if name not in names:
@@ -307,10 +320,12 @@ class Writer(ABC):
     # Metadata
 
     def get_metadata(self) -> dict[str, Any]:
-        """Return the content of metadata.txt."""
+        """Put the content of metadata.txt into `metadata`, and return it; entries that a writer adds are kept."""
         # The colon in the key is Replicator's.
         facts = {"name": type(self).__name__, "version": self.version, "replicator_global_seed:": global_seed()}
-        return {**facts, **self.metadata}
+        added = {key: value for key, value in self.metadata.items() if self._facts.get(key, self) != value}
+        self._facts, self.metadata = facts, {**facts, **added}
+        return dict(self.metadata)
 
     def write_metadata(self) -> None:
         """Schedule metadata.txt."""
@@ -319,7 +334,13 @@ class Writer(ABC):
                 self.backend.schedule(write_json, path="metadata.txt", data=self.get_metadata())
 
     def get_node(self) -> Writer:
-        """Return the writer itself as an opaque handle: there is no OmniGraph node behind it."""
+        """Return the writer itself as an opaque handle: there is no OmniGraph node behind it.
+
+        Raises:
+            InvalidWriterError: it is not attached.
+        """
+        if not self._render_products:
+            raise InvalidWriterError(f"{type(self).__name__} is attached to no render product, so has no node.")
         return self
 
 

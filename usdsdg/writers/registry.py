@@ -5,7 +5,7 @@ from typing import Any
 
 from usdsdg.annotators.render_products import render_product_paths
 from usdsdg.arguments.registry import Registry
-from usdsdg.errors import Unsupported, WriterRegistryError
+from usdsdg.errors import InvalidWriterError, Unsupported, WriterRegistryError
 from usdsdg.writers import base
 from usdsdg.writers.base import ON_FRAME, Writer
 
@@ -38,11 +38,11 @@ def register_writer(cls: type[Writer], category: str | None = None) -> None:
     """Register a subclass of Writer under its class name, for `get` and `get_writers(category)`.
 
     Raises:
-        WriterRegistryError: `cls` is no such class.
+        InvalidWriterError: `cls` is no such class.
     """
     kind = cls if isinstance(cls, type) else type(cls)
     if not issubclass(kind, Writer):
-        raise WriterRegistryError(f"{kind.__name__} is not a subclass of Writer.")
+        raise InvalidWriterError(f"{kind.__name__} is not a subclass of Writer.")
     registered.add(kind.__name__, kind)
     _categories[kind.__name__] = category
 
@@ -94,9 +94,34 @@ class WriterRegistry:
         return get(writer_name, init_params, render_products, trigger)
 
     @staticmethod
-    def attach(writer_name: str, render_products: Any, init_params: Mapping[str, Any] | None = None, **kw: Any) -> None:
-        """Create, initialize and attach a writer; errors as of `writers.get`, `Writer.initialize`, `Writer.attach`."""
-        get(writer_name, init_params or {}, render_products, **kw)
+    def attach(
+        writer: Writer | str,
+        render_products: Any,
+        init_params: Mapping[str, Any] | None = None,
+        trigger: Any = ON_FRAME,
+        **kwargs: Any,
+    ) -> None:
+        """Attach a writer, or create and initialize the one of that name and attach it.
+
+        init_params, kwargs: arguments of `Writer.initialize`, for a writer that is named.
+
+        Raises:
+            as `writers.get`, `Writer.initialize` and `Writer.attach`.
+            InvalidWriterError: `writer` is neither a writer nor a name.
+            WriterRegistryError: a writer that is no name is given arguments.
+        """
+        given = {**(init_params or {}), **kwargs}
+        if isinstance(writer, str):
+            get(writer, given, render_products, trigger)
+            return
+        if not isinstance(writer, Writer):
+            raise InvalidWriterError(f"{writer!r} is no writer: give a name, or what writers.get(name) returns.")
+        if given:
+            raise WriterRegistryError(
+                f"WriterRegistry.attach: {type(writer).__name__} was given {', '.join(given)}; call its initialize() "
+                "with them, before attaching."
+            )
+        writer.attach(render_products, trigger)
 
     @staticmethod
     def detach(writer_name: str, render_products: Any = None) -> None:
@@ -122,19 +147,26 @@ class WriterRegistry:
 
     @staticmethod
     def get_attached_writer(writer_name: str, render_products: Any = None) -> Writer | None:
-        """Return the attached writer of that name, of `render_products` or of any; None if there is none."""
+        """Return the attached writer of that name, of `render_products` or of any; None if there is none.
+
+        Raises:
+            WriterRegistryError: no writer of any name is attached to one of the render products.
+        """
+        for path in render_product_paths(render_products) if render_products is not None else ():
+            if not any(path in writer.render_products for writer in base.attached_writers()):
+                raise WriterRegistryError(f"No writer is attached to {path}, so none that is named {writer_name!r}.")
         return WriterRegistry.get_attached_writers(render_products).get(writer_name)
 
     @staticmethod
-    def get_annotators(writer_name: str) -> list[Any]:
-        """Return what the attached writer of that name reads."""
-        writer = WriterRegistry.get_attached_writer(writer_name)
-        return writer.get_annotators() if writer else []
+    def get_annotators(render_products: Any = None) -> set[Any]:
+        """Return what the writers attached to `render_products` (handles, paths, or a list) read, or all writers."""
+        attached = WriterRegistry.get_attached_writers(render_products)
+        return {annotator for writer in attached.values() for annotator in writer.annotators}
 
     @staticmethod
-    def get_writer_render_products(writer_name: str) -> list[str]:
-        """Return the paths of the render products that writers of that name are attached to."""
-        return [path for writer in _attached(writer_name) for path in writer.render_products]
+    def get_writer_render_products() -> set[tuple[str]]:
+        """Return the paths of all render products that have a writer, each in a tuple of its own, as in Replicator."""
+        return {(path,) for writer in base.attached_writers() for path in writer.render_products}
 
 
 def _attached(writer_name: str) -> list[Writer]:

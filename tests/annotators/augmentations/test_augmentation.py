@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import random
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,14 @@ from tests.annotators.ray_caster import PRODUCT, known, make_frame
 from tests.annotators.scenes import street
 from usdsdg import annotators, distribution
 from usdsdg.annotators.augmentations.array_transform import seed_of_frame
-from usdsdg.errors import AnnotatorRegistryError, AugmentationError, Unsupported, UsdsdgWarning, forget_warnings
+from usdsdg.errors import (
+    AnnotatorError,
+    AnnotatorRegistryError,
+    AugmentationError,
+    Unsupported,
+    UsdsdgWarning,
+    forget_warnings,
+)
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.session import render_products
 
@@ -121,11 +129,13 @@ def needy(data_in, amount):
     return data_in * amount
 
 
-def test_wrong_arguments_are_named_at_once():
-    with pytest.raises(AugmentationError, match=r"darker has no argument 'amont'\. Did you mean 'amount'"):
+def test_wrong_arguments_are_named_at_once(frame):
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match=r"darker has no argument 'amont', which is ignored\. Did you mean 'amount'"):
         annotators.Augmentation.from_function(darker, amont=3)
-    with pytest.raises(AugmentationError, match=r"darker has no argument 'xyz'\. It has: amount"):
-        annotators.get("rgb").augment(darker, xyz=3)
+    with pytest.warns(UsdsdgWarning, match=r"darker has no argument 'xyz', which is ignored\. It has: amount"):
+        rgb = annotators.get("rgb").augment(darker, xyz=3)
+    np.testing.assert_array_equal(rgb.compute(frame).data, frame.aovs["LdrColor"] // 2)
     with pytest.raises(AugmentationError, match="needy needs amount"):
         annotators.get("rgb").augment(needy)
     annotators.Augmentation.from_function(needy)  # the argument may come with the call
@@ -203,6 +213,23 @@ def test_other_augmentations_leave_the_draws_as_they_were(frame):
     alone = annotators.augment_compose("rgb", [noise]).compute(frame).data
     after = annotators.augment_compose("rgb", [darker, noise]).compute(frame).data
     np.testing.assert_array_equal(alone, after)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint32, np.float32])
+def test_a_seed_can_be_added_to_an_array_as_with_numpy_1(frame, dtype):
+    seeds = []
+
+    def shifted(data_in, seed):
+        seeds.append(seed)
+        random.seed(seed)
+        np.random.default_rng(seed)
+        return data_in.astype(dtype) * 0 + seed
+
+    data = annotators.get("rgb").augment(shifted, seed=3).compute(frame).data
+    assert seeds[0] > 2**16
+    # NumPy 1 took the type of the least size that holds both; floats stay what they are.
+    assert data.dtype == (np.float32 if dtype is np.float32 else np.uint32)
+    np.testing.assert_array_equal(data, dtype(seeds[0]) if dtype is np.float32 else seeds[0])
 
 
 def test_seeds_suit_every_generator():
@@ -284,7 +311,6 @@ def test_kernels_read_floats_of_other_sizes_and_ids_of_either_sign(frame):
         ("rgb", add_noise, {"sigma": 1.0}, "declares data_in with 2 axes, and it would be of shape .24, 32, 4."),
         ("distance_to_camera", no_result, {}, "no_result has no array data_out"),
         ("semantic_segmentation", add_noise, {"sigma": 1.0}, "reads float32, the annotator gives uint32"),
-        ("rgb", swap_channels, {"frist": 1}, "has no argument 'frist'. Did you mean 'first'"),
         ("rgb", swap_channels, {}, "needs first"),
     ],
 )
@@ -335,11 +361,101 @@ def test_unknown_nodes_are_unsupported():
         annotators.Augmentation("omni.replicator.core.AugRotatExp")
     with pytest.raises(Unsupported, match="There are: AugBgRandExp"):
         annotators.Augmentation.from_node("my.extension.Whatever")
-    with pytest.raises(Unsupported, match="is no augmentation"):
-        annotators.get("rgb").augment(object())
     forget_warnings()
     with pytest.warns(UsdsdgWarning, match="attributes_mapping is ignored"):
         annotators.Augmentation.from_node("AugCanny", attributes_mapping={"a": "b"})
+
+
+@pytest.mark.parametrize("spellings", [{"cropFactor": 0.5, "crop_factor": 0.5, "offset_factor": (0.2, 0.2)}])
+def test_nodes_pass_over_other_spellings_of_their_arguments(frame, spellings):
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match=r"no argument 'crop_factor', which is ignored\. Did you mean 'cropFactor'"):
+        annotator = annotators.get("rgb").augment("CropResize", **spellings)
+    plain = annotators.get("rgb").augment("CropResize", cropFactor=0.5)
+    np.testing.assert_array_equal(data_of(annotator, frame), data_of(plain, frame))
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: annotators.get("rgb").augment("nope"),
+        lambda: annotators.get("rgb").augment(3),
+        lambda: annotators.register_augmentation("mine", "nope"),
+        lambda: annotators.Augmentation.from_function(3),
+        lambda: annotators.Augmentation.from_function(darker).apply(3),
+    ],
+)
+def test_what_is_no_augmentation_is_an_augmentation_error(call):
+    with pytest.raises(AugmentationError, match=r"^No augmentation is named 'nope'|^3 is no"):
+        call()
+
+
+def test_names_of_augmentations_that_are_not_registered_are_told_as_in_replicator():
+    with pytest.raises(AnnotatorRegistryError, match="'nope'"):
+        annotators.get_augmentation("nope")
+    with pytest.raises(KeyError, match=r"^No augmentation is named 'nope'"):
+        annotators.unregister_augmentation("nope")
+    with pytest.raises(AnnotatorError, match="3 is no annotator"):
+        annotators.augment(3, darker)
+    with pytest.raises(AnnotatorError, match="3 is no annotator"):
+        annotators.augment_compose(3, [darker])
+
+
+@pytest.mark.parametrize(
+    ("augmentation", "node", "shape"),
+    [
+        (darker, "omni.replicator.core.OgnAugmentCPU", None),
+        (swap_channels, "omni.replicator.core.OgnAugment", (-1, -1, 3)),
+        ("Brightness", "omni.replicator.core.OgnAugment", None),
+        ("Rotate", "omni.replicator.core.AugRotateExp", None),
+    ],
+)
+def test_an_augmentation_tells_its_node_and_shape(augmentation, node, shape):
+    if isinstance(augmentation, str):
+        made = annotators.get_augmentation(augmentation)
+    else:
+        made = annotators.Augmentation.from_function(augmentation, data_out_shape=shape)
+    assert (made.node_type_id, made.data_out_shape) == (node, shape)
+
+
+# Warp arrays
+
+
+def of(augmentation, **kwargs):
+    return annotators.Augmentation.from_function(augmentation, **kwargs)
+
+
+@pytest.mark.parametrize(
+    ("make", "is_warp"),
+    [
+        (lambda: annotators.get("rgb").augment(swap_channels, first=0), True),
+        (lambda: annotators.augment("rgb", swap_channels, first=0), True),
+        (lambda: annotators.get("rgb", device="cpu").augment(swap_channels, first=0), True),
+        (lambda: of(swap_channels, first=0).apply("rgb"), True),
+        (lambda: annotators.get("rgb").augment_compose([of(swap_channels, first=0), of(darker)]), True),
+        (lambda: annotators.get("rgb").augment("Brightness"), True),
+        (lambda: annotators.get("rgb").augment("Rotate"), False),
+        (lambda: annotators.get("rgb").augment(darker), False),
+        (lambda: annotators.get("rgb").augment(swap_channels, first=0, device="cpu"), False),
+    ],
+)
+def test_an_annotator_with_a_kernel_gives_warp_arrays_as_in_replicator(frame, make, is_warp):
+    annotator = make().attach(PRODUCT)
+    computed = data_of(annotator, frame)
+    data = annotator.get_data(use_legacy_structure=False)["data"]
+    assert isinstance(data, wp.array if is_warp else np.ndarray)
+    np.testing.assert_array_equal(data.numpy() if is_warp else data, computed)
+    np.testing.assert_array_equal(annotator.get_data(device="CPU", use_legacy_structure=False)["data"], computed)
+
+
+def test_kernels_of_a_registered_annotator_give_numpy_as_in_replicator(frame):
+    annotators.register("swapped", annotators.get("rgb").augment(swap_channels, first=0))
+    try:
+        annotator = annotators.get("swapped").attach(PRODUCT)
+        annotator.compute(frame)
+        assert isinstance(annotator.get_data(), np.ndarray)
+    finally:
+        annotators.unregister_annotator("swapped")
 
 
 def test_a_node_asks_for_the_aovs_that_it_reads(frame):

@@ -49,6 +49,16 @@ def test_types_and_shapes(stage):
     assert params["cameraFocalLength"] == 24.0
 
 
+def test_a_pinhole_reports_no_lens(stage):
+    params = params_of(stage, "/World/Camera")
+    for key in ("MaxFOV", "NominalHeight", "NominalWidth"):
+        assert params[f"cameraFisheye{key}"] == 0, key
+    assert isinstance(params["cameraFisheyeNominalWidth"], int)
+    assert params["cameraFisheyeOpticalCentre"].tolist() == [0, 0]
+    assert params["cameraFisheyePolynomial"].tolist() == [0] * 6
+    assert params["cameraFisheyeLensP"].size == params["cameraFisheyeLensS"].size == 0
+
+
 def test_lens_attributes_are_read_from_the_prim(stage):
     prim = stage.GetPrimAtPath("/World/Camera")
     prim.CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token).Set("fisheyePolynomial")

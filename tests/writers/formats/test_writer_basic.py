@@ -159,7 +159,7 @@ def test_colorized_depth_is_logarithmic_from_white_to_black():
 def test_only_what_is_asked_for_is_read_and_written(frame, tmp_path):
     writer = write(tmp_path, frame, rgb=True, count=2, frame_padding=6)
     assert files(tmp_path) == ["metadata.txt", "rgb_000000.png", "rgb_000001.png"]
-    assert [a.get_name() for a in writer.get_annotators()] == ["rgb"]
+    assert list(writer.get_annotators()) == ["rgb"]
 
 
 def test_several_products_get_folders(frame, tmp_path):

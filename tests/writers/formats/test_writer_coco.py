@@ -168,13 +168,26 @@ def test_wrong_categories_are_refused_before_any_work(categories, message, tmp_p
     assert not list(tmp_path.iterdir())
 
 
-def test_labels_that_an_own_table_lacks_are_left_out():
+@pytest.mark.parametrize(("taken", "number"), [(1, 201), (201, 202)])
+def test_an_own_table_gets_an_other_as_in_replicator(taken, number):
     forget_warnings()
-    table = Categories({"apple": {"name": "apple", "id": 1}})
+    table = Categories({"apple": {"name": "apple", "id": taken}})
     assert table.all() == [table.of({"class": "apple"})]
-    with pytest.warns(UsdsdgWarning, match="no category is called class:unknown: it is left out"):
-        assert table.of({"class": "unknown"}) is None
-    assert table.color({"class": "unknown"}) == [0, 0, 0]
+    with pytest.warns(UsdsdgWarning, match=f"called class:unknown: it becomes 'other', id {number}. Add") as told:
+        found = [table.of({"class": "unknown"}) for _ in range(2)]
+    assert found == [table.reserve] * 2
+    assert len(told) == 1
+    assert (table.reserve["name"], table.reserve["id"]) == ("other", number)
+    assert table.color({"class": "unknown"}) == table.reserve["color"] != [0, 0, 0]
+    assert table.color({"class": "BACKGROUND"}) == table.color({"class": "UNLABELLED"}) == [0, 0, 0]
+
+
+def test_an_other_that_was_added_is_listed_where_an_object_has_it(frame, tmp_path):
+    apples = {"Apple": FRUIT["Apple"]}
+    data = read(write(tmp_path, [frame, frame], coco_categories=apples))
+    assert [(each["name"], each["id"]) for each in data["categories"]] == [("apple", 7), ("other", 201)]
+    assert [each["category_id"] for each in data["annotations"]] == [7, 7, 201] * 2
+    assert apples == {"Apple": FRUIT["Apple"]}
 
 
 def test_labels_that_an_own_table_lacks_become_its_other():

@@ -43,5 +43,5 @@ def test_without_two_frames_there_is_nothing_to_tell(clock, capsys):
 
 def test_it_has_pictures_rendered_and_writes_nothing():
     writer = writers.get("FPSWriter", init_params={}, render_products=known(PRODUCT))
-    assert [annotator.get_name() for annotator in writer.get_annotators()] == ["LdrColor"]
+    assert list(writer.get_annotators()) == ["LdrColor"]
     assert writer.backend is None

@@ -14,12 +14,18 @@ from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
-from usdsdg.annotators.augmentations.signatures import arguments_of, has_data_in, is_kernel, unknown_argument
+from usdsdg.annotators.augmentations.signatures import (
+    arguments_of,
+    gives_warp_array,
+    has_data_in,
+    is_kernel,
+    unknown_argument,
+)
 from usdsdg.annotators.augmentations.warp_kernel import launch
 from usdsdg.annotators.base import Annotation
 from usdsdg.annotators.frame import Frame
 from usdsdg.arguments.registry import Registry, near_misses
-from usdsdg.errors import AnnotatorRegistryError, AugmentationError, Unsupported, warn_once
+from usdsdg.errors import AnnotatorRegistryError, AugmentationError, NoAugmentation, Unsupported, warn_once
 from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
 
 # Seeds lie below this, the range that every generator accepts.
@@ -42,8 +48,20 @@ class NodeSpec:
 
 
 node_specs: Registry[NodeSpec] = Registry("augmentation node", AnnotatorRegistryError)
-augmentations: Registry[ArrayTransform] = Registry("augmentation", AnnotatorRegistryError)
+augmentations: Registry[ArrayTransform] = Registry("augmentation", NoAugmentation)
 AugmentationT = TypeVar("AugmentationT", bound="ArrayTransform")
+
+
+class Seed(int):
+    """A seed that may be added to an array of small integers, which then gets the type that holds both.
+
+    NumPy 2 refuses such a number of Python; NumPy 1, which Replicator's scripts are written for, does this.
+    """
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        integers = all(np.asarray(each).dtype.kind in "biu" for each in inputs)
+        least = np.min_scalar_type(int(self)).type if integers else int
+        return getattr(ufunc, method)(*(least(each) if isinstance(each, Seed) else each for each in inputs), **kwargs)
 
 
 class ArrayTransform:
@@ -63,7 +81,6 @@ class ArrayTransform:
 
         Raises:
             Unsupported: there is no such node.
-            AugmentationError: it takes no such argument.
         """
         spec = NodeSpec(node_type_id) if callable(node_type_id) else _node_spec(node_type_id)
         self._set(spec.function, data_out_shape, documentation, kwargs, spec.aovs, not callable(node_type_id))
@@ -87,15 +104,15 @@ class ArrayTransform:
             data_out_shape: shape of the result; -1 keeps that axis of the input. None: any for a function, that of the
                 input for a kernel.
             documentation: default, the docstring.
-            kwargs: its other arguments: values, or distributions to sample at every frame. `seed` is what its seeds are
-                derived from; None or a negative one stands for the global seed.
+            kwargs: its other arguments: values, or distributions to sample at every frame; one that it does not have
+                is ignored with a warning. `seed` is what its seeds are derived from; None or a negative one stands for
+                the global seed.
 
         Raises:
-            Unsupported: `augmentation` is neither a function nor a kernel.
-            AugmentationError: it takes no such argument.
+            AugmentationError: `augmentation` is neither a function nor a kernel.
         """
         if not callable(augmentation) and not is_kernel(augmentation):
-            raise Unsupported(
+            raise AugmentationError(
                 f"{augmentation!r} is no augmentation: give a Python function of data_in, or a Warp kernel with "
                 "data_in and data_out."
             )
@@ -118,7 +135,6 @@ class ArrayTransform:
 
         Raises:
             Unsupported: there is no such node: nodes of other extensions do not exist here.
-            AugmentationError: it takes no such argument.
         """
         if attributes_mapping:
             warn_once(
@@ -142,15 +158,18 @@ class ArrayTransform:
         if known is not None:
             for name in kwargs:
                 if name not in known or name in ("data_in", "data_out"):
-                    raise AugmentationError(unknown_argument(self.label, name, known))
+                    # Replicator lets these pass, and scripts give nodes several spellings of one argument.
+                    warn_once(unknown_argument(self.label, name, known))
+                    del self._kwargs[name]
 
     @classmethod
     def of(cls, augmentation: Any) -> ArrayTransform:
         """Resolve an augmentation, its registered name, the type of a node, or a function.
 
         Raises:
-            AnnotatorRegistryError: there is no augmentation of that name.
-            Unsupported: there is no such node, or it is neither a function nor a kernel.
+            NoAugmentation: there is no augmentation of that name.
+            AugmentationError: it is neither a function nor a kernel.
+            Unsupported: there is no such node.
         """
         if isinstance(augmentation, ArrayTransform):
             return augmentation
@@ -166,6 +185,26 @@ class ArrayTransform:
         return getattr(self._function, "__name__", None) or getattr(self._function, "key", repr(self._function))
 
     @property
+    def node_type_id(self) -> str:
+        """The type of the node that Replicator runs it with."""
+        if self._is_node:
+            return f"omni.replicator.core.{next(name for name in node_specs if self._is_of(name))}"
+        return f"omni.replicator.core.OgnAugment{'' if self.gives_warp_array else 'CPU'}"
+
+    def _is_of(self, node: str) -> bool:
+        return node_specs.get(node).function is self._function
+
+    @property
+    def data_out_shape(self) -> tuple[int, ...] | None:
+        """The shape of the result as it was given, -1 for axes that are as long as those of the input."""
+        return self._shape
+
+    @property
+    def gives_warp_array(self) -> bool:
+        """Whether it is a Warp kernel, here or in Replicator: annotators then deliver Warp arrays."""
+        return gives_warp_array(self._function)
+
+    @property
     def aovs(self) -> frozenset[str]:
         """The AOVs that the function reads in addition to the array."""
         return frozenset(self._aovs.values())
@@ -174,7 +213,7 @@ class ArrayTransform:
         """Return a copy with more arguments.
 
         Raises:
-            AugmentationError: it takes no such argument, or is missing a required one.
+            AugmentationError: a required one is missing.
         """
         made = object.__new__(type(self))
         shape = self._shape if data_out_shape is None else data_out_shape
@@ -206,7 +245,8 @@ class ArrayTransform:
         kwargs = {name: _drawn(value, f"{key}/{name}", frame) for name, value in self._kwargs.items()}
         kwargs |= {name: frame.aov(aov) for name, aov in self._aovs.items()}
         if "seed" in (arguments_of(self._function) or {}):
-            kwargs["seed"] = seed_of_frame(kwargs.get("seed"), key, frame.index)
+            seed = seed_of_frame(kwargs.get("seed"), key, frame.index)
+            kwargs["seed"] = seed if is_kernel(self._function) else Seed(seed)
         try:
             result = self._call(data, kwargs, device)
         except AugmentationError:

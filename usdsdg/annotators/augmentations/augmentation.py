@@ -5,13 +5,20 @@ from typing import Any
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.augmentations.array_transform import ArrayTransform, augmentations
 from usdsdg.annotators.named_annotators import augment
+from usdsdg.errors import AugmentationError
 
 
 class Augmentation(ArrayTransform):
     """A function of an annotator's array, with its arguments. Mirrors `rep.annotators.Augmentation`."""
 
     def apply(self, annotator: Annotator | str, name: str | None = None, **kwargs: Any) -> Annotator:
-        """Return a new annotator: `annotator` (object or name) passed through this augmentation."""
+        """Return a new annotator: `annotator` (object or name) passed through this augmentation.
+
+        Raises:
+            AugmentationError: `annotator` is neither an annotator nor a name.
+        """
+        if not isinstance(annotator, (str, Annotator)):
+            raise AugmentationError(f"{annotator!r} is no annotator: give a name, or what annotators.get returns.")
         return augment(annotator, self, name=name, **kwargs)
 
 
@@ -19,7 +26,7 @@ def get_augmentation(name: str) -> Augmentation:
     """Return a registered augmentation, or one of Replicator's (defaults.py).
 
     Raises:
-        AnnotatorRegistryError: there is no such augmentation; the message lists near misses.
+        NoAugmentation: there is no such augmentation; the message lists near misses.
     """
     found = augmentations.get(name)
     assert isinstance(found, Augmentation)
@@ -27,7 +34,12 @@ def get_augmentation(name: str) -> Augmentation:
 
 
 def register_augmentation(name: str, augmentation: Any) -> None:
-    """Make an augmentation (or a function, a registered name, or the type of a node) available under `name`."""
+    """Make an augmentation (or a function, a registered name, or the type of a node) available under `name`.
+
+    Raises:
+        NoAugmentation: there is no augmentation of that name.
+        AugmentationError: it is none of these.
+    """
     augmentations.add(name, Augmentation.of(augmentation))
 
 
@@ -35,6 +47,6 @@ def unregister_augmentation(name: str) -> None:
     """Remove an augmentation from the registry.
 
     Raises:
-        AnnotatorRegistryError: there is no such augmentation; the message lists near misses.
+        NoAugmentation: there is no such augmentation; the message lists near misses.
     """
     augmentations.remove(name)

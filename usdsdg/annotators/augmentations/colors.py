@@ -5,23 +5,27 @@ Images are uint8 (H, W, 3 or 4); alpha does not change. Values are truncated, no
 
 import numpy as np
 
+from usdsdg.annotators.augmentations.signatures import kernel_in_replicator
 from usdsdg.graph.sampling import generator
 
 # Weights of red, green and blue in luma (ITU-R BT.601), as in Replicator.
 LUMA = (0.2989, 0.587, 0.114)
 
 
+@kernel_in_replicator
 def rgba_to_rgb(data_in: np.ndarray) -> np.ndarray:
     """Drop alpha: (H, W, 4) to (H, W, 3) of any type."""
     return np.ascontiguousarray(data_in[..., :3])
 
 
+@kernel_in_replicator
 def adjust_sigmoid(data_in: np.ndarray, cutoff: float = 0.5, gain: float = 1.0) -> np.ndarray:
     """Adjust contrast by a sigmoid: 255 / (1 + exp(gain * (cutoff - value / 255))) of each value."""
     values = np.arange(256, dtype=np.float32) / 255
     return _looked_up(data_in, 255 / (1 + np.exp(gain * (cutoff - values))))
 
 
+@kernel_in_replicator
 def brightness(data_in: np.ndarray, brightness_factor: float = 2.0) -> np.ndarray:
     """Multiply each value by `brightness_factor`, clipped at 255."""
     return _looked_up(data_in, np.arange(256, dtype=np.float32) * brightness_factor)
@@ -46,6 +50,7 @@ def contrast(
     return _looked_up(data_in, np.arange(256, dtype=np.float32) * factor + (1 - factor) * mean)
 
 
+@kernel_in_replicator
 def rgb_to_hsv(data_in: np.ndarray) -> np.ndarray:
     """Convert RGB to hue, saturation and value, integers from 0 to 255; a full turn of hue is 256 (red at 0)."""
     r, g, b = (data_in[..., channel].astype(np.int32) for channel in range(3))
@@ -61,6 +66,7 @@ def rgb_to_hsv(data_in: np.ndarray) -> np.ndarray:
     return with_rgb(data_in, np.stack([hue % 256, saturation, value], axis=-1))
 
 
+@kernel_in_replicator
 def hsv_to_rgb(data_in: np.ndarray) -> np.ndarray:
     """Convert hue, saturation and value to RGB: the inverse of `rgb_to_hsv`, up to integer rounding."""
     hue, saturation, value = (data_in[..., channel].astype(np.int32) for channel in range(3))
@@ -76,6 +82,7 @@ def hsv_to_rgb(data_in: np.ndarray) -> np.ndarray:
     return with_rgb(data_in, np.where((saturation == 0)[..., None], value[..., None], rgb))
 
 
+@kernel_in_replicator
 def colorize_depth(data_in: np.ndarray, near: float = 0.1, far: float = 100.0) -> np.ndarray:
     """Colorize depth (H, W) [m] as uint8 (H, W, 4): white at `near`, black at `far`, logarithmic; no hit is black.
 
@@ -88,6 +95,7 @@ def colorize_depth(data_in: np.ndarray, near: float = 0.1, far: float = 100.0) -
     return np.dstack([shade, shade, shade, np.full_like(shade, 255)])
 
 
+@kernel_in_replicator
 def colorize_normals(data_in: np.ndarray) -> np.ndarray:
     """Colorize normals (H, W, 3 or 4) as uint8 (H, W, 4): -1..1 becomes 0..255; no normal is black."""
     normals = data_in[..., :3]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.augmentations.colors import gray, to_bytes, with_rgb
+from usdsdg.annotators.augmentations.signatures import kernel_in_replicator
 from usdsdg.graph.sampling import generator
 
 # Replicator's Canny compares three times the gradient with its thresholds.
@@ -80,6 +81,7 @@ def pixellate(data_in: np.ndarray, kernelSize: int = 8) -> np.ndarray:
     return with_rgb(data_in, means[rows][:, columns])
 
 
+@kernel_in_replicator
 def sobel(data_in: np.ndarray) -> np.ndarray:
     """Return edge strength, uint8 (H, W, 4): a quarter of the gradient of the channels' mean; black at the border."""
     dx, dy = _gradient(data_in[..., :3].astype(np.float32).mean(axis=-1))

@@ -3,15 +3,18 @@
 import numpy as np
 
 from usdsdg.annotators.augmentations.colors import to_bytes, with_rgb
+from usdsdg.annotators.augmentations.signatures import kernel_in_replicator
 from usdsdg.graph.sampling import generator
 
 
+@kernel_in_replicator
 def speckle_noise(data_in: np.ndarray, sigma: float = 0.5, seed: int = 0) -> np.ndarray:
     """Add multiplicative noise: value * (1 + sigma * n), with n from a standard normal distribution."""
     noise = _normals(data_in, seed, "speckle_noise")
     return with_rgb(data_in, to_bytes(data_in[..., :3] * (1 + np.float32(sigma) * noise)))
 
 
+@kernel_in_replicator
 def shot_noise(data_in: np.ndarray, sigma: float = 0.5, seed: int = 0) -> np.ndarray:
     """Add photon shot noise: value + n * sqrt(value / sigma), for values in 0..1 and n from a standard normal
     distribution.
@@ -27,6 +30,7 @@ def shot_noise(data_in: np.ndarray, sigma: float = 0.5, seed: int = 0) -> np.nda
     return with_rgb(data_in, to_bytes(255 * (values + _normals(data_in, seed, "shot_noise") * np.sqrt(values / sigma))))
 
 
+@kernel_in_replicator
 def glass_blur(data_in: np.ndarray, delta: int = 4, seed: int = 0) -> np.ndarray:
     """Replace each pixel's color by that of a random pixel at most `delta` rows and columns away.
 

@@ -1,8 +1,8 @@
 """The arguments of the functions and Warp kernels that augmentations call."""
 
 import inspect
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 from usdsdg.arguments.registry import near_misses
 
@@ -10,6 +10,20 @@ from usdsdg.arguments.registry import near_misses
 def is_kernel(function: Any) -> bool:
     """Return whether `function` is a Warp kernel, without importing Warp."""
     return type(function).__module__.partition(".")[0] == "warp" and hasattr(function, "adj")
+
+
+FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
+
+
+def kernel_in_replicator(function: FunctionT) -> FunctionT:
+    """Mark a function that is a Warp kernel in Replicator, so that annotators deliver its result as a Warp array."""
+    function.is_kernel_in_replicator = True  # type: ignore[attr-defined]
+    return function
+
+
+def gives_warp_array(function: Any) -> bool:
+    """Return whether `function` is a Warp kernel, here or in Replicator."""
+    return is_kernel(function) or getattr(function, "is_kernel_in_replicator", False)
 
 
 def arguments_of(function: Any) -> Mapping[str, bool] | None:
@@ -47,8 +61,8 @@ def has_data_in(function: Any) -> bool:
 
 
 def unknown_argument(label: str, name: str, known: Mapping[str, bool]) -> str:
-    """Return the error message for an unknown argument, with near misses or all names."""
+    """Return the warning about an unknown argument, with near misses or all names."""
     names = [each for each in known if each not in ("data_in", "data_out")]
     close = near_misses(name, names)
     hint = f"Did you mean {close[0]!r}?" if close else f"It has: {', '.join(names) or 'none'}."
-    return f"Augmentation {label} has no argument {name!r}. {hint}"
+    return f"Augmentation {label} has no argument {name!r}, which is ignored. {hint}"

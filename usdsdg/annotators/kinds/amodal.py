@@ -40,7 +40,10 @@ _ENCODINGS = ("stack", "rle")
 MOST_COUNTERS = 1 << 20
 
 
-@define("amodal_instance_segmentation", dtype=np.bool_, **_NEEDS, params={**LABEL_PARAMS, "encoding": _ENCODINGS[0]})
+@define(
+    "amodal_instance_segmentation", dtype=np.bool_, params={**LABEL_PARAMS, "encoding": _ENCODINGS[0]},
+    info={"instanceIds": np.zeros(0, np.uint32), "primPaths": [], "idToLabels": {}, "idToSemantics": {}}, **_NEEDS,
+)  # fmt: skip
 def amodal_instance_segmentation(frame: Frame, params: Params) -> Annotation:
     """Masks of the pixels that each labeled prim would cover alone, bool (N, H, W); prims out of view are left out.
 
@@ -71,7 +74,10 @@ def amodal_instance_segmentation(frame: Frame, params: Params) -> Annotation:
     return Annotation(stack, info)
 
 
-@define("visibility", dtype=VISIBILITY, **_NEEDS, params=LABEL_PARAMS)
+@define(
+    "visibility", dtype=VISIBILITY, params=LABEL_PARAMS, info={"primPaths": [], "hiddenBy": [], "idToLabels": {}},
+    **_NEEDS,
+)  # fmt: skip
 def visibility(frame: Frame, params: Params) -> Annotation:
     """Visible and amodal pixel counts of every labeled prim in view, and its occluders.
 
@@ -102,7 +108,7 @@ def visibility(frame: Frame, params: Params) -> Annotation:
     return Annotation(rows, info)
 
 
-@define("occlusion_graph", dtype=OCCLUSION_PAIR, **_NEEDS, params=LABEL_PARAMS)
+@define("occlusion_graph", dtype=OCCLUSION_PAIR, params=LABEL_PARAMS, info={"idToLabels": {}}, **_NEEDS)
 def occlusion_graph(frame: Frame, params: Params) -> Annotation:
     """Pairs of occluder and occluded prim, with the number of occluded pixels.
 

@@ -39,11 +39,13 @@ BOX_3D = np.dtype(
 )
 OCCLUSION = np.dtype([("instanceId", "<u4"), ("semanticId", "<u4"), ("occlusionRatio", "<f4")])
 
+# Info of boxes before the first frame.
+NO_TABLES: Mapping[str, Any] = {"idToLabels": {}, "bboxIds": np.zeros(0, np.uint32), "primPaths": []}
 _NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_amodal_masks": True, "params": LABEL_PARAMS}
 _CORNERS_2D = ("x_min", "y_min", "x_max", "y_max")
 
 
-@define("bounding_box_2d_tight", dtype=BOX_2D, **_NEEDS)
+@define("bounding_box_2d_tight", dtype=BOX_2D, info=NO_TABLES, **_NEEDS)
 def bounding_box_2d_tight(frame: Frame, params: Params) -> Annotation:
     """Boxes of the visible pixels [pixels, inclusive]; fully occluded prims and prims out of view are left out.
 
@@ -54,25 +56,25 @@ def bounding_box_2d_tight(frame: Frame, params: Params) -> Annotation:
     return _tight(frame, params, str)
 
 
-@define("bounding_box_2d_tight_fast", dtype=BOX_2D, **_NEEDS)
+@define("bounding_box_2d_tight_fast", dtype=BOX_2D, info=NO_TABLES, **_NEEDS)
 def bounding_box_2d_tight_fast(frame: Frame, params: Params) -> Annotation:
     """As bounding_box_2d_tight; keys of idToLabels are integers."""
     return _tight(frame, params, int)
 
 
-@define("bounding_box_2d_loose", dtype=BOX_2D, **_NEEDS)
+@define("bounding_box_2d_loose", dtype=BOX_2D, info=NO_TABLES, **_NEEDS)
 def bounding_box_2d_loose(frame: Frame, params: Params) -> Annotation:
     """As bounding_box_2d_tight, of the amodal mask of each prim; prims out of view are left out."""
     return _loose(frame, params, str)
 
 
-@define("bounding_box_2d_loose_fast", dtype=BOX_2D, **_NEEDS)
+@define("bounding_box_2d_loose_fast", dtype=BOX_2D, info=NO_TABLES, **_NEEDS)
 def bounding_box_2d_loose_fast(frame: Frame, params: Params) -> Annotation:
     """As bounding_box_2d_loose; keys of idToLabels are integers."""
     return _loose(frame, params, int)
 
 
-@define("bounding_box_3d", dtype=BOX_3D, **_NEEDS)
+@define("bounding_box_3d", dtype=BOX_3D, info=NO_TABLES, **_NEEDS)
 def bounding_box_3d(frame: Frame, params: Params) -> Annotation:
     """Boxes in each prim's own frame [stage units] with its local-to-world transform; only of prims in view.
 
@@ -82,13 +84,13 @@ def bounding_box_3d(frame: Frame, params: Params) -> Annotation:
     return _boxes_3d(frame, params, str, everywhere=False)
 
 
-@define("bounding_box_3d_fast", dtype=BOX_3D, **_NEEDS)
+@define("bounding_box_3d_fast", dtype=BOX_3D, info=NO_TABLES, **_NEEDS)
 def bounding_box_3d_fast(frame: Frame, params: Params) -> Annotation:
     """As bounding_box_3d; keys of idToLabels are integers."""
     return _boxes_3d(frame, params, int, everywhere=False)
 
 
-@define("bounding_box_3d_360", dtype=BOX_3D, **_NEEDS)
+@define("bounding_box_3d_360", dtype=BOX_3D, info=NO_TABLES, **_NEEDS)
 def bounding_box_3d_360(frame: Frame, params: Params) -> Annotation:
     """As bounding_box_3d, of all labeled prims on the stage; occlusionRatio is nan out of view."""
     return _boxes_3d(frame, params, str, everywhere=True)

@@ -9,11 +9,25 @@ import numpy as np
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
 from usdsdg.stage.cameras.camera_view import CameraView
-from usdsdg.stage.cameras.lens_attributes import EYE_DISTANCE, LEFT_EYE, TEXTURES
+from usdsdg.stage.cameras.lens_attributes import EYE_DISTANCE, LEFT_EYE, TEXTURES, reported_lens
 from usdsdg.stage.cameras.lenses import LINEAR_PROJECTIONS
 
+# What is known before the first frame: nothing, in the types of later frames.
+_NO_CAMERA: Mapping[str, Any] = {
+    **dict.fromkeys(("cameraAperture", "cameraApertureOffset", "cameraNearFar"), np.zeros(2, np.float32)),
+    **dict.fromkeys(("cameraFisheyeLensP", "cameraFisheyeLensS"), np.zeros(0, np.float32)),
+    **dict.fromkeys(("cameraFisheyeNominalHeight", "cameraFisheyeNominalWidth"), 0),
+    **dict.fromkeys(("cameraFisheyeMaxFOV", "cameraFocalLength", "cameraFocusDistance", "cameraFStop"), 0.0),
+    **dict.fromkeys(("cameraOpenCVFx", "cameraOpenCVFy", "metersPerSceneUnit"), 0.0),
+    **dict.fromkeys(("cameraProjection", "cameraViewTransform"), np.zeros(16)),
+    "cameraFisheyeOpticalCentre": np.zeros(2, np.float32),
+    "cameraFisheyePolynomial": np.zeros(6, np.float32),
+    "cameraModel": "",
+    "renderProductResolution": np.zeros(2, np.int32),
+}
 
-@define("camera_params", "CameraParams")
+
+@define("camera_params", "CameraParams", info=_NO_CAMERA)
 def camera_params(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     """Camera parameters under Replicator's names, a dict; matrices are float64 (16,), row-major, for row vectors.
 
@@ -21,13 +35,14 @@ def camera_params(frame: Frame, params: Mapping[str, Any]) -> Annotation:
 
     The projection maps to clip space with reversed Z: depth 1 on the near plane, 0 on the far one. For nonlinear lenses
     it is that of the pinhole with the same focal length, as in Replicator. Lens distortion schemas are reported under
-    the names of the older attributes. interpupillaryDistance [cm] and isLeftEye exist for omniDirectionalStereo, the
-    paths of the two textures for generalizedProjection.
+    the names of the older attributes; of a pinhole without calibration these are 0, LensP and LensS empty.
+    interpupillaryDistance [cm] and isLeftEye exist for omniDirectionalStereo, the paths of the two textures for
+    generalizedProjection.
     """
     return Annotation(None, read_params(frame.camera))
 
 
-@define("ReferenceTime")
+@define("ReferenceTime", info={"referenceTimeNumerator": 0, "referenceTimeDenominator": 0})
 def reference_time(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     """Time of the frame [s] as the integers referenceTimeNumerator and referenceTimeDenominator."""
     numerator, denominator = frame.reference_time
@@ -36,15 +51,15 @@ def reference_time(frame: Frame, params: Mapping[str, Any]) -> Annotation:
 
 def read_params(view: CameraView) -> dict[str, Any]:
     """Return the payload of camera_params for `view`."""
-    lens = view.lens_parameters
+    lens = reported_lens(view.projection_type, view.lens_parameters)
     numbers = {
         "cameraAperture": _floats(view.horizontal_aperture, view.vertical_aperture),
         "cameraApertureOffset": _floats(view.horizontal_aperture_offset, view.vertical_aperture_offset),
         "cameraFisheyeLensP": _floats(*lens.tangential),
         "cameraFisheyeLensS": _floats(*lens.thin_prism),
         "cameraFisheyeMaxFOV": float(lens.max_fov),
-        "cameraFisheyeNominalHeight": float(lens.nominal_size[1]),
-        "cameraFisheyeNominalWidth": float(lens.nominal_size[0]),
+        "cameraFisheyeNominalHeight": int(lens.nominal_size[1]),
+        "cameraFisheyeNominalWidth": int(lens.nominal_size[0]),
         "cameraFisheyeOpticalCentre": _floats(*lens.center),
         "cameraFisheyePolynomial": _floats(*lens.polynomial),
         "cameraFocalLength": float(view.focal_length),

@@ -50,7 +50,7 @@ def cross_correspondence(frame: Frame, params: Mapping[str, Any]) -> Annotation:
 
 @define(
     "dense_correspondence", aovs=["instance", "triangle", "barycentrics"], params={"camera": None, "captures": 0},
-    dtype=np.float32,
+    dtype=np.float32, info={"visibility": np.zeros((0, 0), np.uint8), "camera": "", "resolution": (0, 0)},
 )  # fmt: skip
 def dense_correspondence(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     """Where the point that each pixel shows is in another picture, float32 (H, W, 2): column and row [pixels].

@@ -12,7 +12,7 @@ import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define
 from usdsdg.annotators.frame import Frame
-from usdsdg.annotators.kinds.boxes import bounding_box_2d_tight, bounding_box_3d, bounding_box_3d_360
+from usdsdg.annotators.kinds.boxes import NO_TABLES, bounding_box_2d_tight, bounding_box_3d, bounding_box_3d_360
 from usdsdg.annotators.kinds.camera import read_params
 from usdsdg.stage.poses.rotations import decompose, matrix_from_euler
 
@@ -45,6 +45,7 @@ _NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_amodal_masks": True}
 @define(
     "dope",
     dtype=DOPE,
+    info=NO_TABLES,
     params={**LABEL_PARAMS, "cameraRotation": OPENCV_ROTATION, "width": 0, "height": 0},
     **_NEEDS,
 )
@@ -72,6 +73,7 @@ def dope(frame: Frame, params: Params) -> Annotation:
 @define(
     "pose",
     dtype=POSE,
+    info=NO_TABLES,
     params={
         **LABEL_PARAMS,
         "cameraRotation": OPENCV_ROTATION,

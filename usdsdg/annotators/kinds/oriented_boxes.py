@@ -7,7 +7,7 @@ import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.frame import PIXELS, Frame
-from usdsdg.annotators.kinds.boxes import with_tables
+from usdsdg.annotators.kinds.boxes import NO_TABLES, with_tables
 from usdsdg.annotators.pixels.launch import MASKS, run
 
 Params = Mapping[str, Any]
@@ -30,7 +30,7 @@ _NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_amodal_masks": True, "
 _X, _Y, _DX, _DY, _WIDTH, _HEIGHT = range(6)
 
 
-@define("oriented_bounding_box_2d", dtype=ORIENTED_BOX_2D, **_NEEDS)
+@define("oriented_bounding_box_2d", dtype=ORIENTED_BOX_2D, info=NO_TABLES, **_NEEDS)
 def oriented_bounding_box_2d(frame: Frame, params: Params) -> Annotation:
     """Rectangles of least area around the visible pixels of each labeled prim, which they contain whole [pixels].
 
@@ -43,7 +43,7 @@ def oriented_bounding_box_2d(frame: Frame, params: Params) -> Annotation:
     return _boxes(frame, params, "visible")
 
 
-@define("oriented_bounding_box_2d_amodal", dtype=ORIENTED_BOX_2D, **_NEEDS)
+@define("oriented_bounding_box_2d_amodal", dtype=ORIENTED_BOX_2D, info=NO_TABLES, **_NEEDS)
 def oriented_bounding_box_2d_amodal(frame: Frame, params: Params) -> Annotation:
     """As oriented_bounding_box_2d, of the pixels in the picture that each prim would cover alone."""
     return _boxes(frame, params, "covered")

@@ -43,6 +43,12 @@ def depth_to_pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     needs_path_tracing=True,
     params={**LABEL_PARAMS, "includeUnlabelled": False},
     dtype=np.float32,
+    info={
+        "pointRgb": np.zeros((0, 4), np.uint8),
+        "pointNormals": np.zeros((0, 4), np.float32),
+        "pointSemantic": np.zeros(0, np.uint32),
+        "pointInstance": np.zeros(0, np.uint32),
+    },
 )
 def pointcloud(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     """One point per pixel with a labeled hit, row by row: float32 (N, 3) in the world [stage units].

@@ -19,6 +19,10 @@ from usdsdg.errors import AnnotatorError, warn_once
 
 Params = Mapping[str, Any]
 _COLORIZE: Params = {"colorize": False, "mapping": None}
+_NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "params": {**LABEL_PARAMS, **_COLORIZE}, "dtype": np.uint32}
+# Info before the first frame.
+_NO_LABELS: Mapping[str, Any] = {"idToLabels": {}}
+_NO_PRIMS: Mapping[str, Any] = {"idToLabels": {}, "idToSemantics": {}}
 _NONE, _NO_COLORS = np.zeros(0, np.int64), np.zeros((0, 4), np.uint8)
 _BACKGROUND_LABEL, _UNLABELLED_LABEL = {"class": "BACKGROUND"}, {"class": "UNLABELLED"}
 
@@ -41,7 +45,7 @@ class Shown(NamedTuple):
         return palette[self.ids]
 
 
-@define("semantic_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
+@define("semantic_segmentation", info=_NO_LABELS, **_NEEDS)
 def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     """Id of the label of each pixel, uint32 (H, W), or its color, uint8 (H, W, 4).
 
@@ -69,7 +73,7 @@ def _classes(frame: Frame, params: Params) -> Shown:
     )
 
 
-@define("instance_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
+@define("instance_segmentation", info=_NO_PRIMS, **_NEEDS)
 def instance_segmentation(frame: Frame, params: Params) -> Annotation:
     """Id of the labeled prim (nearest labeled ancestor) of each pixel, uint32 (H, W), or its color, uint8 (H, W, 4).
 
@@ -79,13 +83,13 @@ def instance_segmentation(frame: Frame, params: Params) -> Annotation:
     return _instances(frame, params, str)
 
 
-@define("instance_segmentation_fast", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
+@define("instance_segmentation_fast", info=_NO_PRIMS, **_NEEDS)
 def instance_segmentation_fast(frame: Frame, params: Params) -> Annotation:
     """As instance_segmentation; keys of the tables are integers, or RGBA tuples."""
     return _instances(frame, params, _identity)
 
 
-@define("instance_id_segmentation", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
+@define("instance_id_segmentation", info=_NO_LABELS, **_NEEDS)
 def instance_id_segmentation(frame: Frame, params: Params) -> Annotation:
     """Id of the gprim of each pixel, labeled or not, uint32 (H, W), or its color, uint8 (H, W, 4).
 
@@ -94,7 +98,7 @@ def instance_id_segmentation(frame: Frame, params: Params) -> Annotation:
     return _gprims(frame, params, str)
 
 
-@define("instance_id_segmentation_fast", aovs=["instance"], params={**LABEL_PARAMS, **_COLORIZE}, dtype=np.uint32)
+@define("instance_id_segmentation_fast", info=_NO_LABELS, **_NEEDS)
 def instance_id_segmentation_fast(frame: Frame, params: Params) -> Annotation:
     """As instance_id_segmentation; keys of the table are integers, or RGBA tuples."""
     return _gprims(frame, params, _identity)

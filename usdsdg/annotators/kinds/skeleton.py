@@ -33,7 +33,40 @@ class Skeleton:
     world: np.ndarray
 
 
-@define("skeleton_data", aovs=["instance"], params={"useSkelJoints": False})
+# Name in the payload, key of the older form, number type, shape of one row.
+_ARRAYS: Sequence[tuple[str, str, Any, tuple[int, ...]]] = (
+    ("skeletonParents", "skeleton_parents", np.int32, ()),
+    ("restGlobalTranslations", "rest_global_translations", np.float32, (3,)),
+    ("restLocalTranslations", "rest_local_translations", np.float32, (3,)),
+    ("restLocalRotations", "rest_local_rotations", np.float32, (4,)),
+    ("globalTranslations", "global_translations", np.float32, (3,)),
+    ("localRotations", "local_rotations", np.float32, (4,)),
+    ("translations2d", "translations_2d", np.float32, (2,)),
+    ("jointOcclusions", "joint_occlusions", bool, ()),
+)
+
+
+def _info(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the payload of skeletons in the older form."""
+    info: dict[str, Any] = {
+        "numSkeletons": len(records),
+        "skelName": [each["skel_name"] for each in records],
+        "skelPath": [each["skel_path"] for each in records],
+        "assetPath": [each["asset_path"] or _NOTHING for each in records],
+        "animationVariant": [each["animation_variant"] or _NOTHING for each in records],
+        "skeletonJoints": [str(each["skeleton_joints"]) for each in records],
+        "occlusionTypes": [str(each["occlusion_types"]) for each in records],
+        "inView": np.array([each["in_view"] for each in records], bool),
+        "skeletonData": json.dumps(records),
+    }
+    for name, key, dtype, shape in _ARRAYS:
+        info[name] = np.array([row for each in records for row in each[key]], dtype).reshape(-1, *shape)
+        info[f"{name}Sizes"] = np.array([len(each[key]) for each in records], np.int32)
+    info["occlusionTypesSizes"] = info["jointOcclusionsSizes"]
+    return dict(sorted(info.items()))
+
+
+@define("skeleton_data", aovs=["instance"], params={"useSkelJoints": False}, info=_info([]))
 def skeleton_data(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     """Joints of every visible skeleton on the stage, concatenated in flat arrays.
 
@@ -60,35 +93,7 @@ def skeleton_data(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     code = Usd.TimeCode(numerator / denominator * stage.GetTimeCodesPerSecond())
     paths = (frame.labeled_prims.find_skeletons or SkeletonPrims(stage).find)()
     records = [_legacy_record(frame, skeleton) for skeleton in skeletons(stage, paths, code)]
-    info: dict[str, Any] = {
-        "numSkeletons": len(records),
-        "skelName": [each["skel_name"] for each in records],
-        "skelPath": [each["skel_path"] for each in records],
-        "assetPath": [each["asset_path"] or _NOTHING for each in records],
-        "animationVariant": [each["animation_variant"] or _NOTHING for each in records],
-        "skeletonJoints": [str(each["skeleton_joints"]) for each in records],
-        "occlusionTypes": [str(each["occlusion_types"]) for each in records],
-        "inView": np.array([each["in_view"] for each in records], bool),
-        "skeletonData": json.dumps(records),
-    }
-    for name, key, dtype, shape in _ARRAYS:
-        info[name] = np.array([row for each in records for row in each[key]], dtype).reshape(-1, *shape)
-        info[f"{name}Sizes"] = np.array([len(each[key]) for each in records], np.int32)
-    info["occlusionTypesSizes"] = info["jointOcclusionsSizes"]
-    return Annotation(None, dict(sorted(info.items())))
-
-
-# Name in the payload, key of the older form, number type, shape of one row.
-_ARRAYS: Sequence[tuple[str, str, Any, tuple[int, ...]]] = (
-    ("skeletonParents", "skeleton_parents", np.int32, ()),
-    ("restGlobalTranslations", "rest_global_translations", np.float32, (3,)),
-    ("restLocalTranslations", "rest_local_translations", np.float32, (3,)),
-    ("restLocalRotations", "rest_local_rotations", np.float32, (4,)),
-    ("globalTranslations", "global_translations", np.float32, (3,)),
-    ("localRotations", "local_rotations", np.float32, (4,)),
-    ("translations2d", "translations_2d", np.float32, (2,)),
-    ("jointOcclusions", "joint_occlusions", bool, ()),
-)
+    return Annotation(None, _info(records))
 
 
 def skeletons(stage: Usd.Stage, paths: Iterable[Sdf.Path], code: Usd.TimeCode) -> Iterator[Skeleton]:

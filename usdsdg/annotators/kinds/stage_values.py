@@ -10,7 +10,7 @@ from pxr import Usd
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
 from usdsdg.arguments.registry import near_misses
-from usdsdg.errors import AnnotatorError
+from usdsdg.errors import AnnotatorError, ArgumentError
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import prim_at
 
@@ -20,36 +20,46 @@ Params = Mapping[str, Any]
 _SCALARS = {"half": np.float16, "float": np.float32, "int": np.int32, "uint": np.uint32, "uchar": np.uint8}
 
 
-@define("Attribute", params={"prims": (), "attribute": ""}, dtype=np.float32)
+_NO_ATTRIBUTE = (
+    "Annotator 'Attribute' needs prims and an attribute: annotators.get('Attribute', init_params={'prims': [path], "
+    "'attribute': name})."
+)
+
+
+def _check_attribute(annotator: Any) -> None:
+    given = annotator.parameters
+    if not _listed(given["prims"]) or not given["attribute"]:
+        raise ArgumentError(_NO_ATTRIBUTE)
+
+
+@define("Attribute", params={"prims": (), "attribute": ""}, dtype=np.float32, on_attach=_check_attribute)
 def attribute(frame: Frame, params: Params) -> Annotation:
     """Values of the attribute named `attribute` of `prims` (paths or prims), concatenated in one flat array.
 
     Vectors and arrays are flattened; texts are strings. Time samples are read at the time of the frame.
 
     Raises:
-        AnnotatorError: `prims` or `attribute` was not given, or a prim has no such attribute or no value for it.
+        ArgumentError: (a ValueError) at attach(): `prims` or `attribute` was not given.
+        AnnotatorError: a prim has no such attribute or no value for it; of a writer, also if they were not given.
         BadPrim: one of the prims does not exist.
     """
     prims, name = _listed(params["prims"]), params["attribute"]
     if not prims or not name:
-        raise AnnotatorError(
-            "Annotator 'Attribute' needs prims and an attribute: annotators.get('Attribute', init_params={'prims': "
-            "[path], 'attribute': name})."
-        )
+        raise AnnotatorError(_NO_ATTRIBUTE)
     stage = current_stage()
     numerator, denominator = frame.reference_time
     code = Usd.TimeCode(numerator / denominator * stage.GetTimeCodesPerSecond())
     return Annotation(np.concatenate([_values(prim_at(stage, path), name, code) for path in prims]))
 
 
-@define("primPaths")
+@define("primPaths", info={"primPaths": []})
 def prim_paths(frame: Frame, params: Params) -> Annotation:
     """{"primPaths"}: paths of the labeled prims that own gprims, in the order of their instance ids."""
     rows = frame.selection(None).rows
     return Annotation(None, {"primPaths": [frame.labeled_prims.prim_paths[row] for row in rows]})
 
 
-@define("fabricTime", "rpFabricTime")
+@define("fabricTime", "rpFabricTime", info={"fabricFrameTimeNumerator": 0, "fabricFrameTimeDenominator": 0})
 def fabric_time(frame: Frame, params: Params) -> Annotation:
     """{"fabricFrameTimeNumerator", "fabricFrameTimeDenominator"}: timeline time of the frame, a fraction of seconds."""
     numerator, denominator = frame.reference_time
@@ -67,7 +77,7 @@ def isaac_noop(frame: Frame, params: Params) -> Annotation:
     return Annotation(None)
 
 
-@define("IsaacReadSimulationTime", params={"resetOnStop": False})
+@define("IsaacReadSimulationTime", params={"resetOnStop": False}, info={"simulationTime": 0.0})
 def isaac_read_simulation_time(frame: Frame, params: Params) -> Annotation:
     """{"simulationTime"}: timeline time of the frame [s].
 
@@ -77,7 +87,7 @@ def isaac_read_simulation_time(frame: Frame, params: Params) -> Annotation:
     return Annotation(None, {"simulationTime": numerator / denominator})
 
 
-@define("IsaacReadSystemTime")
+@define("IsaacReadSystemTime", info={"systemTime": 0.0})
 def isaac_read_system_time(frame: Frame, params: Params) -> Annotation:
     """{"systemTime"}: when the frame was annotated [s since 1970]; the only annotator that differs between runs."""
     return Annotation(None, {"systemTime": frame.derive("system time", time.time)})

@@ -10,7 +10,7 @@ import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
-from usdsdg.annotators.kinds.boxes import BOX_2D, fill_corners, with_tables
+from usdsdg.annotators.kinds.boxes import BOX_2D, NO_TABLES, fill_corners, with_tables
 
 Params = Mapping[str, Any]
 
@@ -22,7 +22,7 @@ _NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_amodal_masks": True, "
 _CORNERS = np.array([[k >> 2 & 1, k >> 1 & 1, k & 1] for k in range(8)])
 
 
-@define("bounding_box_2d_amodal", dtype=BOX_2D_AMODAL, **_NEEDS)
+@define("bounding_box_2d_amodal", dtype=BOX_2D_AMODAL, info=NO_TABLES, **_NEEDS)
 def bounding_box_2d_amodal(frame: Frame, params: Params) -> Annotation:
     """Boxes of the pixels that each labeled prim in view would cover alone, in the picture and around it [inclusive].
 

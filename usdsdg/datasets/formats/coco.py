@@ -15,7 +15,7 @@ from usdsdg.datasets.matching import classes_of, truth_of
 from usdsdg.datasets.polygons import filled
 from usdsdg.datasets.seen import Color, Mask, Masks, Seen, Segments
 from usdsdg.datasets.seen_object import SeenObject
-from usdsdg.writers.formats.coco.coco_categories import Categories
+from usdsdg.writers.formats.coco.coco_categories import OTHER, Categories
 from usdsdg.writers.formats.coco.files import ImageFiles, Names, PlainNames, names_of
 
 NAME = "CocoWriter"
@@ -150,18 +150,27 @@ def _segments(
 
 
 def _own(folder: Folder, seen: Seen, tables: _Tables, is_plain: bool) -> Mapping[str, Mapping[str, Any]]:
-    """Return the categories by label: the user's own, else the classes of the dataset, else COCO's."""
+    """Return the categories by label: the user's own, else the classes of the dataset, else COCO's.
+
+    A table of the user's has the file's "other" where it has none of that name.
+    """
     if seen.truth is None:
         return {str(each["name"]): each for each in tables.categories.values()}
     record = seen.truth.record
     if record.parameters.get("coco_categories"):
-        return record.parameters["coco_categories"]
+        return _other(tables) | record.parameters["coco_categories"]
     if is_plain:
         listed = classes_of(folder, seen.truth.filter_of(_BOXES)) or []
         return {row["name"]: {"name": row["name"], "id": row["id"]} for row in listed}
     if record.semantic_classes:
-        return {name: {"name": name, "id": number} for name, number in record.semantic_classes.items()}
+        return _other(tables) | {name: {"name": name, "id": number} for name, number in record.semantic_classes.items()}
     return {each["name"]: each for each in Categories(None).all()}
+
+
+def _other(tables: _Tables) -> dict[str, Mapping[str, Any]]:
+    """Return the file's category of objects that the user's table has none for; empty if no object is one."""
+    found = [each for each in tables.categories.values() if each["name"] == OTHER]
+    return {OTHER: found[0]} if found else {}
 
 
 def _mask(values: Mapping[str, Any], size: tuple[int, int]) -> Mask:

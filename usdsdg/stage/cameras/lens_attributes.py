@@ -75,6 +75,19 @@ class LensParameters:
     position_texture: str = ""
 
 
+# What is reported of a pinhole without calibration, as in Replicator.
+_NO_LENS = LensParameters(
+    nominal_size=(0.0, 0.0), center=(0.0, 0.0), focal=(0.0, 0.0), max_fov=0.0, polynomial=(0.0,) * 6, tangential=(),
+    thin_prism=(),
+)  # fmt: skip
+
+
+def reported_lens(projection_type: str, lens: LensParameters) -> LensParameters:
+    """Return the calibration that labels report: zeros, without coefficients, for a pinhole that has none."""
+    has_none = projection_type in ("pinhole", "orthographic") and lens == LensParameters()
+    return _NO_LENS if has_none else lens
+
+
 def read_lens(values: Mapping[str, Any]) -> tuple[str, LensParameters]:
     """Return the projection type, by Replicator's name, and the calibration of a camera with these attributes.
 

@@ -10,6 +10,7 @@ import numpy as np
 from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.seen import Camera, Seen
 from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg.stage.cameras.lens_attributes import reported_lens
 from usdsdg.verify.checks.compare import differs, text
 
 # float32 of the file's numbers.
@@ -97,17 +98,19 @@ def _values(view: CameraView) -> dict[str, Any]:
         "meters_per_scene_unit": view.meters_per_unit,
     }
     lens = view.lens_parameters
-    values |= {
-        "cameraFisheyeLensP": list(lens.tangential),
-        "cameraFisheyeLensS": list(lens.thin_prism),
-        "cameraFisheyeMaxFOV": lens.max_fov,
-        "cameraFisheyeNominalWidth": lens.nominal_size[0],
-        "cameraFisheyeNominalHeight": lens.nominal_size[1],
-        "cameraFisheyeOpticalCentre": list(lens.center),
-        "cameraFisheyePolynomial": list(lens.polynomial),
-        "cameraOpenCVFx": lens.focal[0],
-        "cameraOpenCVFy": lens.focal[1],
-    }
+    # Files of earlier versions have other values for a pinhole without calibration, where they mean nothing.
+    if reported_lens(view.projection_type, lens) is lens:
+        values |= {
+            "cameraFisheyeLensP": list(lens.tangential),
+            "cameraFisheyeLensS": list(lens.thin_prism),
+            "cameraFisheyeMaxFOV": lens.max_fov,
+            "cameraFisheyeNominalWidth": int(lens.nominal_size[0]),
+            "cameraFisheyeNominalHeight": int(lens.nominal_size[1]),
+            "cameraFisheyeOpticalCentre": list(lens.center),
+            "cameraFisheyePolynomial": list(lens.polynomial),
+            "cameraOpenCVFx": lens.focal[0],
+            "cameraOpenCVFy": lens.focal[1],
+        }
     if math.isfinite(view.clipping_range[1]):
         values["cameraNearFar"] = list(view.clipping_range)
     return values

@@ -137,7 +137,7 @@ class BopWriter(Writer):
 
     def survey(self) -> None:
         """Give ids to the models of all labeled prims, also of a frame that other processes write."""
-        stage, label_filter = current_stage(), self.get_annotator(BOXES_3D).label_filter
+        stage, label_filter = current_stage(), self._annotator_called(BOXES_3D).label_filter
         if self._survey is None or self._survey.stage is not stage:
             self._survey = LabeledSurvey(stage, label_filter)
             self._models.forget_prims()
@@ -186,7 +186,7 @@ class BopWriter(Writer):
         """Yield model and pose, the row of its amodal box, and both masks of each object in view."""
         boxes, whole = seen[BOXES_3D], seen[WHOLE]
         ids = seen[INSTANCES]["data"]
-        table = class_places.table_of(self.get_annotator(BOXES_3D).label_filter)
+        table = class_places.table_of(self._annotator_called(BOXES_3D).label_filter)
         kinds = [boxes["idToLabels"][int(row["semanticId"])] for row in boxes["data"]]
         numbers = class_places.places(table, kinds) + 1
         wide = {int(each): row for each, row in zip(whole["bboxIds"], whole["data"])}

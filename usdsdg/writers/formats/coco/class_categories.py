@@ -11,6 +11,8 @@ from usdsdg.writers.formats.coco.coco_categories import Category
 class ClassCategories:
     """Every class that the run can show, seen or not, as a category. Asked as `Categories` is."""
 
+    reserve = None  # every label has a category
+
     def __init__(self, label_filter: str | None) -> None:
         self._filter = label_filter
 

@@ -20,7 +20,7 @@ INSTANCES, KEYPOINTS = "instance_segmentation_fast", "keypoints"
 
 @dataclass(frozen=True)
 class Thing:
-    """A visible object that has a category."""
+    """A visible object."""
 
     instance: int
     category: Category
@@ -30,13 +30,11 @@ class Thing:
 
 
 def things(seen: Mapping[str, Any], categories: Any, enough: VisibleEnough) -> list[Thing]:
-    """Return the objects of one image that have a category and are visible enough, in the order of the boxes."""
+    """Return the objects of one image that are visible enough, in the order of the boxes."""
     boxes, runs = seen[BOXES], run_length.runs_of_ids(seen[INSTANCES]["data"])
     found = []
     for row, instance in zip(boxes["data"], boxes["bboxIds"].tolist()):
         category = categories.of(boxes["idToLabels"][int(row["semanticId"])])
-        if category is None:
-            continue
         lengths = runs[instance]
         area = int(lengths[1::2].sum())
         if enough.holds(row, area):

@@ -1,5 +1,6 @@
 """COCO categories by label, with id, color and supercategory."""
 
+import itertools
 from collections.abc import Mapping
 from typing import Any
 
@@ -28,8 +29,10 @@ class Categories:
         own = _semantic_classes() if own is None else own
         given = builtin if own is None else {label: _checked(label, each) for label, each in own.items()}
         self._by_label = {_key(label): each for label, each in given.items()}
+        self.reserve: Category | None = None  # of labels that an own table lacks; listed only where an object has it
         if own is not None:
             _check_ids(self._by_label)
+            self.reserve = None if OTHER in self._by_label else _other(builtin[OTHER]["id"], self._by_label)
         self._no_class = {label: self._by_label.get(label, builtin[label]) for label in _NO_CLASS}
         self._listed = [each for label, each in self._by_label.items() if own is not None or label not in _NO_CLASS]
 
@@ -38,22 +41,21 @@ class Categories:
         by_id = {each["id"]: each for each in self._listed}
         return [by_id[number] for number in sorted(by_id)]
 
-    def of(self, labels: Mapping[str, str]) -> Category | None:
-        """Return the category of {type: "label[,label]"}: that of the last known label, or "other".
-
-        None, with a warning, where there is no "other" in the table that was given.
-        """
-        known = self._known(labels)
-        if not known:
-            listed = ", ".join(f"{kind}:{text}" for kind, text in labels.items())
-            becomes = "it becomes 'other'" if OTHER in self._by_label else "it is left out"
-            warn_once(f"CocoWriter: no category is called {listed}: {becomes}. Add one to coco_categories.")
-        return known[-1] if known else self._by_label.get(OTHER)
+    def of(self, labels: Mapping[str, str]) -> Category:
+        """Return the category of {type: "label[,label]"}: that of the last known label, or "other" with a warning."""
+        if known := self._known(labels):
+            return known[-1]
+        other = self.reserve or self._by_label[OTHER]
+        listed = ", ".join(f"{kind}:{text}" for kind, text in labels.items())
+        warn_once(
+            f"CocoWriter: no category is called {listed}: it becomes 'other', id {other['id']}. Add one to "
+            "coco_categories."
+        )
+        return other
 
     def color(self, labels: Mapping[str, str]) -> list[int]:
         """Return the color (r, g, b) of pixels with these labels, which may be those of the background."""
-        category = (self._known(labels) or [self._reserved(labels) or self.of(labels)])[-1]
-        return (category or self._no_class[UNLABELLED])["color"]
+        return (self._known(labels) or [self._reserved(labels) or self.of(labels)])[-1]["color"]
 
     def _known(self, labels: Mapping[str, str]) -> list[Category]:
         names = [_key(name) for text in labels.values() for name in (text, *text.split(","))]
@@ -101,6 +103,13 @@ def _check_ids(by_label: Mapping[str, Category]) -> None:
                 f"CocoWriter: the categories {other!r} and {category['name']!r} have one id, {category['id']}; give "
                 "each its own."
             )
+
+
+def _other(first: int, by_label: Mapping[str, Category]) -> Category:
+    """Return the category of objects that a table has none for, with the first id from `first` on that is free."""
+    taken = {each["id"] for each in by_label.values()}
+    number = next(each for each in itertools.count(first) if each not in taken)
+    return {"name": OTHER, "id": number, "supercategory": OTHER, "color": _color_of(number), "isthing": 1}
 
 
 def _builtin() -> dict[str, Category]:

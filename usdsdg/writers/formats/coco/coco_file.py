@@ -1,7 +1,7 @@
 """The JSON files of a part of a COCO dataset: boxes, masks and keypoints, and segments."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -15,19 +15,20 @@ class CocoFiles(Aggregate):
     """Images with their annotations, and with their segments where there is a panoptic form.
 
     A record has "image", its "split", and lists of what the files have of it: "instances" and "panoptic". Of all frames
-    are known "head", the sections before the images, and by split and file its "path" and "categories".
+    are known "head", the sections before the images, and by split and file its "path", its "categories", and those that
+    it has "if_used" by an object of the dataset.
     """
 
     @staticmethod
     def files(records: Records) -> dict[str, Texts]:
         return {
-            about["path"]: partial(_texts, records, split, about["categories"], name)
+            about["path"]: partial(_texts, records, split, about, name)
             for split, tables in records.about["splits"].items()
             for name, about in tables.items()
         }
 
 
-def _texts(records: Records, split: str, categories: list[Any], table: str) -> Iterator[str]:
+def _texts(records: Records, split: str, about: Mapping[str, Any], table: str) -> Iterator[str]:
     """Yield the JSON, with one line per record."""
     yield "{\n"
     for key, value in records.about["head"].items():
@@ -40,8 +41,19 @@ def _texts(records: Records, split: str, categories: list[Any], table: str) -> I
     )
     yield from separated(json.dumps(row) for own, row in rows if own == split)
     yield '\n],\n"categories": [\n'
-    yield from separated(map(json.dumps, categories))
+    yield from separated(map(json.dumps, _categories(records, about, table)))
     yield "\n]\n}\n"
+
+
+def _categories(records: Records, about: Mapping[str, Any], table: str) -> list[Any]:
+    """Return the categories by id; of those that are listed if used, those that an object of any split has."""
+    reserve = about.get("if_used") or []
+    if reserve:
+        rows = (row for each in records for row in each[table])
+        things = (thing for row in rows for thing in (row["segments_info"] if table == PANOPTIC else [row]))
+        used = {thing["category_id"] for thing in things}
+        reserve = [each for each in reserve if each["id"] in used]
+    return sorted([*about["categories"], *reserve], key=lambda each: each["id"])
 
 
 def _numbered(records: Records) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -107,7 +107,7 @@ class Keypoints:
         names: dict[int, set[str]] = {}
         for labels, own in prims():
             category = categories.of(labels)
-            if category is not None and category["id"] not in found:
+            if category["id"] not in found:
                 names.setdefault(category["id"], set()).update(own)
         self._by_category = found | {number: read(str(number), sorted(own)) for number, own in names.items()}
 

@@ -87,7 +87,8 @@ class CocoWriter(Writer):
         semantic_types: types of labels to use; default class, coco, stuff and thing.
         coco_categories: by label {"name", "id"} and optionally "supercategory", "color" (r, g, b), "isthing"; default
             `semantic_classes` where these are set, else COCO's own. All of them are in the file. Other labels get the
-            category "other" with a warning, or where there is no "other" are left out.
+            category "other" with a warning; a table without one has it added, id 201 or the next free one, where an
+            object has such a label.
         s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
         dataset_id: part of the file names, so without slashes; default eight letters that depend on the global seed.
         image_output_format: of the color images; those of categories are always png, which is lossless.
@@ -141,7 +142,7 @@ class CocoWriter(Writer):
         self.annotators = [named_annotators.get(name, {} if name == RGB else label_filter) for name in names]
         self._enough = VisibleEnough("CocoWriter", min_visibility, min_pixels)
         self._keypoints = coco_keypoints.Keypoints(keypoints if isinstance(keypoints, dict) else {})
-        self._label_filter = self.get_annotator(BOXES).label_filter
+        self._label_filter = self._annotator_called(BOXES).label_filter
         by_class = self._plain and coco_categories is None
         self._categories = ClassCategories(self._label_filter) if by_class else Categories(coco_categories)
         self._image_format = checked_image_format(image_output_format)
@@ -196,16 +197,25 @@ class CocoWriter(Writer):
     def _describe(self) -> None:
         """Tell the JSON files their names, categories and what is before the images."""
         categories = self._categories.all()
-        described = [self._keypoints.described(each) for each in categories]
-        things = [each for each in described if each.get("isthing", 1) or not self._plain]
-        sigmas = self._keypoints.sigmas(categories)
+        reserve = [self._categories.reserve] if self._categories.reserve else []
+        described, unlisted = ([self._keypoints.described(each) for each in own] for own in (categories, reserve))
+        things, other_things = (
+            [each for each in own if each.get("isthing", 1) or not self._plain] for own in (described, unlisted)
+        )
+        sigmas = self._keypoints.sigmas([*categories, *reserve])
         head = {"info": self._info | ({"keypoint_sigmas": sigmas} if sigmas else {}), "licenses": self._licenses}
         splits = {}
         for split in self._splits.names:
             names = self._file_names(split)
-            splits[split] = {coco_file.INSTANCES: {"path": names.instances, "categories": things}}
+            splits[split] = {
+                coco_file.INSTANCES: {"path": names.instances, "categories": things, "if_used": other_things}
+            }
             if self._panoptic:
-                splits[split][coco_file.PANOPTIC] = {"path": names.panoptic, "categories": described}
+                splits[split][coco_file.PANOPTIC] = {
+                    "path": names.panoptic,
+                    "categories": described,
+                    "if_used": unlisted,
+                }
         self._files.note(head=head, splits=splits)
 
     def _file_names(self, split: str) -> Names:

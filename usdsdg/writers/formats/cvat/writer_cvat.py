@@ -135,7 +135,7 @@ class CvatWriter(Writer):
         return [{"name": name, "color": color, "attributes": [attribute]} for name, color in zip(names, colors)]
 
     def _table(self) -> ClassTable:
-        return class_places.table_of(self.get_annotator(BOXES).label_filter)
+        return class_places.table_of(self._annotator_called(BOXES).label_filter)
 
     def _write_labels(self) -> None:
         """Write labels.json, again where classes have been added, and tell the XML of them."""

@@ -163,7 +163,7 @@ class ShardWriter(Writer):
                 shards.write()
 
     def _table(self) -> Any:
-        return class_places.table_of(self.get_annotator(BOXES).label_filter)
+        return class_places.table_of(self._annotator_called(BOXES).label_filter)
 
     @property
     def _store(self) -> BaseBackend:

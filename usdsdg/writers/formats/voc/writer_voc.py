@@ -170,7 +170,7 @@ class VocWriter(Writer):
         return class_names("VocWriter", list(self._table().labels().values()), files.UNFIT)
 
     def _table(self) -> ClassTable:
-        return class_places.table_of(self.get_annotator(BOXES).label_filter)
+        return class_places.table_of(self._annotator_called(BOXES).label_filter)
 
     def _write_labels(self) -> None:
         """Write labelmap.txt, again where classes have been added, and tell the lists of pictures of them."""

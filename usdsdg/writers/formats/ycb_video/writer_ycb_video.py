@@ -212,7 +212,7 @@ class YCBVideoWriter(Writer):
             return
         stage = current_stage()
         if self._survey is None or self._survey.stage is not stage:
-            self._survey = LabeledSurvey(stage, self.get_annotator(BOXES).label_filter)
+            self._survey = LabeledSurvey(stage, self._annotator_called(BOXES).label_filter)
             self._models.forget_prims()
         self._models.survey(self._survey, self._indices)
 

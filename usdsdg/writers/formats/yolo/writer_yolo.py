@@ -92,7 +92,7 @@ class YoloWriter(Writer):
 
     def annotators_to_skip(self) -> list[Annotator]:
         # Of the first frame, whose keypoints are those of all frames.
-        return [self.get_annotator(KEYPOINTS)] if self._task == "pose" and self._keypoints is None else []
+        return [self._annotator_called(KEYPOINTS)] if self._task == "pose" and self._keypoints is None else []
 
     def skip(self, data: dict[str, Any]) -> None:
         for seen in data["renderProducts"].values():
@@ -136,7 +136,7 @@ class YoloWriter(Writer):
             self.backend.schedule_in_turn(files.DESCRIPTION, write_text, path=files.DESCRIPTION, text=text)
 
     def _table(self) -> Any:
-        return class_places.table_of(self.get_annotator(BOXES).label_filter)
+        return class_places.table_of(self._annotator_called(BOXES).label_filter)
 
     def _lines(self, seen: Mapping[str, Any]) -> list[str]:
         boxes, objects = seen[BOXES], seen[INSTANCES]["data"]
