@@ -20,6 +20,14 @@ def run(folder, script: str, *arguments: str, expect: int = 0) -> subprocess.Com
 def test_arguments_after_the_script_belong_to_the_script(tmp_path):
     done = run(tmp_path, "import sys; print(sys.argv)", "--seed", "9", "-q", "--num", "2", "--help")
     assert done.stdout.strip() == "['script.py', '--seed', '9', '-q', '--num', '2', '--help']"
+    assert done.stderr.splitlines() == [
+        "remark: --seed is passed to script.py, which does not mention it. Options of usdsdg come before the script: "
+        "usdsdg run --seed ... script.py"
+    ]
+
+
+def test_options_that_the_script_has_or_that_follow_two_dashes_are_its_own(tmp_path):
+    assert run(tmp_path, "import sys; print('--seed' in sys.argv)", "--seed", "9", "--", "--frames=3").stderr == ""
 
 
 def test_assets_root_and_save_stage_may_follow_the_script(tmp_path):

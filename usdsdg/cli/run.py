@@ -1,6 +1,8 @@
 """`usdsdg run SCRIPT`: run an existing Replicator or Isaac Sim script, or a Replicator YAML file, unchanged."""
 
 import sys
+from inspect import signature
+from itertools import takewhile
 from pathlib import Path
 from typing import Annotated
 
@@ -28,6 +30,8 @@ from usdsdg.cli.script.workers import ScriptWorkers
 from usdsdg.errors import BadValue
 
 YAML = (".yaml", ".yml")
+# Options that may be given before and after the script.
+_ON_EITHER_SIDE = ("--assets-root", "--save-stage")
 
 
 def run(
@@ -115,7 +119,8 @@ def run(
     Options of usdsdg come before SCRIPT; arguments after it belong to the script, except --assets-root and
     --save-stage, which may be given on either side. All arguments after a -- belong to the script.
     """
-    arguments, own = _split_own_options(arguments or [])
+    after = arguments or []
+    arguments, own = _split_own_options(after)
     assets_root = own.get("--assets-root", assets_root)
     save_stage = Path(own["--save-stage"]) if "--save-stage" in own else save_stage
     if not script.is_file():
@@ -128,6 +133,7 @@ def run(
         from usdsdg.cli.script.outcome import reported_outcome
         from usdsdg.session.session import current
 
+        _remark_on_own_options(script, after)
         check_kind(script, FileKind.SCRIPT, FileKind.REPLICATOR_YAML)
         if stage is not None:
             check_kind(stage, FileKind.STAGE)
@@ -187,11 +193,28 @@ def _split_own_options(arguments: list[str]) -> tuple[list[str], dict[str, str]]
         name, _, value = argument.partition("=")
         if argument == "--":
             rest += given
-        elif name in ("--assets-root", "--save-stage"):
+        elif name in _ON_EITHER_SIDE:
             own[name] = value or next(given, "")
         else:
             rest.append(argument)
     return rest, own
+
+
+def _remark_on_own_options(script: Path, after: list[str]) -> None:
+    """Say which options of usdsdg after the script it gets as its own, although it does not mention them.
+
+    after: all arguments after the script; those after a -- are meant for it.
+    """
+    own = {f"--{name.strip('_').replace('_', '-')}" for name in signature(run).parameters} - set(_ON_EITHER_SIDE)
+    given = [name for name in (each.partition("=")[0] for each in takewhile("--".__ne__, after)) if name in own]
+    text = script.read_text(encoding="utf-8", errors="replace") if given else ""
+    for name in given:
+        if name not in text:
+            print(
+                f"remark: {name} is passed to {script}, which does not mention it. Options of usdsdg come before the "
+                f"script: usdsdg run {name} ... {script}",
+                file=sys.stderr,
+            )
 
 
 def _execute_yaml(script: Path, arguments: list[str], allow_outside: bool) -> None:
