@@ -25,7 +25,7 @@ import usdsdg as rep
 from benchmarks import report
 from usdsdg.annotators import named_annotators
 from usdsdg.capture.output import WriterOutput
-from usdsdg.capture.recorded_pictures import PICTURES
+from usdsdg.capture.records.pictures import PICTURES
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.writers import Writer, register_writer

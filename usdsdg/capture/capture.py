@@ -16,9 +16,9 @@ from usdsdg.capture.later_pictures import CopiedPictures, LaterPictures, later_p
 from usdsdg.capture.observing import observe
 from usdsdg.capture.output import WriterOutput, append_to_journals
 from usdsdg.capture.pictures_ahead import PicturesAhead
+from usdsdg.capture.records.stages import StageMoment, StageRecords
 from usdsdg.capture.render_settings import RenderMode
 from usdsdg.capture.requests import Requests
-from usdsdg.capture.stage_records import StageMoment, StageRecords
 from usdsdg.capture.tiles import view_of
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session import engines

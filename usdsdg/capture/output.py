@@ -6,10 +6,10 @@ from typing import Any
 
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
-from usdsdg.capture.frame_records import FrameRecords
 from usdsdg.capture.graph_outputs import graph_outputs
+from usdsdg.capture.records.frames import FrameRecords
+from usdsdg.capture.records.stages import StageMoment
 from usdsdg.capture.requests import Requests, Skipped
-from usdsdg.capture.stage_records import StageMoment
 from usdsdg.errors import watch_foreign
 from usdsdg.session.progress import report, say
 from usdsdg.session.render_products import products

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from usdsdg.capture.frame_records import folder_of
+from usdsdg.capture.records.frames import folder_of
 from usdsdg.capture.tap import history_of
 from usdsdg.graph import sampling
 from usdsdg.session.session import current

@@ -14,8 +14,8 @@ from usdsdg.annotators.class_table import ClassTable, ids_are_stable
 from usdsdg.annotators.frame import PIXELS, Frame
 from usdsdg.annotators.kinds.keypoints import PRIMS as KEYPOINTS
 from usdsdg.annotators.labeled_prims import Selection
-from usdsdg.capture.recorded_pictures import pictures_of
-from usdsdg.capture.stage_records import StageMoment
+from usdsdg.capture.records.pictures import pictures_of
+from usdsdg.capture.records.stages import StageMoment
 from usdsdg.capture.tiles import views_of
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.record import FRAMES, frame_record
