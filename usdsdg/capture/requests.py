@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, requirements
-from usdsdg.capture import frame_records, recorded_pictures
+from usdsdg.capture.records import frames as frame_records
+from usdsdg.capture.records.pictures import AOVS as RECORDED_AOVS
 from usdsdg.capture.tap import Tap, history_of
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.session.render_products import HydraTexture, products
@@ -165,7 +166,7 @@ class Requests:
             self._requirements[path] = requirements([*self.annotators[path], *self._made.get(path, ())])
         needs = self._requirements[path]
         if path in self._recorded and needs.aovs.difference(LIGHT_AOVS):
-            return replace(needs, aovs=needs.aovs | recorded_pictures.AOVS)
+            return replace(needs, aovs=needs.aovs | RECORDED_AOVS)
         return needs
 
 
