@@ -23,6 +23,7 @@ from usdsdg_physics.corrections.contacts.squeezes import Squeezes
 from usdsdg_physics.corrections.contacts.tunneling_guard import TunnelingGuard
 from usdsdg_physics.corrections.joints.distance_joints import DistanceJoints
 from usdsdg_physics.corrections.joints.joint_loads import JointLoads
+from usdsdg_physics.corrections.joints.link_damping import LinkDamping
 from usdsdg_physics.corrections.joints.links import Links
 from usdsdg_physics.model import build
 from usdsdg_physics.model.build import BuiltModel, distance_joints
@@ -93,6 +94,7 @@ class StepCorrections:
         self.coefficients = self._coefficients_of(built)
         self.distances = self._distances_of(scene, built, free)
         self.links = self._links_of(built)
+        self.link_damping = LinkDamping(model) if built.joints.trees else None
         joints = built.joints
         self.loads = (
             JointLoads(model, [row[1:] for row in joints.breakable], joints.rubbing)
@@ -144,12 +146,16 @@ class StepCorrections:
         self.impacts.center_contacts(state, h, visited)
         if self.distances is not None:
             self.distances.add_contacts(state, self._surface_velocity, h)
+        if self.link_damping is not None:
+            self.link_damping.add(state, h)
 
     def after_solver(
         self, kind: StepKind, substep: int, before: newton.State, after: newton.State, observed: Any
     ) -> None:
         """Correct what the solver's step made of a state; `observed` has what `observables` names."""
         h = kind.substep
+        if self.link_damping is not None:
+            self.link_damping.remove(before)
         if self.report is not None:
             self.report.note_forces(observed.contact_f, substep, h)
         if self.distances is not None and self.distances.breakable:

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 # modules and allocate, which a record must not contain, and the step rates of motion blur come and go.
 RECORD_AT_USE = 2
 # Some rate that a script draws anew for each frame must not fill the memory.
-MAX_RECORDS = 128
-MAX_KINDS = 1024
+MAX_RECORDS = 512
+MAX_KINDS = 4096
 
 
 class StepRecords:

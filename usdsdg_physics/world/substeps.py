@@ -1,4 +1,4 @@
-"""Substeps of a step: more where joints are, where small bodies touch something, and near static triangle meshes."""
+"""Substeps of a step: more where joints are and swing, where small bodies touch something, and near triangle meshes."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 from usdsdg_physics.scene.extents import half_thickness, world_box
 from usdsdg_physics.scene.records import STATIC, Scene
 from usdsdg_physics.world.small_bodies import SmallBodies
+from usdsdg_physics.world.swinging_joints import SwingingJoints
 
 if TYPE_CHECKING:
     import newton
@@ -40,8 +41,9 @@ class Substeps:
         self._factor = JOINT_FACTOR if jointed else 1
         self._meshes = StaticMeshes(scene, shape_index)
         self._small = SmallBodies(scene, model, SUBSTEPS_PER_SECOND)
-        # Whether it matters where bodies are.
-        self.vary = bool(scene.bodies) and bool(self._meshes or self._small)
+        self._swinging = SwingingJoints(model)
+        # Whether it matters where bodies are, and how fast.
+        self.vary = bool(scene.bodies) and bool(self._meshes or self._small or self._swinging)
 
     def least(self, dt: float) -> int:
         """Return how many substeps a step of `dt` seconds has at least."""
@@ -62,7 +64,10 @@ class Substeps:
             count = ordinary_substeps(dt, rate=more * SUBSTEPS_PER_SECOND)
         if self._meshes:
             count = self._meshes.substeps(dt, poses[:, :3], velocities[:, :3], count)
-        return max(self.least(dt), count)
+        least = self.least(dt)
+        if self._swinging:
+            least *= self._swinging.factor(dt / least, poses, velocities)
+        return max(least, count)
 
     def set_static_poses(self, poses: Mapping[int, Sequence[float]]) -> None:
         """Note that static colliders were moved, by shape index (7 numbers, world)."""

@@ -1,0 +1,72 @@
+"""Damping of bodies that joints hold, against the closed form of its steps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, UsdPhysics
+
+from tests.physics.mechanisms import joint
+from tests.physics.scenes import add, new_stage, playing
+from usdsdg.errors import UsdsdgWarning
+
+STEP, SECONDS = 1.0 / 60.0, 1.0
+
+
+def damped_body(stage, path: str, *, linear: float = 0.0, angular: float = 0.0, **options):
+    prim = add(stage, path, gravity=False, angular_damping=angular, **options)
+    prim.CreateAttribute("physxRigidBody:linearDamping", Sdf.ValueTypeNames.Float).Set(linear)
+    return prim
+
+
+def velocities_after(stage, *paths: str) -> np.ndarray:
+    engine = playing(stage)
+    for _ in range(round(SECONDS / STEP)):
+        engine.step(STEP)
+    return engine.velocities(paths)
+
+
+def test_a_slider_loses_speed_by_its_linear_damping():
+    stage = new_stage()
+    UsdPhysics.RigidBodyAPI(damped_body(stage, "/World/a", linear=1.5)).CreateVelocityAttr(Gf.Vec3f(1, 0, 0))
+    joint(stage, "/World/joint", UsdPhysics.PrismaticJoint, "", "/World/a", (0, 0, 0), axis="X")
+    (velocity,) = velocities_after(stage, "/World/a")
+    assert velocity[0] == pytest.approx(np.exp(-1.5 * SECONDS), rel=0.01)
+
+
+@pytest.mark.parametrize("arm", [0.0, 0.5])
+def test_a_hinged_body_loses_spin_by_its_angular_damping(arm):
+    """Angular damping acts on the spin alone, which has a smaller part of the momentum the longer the arm."""
+    stage = new_stage()
+    prim = damped_body(stage, "/World/a", angular=2.0)
+    UsdPhysics.MassAPI.Apply(prim).CreateMassAttr(3.0)
+    api = UsdPhysics.RigidBodyAPI(prim)
+    api.CreateAngularVelocityAttr(Gf.Vec3f(0, 0, 90))
+    api.CreateVelocityAttr(Gf.Vec3f(0, np.radians(90) * arm, 0))
+    joint(stage, "/World/joint", UsdPhysics.RevoluteJoint, "", "/World/a", (-arm, 0, 0), axis="Z")
+    (velocity,) = velocities_after(stage, "/World/a")
+    own = 0.2**2 / 6.0  # of a cube's inertia per mass
+    assert velocity[5] == pytest.approx(np.radians(90) * np.exp(-2.0 * SECONDS * own / (own + arm**2)), rel=0.02)
+
+
+def test_links_that_float_turn_less_against_each_other_and_keep_their_momentum():
+    stage = new_stage()
+    damped_body(stage, "/World/a")
+    prim = damped_body(stage, "/World/b", angular=2.0)
+    UsdPhysics.RigidBodyAPI(prim).CreateAngularVelocityAttr(Gf.Vec3f(0, 0, 90))
+    joint(stage, "/World/joint", UsdPhysics.RevoluteJoint, "/World/a", "/World/b", (0, 0, 0), axis="Z")
+    pairs = UsdPhysics.FilteredPairsAPI.Apply(prim)
+    pairs.CreateFilteredPairsRel().SetTargets(["/World/a"])
+    first, second = velocities_after(stage, "/World/a", "/World/b")[:, 5]
+    # Equal inertias: what one loses the other gets, so that the difference decays at twice the rate.
+    assert first + second == pytest.approx(np.radians(90), rel=0.01)
+    assert second - first == pytest.approx(np.radians(90) * np.exp(-4.0 * SECONDS), rel=0.08)
+
+
+def test_a_limit_of_speed_on_a_body_that_joints_move_is_named():
+    stage = new_stage()
+    prim = damped_body(stage, "/World/a")
+    prim.CreateAttribute("physxRigidBody:maxLinearVelocity", Sdf.ValueTypeNames.Float).Set(1.0)
+    joint(stage, "/World/joint", UsdPhysics.PrismaticJoint, "", "/World/a", (0, 0, 0), axis="X")
+    with pytest.warns(UsdsdgWarning, match="maxLinearVelocity has no effect on bodies that joints move: /World/a"):
+        playing(stage).step(STEP)
