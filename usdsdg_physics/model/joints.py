@@ -104,8 +104,8 @@ def add_joints(
         limited = [path for path in tree.bodies if path != tree.root and np.isfinite(scene.bodies[path].max_velocity)]
         if limited:
             warn_once(
-                f"maxLinearVelocity has no effect on bodies that joints move: {', '.join(sorted(limited))}. Limit their "
-                "joints with physxJoint:maxJointVelocity."
+                f"maxLinearVelocity has no effect on bodies that joints move: {', '.join(sorted(limited))}. Limit "
+                "their joints with physxJoint:maxJointVelocity."
             )
     for tree in trees:
         for branch in tree.loops:
