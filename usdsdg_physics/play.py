@@ -12,6 +12,7 @@ from usdsdg.stage.physics.scenes import steps_per_second
 from usdsdg.stage.time_code import time_context
 from usdsdg_physics.edits.apply_edits import apply_edits
 from usdsdg_physics.edits.edit_reader import EditReader, Edits
+from usdsdg_physics.edits.kinematic_bodies import KinematicBodies, carried_bodies
 from usdsdg_physics.edits.subtrees import with_subtrees
 from usdsdg_physics.edits.time_samples import TimeSamples
 from usdsdg_physics.edits.told_velocities import ToldVelocities
@@ -62,11 +63,13 @@ class PlaySession:
         self._trigger_states = TriggerStates(stage)
         self._inside: list[tuple[str, str]] = []  # triggers, and the colliders inside
         self._told = ToldVelocities()
+        self._kinematic = KinematicBodies()
         self._touching: set[tuple[str, str]] = set()  # colliders whose contacts are reported
         # Of the latest step.
         self.trigger_events: list[TriggerEvent] = []
         self.contact_events: list[ContactEvent] = []
         self._simulated: set[str] = set()  # bodies that have been in a world: startsAsleep no longer counts
+        self.scene, self.poses = Scene({}, {}, (0.0, 0.0, 0.0), ""), np.zeros((0, 7))
         self._read_stage()
 
     def step(self, dt: float, time: Usd.TimeCode, *, write: bool = True) -> None:
@@ -98,6 +101,7 @@ class PlaySession:
         moved = [row for row in rows if not np.allclose(poses[row], self.poses[row], rtol=0.0, atol=1e-7)]
         if moved and rewound:
             world.set_poses(moved, poses[moved])
+            world.set_velocities(moved, np.zeros((len(moved), 6)))
         elif moved:
             world.add_kinematic_targets({row: poses[row] for row in moved})
 
@@ -158,6 +162,7 @@ class PlaySession:
             self.world = World(self.scene, device=self._device, capacity=self._capacity, progress=self._progress)
             self.world.put_to_sleep([self.world.body_index[path] for path in self._asleep & self.scene.bodies.keys()])
             self._simulated |= self.scene.bodies.keys()
+            self._kinematic.resume(self.world)
         return self.world
 
     def _write_back(self, world: World) -> None:
@@ -192,13 +197,22 @@ class PlaySession:
 
     def _read_stage(self, changes: Changes | None = None) -> None:
         """Read all of the stage again, after `changes`."""
+        changes = changes or Changes()
         self.units = Units.of(self._stage)
         scene = parse(self._stage, self._hulls, time=self._time, broken=self._broken)
         if not self.writes_velocities:
-            self._told.go_on(scene.bodies, self.world, changes or Changes())
-        self._begin_with(scene)
+            self._told.go_on(scene.bodies, self.world, changes)
+        self._begin_with(scene, changes)
 
-    def _begin_with(self, scene: Scene) -> None:
+    def _begin_with(self, scene: Scene, changes: Changes) -> None:
+        """Go on with a scene that was read after `changes`, in a new world."""
+        if self.world is not None:
+            self._kinematic.note(self.scene.bodies, self.world)
+        self._kinematic.begin(scene, changes)
+        on_stage = initial_poses(scene)
+        poses = dict(zip(self.scene.bodies, self.poses))
+        for path, pose in carried_bodies(scene, self.scene, poses, changes).items():
+            scene.bodies[path] = replace(scene.bodies[path], pose=tuple(pose.tolist()))
         self.scene = scene
         new = {path for path, body in self.scene.bodies.items() if body.starts_asleep and path not in self._simulated}
         self._asleep = new | set(self.world.asleep() if self.world is not None else ())
@@ -213,6 +227,17 @@ class PlaySession:
         self.poses = initial_poses(self.scene)
         self.world = None
         self._open_writer()
+        self._write_carried(on_stage)
+
+    def _write_carried(self, on_stage: np.ndarray) -> None:
+        """Write the poses of the bodies that begin elsewhere than the stage has them (N, 7)."""
+        poses = self.poses.astype(np.float32)
+        if not np.array_equal(poses, on_stage.astype(np.float32)):
+            velocities = np.array([[*body.velocity, *body.angular_velocity] for body in self.scene.bodies.values()])
+            velocities = velocities.astype(np.float32)
+            with self._tracker.muted(), time_context(self._time):
+                self._writer.set_written(on_stage, velocities)
+                self._writer.write(poses, velocities)
 
     def _open_writer(self) -> None:
         with self._tracker.muted(), time_context(self._time):
@@ -288,7 +313,7 @@ class PlaySession:
                 body, pose=tuple(poses[row]), velocity=tuple(velocity), angular_velocity=tuple(angular)
             )
         x, y, z = world.gravity.tolist()
-        self._begin_with(replace(scene, gravity=(x, y, z)))
+        self._begin_with(replace(scene, gravity=(x, y, z)), changes)
 
     def _handle_failures(self, world: World) -> None:
         """Warn of bodies whose step was not finite, enlarge contact buffers that overflowed, drop joints that broke."""

@@ -36,7 +36,7 @@ def apply_edits(edits: Edits, world: World, scene: Scene, queries: SceneQueries)
 
 def _apply_poses(edits: Edits, world: World, scene: Scene) -> None:
     kinematic = {path for path in edits.poses if scene.bodies[path].kinematic}
-    world.set_kinematic_targets({world.body_index[path]: edits.poses[path] for path in kinematic})
+    world.add_kinematic_targets({world.body_index[path]: edits.poses[path] for path in kinematic})
     teleported = [path for path in edits.poses if path not in kinematic]
     if teleported:
         indices = [world.body_index[path] for path in teleported]

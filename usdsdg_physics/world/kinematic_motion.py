@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,25 +22,45 @@ class KinematicMotion:
         self._coordinate = wp.array(coordinate, dtype=wp.int32, device=model.device)
         self._model, self._center = model, center
         self._targets: dict[int, np.ndarray] = {}
+        self._moving: set[int] = set()  # that have the velocity with which they moved in the latest step
         self._row = wp.full(model.body_count, -1, dtype=wp.int32, device=model.device)
         self._poses: dict[int, wp.array] = {}  # (substeps, N), by the number of substeps
 
-    def set_targets(self, targets: Mapping[int, np.ndarray]) -> None:
-        """Set the poses (7,) that bodies, by index, reach by the end of the next step."""
-        self._targets = dict(targets)
-
     def add_targets(self, targets: Mapping[int, np.ndarray]) -> None:
-        """Set the targets of further bodies."""
+        """Set the poses (7,) that bodies, by index, reach by the end of the next step."""
         self._targets |= targets
 
-    def clear(self) -> None:
-        """Forget the targets, at the end of the step."""
+    def note_velocities(self, bodies: Iterable[int]) -> None:
+        """Note that bodies have got other velocities than that of their motion, which they keep."""
+        self._moving -= set(bodies)
+
+    def resume(self, bodies: Iterable[int]) -> None:
+        """Note that bodies have the velocity with which they moved in a step before this world was built."""
+        self._moving |= set(bodies)
+
+    def finish(self) -> None:
+        """Forget the targets, at the end of the step.
+
+        What was moved keeps its velocity until the next step: what is jointed to it moves as fast, and so it is if its
+        joint is gone then.
+        """
+        self._moving = set(self._targets)
         self._targets = {}
 
     @property
     def bodies(self) -> list[int]:
         """The indices of the bodies that move in the next step."""
         return sorted(self._targets)
+
+    @property
+    def stopping(self) -> list[int]:
+        """The indices of those that moved in the latest step, and do not in the next."""
+        return sorted(self._moving - self._targets.keys())
+
+    @property
+    def moving(self) -> list[int]:
+        """The indices of the bodies that have the velocity with which they moved in the latest step."""
+        return sorted(self._moving)
 
     def begin(self, poses: np.ndarray, dt: float, substeps: int) -> tuple[np.ndarray, np.ndarray]:
         """Compute the motion from `poses` (N, 7) of all bodies, for a step of `dt` seconds.

@@ -27,6 +27,7 @@ from usdsdg_physics.world.compile_kernels import Progress, load_kernels, prepare
 from usdsdg_physics.world.damping import Damping
 from usdsdg_physics.world.halves import Halves
 from usdsdg_physics.world.joints import Joints
+from usdsdg_physics.world.kinematic_loads import KinematicLoads
 from usdsdg_physics.world.kinematic_motion import KinematicMotion
 from usdsdg_physics.world.steady_forces import SteadyForces
 from usdsdg_physics.world.step_corrections import StepCorrections, StepKind
@@ -82,6 +83,7 @@ class World:
         self._corrections.stabilization.set_gravity(self.gravity)
         self._colliders = Colliders(scene, self.model, built.shape_index, self._corrections.depenetration)
         self._breakable = built.joints.breakable
+        self._kinematic_loads = KinematicLoads(built) if self._corrections.loads is not None else None
         jointed = self.joints is not None or self._corrections.distances is not None
         self._substeps = Substeps(scene, self.model, built.shape_index, jointed=jointed)
         self._launches = StepLaunches(
@@ -130,6 +132,7 @@ class World:
     def set_velocities(self, indices: Indices, velocities: np.ndarray) -> None:
         """Set rows of `velocities()`."""
         self.wake(self._body_states.set_velocities(indices, velocities))
+        self._kinematic.note_velocities(indices)
 
     def set_drives(self, drives: Mapping[tuple[str, str], Drive]) -> None:
         """Replace drives, by path of the joint and name of the axis; those of joints that close loops do not act."""
@@ -254,21 +257,29 @@ class World:
         """Set the forces that act at every step."""
         self._forces.set(forces)
 
-    def set_kinematic_targets(self, targets: Mapping[int, np.ndarray]) -> None:
-        """Set the poses (7,) that kinematic bodies reach by the end of the next step, at constant velocity."""
-        self._kinematic.set_targets(targets)
-        if targets:
-            self.wake()
-
     def add_kinematic_targets(self, targets: Mapping[int, np.ndarray]) -> None:
-        """Set the targets of further kinematic bodies."""
+        """Set the poses (7,) that kinematic bodies reach by the end of the next step, at constant velocity.
+
+        They have that velocity until the step after, which stops those without another target.
+        """
         self._kinematic.add_targets(targets)
         if targets:
             self.wake()
 
+    def kinematic_velocities(self) -> dict[int, np.ndarray]:
+        """Return the velocities (6,) [m/s, rad/s] of the kinematic bodies that moved in the latest step, by index."""
+        rows = self._kinematic.moving
+        return dict(zip(rows, self.velocities()[rows].astype(np.float64))) if rows else {}
+
+    def resume_kinematic(self, velocities: Mapping[int, np.ndarray]) -> None:
+        """Go on from `kinematic_velocities` of the world that this one replaces."""
+        if velocities:
+            self.set_velocities(list(velocities), np.array(list(velocities.values())))
+            self._kinematic.resume(velocities)
+
     def step(self, dt: float) -> None:
         """Advance by `dt` seconds."""
-        moving = self._kinematic.bodies
+        moving, stopping = self._kinematic.bodies, self._kinematic.stopping
         kind = StepKind(
             dt,
             self._substeps_of(dt),
@@ -276,10 +287,10 @@ class World:
             self._corrections.depenetration.active,
             self._corrections.sleeping.any,
         )
-        targets = np.zeros((0, 7))
+        targets, velocities = np.zeros((0, 7)), np.zeros((0, 6))
         if moving:
             targets, velocities = self._kinematic.begin(self.poses(), dt, kind.substeps)
-            self.set_velocities(moving, velocities)
+        self._set_kinematic_velocities([*moving, *stopping], np.vstack([velocities, np.zeros((len(stopping), 6))]), dt)
         if self._corrections.report is not None and self._corrections.report.reserve(kind.substeps):
             self._launches.forget()
         self._latest_substeps = kind.substeps
@@ -296,12 +307,23 @@ class World:
             self.joints.clear_efforts()
         if moving:
             self.set_poses(moving, targets)
-            self.set_velocities(moving, np.zeros((len(moving), 6)))
-            self._kinematic.clear()
+        self._kinematic.finish()
         if kind.depenetrates:
             self._corrections.depenetration.finish()
         if kind.has_sleepers:
             self._corrections.sleeping.finish()
+
+    def _set_kinematic_velocities(self, indices: list[int], velocities: np.ndarray, dt: float) -> None:
+        """Set the velocities (n, 6) that kinematic bodies have during a step of `dt` seconds."""
+        before = self._body_states.velocities() if indices and self._kinematic_loads is not None else None
+        if indices:
+            self.set_velocities(indices, velocities)
+        if self._kinematic_loads is not None and self._corrections.loads is not None:
+            wrenches = None
+            if before is not None:
+                poses, after = self._body_states.poses().astype(np.float64), self._body_states.velocities()
+                wrenches = self._kinematic_loads.wrenches(poses, before, after, dt)
+            self._corrections.loads.add(wrenches)
 
     def _move_surfaces(self, dt: float) -> None:
         """Let static colliders that move carry what they touch during a step of `dt` seconds."""
@@ -347,6 +369,6 @@ class World:
             return self._substeps.least(dt)
         held = self._corrections.stabilization.rest_time.numpy() >= REST_DELAY
         pushed = bool(self._kinematic.bodies) or self._pushes.push or bool(self._forces)
-        return self._substeps.of_step(
-            dt, self._body_states.poses(), self._body_states.velocities(), held=held, is_pushed=pushed
-        )
+        velocities = self._body_states.velocities()
+        velocities[self._kinematic.moving] = 0.0  # nothing stops those
+        return self._substeps.of_step(dt, self._body_states.poses(), velocities, held=held, is_pushed=pushed)

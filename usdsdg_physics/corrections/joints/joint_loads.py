@@ -1,5 +1,8 @@
 """What the load of joints does: those with a break force or torque break, friction grows with it."""
 
+# Warp vectors are no classes to a type checker.
+# pyright: reportArgumentType=false
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -37,6 +40,16 @@ class JointLoads:
         self._broken = wp.zeros(len(breakable), dtype=wp.int32, device=device)
         self._rubbing = wp.array([row[:2] for row in rubbing], dtype=wp.vec2i, device=device)
         self._friction = wp.array([row[2:] for row in rubbing], dtype=wp.vec2, device=device)
+        self._more = wp.zeros(model.body_count, dtype=wp.spatial_vector, device=device)
+        self._has_more = False
+
+    def add(self, wrenches: np.ndarray | None) -> None:
+        """Add forces [N] and torques [N m] (N, 6) to those that the solver tells of in the next step; None for none."""
+        if wrenches is not None:
+            self._more.assign(wrenches.astype(np.float32))
+        elif self._has_more:
+            self._more.zero_()
+        self._has_more = wrenches is not None
 
     def apply(self, after: newton.State, wrench: wp.array) -> None:
         """Note which joints break under the `wrench` (N,) at each body's center of mass, and set friction by it."""
@@ -55,6 +68,7 @@ class JointLoads:
                 self._model.body_com,
                 after.body_q,
                 wrench,
+                self._more,
             ],
             outputs=[self._broken],
             device=self._model.device,
@@ -62,7 +76,7 @@ class JointLoads:
         wp.launch(
             set_friction,
             dim=self._rubbing.size,
-            inputs=[self._rubbing, self._friction, self._model.joint_child, wrench],
+            inputs=[self._rubbing, self._friction, self._model.joint_child, wrench, self._more],
             outputs=[self._model.joint_effort_limit],
             device=self._model.device,
         )

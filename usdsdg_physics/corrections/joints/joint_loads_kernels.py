@@ -20,17 +20,22 @@ def note_broken(
     center: wp.array[wp.vec3],
     body_q: wp.array[wp.transform],
     wrench: wp.array[wp.spatial_vector],
+    more: wp.array[wp.spatial_vector],
     # out
     broken: wp.array[wp.int32],
 ):
-    """Set `broken` of joints whose force [N], or torque [N m] about the joint's frame, is above its limit."""
+    """Set `broken` of joints whose force [N], or torque [N m] about the joint's frame, is above its limit.
+
+    Both are the sum of `wrench` and `more`, about the center of mass of the joint's child.
+    """
     row = wp.tid()
     joint = breakable[row]
     body = joint_child[joint]
-    force = wp.spatial_top(wrench[body])
+    load = wrench[body] + more[body]
+    force = wp.spatial_top(load)
     at = wp.transform_point(body_q[body], wp.transform_get_translation(joint_X_c[joint]))
     arm = wp.transform_point(body_q[body], center[body]) - at
-    torque = wp.spatial_bottom(wrench[body]) + wp.cross(arm, force)
+    torque = wp.spatial_bottom(load) + wp.cross(arm, force)
     if wp.length(force) > limits[row][0] or wp.length(torque) > limits[row][1]:
         broken[row] = 1
 
@@ -43,11 +48,13 @@ def set_friction(
     joint_child: wp.array[wp.int32],
     # body
     wrench: wp.array[wp.spatial_vector],
+    more: wp.array[wp.spatial_vector],
     # out
     joint_effort_limit: wp.array[wp.float32],
 ):
     """Set the strength of the drives that stand for friction: a constant part, and one that grows with the load."""
     row = wp.tid()
-    load = wrench[joint_child[rubbing[row][0]]]
+    body = joint_child[rubbing[row][0]]
+    load = wrench[body] + more[body]
     total = wp.length(wp.spatial_top(load)) + wp.length(wp.spatial_bottom(load))
     joint_effort_limit[rubbing[row][1]] = wp.max(friction[row][0] + friction[row][1] * total, LEAST_FRICTION)
