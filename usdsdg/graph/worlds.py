@@ -111,8 +111,3 @@ def _run_twin(node: Node, executions: np.ndarray, values: WorldValues) -> None:
         raise Unsupported(f"worlds: {node.describe()}: {error}. {_REMEDY}") from error
     except UsdsdgError as error:
         raise GraphError(f"{node.describe()}: {error}") from error
-
-
-@in_worlds("OgnWriteSemantics")
-def _same_in_all(node: Node, executions: np.ndarray, values: WorldValues) -> None:
-    """Write nothing: these nodes draw nothing, so what world 0 has is the same everywhere."""
