@@ -101,10 +101,14 @@ def _projected(seen: Seen, scene: Scene, name: str, posed: Posed) -> Faults:
     pixels = points @ scene.camera.T
     pixels = pixels[:, :2] / pixels[:, 2:] + 0.5  # from the corner of the image, as edges of boxes are
     low, high = pixels.min(axis=0), pixels.max(axis=0)
+    # The box ends one picture beyond the picture; what is left of the object there may be smaller on any side.
+    size = np.array(posed.whole.shape[::-1], np.float64)
+    is_cut = bool((low < -size).any() or (high > 2 * size).any())
+    low, high = np.maximum(low, -size), np.minimum(high, 2 * size)
     beyond = np.array([*(low - (x, y)), *((x + width + 1, y + height + 1) - high)])
     # Rays through the centers of pixels miss the ends of what is thinner than a pixel.
     is_thin = float(posed.info["px_count_all"]) < _THIN * (high - low).max()
-    if beyond.max() > _REACH or (beyond.min() < -_REACH and not is_thin):
+    if beyond.max() > _REACH or (beyond.min() < -_REACH and not is_thin and not is_cut):
         found = text([x, y, width, height])
         yield Fault(scene.file, seen.name, f"{name} projects to its box", text([*low, *(high - low - 1)]), found)
 
