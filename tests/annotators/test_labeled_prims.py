@@ -80,6 +80,29 @@ def test_a_filter_gives_a_part_to_the_nearest_prim_that_passes(car_with_wheel):
     assert entities.select(None).member_of_gprim.tolist() == [0, 1]
 
 
+@pytest.mark.parametrize("filters", [["class:!car"], []], ids=["announced", "not announced"])
+def test_what_inherits_a_label_that_is_ruled_out_is_left_out(stage, filters):
+    add_labels(xform(stage, "/World/Car"), {"class": ["car"]})
+    add_cube(stage, "/World/Car/Body")
+    add_cube(stage, "/World/Car/Wheel", "wheel")
+    add_cube(stage, "/World/Tree", "tree")
+    entities = read(stage, filters)
+    selection = entities.select("class:!car")
+    assert selection.labels == ({"class": "tree"},)
+    assert [entities.prim_paths[row] for row in selection.rows] == ["/World/Tree"]
+    gprims = RayCaster(stage).gprims
+    assert [gprims[k] for k, member in enumerate(selection.member_of_gprim) if member >= 0] == ["/World/Tree"]
+
+
+def test_a_material_that_is_ruled_out_leaves_out_what_shows_it(stage):
+    add_labels(xform(stage, "/World/Car"), {"class": ["car"]})
+    body = add_cube(stage, "/World/Car/Body")
+    material = UsdShade.Material.Define(stage, "/World/Steel")
+    add_labels(material.GetPrim(), {"class": ["steel"]})
+    UsdShade.MaterialBindingAPI.Apply(body).Bind(material)
+    assert read(stage, ["class:!steel"]).select("class:!steel").labels == ()
+
+
 def test_a_filter_that_was_not_announced_still_keeps_and_drops_entities(stage):
     add_cube(stage, "/World/A", "apple")
     add_cube(stage, "/World/B", "pear")

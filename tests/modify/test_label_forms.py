@@ -3,6 +3,7 @@
 import pytest
 
 import usdsdg as rep
+from usdsdg.errors import GraphError
 from usdsdg.graph import evaluate
 from usdsdg.stage.semantics import labels
 
@@ -28,6 +29,17 @@ def test_forms_of_labels(stage, given, expected):
     cones = rep.create.cone(count=2)
     rep.modify.semantics(given, input_prims=cones)
     assert labels_of(cones) == expected
+
+
+@pytest.mark.parametrize("wrap", [lambda label: [("class", label)], lambda label: {"class": ["a", label]}])
+def test_a_distribution_in_place_of_a_label_is_told_to_draw_pairs(stage, wrap):
+    given = wrap(rep.distribution.choice(["a", "b"]))
+    cube = rep.create.cube()
+    remedy = r"draw the pairs as a whole: rep.distribution.choice\(\[\[\('class', 'a'\)\]"
+    with pytest.raises(GraphError, match=remedy):
+        rep.create.cube(semantics=given)
+    with pytest.raises(GraphError, match=remedy), rep.trigger.on_frame():
+        rep.modify.semantics(given, input_prims=cube)
 
 
 def test_labels_of_a_distribution_are_drawn_at_each_execution(stage):

@@ -247,6 +247,81 @@ def test_camera_relative_positions_project_to_the_requested_pixels(stage, positi
     assert np.linalg.norm(point - view.local_to_world[3, :3]) == pytest.approx(4.0)
 
 
+def animated(stage, path, positions):
+    """An Xform that is at a position at each time code."""
+    xform = UsdGeom.Xform.Define(stage, path)
+    op = xform.AddTranslateOp()
+    op.Set(Gf.Vec3d(100, 100, 100))
+    for time, position in enumerate(positions):
+        op.Set(Gf.Vec3d(*position), float(time))
+    stage.SetTimeCodesPerSecond(24)
+    stage.SetStartTimeCode(0)
+    stage.SetEndTimeCode(len(positions) - 1)
+    return xform
+
+
+PATH = [(0, 0.5 * time, 0.1 * time) for time in range(9)]
+
+
+def steps(count=4):
+    """Step through an animation, a time code per frame; yield the time code of each picture."""
+    for frame in range(count):
+        rep.orchestrator.step(delta_time=1 / 24)
+        yield frame
+
+
+@pytest.mark.parametrize("what", ["pose", "orbit"])
+def test_cameras_look_at_where_an_animated_prim_is_in_the_picture(stage, what):
+    animated(stage, "/World/target", PATH)
+    camera = rep.create.camera()
+    with rep.trigger.on_frame(), camera:
+        if what == "pose":
+            rep.modify.pose(position=(6, 0, 1), look_at="/World/target")
+        else:
+            rep.modify.pose_orbit(barycentre="/World/target", distance=5, azimuth=30, elevation=20)
+    product = rep.create.render_product(camera, (8, 6))
+    for time in steps():
+        pixels, _ = read_camera(stage, product.camera_path, (8, 6)).project(np.array([PATH[time]], float))
+        np.testing.assert_allclose(pixels[0], (4, 3), atol=1e-4)
+
+
+def test_camera_relative_positions_follow_an_animated_camera_and_parent(stage):
+    animated(stage, "/World/shelf", PATH)
+    ball = rep.create.sphere(parent="/World/shelf")
+    rail = animated(stage, "/World/rail", [(y, z, x) for x, y, z in PATH])
+    camera = UsdGeom.Camera.Define(stage, rail.GetPath().AppendChild("camera"))
+    product = rep.create.render_product(str(camera.GetPath()), (64, 48))
+    with rep.trigger.on_frame():
+        rep.modify.pose_camera_relative(str(camera.GetPath()), product, 4.0, 0.5, 0.0, input_prims=ball)
+    for time in steps():
+        view = read_camera(stage, product.camera_path, (64, 48), time=time)
+        point = transforms.local_to_world(stage.GetPrimAtPath(ball.prims[0]), time).ExtractTranslation()
+        pixels, _ = view.project(np.array([point]))
+        np.testing.assert_allclose(pixels[0], (48, 24), atol=1e-4)
+
+
+def test_size_and_pivot_are_of_the_box_at_the_time(stage, cube):
+    size = UsdGeom.Cube(stage.GetPrimAtPath(cube)).GetSizeAttr()
+    size.Set(4.0, 0.0)
+    stage.GetPrimAtPath(cube).GetAttribute("extent").Clear()
+    rep.modify.pose(size=(2, 2, 2), pivot=(0, 0, 1), input_prims=cube)
+    run()
+    np.testing.assert_allclose(stage.GetPrimAtPath(cube).GetAttribute("xformOp:scale").Get(), (0.5, 0.5, 0.5))
+    np.testing.assert_allclose(stage.GetPrimAtPath(cube).GetAttribute("xformOp:translate:pivot").Get(), (0, 0, 2))
+
+
+def test_functions_and_immediate_changes_look_at_a_prim_as_it_is_now(stage):
+    animated(stage, "/World/target", PATH)
+    get_timeline().set_current_time(4 / 24)
+    cameras = [rep.create.camera(position=(6, 0, 0), look_at="/World/target").prims[0]]
+    cameras.append(str(rep.functional.create.camera(position=(6, 0, 0), look_at="/World/target").GetPath()))
+    expected = np.subtract(PATH[4], (6, 0, 0)) / np.linalg.norm(np.subtract(PATH[4], (6, 0, 0)))
+    for path in cameras:
+        prim = stage.GetPrimAtPath(path)
+        eye = path if prim.IsA(UsdGeom.Camera) else f"{path}/Camera"
+        np.testing.assert_allclose(view_direction(stage, eye), expected, atol=1e-6)
+
+
 def test_camera_relative_positions_follow_the_lens_model(stage):
     camera = rep.create.camera(position=(3, 2, 1), look_at=(0, 0, 0.5), projection_type="fisheyePolynomial")
     product = rep.create.render_product(camera, (640, 400))

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from pxr import UsdGeom
 from typer.testing import CliRunner
 
 import usdsdg as rep
@@ -93,6 +94,64 @@ def test_the_command_ends_with_1_where_there_are_faults(clean, tmp_path):
     assert broken.exit_code == 1
     (fault,) = json.loads(broken.output)["faults"]
     assert fault["found"] == "none"
+
+
+def written(writer, folder, eye, frames=1, **options):
+    """Write frames of the stage, and return what is found in them."""
+    made = rep.writers.get(writer)
+    made.initialize(output_dir=str(folder), **options)
+    made.attach(rep.create.render_product(eye, (64, 48)))
+    for _ in range(frames):
+        rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    return [(fault.what, fault.expected, fault.found) for fault in verify(folder).faults]
+
+
+@pytest.mark.parametrize("colorize", [True, False])
+def test_objects_may_change_their_class(stage, tmp_path, colorize):
+    rep.create.light(light_type="dome")
+    balls = rep.create.sphere(count=3, position=[(0, y, 0) for y in (-1, 0, 1)], semantics=[("class", "ball")])
+    kinds = [[("class", "ball")], [("class", "egg")]]
+    with rep.trigger.on_frame(), balls:
+        rep.modify.semantics(rep.distribution.choice(kinds), mode="replace")
+    eye = rep.create.camera(position=(6, 0, 0), look_at=(0, 0, 0))
+    kind = "instance_segmentation"
+    options = {kind: True, f"colorize_{kind}": colorize}
+    assert written("BasicWriter", tmp_path, eye, frames=5, **options) == []
+    tables = [json.loads(file.read_text()) for file in sorted(tmp_path.glob(f"{kind}_semantics_mapping_*.json"))]
+    assert len({json.dumps(table) for table in tables}) > 1, "no object has changed its class"
+
+
+def test_objects_may_reach_far_beyond_the_picture_of_bop(stage, tmp_path):
+    rep.create.light(light_type="dome")
+    rep.create.cube(position=(0, 0, 0), rotation=(40, 30, 20), scale=(0.2, 30, 0.2), semantics=[("class", "beam")])
+    eye = rep.create.camera(position=(2, 0, 0), look_at=(0, 0, 0), focal_length=10)
+    assert written("BopWriter", tmp_path, eye) == []
+    file = next(tmp_path.rglob("scene_gt_info.json"))
+    info = json.loads(file.read_text())
+    x, y, width, height = info["0"][0]["bbox_obj"]
+    assert -64 in (x, x + width - 191 - 64) or -48 in (y, y + height - 143 - 48), "nothing is cut"
+    info["0"][0]["bbox_obj"] = [x - 9, y, width, height]
+    file.write_text(json.dumps(info))
+    assert any("projects to its box" in fault.what for fault in verify(tmp_path).faults)
+
+
+@pytest.mark.parametrize("lens", ["orthographic", "fisheyePolynomial"])
+def test_keypoints_of_dope_may_be_of_any_lens(stage, tmp_path, lens):
+    rep.create.light(light_type="dome")
+    rep.create.cube(position=(0, 0.5, 0), rotation=(40, 30, 20), semantics=[("class", "cube")])
+    eye = rep.create.camera(position=(6, 0, 1), look_at=(0, 0, 0), **(
+        {"projection_type": lens} if lens != "orthographic" else {"horizontal_aperture": 50}
+    ))  # fmt: skip
+    if lens == "orthographic":
+        UsdGeom.Camera(stage.GetPrimAtPath(f"{eye.prims[0]}/Camera")).GetProjectionAttr().Set(lens)
+    folder = tmp_path / "dope"
+    assert written("DOPEWriter", folder, eye, class_name_to_index_map={}, exact=True) == []
+    file = next(folder.rglob("*.json"))
+    values = json.loads(file.read_text())
+    values["objects"][0]["projected_cuboid"][0][0] += 1
+    file.write_text(json.dumps(values))
+    assert any("projected_cuboid" in fault.what for fault in verify(folder).faults)
 
 
 def test_an_image_that_is_transparent_outside_of_the_lens_has_no_fault(stage, tmp_path):

@@ -65,6 +65,9 @@ CASES = {
     "size of the point instances or prototypes": lambda p: rep.modify.attribute(
         "size", uniform(0.1, 1), input_prims=p["rocks"]
     ),
+    "labels that are drawn": lambda p: rep.modify.semantics(
+        rep.distribution.choice([[("class", "ball")], [("class", "egg")]]), mode="replace", input_prims=p["cube"]
+    ),
     "look_at": lambda p: rep.modify.pose(look_at=rep.distribution.choice(p["cube"]), input_prims=p["camera"]),
 }
 
@@ -76,6 +79,14 @@ def test_what_cannot_differ_is_named_with_its_line(what):
     assert what in str(refused.value)
     assert "\n" not in str(refused.value)
     assert str(refused.value).endswith("Leave it out, or run without worlds.")
+
+
+def test_labels_of_some_frames_are_refused_and_those_of_every_frame_are_not():
+    label = lambda p: rep.modify.semantics([("class", "egg")], mode="replace", input_prims=p["cube"])  # noqa: E731
+    with pytest.raises(Unsupported, match="labels that are not written in every frame cannot differ"):
+        scenes.worlds_of(scene(label, lambda: rep.trigger.on_frame(interval=2)), 3)
+    [batch] = scenes.worlds_of(scene(label), 2, names=("bounding_box_2d_tight",))
+    assert [batch.classes[number] for number in batch.class_ids.tolist()] == [{"class": "egg"}]
 
 
 def test_triggers_of_time_and_a_playing_timeline_are_refused():

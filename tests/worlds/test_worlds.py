@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from pxr import UsdGeom
 
 import usdsdg as rep
 from tests.worlds import scenes
 from usdsdg.errors import ArgumentError
 from usdsdg.session import session
 from usdsdg.session.stage_context import open_stage
+from usdsdg.session.timeline import get_timeline
 
 WORLDS, STEPS = 3, 2
 SCENES = (
@@ -63,3 +65,24 @@ def test_a_world_is_written_as_a_stage_that_shows_it(tmp_path):
     annotator = rep.annotators.get("distance_to_camera").attach(product)
     rep.orchestrator.step()
     np.testing.assert_allclose(annotator.get_data(), batch.arrays["distance_to_camera"].numpy()[2], rtol=1e-6)
+
+
+def test_worlds_look_at_where_an_animated_prim_is():
+    def build():
+        rep.orchestrator.set_capture_on_play(False)
+        rep.create.light(light_type="dome")
+        target = UsdGeom.Cube.Define(rep.get_stage(), "/Target")
+        move = target.AddTranslateOp()
+        for time in range(9):
+            move.Set((0, 0.5 * time, 0), float(time))
+        get_timeline().set_current_time(6 / rep.get_stage().GetTimeCodesPerSecond())
+        camera = rep.create.camera()
+        with rep.trigger.on_frame(), camera:
+            rep.modify.pose(position=scenes.uniform((6, -1, 0), (8, 1, 2)), look_at="/Target")
+        return camera
+
+    frames = scenes.frames_of(build, WORLDS)
+    (batch,) = scenes.worlds_of(build, WORLDS)
+    for frame, distance in zip(frames, batch.arrays["distance_to_camera"].numpy(), strict=True):
+        np.testing.assert_array_equal(distance, scenes.plain(frame["distance_to_camera"]))
+        assert np.isfinite(distance[scenes.SIZE[1] // 2, scenes.SIZE[0] // 2])

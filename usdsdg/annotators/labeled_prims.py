@@ -17,7 +17,7 @@ from usdsdg.annotators.ownership import (
     LabeledStage,
     Labels,
     Owner,
-    group_by_owner,
+    find_owners,
     output_labels,
     parse_filter,
     warn_of_empty_selection,
@@ -216,14 +216,15 @@ class LabeledPrimReader:
         for predicate in self._filters:
             label_filter = parse_filter(predicate)
             rows, members, output, names = [], np.full(len(gprims), -1, np.int32), [], []
-            for key in group_by_owner([chain for _, chain in found], label_filter).items():
+            for owned in find_owners(self._labels, gprims, [chain for _, chain in found], label_filter):
+                key = owned.owner, owned.group
                 if key not in row_of:
                     row_of[key] = len(row_of)
-                    labels.append(self._labels.all_labels(key[0], [gprims[index] for index in key[1]]))
-                members[list(key[1])] = len(rows)
+                    labels.append(owned.labels)
+                members[list(owned.group)] = len(rows)
                 rows.append(row_of[key])
-                names.append(key[0].name)
-                output.append(output_labels(labels[row_of[key]], label_filter))
+                names.append(owned.owner.name)
+                output.append(owned.output)
             classes, prims = self._tables(predicate)
             selections[predicate] = _selection(classes, prims, np.array(rows, np.int64), members, output, names)
             if not rows:
@@ -258,11 +259,10 @@ class LabeledPrimReader:
             prims = self._prims.setdefault(predicate, PrimTable())
             label_filter, gprims = parse_filter(predicate), self._labels.every_gprim()
             chains, outputs = [chain for _, chain in self._labels.chains(gprims)], []
-            for owner, group in group_by_owner(chains, label_filter).items():
-                labels = self._labels.all_labels(owner, [gprims[index] for index in group])
-                outputs.append(output_labels(labels, label_filter))
-                if not owner.steps:  # point instances are numbered when they are drawn
-                    prims.numbers([owner.name])
+            for owned in find_owners(self._labels, gprims, chains, label_filter):
+                outputs.append(owned.output)
+                if not owned.owner.steps:  # point instances are numbered when they are drawn
+                    prims.numbers([owned.owner.name])
             if is_new and (sources := label_sources()):
                 outputs += possible_outputs(self._labels, sources, label_filter)
             classes.add(outputs)

@@ -160,10 +160,34 @@ def ancestors(path: Sdf.Path, steps: Steps) -> Iterator[Owner]:
             path = path.GetParentPath()
 
 
-def group_by_owner(
+class Owned(NamedTuple):
+    """An owner of gprims, with its labels."""
+
+    owner: Owner
+    group: tuple[int, ...]  # indices of its gprims
+    labels: Labels  # own and inherited
+    output: dict[str, str]  # those that pass, as annotators output them; not empty
+
+
+def find_owners(
+    stage: LabeledStage,
+    gprims: Sequence[str],
+    chains: Sequence[Sequence[tuple[Owner, Labels]]],
+    label_filter: LabelFilter | None,
+) -> Iterator[Owned]:
+    """Yield the owners of gprims in the order of their first one.
+
+    A prim whose own labels pass, but not together with those that it inherits, is left out with its gprims.
+    """
+    for owner, group in _group_by_owner(chains, label_filter).items():
+        labels = stage.all_labels(owner, [gprims[index] for index in group])
+        if output := output_labels(labels, label_filter):
+            yield Owned(owner, group, labels, output)
+
+
+def _group_by_owner(
     chains: Sequence[Sequence[tuple[Owner, Labels]]], label_filter: LabelFilter | None
 ) -> dict[Owner, tuple[int, ...]]:
-    """Return owner → its gprims, owners in the order of their first gprim."""
     groups: dict[Owner, list[int]] = {}
     for index, chain in enumerate(chains):
         owner = next((owner for owner, own in chain if label_filter is None or label_filter.select(own)), None)

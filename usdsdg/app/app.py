@@ -33,8 +33,9 @@ class App:
     def update(self) -> None:
         """Run one application update; a playing timeline advances by one time code."""
         timeline = get_timeline()
-        graph().evaluate(time=timeline.get_elapsed_time())
         dt = 1.0 / timeline.get_time_codes_per_seconds()
+        with timeline.before_picture(dt if timeline.is_playing() and timeline.is_auto_updating() else 0.0):
+            graph().evaluate(time=timeline.get_elapsed_time())
         if timeline.is_playing() and timeline.is_auto_updating():
             self.advance(dt)
         self._updates += 1

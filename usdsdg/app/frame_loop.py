@@ -93,7 +93,8 @@ class Orchestrator:
             timeline.play()
         self._requested_subframes = max(rt_subframes, 0)
         if ahead is None:
-            fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_elapsed_time())
+            with timeline.before_picture(self._until_picture(delta_time)):
+                fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_elapsed_time())
         else:
             ahead.show(self.captures)
             fired = []
@@ -148,6 +149,11 @@ class Orchestrator:
             return float(delta_time)
         timeline = get_timeline()
         return 1.0 / timeline.get_time_codes_per_seconds() if timeline.is_playing() else 0.0
+
+    def _until_picture(self, delta_time: float | None) -> float:
+        """Return the seconds by which the timeline will advance before the picture, or before its shutter closes."""
+        blurs = get_settings().get_as_bool("/omni/replicator/captureMotionBlur")
+        return max(self._duration(delta_time), 0.0) if self.captures > 0 or blurs else 0.0
 
     def _subframes(self, rt_subframes: int, fired: list[evaluate.Trigger]) -> int:
         requested = rt_subframes if rt_subframes > 0 else get_settings().get_as_int("/omni/replicator/RTSubframes")

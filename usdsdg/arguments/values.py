@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.errors import ArgumentError
+from usdsdg.graph.node import ReplicatorItem
 
 Labels = dict[str, list[str]]
 
@@ -84,8 +85,9 @@ def labels_of(semantics: Any) -> Labels:
             ["class:cube", ...], or one text "class:cube;color:red".
 
     Raises:
-        ArgumentError: it is none of these.
+        ArgumentError: it is none of these, or a part of it is a distribution.
     """
+    refuse_drawn_parts(semantics)
     found: Labels = {}
     for pair in _pairs_of(semantics):
         if not _is_pair(pair):
@@ -96,6 +98,22 @@ def labels_of(semantics: Any) -> Labels:
         kind, label = pair
         found.setdefault(kind, []).extend([label] if isinstance(label, str) else list(label))
     return found
+
+
+def refuse_drawn_parts(semantics: Any) -> None:
+    """Check that no distribution is a part of labels.
+
+    Raises:
+        ArgumentError: (a GraphError) one is.
+    """
+    parts = semantics.values() if isinstance(semantics, Mapping) else semantics if _is_list(semantics) else ()
+    for part in parts:
+        if isinstance(part, ReplicatorItem):
+            raise ArgumentError(
+                "semantics has a distribution in place of a label; draw the pairs as a whole: "
+                "rep.distribution.choice([[('class', 'a')], [('class', 'b')]])"
+            )
+        refuse_drawn_parts(part)
 
 
 def _pairs_of(semantics: Any) -> list[Any]:

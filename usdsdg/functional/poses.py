@@ -11,6 +11,7 @@ from usdsdg.arguments.values import up_axis_vector
 from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.functional.arguments import per_prim, rotations, vectors
 from usdsdg.session.settings_store import get_settings
+from usdsdg.session.timeline import picture_time
 from usdsdg.stage.geometry.instancers import (
     author_orientations,
     author_positions,
@@ -45,7 +46,7 @@ def set_poses(
         raise ArgumentError("rotation and look_at exclude each other; give one of them")
     if all(value is None for value in (position, rotation, scale, look_at, pivot)) or not prims:
         return
-    count = len(prims)
+    count, time = len(prims), picture_time(prims[0].GetStage())
     order = rotation_order or get_settings().get_as_string(_ORDER_SETTING) or "XYZ"
     translate = None if position is None else vectors("position", position, count)
     rotate = None if rotation is None else rotations("rotation", rotation, count, order)
@@ -56,9 +57,9 @@ def set_poses(
     if look_at is not None:
         up = up_vector(prims[0].GetStage()) if look_at_up_axis is None else up_axis_vector(look_at_up_axis)
         ups = vectors("look_at_up_axis", up, count)
-        rotate = Rotations(quats=look_at_quaternions(prims, translate, _targets(look_at, count), ups))
+        rotate = Rotations(quats=look_at_quaternions(prims, translate, _targets(look_at, count), ups, time))
     if pivot is not None:
-        translate = translations_about_pivots(prims, vectors("pivot", pivot, count), translate, rotate, sizes)
+        translate = translations_about_pivots(prims, vectors("pivot", pivot, count), translate, rotate, sizes, time)
     author_poses(prims, translate=translate, rotate=rotate, scale=sizes)
 
 
@@ -81,8 +82,9 @@ def _targets(look_at: Any, count: int) -> Array:
 
 
 def _origin(prims: list[Usd.Prim]) -> Array:
-    """Return the mean world position (3,) of the prims' origins."""
-    return np.mean([as_array(local_to_world(prim))[3, :3] for prim in prims], axis=0)
+    """Return the mean world position (3,) of the prims' origins in the next picture."""
+    time = picture_time(prims[0].GetStage())
+    return np.mean([as_array(local_to_world(prim, time))[3, :3] for prim in prims], axis=0)
 
 
 def set_mixed_poses(

@@ -15,6 +15,8 @@ from pxr import Usd
 from usdsdg.errors import GraphError, Unsupported, UsdsdgError
 from usdsdg.graph.evaluate import Graph, Trigger, run
 from usdsdg.graph.node import Node
+from usdsdg.session.stage_context import current_stage
+from usdsdg.session.timeline import stage_time
 from usdsdg.stage.world_values import WorldValues
 
 # Of a node with the numbers of its executions in all worlds: set what it would write.
@@ -66,7 +68,7 @@ class WorldDraws:
             Unsupported: a node has no twin for worlds, or its twin cannot do this; names the script line.
             GraphError: a node failed, likewise.
         """
-        values = WorldValues(self.count)
+        values = WorldValues(self.count, stage_time(current_stage()))
         for trigger, executions in self._fired:
             differs = executions[-1] > executions[0]
             for node in trigger.nodes:
@@ -111,8 +113,3 @@ def _run_twin(node: Node, executions: np.ndarray, values: WorldValues) -> None:
         raise Unsupported(f"worlds: {node.describe()}: {error}. {_REMEDY}") from error
     except UsdsdgError as error:
         raise GraphError(f"{node.describe()}: {error}") from error
-
-
-@in_worlds("OgnWriteSemantics")
-def _same_in_all(node: Node, executions: np.ndarray, values: WorldValues) -> None:
-    """Write nothing: these nodes draw nothing, so what world 0 has is the same everywhere."""

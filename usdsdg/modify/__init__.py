@@ -6,6 +6,7 @@ from typing import Any
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
 from usdsdg.modify import attribute_worlds as _attribute_worlds  # noqa: F401 - registers twins for worlds
+from usdsdg.modify import label_worlds as _label_worlds  # noqa: F401
 from usdsdg.modify import orbit_worlds as _orbit_worlds  # noqa: F401
 from usdsdg.modify import pose_worlds as _pose_worlds  # noqa: F401
 from usdsdg.modify.appearance import bind_material, check_material, material, semantics, variant, visibility

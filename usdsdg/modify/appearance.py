@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg.arguments.prims import prim_at
-from usdsdg.arguments.values import labels_of, labels_per_prim, shown
+from usdsdg.arguments.values import labels_of, labels_per_prim, refuse_drawn_parts, shown
 from usdsdg.distribution import Distribution, draw, draw_scalars, options_of
 from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.graph.actions import action
@@ -31,7 +31,7 @@ def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add")
     "class:cube;color:red", a list of one of these per prim, or a distribution over these.
 
     Raises:
-        ArgumentError: it is something else, or the mode does not exist.
+        ArgumentError: it is something else, a distribution is in place of a label, or the mode does not exist.
     """
     lowered = str(mode).lower()
     if lowered not in ("add", "replace", "clear"):
@@ -39,6 +39,7 @@ def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add")
     mode = lowered
     if isinstance(semantics, Distribution):
         return act("OgnWriteSemantics", input_prims, semantics=semantics, mode=mode)
+    refuse_drawn_parts(semantics)
     return act_now("OgnWriteSemantics", input_prims, semantics=semantics, mode=mode)
 
 

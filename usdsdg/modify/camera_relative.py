@@ -13,6 +13,7 @@ from usdsdg.graph.node import Node, ReplicatorItem, plain, prim_paths
 from usdsdg.modify.numbers import draw_numbers
 from usdsdg.modify.poses import is_paths, point_of
 from usdsdg.session.stage_context import current_stage
+from usdsdg.session.timeline import picture_time
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.cameras.stereo_pairs import stereo_pair
 from usdsdg.stage.poses import transforms
@@ -55,7 +56,8 @@ def _view(camera: str, product: str) -> CameraView:
     resolution = prim_at(product).GetAttribute("resolution").Get()
     if resolution is None:
         raise ArgumentError(f"modify.pose_camera_relative: render_product {product} has no resolution")
-    return read_camera(current_stage(), camera, (resolution[0], resolution[1]))
+    stage = current_stage()
+    return read_camera(stage, camera, (resolution[0], resolution[1]), time=picture_time(stage))
 
 
 @action("OgnCameraRelativePosition")
@@ -75,7 +77,7 @@ def _write_camera_relative(node: Node, execution: int) -> None:
         )
     points = (origins + directions * distance[:, None]) @ view.local_to_world[:3, :3] + view.local_to_world[3, :3]
     for path, point in zip(node.prims, points):
-        author_world_position(prim_at(path), point)
+        author_world_position(prim_at(path), point, picture_time(current_stage()))
 
 
 def pose_orbit(
@@ -112,6 +114,6 @@ def _write_orbit(node: Node, execution: int) -> None:
     targets = [given] * len(node.prims) if is_paths(given) else draw(given, node, execution, "barycentre")
     for path, direction, radius, target in zip(node.prims, directions, distance, targets):
         prim, center = prim_at(path), np.array(point_of("barycentre", target))
-        author_world_position(prim, center + radius * direction)
+        author_world_position(prim, center + radius * direction, picture_time(current_stage()))
         if node.inputs["lookAtBarycentre"]:
-            author_look_at(prim, center)
+            author_look_at(prim, center, time=picture_time(current_stage()))

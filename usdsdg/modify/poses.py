@@ -16,6 +16,7 @@ from usdsdg.graph.node import Node, ReplicatorItem, plain
 from usdsdg.modify.numbers import draw_numbers
 from usdsdg.modify.point_instances import instances_or_self, objects_of, pose_instances
 from usdsdg.modify.prims import target_prims
+from usdsdg.session.timeline import picture_time
 from usdsdg.stage.geometry.instancers import is_instancer
 from usdsdg.stage.poses import pivots, transforms
 from usdsdg.stage.poses.look_at import author_look_at
@@ -201,7 +202,7 @@ def _pose_one(prim: Usd.Prim, values: dict[str, Any], order: str) -> None:
     elif axes := _single_axes("position", values):
         parts["translate"] = _replaced(local_translation(prim), axes)
     if "pivot" in values:
-        pivots.set_pivot(prim, vector("pivot", values["pivot"]))
+        pivots.set_pivot(prim, vector("pivot", values["pivot"]), picture_time(prim.GetStage()))
     if "rotation" in values:
         parts["rotate_xyz"] = _in_xyz(vector("rotation", values["rotation"]), order)
     elif axes := _single_axes("rotation", values):
@@ -214,7 +215,7 @@ def _pose_one(prim: Usd.Prim, values: dict[str, Any], order: str) -> None:
     if "look_at" in values:
         up = values.get("look_at_up_axis")
         upwards = None if up is None else vector("look_at_up_axis", up)
-        author_look_at(prim, point_of("look_at", values["look_at"]), upwards)
+        author_look_at(prim, point_of("look_at", values["look_at"]), upwards, picture_time(prim.GetStage()))
 
 
 def _single_axes(role: str, values: dict[str, Any]) -> dict[int, float]:
@@ -237,14 +238,17 @@ def _in_xyz(degrees: Sequence[float] | Gf.Vec3d, order: str) -> Gf.Vec3d:
 
 def _scale_for(prim: Usd.Prim, size: list[float]) -> Gf.Vec3d | None:
     """Return the scale with which the prim just fits into a box of a size; None if it has no extent on any axis."""
-    ratios = [edge / length for edge, length in zip(size, pivots.extents(prim).tolist()) if length > 0]
+    extents = pivots.extents(prim, picture_time(prim.GetStage()))
+    ratios = [edge / length for edge, length in zip(size, extents.tolist()) if length > 0]
     return Gf.Vec3d(min(ratios)) if ratios else None
 
 
 def point_of(role: str, target: Any) -> Gf.Vec3d:
-    """Return a world point, given as coordinates or as prim paths (the mean of their origins)."""
+    """Return a world point, given as coordinates or as prim paths (the mean of their origins in the next picture)."""
     paths = [target] if isinstance(target, str) else target
     if is_paths(paths):
-        origins = [tuple(transforms.local_to_world(prim_at(path)).ExtractTranslation()) for path in paths]
+        prims = [prim_at(path) for path in paths]
+        time = picture_time(prims[0].GetStage())
+        origins = [tuple(transforms.local_to_world(prim, time).ExtractTranslation()) for prim in prims]
         return Gf.Vec3d(*np.mean(origins, axis=0).tolist())
     return Gf.Vec3d(*vector(role, target))

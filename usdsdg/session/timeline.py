@@ -1,7 +1,8 @@
 """The timeline: play, pause, stop and time, with the interface of `omni.timeline`. Times are in seconds."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from pxr import Usd
@@ -37,6 +38,7 @@ class Timeline:
         self.latest_advance = 0.0  # seconds of the latest `advance`
         self._rate = DEFAULT_RATE  # time codes per second
         self._range_is_authored = False  # else a script set it, or it is the default
+        self._until_picture = 0.0  # seconds
         self._stage_times: StageTimes | None = None  # those that rate and range have followed
         self._listeners: list[Callable[[str], None]] = []
 
@@ -183,10 +185,29 @@ class Timeline:
             self._wrap_or_pause()
         self._notify("tick")
 
+    @contextmanager
+    def before_picture(self, seconds: float) -> Iterator[None]:
+        """Within, the time will be advanced by `seconds` before the next picture is taken."""
+        self._until_picture = seconds
+        try:
+            yield
+        finally:
+            self._until_picture = 0.0
+
+    def get_picture_time(self) -> float:
+        """Return the time at which the next picture is taken [s]."""
+        time = self.get_current_time() + self._until_picture
+        if self._until_picture > 0.0 and self._end > self._start and time >= self._end:
+            return self._wrapped(time) if self._looping else self._end
+        return time
+
+    def _wrapped(self, time: float) -> float:
+        return self._start + (time - self._end) % (self._end - self._start)
+
     def _wrap_or_pause(self) -> None:
         if self._looping:
             before = self._time
-            self._time = self._start + (before - self._end) % (self._end - self._start)
+            self._time = self._wrapped(before)
             self._looped += before - self._time
             self._notify("loop")
         else:
@@ -250,3 +271,8 @@ def get_timeline() -> Timeline:
 def stage_time(stage: Usd.Stage) -> Usd.TimeCode:
     """Return the current time of the timeline as a time code of a stage."""
     return Usd.TimeCode(get_timeline().get_current_time() * stage.GetTimeCodesPerSecond())
+
+
+def picture_time(stage: Usd.Stage) -> Usd.TimeCode:
+    """Return the time of the next picture as a time code of a stage: what triggers write is seen then."""
+    return Usd.TimeCode(get_timeline().get_picture_time() * stage.GetTimeCodesPerSecond())

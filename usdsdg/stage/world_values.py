@@ -64,12 +64,13 @@ class WorldValues:
 
     Attributes:
         count: how many worlds there are.
+        time: at which what does not differ is read.
         values: (worlds, ...) arrays, in the precision of the attribute.
         sources: what has drawn the values of a prim, for messages.
     """
 
-    def __init__(self, count: int) -> None:
-        self.count = count
+    def __init__(self, count: int, time: Usd.TimeCode = Usd.TimeCode.Default()) -> None:  # noqa: B008
+        self.count, self.time = count, time
         self.values: dict[Sdf.Path, dict[str, Array]] = {}
         self.sources: dict[Sdf.Path, str] = {}
 
@@ -126,10 +127,7 @@ class WorldValues:
             ops = layouts.ops(prim)
             drawn = [None if op.IsInverseOp() else own.get(op.GetName()) for op in ops]
             kind = tuple((op.GetOpType(), values is not None) for op, values in zip(ops, drawn))
-            given = [
-                op.GetOpTransform(Usd.TimeCode.Default()) if values is None else values
-                for op, values in zip(ops, drawn)
-            ]
+            given = [op.GetOpTransform(self.time) if values is None else values for op, values in zip(ops, drawn)]
             groups.setdefault(kind, []).append((row, given))
         worlds = self.count if any(differs for kind in groups for _, differs in kind) else 1
         matrices = np.empty((worlds, len(prims), 4, 4))

@@ -211,14 +211,17 @@ def _labels(
                 continue
             recorded = product.prims[selection.rows[member]] if member >= 0 else "nothing labeled"
             owner = _owner(prim, label_filter, time, shown.get(gprim))
-            expected = str(owner.GetPath()) if owner else "nothing labeled"
+            expected_labels = {}
+            if owner is not None:
+                labels = _chain(owner, time) + [of for path, (_, of) in shown.items() if owners[path] == owner]
+                expected_labels = _output(labels, label_filter)
+            # What passes by its own labels, and not with those that it inherits, is left out.
+            expected = str(owner.GetPath()) if owner and expected_labels else "nothing labeled"
             if recorded != expected:
                 yield Fault(file, frame, f"{gprim} belongs to", expected, recorded)
                 continue
-            if owner is None:
+            if member < 0:
                 continue
-            labels = _chain(owner, time) + [of for path, (_, of) in shown.items() if owners[path] == owner]
-            expected_labels = _output(labels, label_filter)
             if dict(selection.labels[member]) != expected_labels:
                 yield Fault(
                     file, frame, f"the labels of {recorded}", str(expected_labels), str(dict(selection.labels[member]))

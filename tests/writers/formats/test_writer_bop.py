@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
-from pxr import Gf, UsdGeom
+from pxr import Gf, Usd, UsdGeom
 
 import usdsdg as rep
 from usdsdg.errors import UsdsdgWarning, WriterError
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.semantics.labels import add_labels
+from usdsdg.verify import verify
 
 WIDTH, HEIGHT = 96, 72
 
@@ -162,6 +164,26 @@ def test_labeled_parts_are_not_in_the_model_of_the_whole(stage, tmp_path):
     folder = write(tmp_path, product)
     info = json.loads((folder / "models/models_info.json").read_text())
     assert [round(info[number]["size_z"]) for number in ("1", "2")] == [500, 200]
+
+
+def test_subsets_that_are_told_apart_have_models_of_their_faces(stage, tmp_path):
+    rep.settings.carb_settings("/syntheticdata/sensors/perSubsetSegmentation", True)
+    cube = rep.functional.create.cube(rotation=(20, 30, 40), semantics={"class": "box"}, as_mesh=True)
+    mesh = UsdGeom.Mesh(next(each for each in Usd.PrimRange(cube) if each.IsA(UsdGeom.Mesh)))
+    for name, faces in (("lid", [0, 3, 5]), ("plain", [1])):
+        part = UsdGeom.Subset.CreateGeomSubset(mesh, name, "face", faces)
+        if name == "lid":
+            add_labels(part.GetPrim(), {"class": ["lid"]})
+    camera = rep.functional.create.camera(position=(0, -5, 1), look_at=(0, 0, 0))
+    folder = write(tmp_path, rep.create.render_product(camera, (WIDTH, HEIGHT)))
+    poses = table(folder, "scene_gt")["0"]
+    matrix = np.array(table(folder, "scene_camera")["0"]["cam_K"]).reshape(3, 3)
+    assert len(poses) == 2
+    for number, pose in enumerate(poses):
+        whole = picture(folder, f"mask/000000_{number:06d}.png") > 0
+        assert whole.sum() > 50
+        assert (np.isfinite(drawn(folder, pose, matrix)) != whole).sum() <= 3  # where a ray meets an edge
+    assert verify(folder).faults == []
 
 
 @pytest.mark.parametrize(

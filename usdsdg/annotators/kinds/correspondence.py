@@ -31,7 +31,7 @@ def cross_correspondence(frame: Frame, params: Mapping[str, Any]) -> Annotation:
         AnnotatorError: the attribute is not set, or no render product has such a camera.
         Unsupported: the lens of the reference camera has no closed-form projection.
     """
-    reference = _reference_of(frame.camera)
+    reference = _reference_of(frame)
     seen = frame.aov("instance") >= 0
     rows, columns = np.nonzero(seen)
     pixels, depths = reference.project(frame.aov("position")[seen])
@@ -87,7 +87,8 @@ def _other_camera(frame: Frame, asked: Any) -> CameraView:
     return read_camera(current_stage(), path, (frame.camera.width, frame.camera.height), time=frame.queries.time)
 
 
-def _reference_of(camera: CameraView) -> CameraView:
+def _reference_of(frame: Frame) -> CameraView:
+    camera = frame.camera
     name = camera.attributes.get(_REFERENCE)
     others = [product for product in products() if product.camera_path != camera.prim_path]
     if not name:
@@ -97,7 +98,7 @@ def _reference_of(camera: CameraView) -> CameraView:
         )
     for product in others:
         if name in product.camera_path.split("/")[-2:]:
-            return read_camera(current_stage(), product.camera_path, product.resolution)
+            return read_camera(current_stage(), product.camera_path, product.resolution, time=frame.queries.time)
     known = ", ".join(product.camera_path for product in others) or "none"
     raise AnnotatorError(
         f"{camera.prim_path}: {_REFERENCE} is {name!r}, and no render product has a camera of that name; others have: "

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from usdsdg.annotators.ownership import LabeledStage, Owner, group_by_owner, output_labels, parse_filter
+from usdsdg.annotators.ownership import LabeledStage, Owner, find_owners, parse_filter
 from usdsdg.annotators.point_instances import PointFrames, every_point
 from usdsdg.stage.changes import Changes, ChangeTracker
 
@@ -52,9 +52,8 @@ class LabeledSurvey:
     def _find(self) -> Iterator[tuple[Owner, dict[str, str]]]:
         gprims = every_point(self.stage, self._labels.every_gprim(numbered=False))
         chains = [chain for _, chain in self._labels.chains(gprims)]
-        for owner, group in group_by_owner(chains, self._filter).items():
-            labels = self._labels.all_labels(owner, [gprims[index] for index in group])
-            yield owner, output_labels(labels, self._filter)
+        for owned in find_owners(self._labels, gprims, chains, self._filter):
+            yield owned.owner, owned.output
 
 
 def _matters(changes: Changes) -> bool:

@@ -95,20 +95,20 @@ class Models:
             and path.suffix == ".ply"
             and path.stem.startswith("obj_")
         }
-        self.points = lru_cache(maxsize=None)(self._points)
+        self.mesh = lru_cache(maxsize=None)(self._mesh)
         self.measures = lru_cache(maxsize=None)(self._measures)
         info = folder.json(names.MODELS_INFO, "all") if folder.has(names.MODELS_INFO) else None
         self.info: Mapping[str, Any] = info or {}
 
-    def _points(self, number: int) -> np.ndarray | None:
-        """Return the points (N, 3) of a model [mm]; None where there is none."""
+    def _mesh(self, number: int) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the points (N, 3) [mm] and triangles (T, 3) of a model; None where there is none."""
         file = self._files.get(number)
-        return None if file is None else self._folder.binary(file, "all", _points)
+        return None if file is None else self._folder.binary(file, "all", _mesh)
 
     def _measures(self, number: int) -> Mapping[str, float]:
         """Return the record of models_info that a model should have."""
-        points = self.points(number)
-        return {} if points is None else measures(points)
+        mesh = self.mesh(number)
+        return {} if mesh is None else measures(mesh[0])
 
     def keypoints(self, number: int) -> np.ndarray | None:
         """Return center and corners of the box of a model [mm], (9, 3); None where it is not known."""
@@ -125,11 +125,11 @@ class Models:
         return str(rows[place]["name"]) if place < len(rows) else f"obj_{number:06d}"
 
 
-def _points(data: bytes) -> np.ndarray:
+def _mesh(data: bytes) -> tuple[np.ndarray, np.ndarray]:
     import trimesh
 
     mesh: Any = trimesh.load(io.BytesIO(data), file_type="ply", process=False)
-    return np.array(mesh.vertices, np.float64)
+    return np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64)
 
 
 def _seen(

@@ -4,23 +4,24 @@ from collections.abc import Iterator, Sequence
 
 from pxr import Gf, Usd, UsdGeom
 
-_DEFAULT = Usd.TimeCode.Default()
 
-
-def own_box(prim: Usd.Prim, purposes: Sequence[str], *, cache: UsdGeom.BBoxCache | None = None) -> Gf.Range3d:
-    """Return the box of the geometry at and below a prim in its own space, at the default time; empty without any.
+def own_box(
+    prim: Usd.Prim, purposes: Sequence[str], time: Usd.TimeCode = Usd.TimeCode.Default(), *,  # noqa: B008
+    cache: UsdGeom.BBoxCache | None = None,
+) -> Gf.Range3d:  # fmt: skip
+    """Return the box of the geometry at and below a prim in its own space; empty without any.
 
     USD's BBoxCache unites the boxes of gprims along the axes of the world, so that what it returns grows as the prim
     turns. Here each gprim's own box is united with the others along the axes of the prim.
 
-    cache: for these purposes, to be shared by several prims.
+    cache: for these purposes and this time, to be shared by several prims.
     """
-    boxes = UsdGeom.BBoxCache(_DEFAULT, purposes, useExtentsHint=False) if cache is None else cache
+    boxes = UsdGeom.BBoxCache(time, purposes, useExtentsHint=False) if cache is None else cache
     whole = boxes.ComputeUntransformedBound(prim).ComputeAlignedRange()
     drawn = list(_drawn(prim, purposes))
     if whole.IsEmpty() or not drawn or drawn == [prim]:
         return whole
-    united, transforms = Gf.Range3d(), UsdGeom.XformCache(_DEFAULT)
+    united, transforms = Gf.Range3d(), UsdGeom.XformCache(time)
     for each in drawn:
         box = boxes.ComputeUntransformedBound(each)
         if not box.GetRange().IsEmpty():

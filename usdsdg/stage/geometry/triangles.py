@@ -13,6 +13,8 @@ from usdsdg.stage.poses.transforms import as_array
 SEGMENTS = 48
 # Reads a size attribute of a shape by name.
 Size: TypeAlias = Callable[[str], float]
+# Chooses faces of a mesh: (F,) bool; None for all of them.
+Faces: TypeAlias = Callable[[Usd.Prim], np.ndarray | None]
 # Permutation of coordinates that rotates shapes around +Z to another axis.
 _AXES = {"X": [2, 0, 1], "Y": [1, 2, 0], "Z": [0, 1, 2]}
 
@@ -42,10 +44,10 @@ class TriangleInstance(NamedTuple):
         return Triangles(points, self.triangles.faces[:, ::-1] if mirrored else self.triangles.faces)
 
 
-def triangles_below(prims: Iterable[Usd.Prim]) -> list[TriangleInstance]:
+def triangles_below(prims: Iterable[Usd.Prim], faces_of: Faces | None = None) -> list[TriangleInstance]:
     """Return the triangles of all gprims at and below `prims`, visible or not, also in instances and point instancers.
 
-    Meshes are read as their control cage; faces are triangulated as fans.
+    Meshes are read as their control cage; faces are triangulated as fans. faces_of: which of a mesh are read.
     """
     cache = UsdGeom.XformCache(Usd.TimeCode.Default())
     found = []
@@ -54,13 +56,15 @@ def triangles_below(prims: Iterable[Usd.Prim]) -> list[TriangleInstance]:
         for prim in walk:
             if prim.IsA(UsdGeom.PointInstancer):
                 walk.PruneChildren()
-                found += _instances(UsdGeom.PointInstancer(prim), cache)
-            elif prim.IsA(UsdGeom.Gprim) and (own := own_triangles(prim)) is not None:
+                found += _instances(UsdGeom.PointInstancer(prim), cache, faces_of)
+            elif prim.IsA(UsdGeom.Gprim) and (own := own_triangles(prim, faces_of)) is not None:
                 found.append(TriangleInstance(str(prim.GetPath()), own, as_array(cache.GetLocalToWorldTransform(prim))))
     return found
 
 
-def _instances(instancer: UsdGeom.PointInstancer, cache: UsdGeom.XformCache) -> Iterator[TriangleInstance]:
+def _instances(
+    instancer: UsdGeom.PointInstancer, cache: UsdGeom.XformCache, faces_of: Faces | None
+) -> Iterator[TriangleInstance]:
     stage, path = instancer.GetPrim().GetStage(), str(instancer.GetPath())
     to_world = as_array(cache.GetLocalToWorldTransform(instancer.GetPrim()))
     time = Usd.TimeCode.Default()
@@ -75,17 +79,17 @@ def _instances(instancer: UsdGeom.PointInstancer, cache: UsdGeom.XformCache) -> 
         root_to_world = cache.GetLocalToWorldTransform(root).GetInverse() if root else None
         parts[kind] = [
             (placed.triangles, placed.to_world @ as_array(root_to_world))
-            for placed in (triangles_below([root]) if root else ())
+            for placed in (triangles_below([root], faces_of) if root else ())
         ]
     for (index, kind), transform in zip(shown, transforms):
         for triangles, to_prototype in parts.get(kind, ()):
             yield TriangleInstance(f"{path}[{index}]", triangles, to_prototype @ as_array(transform) @ to_world)
 
 
-def own_triangles(prim: Usd.Prim) -> Triangles | None:
+def own_triangles(prim: Usd.Prim, faces_of: Faces | None = None) -> Triangles | None:
     """Return the triangles of a gprim in its own space; None for prims without faces (curves, points, empty meshes)."""
     if prim.IsA(UsdGeom.Mesh):
-        return _of_mesh(UsdGeom.Mesh(prim))
+        return _of_mesh(UsdGeom.Mesh(prim), None if faces_of is None else faces_of(prim))
     shape = _SHAPES.get(str(prim.GetTypeName()))
     if shape is None:
         return None
@@ -145,7 +149,7 @@ def _revolved(profile: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 _SHAPES = {"Cube": _cube, "Sphere": _sphere, "Cylinder": _cylinder, "Cone": _cone, "Capsule": _capsule, "Plane": _plane}
 
 
-def _of_mesh(mesh: UsdGeom.Mesh) -> Triangles | None:
+def _of_mesh(mesh: UsdGeom.Mesh, chosen: np.ndarray | None) -> Triangles | None:
     points = np.array(_value(mesh.GetPointsAttr()) or (), np.float64).reshape(-1, 3)
     counts = np.array(_value(mesh.GetFaceVertexCountsAttr()) or (), np.int64)
     indices = np.array(_value(mesh.GetFaceVertexIndicesAttr()) or (), np.int64)
@@ -155,6 +159,8 @@ def _of_mesh(mesh: UsdGeom.Mesh) -> Triangles | None:
     kept = counts >= 3
     holes = np.array(_value(mesh.GetHoleIndicesAttr()) or (), np.int64)
     kept[holes[(holes >= 0) & (holes < len(kept))]] = False
+    if chosen is not None:
+        kept &= chosen
     counts, starts = counts[kept], starts[kept]
     fans = counts - 2
     step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
@@ -164,6 +170,9 @@ def _of_mesh(mesh: UsdGeom.Mesh) -> Triangles | None:
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         faces = faces[:, ::-1]
     faces = _with_area(points, faces)
+    if chosen is not None and len(faces):
+        used, inverse = np.unique(faces, return_inverse=True)
+        points, faces = points[used], inverse.reshape(faces.shape)
     return Triangles(points, faces) if len(faces) else None
 
 

@@ -98,7 +98,11 @@ def look_at_matrix(eye: Vector, target: Vector, *, up: Vector = (0.0, 0.0, 1.0))
 
 
 def look_at_quaternions(
-    prims: Sequence[Usd.Prim], positions: NDArray[np.float64] | None, targets: ArrayLike, up: ArrayLike
+    prims: Sequence[Usd.Prim],
+    positions: NDArray[np.float64] | None,
+    targets: ArrayLike,
+    up: ArrayLike,
+    time: Usd.TimeCode = Usd.TimeCode.Default(),  # noqa: B008
 ) -> NDArray[np.float64]:
     """Return quaternions (N, 4) xyzw, in the parents' spaces, that point -Z of each prim (or its camera) at a target.
 
@@ -106,12 +110,13 @@ def look_at_quaternions(
         positions: (N, 3) of the prims in their parents' spaces; None for those that they have.
         targets: (N, 3) points of the world.
         up: direction of the world, or one per prim.
+        time: at which the parents, and positions that are not given, are read.
 
     Raises:
         DegenerateFrame: a prim is at its target, or `up` is the zero vector.
     """
-    to_world = parents_to_world(prims)
-    where = local_matrices(prims)[:, 3, :3] if positions is None else positions
+    to_world = parents_to_world(prims, time)
+    where = local_matrices(prims, time)[:, 3, :3] if positions is None else positions
     eyes = np.einsum("ni,nij->nj", np.c_[where, np.ones(len(prims))], to_world)[:, :3]
     rotations = look_at_rotations(eyes, targets, up, stage_up_axis=up_axis(prims[0].GetStage()))
     for row, prim in enumerate(prims):
@@ -123,7 +128,12 @@ def look_at_quaternions(
     return quat_from_matrix(rotations @ parents.transpose(0, 2, 1))
 
 
-def author_look_at(prim: Usd.Prim, point: Vector, up: Vector | None = None) -> None:
+def author_look_at(
+    prim: Usd.Prim,
+    point: Vector,
+    up: Vector | None = None,
+    time: Usd.TimeCode = Usd.TimeCode.Default(),  # noqa: B008
+) -> None:
     """Rotate a prim in place so that its camera child (or its own -Z) looks at a point of the world.
 
     It differs from `look_at_quaternions` in the last bits, because it inverts whole matrices and not rotations; saved
@@ -131,13 +141,14 @@ def author_look_at(prim: Usd.Prim, point: Vector, up: Vector | None = None) -> N
 
     Args:
         up: direction of the world that is up in the image; None for the stage's up axis.
+        time: at which the position of the prim, and what is above it, are read.
 
     Raises:
         BadPrim: the prim has no transform.
         DegenerateFrame: the prim is at `point`, or `up` is the zero vector.
     """
     stage = prim.GetStage()
-    eye = local_to_world(prim).ExtractTranslation()
+    eye = local_to_world(prim, time).ExtractTranslation()
     upwards = up_vector(stage) if up is None else tuple(up)
     turn = look_at_rotations([tuple(eye)], [tuple(point)], upwards, stage_up_axis=up_axis(stage))[0]
     to_world = Gf.Matrix4d(Gf.Matrix3d(*turn.ravel().tolist()), eye)
@@ -145,7 +156,7 @@ def author_look_at(prim: Usd.Prim, point: Vector, up: Vector | None = None) -> N
     cameras = [child for child in prim.GetChildren() if child.IsA(UsdGeom.Camera)]
     if cameras:
         to_world = UsdGeom.Xformable(cameras[0]).GetLocalTransformation().GetInverse() * to_world
-    rotation = decompose(as_array(to_world * parent_to_world(prim).GetInverse())).rotation
+    rotation = decompose(as_array(to_world * parent_to_world(prim, time).GetInverse())).rotation
     author_pose(prim, rotate_xyz=Gf.Vec3d(*euler_xyz_from_quat(rotation).tolist()))
 
 

@@ -22,31 +22,31 @@ PIVOT = "xformOp:translate:pivot"
 _INVERSE = f"!invert!{PIVOT}"
 
 
-def bounds(prim: Usd.Prim) -> Gf.Range3d:
+def bounds(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Gf.Range3d:  # noqa: B008
     """Return the bounding box of the geometry at and below a prim, in its own space; empty without geometry."""
-    return own_box(prim, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render, UsdGeom.Tokens.proxy])
+    return own_box(prim, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render, UsdGeom.Tokens.proxy], time)
 
 
-def extents(prim: Usd.Prim) -> Array:
+def extents(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Array:  # noqa: B008
     """Return the edge lengths (3,) of `bounds`.
 
     Raises:
         BadPrim: the prim has no extent.
     """
-    box = bounds(prim)
+    box = bounds(prim, time)
     if box.IsEmpty():
         raise BadPrim(f"{prim.GetPath()} has no extent (no geometry below it), so it has neither a size nor a pivot")
     return np.array(box.GetSize(), np.float64)
 
 
-def set_pivot(prim: Usd.Prim, relative: Sequence[float]) -> None:
+def set_pivot(prim: Usd.Prim, relative: Sequence[float], time: Usd.TimeCode = Usd.TimeCode.Default()) -> None:  # noqa: B008
     """Author a pivot op at a point of the prim's bounding box, replacing an earlier one.
 
     Raises:
         BadPrim: the prim has no extent, or no transform.
     """
-    extents(prim)
-    box = bounds(prim)
+    extents(prim, time)
+    box = bounds(prim, time)
     author_pose(prim)
     half = np.array(box.GetSize(), np.float64) / 2
     point = np.array(box.GetMidpoint(), np.float64) + half * np.asarray(relative, np.float64)
@@ -65,15 +65,17 @@ def translations_about_pivots(
     translate: Array | None,
     rotate: Rotations | None,
     scale: Array | None,
+    time: Usd.TimeCode = Usd.TimeCode.Default(),  # noqa: B008
 ) -> Array:
     """Return the translations (N, 3) that move each pivot to `translate`, or keep its position for None.
 
-    `relative` (N, 3) are the pivots. Rotations and scales are those that will be written, None for the current ones.
+    `relative` (N, 3) are the pivots. Rotations and scales are those that will be written, None for those at
+    the time.
 
     Raises:
         BadPrim: a prim has no extent.
     """
-    points, before = _pivot_points(prims, np.asarray(relative, np.float64)), local_matrices(prims)
+    points, before = _pivot_points(prims, np.asarray(relative, np.float64), time), local_matrices(prims, time)
     if translate is None:
         translate = np.einsum("ni,nij->nj", points, before[:, :3, :3]) + before[:, 3, :3]
     now = decompose(before)
@@ -82,13 +84,13 @@ def translations_about_pivots(
     return translate - np.einsum("ni,nij->nj", points * sizes, rotations)
 
 
-def _pivot_points(prims: Sequence[Usd.Prim], relative: Array) -> Array:
+def _pivot_points(prims: Sequence[Usd.Prim], relative: Array, time: Usd.TimeCode) -> Array:
     """Return the pivots (N, 3) in the prims' own spaces."""
     purposes = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render]
-    cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), purposes)
+    cache = UsdGeom.BBoxCache(time, purposes)
     points = []
     for prim, normalized in zip(prims, relative):
-        box = own_box(prim, purposes, cache=cache)
+        box = own_box(prim, purposes, time, cache=cache)
         if box.IsEmpty():
             raise BadPrim(f"{prim.GetPath()} has no extent, so it has no pivot; leave pivot out")
         low, high = np.array(box.GetMin()), np.array(box.GetMax())

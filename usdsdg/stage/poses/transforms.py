@@ -32,16 +32,16 @@ def world_to_local(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) 
     return matrix.GetInverse()
 
 
-def parent_to_world(prim: Usd.Prim) -> Gf.Matrix4d:
+def parent_to_world(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Gf.Matrix4d:  # noqa: B008
     """Return the matrix from the space of the prim's local matrix to the world; identity if it resets the stack."""
     if UsdGeom.Xformable(prim).GetResetXformStack():
         return Gf.Matrix4d(1)
-    return UsdGeom.XformCache(Usd.TimeCode.Default()).GetParentToWorldTransform(prim)
+    return UsdGeom.XformCache(time).GetParentToWorldTransform(prim)
 
 
-def parents_to_world(prims: Sequence[Usd.Prim]) -> Array:
+def parents_to_world(prims: Sequence[Usd.Prim], time: Usd.TimeCode = Usd.TimeCode.Default()) -> Array:  # noqa: B008
     """Return `parent_to_world` of each prim (N, 4, 4); siblings are computed once."""
-    cache = UsdGeom.XformCache()
+    cache = UsdGeom.XformCache(time)
     known: dict[Sdf.Path, Array] = {}
     matrices = []
     for prim in prims:
@@ -55,9 +55,9 @@ def parents_to_world(prims: Sequence[Usd.Prim]) -> Array:
     return np.stack(matrices)
 
 
-def local_matrices(prims: Sequence[Usd.Prim]) -> Array:
+def local_matrices(prims: Sequence[Usd.Prim], time: Usd.TimeCode = Usd.TimeCode.Default()) -> Array:  # noqa: B008
     """Return the matrices (N, 4, 4) from each prim's own space to its parent's."""
-    cache = UsdGeom.XformCache()
+    cache = UsdGeom.XformCache(time)
     return np.stack([as_array(cache.GetLocalTransformation(prim)[0]) for prim in prims])
 
 

@@ -62,13 +62,17 @@ def author_pose(
         ops.set_scale(scale)
 
 
-def author_world_position(prim: Usd.Prim, point: Vector) -> None:
-    """Move a prim to a point of the world [stage units].
+def author_world_position(
+    prim: Usd.Prim,
+    point: Vector,
+    time: Usd.TimeCode = Usd.TimeCode.Default(),  # noqa: B008
+) -> None:
+    """Move a prim to a point of the world [stage units], with what is above it as it is at a time.
 
     Raises:
         BadPrim: the prim has no transform, or an ancestor is scaled to zero.
     """
-    matrix = parent_to_world(prim)
+    matrix = parent_to_world(prim, time)
     if abs(matrix.GetDeterminant()) < SINGULAR:
         raise BadPrim(f"{prim.GetPath()} cannot be placed: an ancestor is scaled to zero")
     author_pose(prim, translate=matrix.GetInverse().Transform(Gf.Vec3d(*(float(c) for c in point))))

@@ -18,6 +18,7 @@ from usdsdg.writers.formats.shapes.masks import extent
 _FILTERED = "bounding_box_3d_fast"
 _REACH = 2.0  # pixels by which the box of a model's projected points may differ from the object's
 _NEAR = 1.0  # of the camera [mm]
+_WIDE = 1.0  # pixels: height of triangles that are hit
 _THIN = 1.5  # pixels: objects that are thinner need not be hit along their whole length
 
 
@@ -86,14 +87,15 @@ def _holds(box: Sequence[int], inside: tuple[int, int, int, int] | None, shape: 
 def _projected(seen: Seen, scene: Scene, name: str, posed: Posed) -> Faults:
     """The pose projects the points of its model into the box of the whole object."""
     number = int(posed.pose["obj_id"])
-    model = scene.models.points(number)
-    if model is None:
+    mesh = scene.models.mesh(number)
+    if mesh is None:
         yield Fault(scene.file, seen.name, f"{name} is of model {number}, which is not there")
         return
     info, expected = scene.models.info.get(str(number)) or {}, scene.models.measures(number)
     if any(differs(info.get(key, np.nan), value, relative=1e-4) for key, value in expected.items()):
         yield Fault(MODELS_INFO, "all", f"model {number} [mm]", str(expected), str(info))
     rotation = np.array(posed.pose["cam_R_m2c"], np.float64).reshape(3, 3)
+    model, triangles = mesh
     points = model @ rotation.T + np.array(posed.pose["cam_t_m2c"], np.float64)
     x, y, width, height = (float(each) for each in posed.info["bbox_obj"])
     if (points[:, 2] < _NEAR).any() or posed.whole is None or width < 0:
@@ -101,12 +103,28 @@ def _projected(seen: Seen, scene: Scene, name: str, posed: Posed) -> Faults:
     pixels = points @ scene.camera.T
     pixels = pixels[:, :2] / pixels[:, 2:] + 0.5  # from the corner of the image, as edges of boxes are
     low, high = pixels.min(axis=0), pixels.max(axis=0)
+    # The box ends one picture beyond the picture; what is left of the object there may be smaller on any side.
+    size = np.array(posed.whole.shape[::-1], np.float64)
+    is_cut = bool((low < -size).any() or (high > 2 * size).any())
+    low, high = np.maximum(low, -size), np.minimum(high, 2 * size)
     beyond = np.array([*(low - (x, y)), *((x + width + 1, y + height + 1) - high)])
     # Rays through the centers of pixels miss the ends of what is thinner than a pixel.
     is_thin = float(posed.info["px_count_all"]) < _THIN * (high - low).max()
-    if beyond.max() > _REACH or (beyond.min() < -_REACH and not is_thin):
+    hit = pixels[triangles[_are_wide(pixels[triangles])]].reshape(-1, 2)
+    missed = 0.0
+    if len(hit) and not is_thin and not is_cut:
+        missed = max(((x, y) - hit.min(axis=0)).max(), (hit.max(axis=0) - (x + width + 1, y + height + 1)).max())
+    if max(beyond.max(), missed) > _REACH:
         found = text([x, y, width, height])
         yield Fault(scene.file, seen.name, f"{name} projects to its box", text([*low, *(high - low - 1)]), found)
+
+
+def _are_wide(corners: np.ndarray) -> np.ndarray:
+    """Return which triangles (T, 3, 2) [pixels] rays hit near all of their corners: small ones, and those not thin."""
+    edges = np.roll(corners, -1, axis=1) - corners
+    longest = np.linalg.norm(edges, axis=2).max(axis=1)
+    area = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]) / 2
+    return (longest < _REACH) | (2 * area > _WIDE * longest)
 
 
 def _recorded(seen: Seen, scene: Scene, truth: Truth) -> Faults:

@@ -34,16 +34,17 @@ class Tables:
     def _entry(self, seen: Seen, ids: Ids, key: int, name: str) -> Faults:
         what = (seen.format, ids.kind, ids.colored, ids.filter)
         shown = str(unpacked(key)) if ids.colored else str(key)
-        if ids.kind != "instance labels":  # of which several have the same
+        if ids.kind != "instance labels":  # several may have the same, and an object another one than before
             before, frame = self._by_name.setdefault((*what, name), (key, seen.name))
             if before != key:
                 was = str(unpacked(before)) if ids.colored else str(before)
                 yield Fault(ids.table, seen.name, f"{name} has another {_noun(ids)} than in frame {frame}", was, shown)
-        before, frame = self._by_key.setdefault((*what, key), (name, seen.name))
-        if before != name:
-            yield Fault(
-                ids.table, seen.name, f"{_noun(ids)} {shown} means something else than in frame {frame}", before, name
-            )
+            meant, frame = self._by_key.setdefault((*what, key), (name, seen.name))
+            if meant != name:
+                yield Fault(
+                    ids.table, seen.name, f"{_noun(ids)} {shown} means something else than in frame {frame}", meant,
+                    name,
+                )  # fmt: skip
         if ids.colored and name not in _NOTHING and unpacked(key)[:3] == (0, 0, 0):
             yield Fault(ids.table, seen.name, f"{name} is black, as the background is")
         if ids.kind == "class" and self._classes:

@@ -5,13 +5,16 @@ from __future__ import annotations
 import contextlib
 import re
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
+from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.errors import warn_once
+from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses.transforms import as_array
 from usdsdg.stage.semantics.labels import get_labels
@@ -165,6 +168,8 @@ def measures(points: np.ndarray) -> dict[str, float]:
 def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
     """Return the triangles of a labeled prim without those of labeled prims inside of it; None if it has none.
 
+    Where labels tell GeomSubsets apart, a subset has its faces of the mesh that it is in, and the mesh the others.
+
     stretch: linear map (3, 3), for row vectors, from the prim's frame to the model's.
     """
     prim = stage.GetPrimAtPath(re.sub(r"(\[\d+\])+$", "", path))
@@ -177,7 +182,8 @@ def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
         if each != prim and get_labels(each)
     ]
     points, triangles, count = [], [], 0
-    for part in triangles_below([prim]):
+    mesh = prim.GetParent() if prim.IsA(UsdGeom.Subset) else prim
+    for part in triangles_below([mesh], partial(_own_faces, prim) if subsets_are_told_apart() else None):
         own = stage.GetPrimAtPath(part.path.split("[", 1)[0])
         if any(own.GetPath().HasPrefix(each) for each in inner) or UsdGeom.Imageable(own).ComputePurpose() == "guide":
             continue
@@ -190,6 +196,16 @@ def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
     if not count:
         return None
     return Model(np.concatenate(points).astype(np.float32), np.concatenate(triangles).astype(np.int32))
+
+
+def _own_faces(owner: Usd.Prim, mesh: Usd.Prim) -> np.ndarray | None:
+    """Return which faces of a mesh belong to a labeled prim, (F,) bool, and not to a labeled subset; None for all."""
+    subsets, of_face = read_face_parts(mesh, Usd.TimeCode.Default())
+    if owner.IsA(UsdGeom.Subset):
+        return np.array([*(path == owner.GetPath() for path in subsets), False])[of_face]
+    if not subsets:
+        return None
+    return np.array([*(not get_labels(mesh.GetStage().GetPrimAtPath(path)) for path in subsets), True])[of_face]
 
 
 def nearest_rotation(linear: np.ndarray) -> np.ndarray:
