@@ -81,7 +81,7 @@ def test_two_classes_of_one_name_are_an_error(options, tmp_path):
     stage = set_stage(new_stage())
     add_cube(stage, "/World/One", "sp ace", translate=(-1, 0, 0))
     add_cube(stage, "/World/Two", "sp_ace", translate=(1, 0, 0))
-    with pytest.raises(WriterError, match="would both be called (class:)?sp_ace"):
+    with pytest.raises(WriterError, match=r"would both be called (class:)?sp_ace"):
         write(tmp_path, make_frame(stage, (16, 12)), **options)
 
 

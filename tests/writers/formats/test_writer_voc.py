@@ -192,7 +192,7 @@ def test_a_name_that_is_too_long_for_a_file_is_an_error_at_once(label, fits, tmp
     if fits:  # with "_train.txt" 254 bytes
         assert (write(tmp_path, [frame]) / f"ImageSets/Main/{label}_train.txt").is_file()
     else:
-        with pytest.raises(WriterError, match="names of files have at most 255. Shorten its label"):
+        with pytest.raises(WriterError, match=r"names of files have at most 255. Shorten its label"):
             write(tmp_path, [frame])
         assert not list(tmp_path.rglob("*.jpg"))
 

@@ -178,7 +178,8 @@ class VocWriter(Writer):
             if length > files.LONGEST:
                 raise WriterError(
                     f"VocWriter: the name of the class {name[:40]!r}... is too long: the list of its pictures would "
-                    f"have a name of {length} bytes, and names of files have at most {files.LONGEST}. Shorten its label."
+                    f"have a name of {length} bytes, "
+                    f"and names of files have at most {files.LONGEST}. Shorten its label."
                 )
         return names
 
