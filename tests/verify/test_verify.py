@@ -1,12 +1,14 @@
 """`usdsdg verify`: datasets of every format are clean, and faults that are put into them are found."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from PIL import Image
 from pxr import UsdGeom
 from typer.testing import CliRunner
 
@@ -278,3 +280,81 @@ def test_yolo_takes_names_as_a_list(clean, tmp_path):
     described = yaml.safe_load((folder / "data.yaml").read_text())
     (folder / "data.yaml").write_text(yaml.safe_dump({**described, "names": [*described["names"].values()]}))
     assert verify(folder).is_clean
+
+
+# JSON that is valid, and not what a file should have.
+OTHER_JSON = ("[1, 2]", "3", '"text"', "null", '{"a": 5}', "[[]]")
+
+
+@pytest.mark.parametrize("text", OTHER_JSON)
+@pytest.mark.parametrize("name", sampled(list(datasets.DATASETS)))
+def test_json_of_another_form_is_a_fault(clean, tmp_path, name, text):
+    kinds: dict[str, Path] = {}
+    for file in sorted((clean / name).rglob("*.json")):
+        if ".usdsdg" not in file.parts and file.name not in ("camera.json", "names.json"):  # which are not read
+            kinds.setdefault(re.sub(r"\d+", "", file.name), file.relative_to(clean / name))
+    for place, file in enumerate(kinds.values()):
+        folder = shutil.copytree(clean / name, tmp_path / str(place), ignore=shutil.ignore_patterns(".usdsdg"))
+        (folder / file).write_text(text)
+        faults = verify(folder).faults
+        assert any(fault.file == file.as_posix() for fault in faults) or text == '{"a": 5}', file
+        assert not any("indices must be" in fault.line() or "has no attribute" in fault.line() for fault in faults)
+        shown = CliRunner().invoke(app, ["inspect", str(folder)])
+        assert "Traceback" not in shown.output
+        assert shown.exception is None or isinstance(shown.exception, SystemExit)
+
+
+@pytest.fixture
+def unrecorded(clean, tmp_path):
+    """Return a copy of a dataset without what is beside it."""
+    return lambda name: shutil.copytree(clean / name, tmp_path / name, ignore=shutil.ignore_patterns(".usdsdg"))
+
+
+def test_labels_of_yolo_without_a_picture_are_a_fault(unrecorded):
+    folder = unrecorded("yolo")
+    picture = sorted(folder.glob("images/train/*.*"))[1]
+    picture.unlink()
+    (fault,) = verify(folder).faults
+    assert (fault.file, fault.what) == (f"labels/train/{picture.stem}.txt", "has no picture")
+
+
+def test_labels_of_yolo_that_are_no_text_cannot_be_read(unrecorded):
+    folder = unrecorded("yolo")
+    labels = sorted(folder.glob("labels/train/*.txt"))[0]
+    labels.write_bytes(b"\xff\xfe\x00")
+    (fault,) = verify(folder).faults
+    assert fault.file == labels.relative_to(folder).as_posix()
+    assert fault.what.startswith("cannot be read: ")
+
+
+@pytest.mark.parametrize("kind", ["normals", "semantic_segmentation"])
+@pytest.mark.parametrize("recorded", [True, False])
+def test_a_picture_of_another_size_is_a_fault(clean, unrecorded, tmp_path, kind, recorded):
+    folder = shutil.copytree(clean / "basic", tmp_path / "recorded") if recorded else unrecorded("basic")
+    Image.new("RGBA", (1, 1)).save(folder / f"{kind}_0001.png")
+    found = [fault for fault in verify(folder).faults if fault.what == "has another size"]
+    assert [fault.file for fault in found] == [f"{kind}_0001.png"]
+
+
+def test_a_segment_without_its_annotation_is_a_fault(unrecorded):
+    folder = unrecorded("coco_plain")
+    file = folder / "annotations/instances_train.json"
+    values = json.loads(file.read_text())
+    largest = max(values["annotations"], key=lambda each: each["area"])
+    values["annotations"].remove(largest)
+    file.write_text(json.dumps(values))
+    (fault,) = verify(folder).faults
+    assert fault.file == "annotations/instances_train.json"
+    assert fault.what.endswith("of annotations/panoptic_train.json has no annotation")
+
+
+@pytest.mark.parametrize("name", ["location_camera_frame", "location_world_frame"])
+def test_a_place_that_is_not_that_of_the_keypoints_is_a_fault(unrecorded, name):
+    folder = unrecorded("pose")
+    file = sorted(folder.glob("*.json"))[1]
+    values = json.loads(file.read_text())
+    values["objects"][0][name][0] += 0.05
+    file.write_text(json.dumps(values))
+    (fault,) = verify(folder).faults
+    assert fault.file == file.name
+    assert fault.what.startswith(name)

@@ -52,7 +52,8 @@ def reproduce(
     """Make frames of a dataset again, in a temporary folder, and compare their files with those of the dataset.
 
     On the same versions and kind of device every byte is compared, else pictures, arrays and numbers are, within a
-    tolerance. Prints a line for each file that differs; the exit code is 1 if there are any.
+    tolerance. Prints a line for each file that differs; the exit code is 1 if there are any. The dataset is kept as it
+    is: what a script does to its output folder itself, such as shutil.rmtree, is left out or refused.
     """
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet):
         from usdsdg.datasets.on_disk import RECORDS, on_disk
@@ -70,6 +71,7 @@ def reproduce(
 
 def _reproduce(dataset: OnDisk, portion: Portion | None, source: Path | None, stage: Path | None) -> Comparison:
     """Make the frames of a portion again, None: all, and compare them."""
+    from usdsdg.cli.script.kept_datasets import read_only
     from usdsdg.session.session import current
     from usdsdg.verify.frame_numbers import check_portion
     from usdsdg.verify.reproduced import compare, counterpart, files_of
@@ -89,9 +91,10 @@ def _reproduce(dataset: OnDisk, portion: Portion | None, source: Path | None, st
     with tempfile.TemporaryDirectory(prefix="usdsdg-reproduce-") as scratch:
         run.scratch = Path(scratch).resolve()
         run.begin(_now(recipe), Mode.OVERWRITE, portion, file)
-        with redirect_stdout(sys.stderr if recipe.command != GENERATE else StringIO()):  # which names its folder
+        shown = sys.stderr if recipe.command != GENERATE else StringIO()  # which names its folder
+        with redirect_stdout(shown), read_only(folder):
             _make(recipe, file, folder, stage, run.scratch)
-        finish_files()
+            finish_files()
         finish_run(complete=True)
         made = counterpart(folder, [each.path for each in run.folders])
         if made is None:

@@ -1,6 +1,7 @@
 """`usdsdg run SCRIPT`: run an existing Replicator or Isaac Sim script, or a Replicator YAML file, unchanged."""
 
 import sys
+from contextlib import nullcontext
 from inspect import signature
 from itertools import takewhile
 from pathlib import Path
@@ -130,6 +131,7 @@ def run(
         command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage),
         recorded(rerun, workers=workers is not None),
     ):
+        from usdsdg.cli.script.kept_datasets import datasets_kept
         from usdsdg.cli.script.outcome import reported_outcome
         from usdsdg.session.session import current
 
@@ -156,7 +158,9 @@ def run(
             )  # fmt: skip
         conditions.apply(script)
         current().frames_together = worlds if workers is None else 1  # which only counts frames
-        with reported_outcome():
+        # All frames are not made here, so a script that removes its folder first would lose the others.
+        kept = datasets_kept() if resume or portion or shard else nullcontext()
+        with reported_outcome(), kept:
             execute_script(script, arguments, last, allow_outside=allow_outside)
             finish_files()
         if maker is not None:

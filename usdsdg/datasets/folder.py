@@ -21,8 +21,12 @@ from usdsdg.record.frame_record import FrameRecord
 
 T = TypeVar("T")
 _BROKEN = (
-    OSError, ValueError, KeyError, TypeError, EOFError, SyntaxError, zipfile.BadZipFile, Image.DecompressionBombError,
+    OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, SyntaxError, zipfile.BadZipFile,
+    Image.DecompressionBombError,
 )  # fmt: skip
+
+# What JSON has, in the order in which `isinstance` tells them apart.
+_JSON = ((dict, "an object"), (list, "an array"), (str, "a text"), (bool, "true or false"), ((int, float), "a number"))
 
 
 class Folder:
@@ -70,6 +74,22 @@ class Folder:
         """Return the values of a JSON file; None if it is broken."""
         return self._json(file, frame)
 
+    def mapping(self, file: str, frame: str) -> dict[str, Any] | None:
+        """Return the object of a JSON file; None, and a fault, if it is broken or another value."""
+        return self._of_type(file, frame, dict, "an object")
+
+    def rows(self, file: str, frame: str) -> list[Any] | None:
+        """Return the array of a JSON file; None, and a fault, if it is broken or another value."""
+        return self._of_type(file, frame, list, "an array")
+
+    def _of_type(self, file: str, frame: str, kind: type[T], expected: str) -> T | None:
+        values = self.json(file, frame)
+        if values is None or isinstance(values, kind):
+            return values
+        found = next((word for each, word in _JSON if isinstance(values, each)), "a value of another kind")
+        self.faults.append(Fault(file, frame, "is not as its format has it", expected, found))
+        return None
+
     def text(self, file: str, frame: str) -> str | None:
         """Return a text; None if it is broken."""
         return self._read(file, frame, lambda data: data.decode("utf-8"))
@@ -78,13 +98,14 @@ class Folder:
         """Return what `parse` makes of a file that was read; None, and a fault, if that is not as it should be."""
         try:
             return parse()
-        except (KeyError, TypeError, ValueError, IndexError) as error:
+        except (AttributeError, KeyError, TypeError, ValueError, IndexError, SyntaxError) as error:
             said = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+            said = "a value is of another kind" if isinstance(error, AttributeError) else said
             self.faults.append(Fault(file, frame, f"is not as its format has it: {said}"))
             return None
 
     def _read_json(self, file: str, frame: str) -> Any | None:
-        return self._read(file, frame, json.loads)
+        return self._read(file, frame, _of_json)
 
     def _read(self, file: str, frame: str, decode: Callable[[bytes], T]) -> T | None:
         try:
@@ -111,3 +132,15 @@ class Folder:
             if record is not None:
                 found.append(record)
         return found
+
+
+def _of_json(data: bytes) -> Any:
+    """Return the values of JSON text.
+
+    Raises:
+        ValueError: it is none, or has nothing.
+    """
+    values = json.loads(data)
+    if values is None:
+        raise ValueError("it is null")
+    return values

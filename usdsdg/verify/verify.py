@@ -146,9 +146,9 @@ def _check_labels(
         if progress is not None:
             progress("images verified", report.formats.total(), None)
     if not report.formats and not data.records:
-        if whole is None:
+        if whole is None and not data.faults:
             raise _nothing_in(data.path)
-        report.notes.append(UNREAD)
+        report.notes.append(UNREAD if whole is not None else MISSING)
     elif not data.records:
         report.notes.append(MISSING)
     if render is not None:
@@ -180,7 +180,7 @@ def _found(check: Callable[..., Faults], seen: Seen, *others: Any) -> list[Fault
     try:
         for fault in check(seen, *others):
             faults.append(fault)
-    except (KeyError, ValueError, TypeError, IndexError) as error:
+    except (AttributeError, KeyError, ValueError, TypeError, IndexError, SyntaxError) as error:
         what = f"values are not as the format of {seen.format} has them"
         faults.append(Fault(seen.files[-1], seen.name, what, "", f"{type(error).__name__}: {error}"))
     return faults

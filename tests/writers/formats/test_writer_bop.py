@@ -9,10 +9,11 @@ from PIL import Image
 from pxr import Gf, Usd, UsdGeom
 
 import usdsdg as rep
-from usdsdg.errors import UsdsdgWarning, WriterError
+from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.semantics.labels import add_labels
 from usdsdg.verify import verify
+from usdsdg.writers.formats.bop.bop_models import MOST_SHAPES
 
 WIDTH, HEIGHT = 96, 72
 
@@ -152,6 +153,67 @@ def test_shapes_and_scales_of_a_class_are_models_of_their_own(stage, tmp_path):
     with pytest.warns(UsdsdgWarning, match="objects of the class 'box' differ in shape or scale"):
         folder = write(tmp_path, product)
     assert [each["obj_id"] for each in table(folder, "scene_gt")["0"]] == [1, 1, 1001]
+
+
+def shaped(folder, edit, steps):
+    """Write the frames of a labeled mesh of one triangle, before each of which `edit` changes it."""
+    create = rep.functional.create
+    create.cube(position=(-2, 0, 0), scale=0.2, semantics={"class": "box"})
+    create.xform(name="group", position=(0.5, 0, 0), semantics={"class": "sail"})
+    mesh = UsdGeom.Mesh.Define(current_stage(), "/group/mesh")
+    mesh.CreatePointsAttr([(-0.5, 0, -0.5), (0.5, 0, -0.5), (0, 0, 0.5)])
+    mesh.CreateFaceVertexCountsAttr([3])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+    mesh.CreateDoubleSidedAttr(True)
+    product = rep.create.render_product(create.camera(position=(0, -6, 0), look_at=(0, 0, 0)), (WIDTH, HEIGHT))
+    writer = rep.WriterRegistry.get("BopWriter")
+    writer.initialize(output_dir=str(folder))
+    writer.attach(product)
+    for step in range(steps):
+        edit(step, mesh)
+        rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    writer.detach()
+    poses = table(folder, "scene_gt")
+    info = json.loads((folder / "models/models_info.json").read_text())
+    return [[each["obj_id"] for each in poses[str(step)]] for step in range(steps)], info
+
+
+def test_another_shape_in_a_later_frame_is_a_model_of_its_own(stage, tmp_path):
+    forget_warnings()
+
+    def edit(step, mesh):
+        size = (0.5, 0.5, 0.8, 0.8, 0.5)[step]
+        mesh.GetPointsAttr().Set([(-size, 0, -size), (size, 0, -size), (0, 0, size)])
+        UsdGeom.XformCommonAPI(mesh.GetPrim().GetParent()).SetTranslate((step * 0.1, 0, 0))
+
+    with pytest.warns(UsdsdgWarning, match="objects of the class 'sail' differ in shape"):
+        ids, info = shaped(tmp_path, edit, 5)
+    assert ids == [[1, 2], [1, 2], [1, 1002], [1, 1002], [1, 2]]
+    assert {key: round(each["size_x"]) for key, each in info.items()} == {"1": 200, "2": 1000, "1002": 1600}
+
+
+def test_another_prim_below_is_another_shape(stage, tmp_path):
+    def edit(step, mesh):
+        if step == 1:
+            mesh.GetPrim().SetActive(False)
+            rep.functional.create.cube(parent="/group", scale=0.5)
+
+    ids, info = shaped(tmp_path, edit, 2)
+    assert ids == [[1, 2], [1, 1002]]
+    assert round(info["1002"]["size_y"]) == 500
+
+
+def test_a_shape_that_is_another_in_every_frame_has_few_models(stage, tmp_path):
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match="/group deforms, and BOP's models are rigid"):
+        ids, info = shaped(
+            tmp_path,
+            lambda step, mesh: mesh.GetPointsAttr().Set([(-0.5, 0, -0.5), (0.5, 0, -0.5), (0, 0, 0.3 + step * 0.05)]),
+            MOST_SHAPES + 3,
+        )
+    assert len(info) == 1 + MOST_SHAPES
+    assert ids[-4:] == [[1, ids[-1][1]]] * 4
 
 
 def test_labeled_parts_are_not_in_the_model_of_the_whole(stage, tmp_path):

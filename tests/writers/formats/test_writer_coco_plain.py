@@ -97,6 +97,22 @@ def test_categories_are_the_classes_of_the_dataset_seen_or_not(frame, tmp_path):
     assert [by_id[each["category_id"]] for each in data["annotations"]] == ["apple", "apple", "pear"]
 
 
+@pytest.mark.parametrize("plain_names", [True, False])
+def test_a_predicate_chooses_labels(frame, plain_names, tmp_path):
+    options = {"semantic_filter_predicate": "class:pear", "plain_names": plain_names, "dataset_id": "0"}
+    categories = {name: {"name": name, "id": number} for number, name in enumerate(("apple", "pear"), 1)}
+    chosen = make_frame(street(), (64, 48), filters=["class:pear"])
+    folder = write(tmp_path / "out", [chosen], coco_categories=categories, **options)
+    file = folder / ("annotations/instances_train.json" if plain_names else "coco_annotations_0.json")
+    data = json.loads(file.read_text())
+    assert [each["category_id"] for each in data["annotations"]] == [2]
+    (found,) = data["annotations"]
+    mask = mask_of(frame, "/World/Pear")
+    assert (decoded(found["segmentation"]["counts"], mask.shape) == mask).all()
+    with pytest.raises(WriterError, match="exclude each other"):
+        write(tmp_path / "both", [chosen], semantic_types=["class"], **options)
+
+
 def test_polygons_are_outlines_along_the_edges_of_pixels(frame, tmp_path):
     masks = read(write(tmp_path / "rle", [frame]))["annotations"]
     shapes = read(write(tmp_path / "polygon", [frame], segmentation="polygon"))["annotations"]

@@ -260,9 +260,18 @@ def test_classes_instances_and_depth(street_frame, tmp_path):
     np.testing.assert_allclose(depth[~sky] / 256, distance[~sky], atol=1 / 512 + 1e-9)
 
 
-def test_depth_beyond_sixteen_bits_is_none():
-    depth = np.array([[0.5, 255.99, 256.1, np.inf, np.nan]], np.float32)
-    assert depth_image(depth).tolist() == [[128, 65533, 0, 0, 0]]
+@pytest.mark.parametrize("beyond", [256.1, -0.5, -1e30])
+def test_depth_beyond_sixteen_bits_is_none_with_a_warning(beyond):
+    forget_warnings()
+    depth = np.array([[0.5, 255.99, beyond, np.inf, np.nan]], np.float32)
+    with pytest.warns(UsdsdgWarning, match="256 m or more ahead, or behind the camera"):
+        assert depth_image(depth).tolist() == [[128, 65533, 0, 0, 0]]
+
+
+def test_depth_without_a_hit_needs_no_warning(recwarn):
+    forget_warnings()
+    assert depth_image(np.array([[0.0, -0.0, np.inf, np.nan]], np.float32)).tolist() == [[0, 0, 0, 0]]
+    assert not recwarn
 
 
 def test_the_classes_of_cityscapes_are_the_default(tmp_path):

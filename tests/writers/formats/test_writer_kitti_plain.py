@@ -11,7 +11,7 @@ from tests.writers.formats.test_writer_kitti import PRODUCT, lines, write
 from usdsdg import writers
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.formats import kitti
-from usdsdg.errors import WriterError
+from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
 from usdsdg.session.stage_context import set_stage
 from usdsdg.stage.semantics.labels import add_labels
 from usdsdg.writers.formats.kitti import files
@@ -74,6 +74,23 @@ def test_names_have_no_type_and_no_blanks(tmp_path):
     folder = write(tmp_path, make_frame(stage, (16, 12)), plain_names=True)
     ((name, _),) = lines(folder / "training/label_2/000000.txt")
     assert name == "Rear_&_front_<wheel>".lower()
+
+
+@pytest.mark.parametrize("options", [{}, {"plain_names": True}])
+def test_two_classes_of_one_name_are_an_error(options, tmp_path):
+    stage = set_stage(new_stage())
+    add_cube(stage, "/World/One", "sp ace", translate=(-1, 0, 0))
+    add_cube(stage, "/World/Two", "sp_ace", translate=(1, 0, 0))
+    with pytest.raises(WriterError, match=r"would both be called (class:)?sp_ace"):
+        write(tmp_path, make_frame(stage, (16, 12)), **options)
+
+
+def test_a_class_that_the_evaluation_leaves_out_is_told(tmp_path):
+    forget_warnings()
+    stage = set_stage(new_stage())
+    add_cube(stage, "/World/One", "DontCare")
+    with pytest.warns(UsdsdgWarning, match="KITTI's evaluation leaves out objects of the class 'dontcare'"):
+        write(tmp_path, make_frame(stage, (16, 12)), plain_names=True)
 
 
 def test_a_row_and_a_column_of_the_picture_count_from_0_and_are_inclusive(tmp_path):

@@ -184,6 +184,19 @@ def test_two_classes_of_one_name_are_an_error(tmp_path):
         write(tmp_path, [make_frame(stage, (16, 12), filters=["class:*"])])
 
 
+@pytest.mark.parametrize(("label", "fits"), [("ü" * 122, True), ("ü" * 123, False), ("a" * 300, False)])
+def test_a_name_that_is_too_long_for_a_file_is_an_error_at_once(label, fits, tmp_path):
+    stage = new_stage()
+    add_cube(stage, "/World/Long", label)
+    frame = make_frame(stage, (16, 12), filters=["class:*"])
+    if fits:  # with "_train.txt" 254 bytes
+        assert (write(tmp_path, [frame]) / f"ImageSets/Main/{label}_train.txt").is_file()
+    else:
+        with pytest.raises(WriterError, match=r"names of files have at most 255. Shorten its label"):
+            write(tmp_path, [frame])
+        assert not list(tmp_path.rglob("*.jpg"))
+
+
 def test_more_classes_than_indices_are_an_error(frame, tmp_path):
     current().class_tables.of("class:*").add({"class": f"kind_{number}"} for number in range(255))
     with pytest.raises(WriterError, match="have at most 254"):

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from pxr import Gf, UsdGeom
+from pxr import Gf, Usd, UsdGeom
 from scipy.io import loadmat
 from scipy.spatial.transform import Rotation
 
@@ -17,6 +17,7 @@ from usdsdg import annotators, writers
 from usdsdg.errors import Unsupported, UsdsdgWarning, WriterError, forget_warnings
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.semantics.labels import add_labels
+from usdsdg.writers.formats.ycb_video.ycb_pictures import depth_steps
 
 PRODUCT = "/Render/HydraTextures/rp1"
 VIDEO = "data/YCB_Video/data/0000"
@@ -205,6 +206,27 @@ def test_a_lens_is_refused_with_exact(stage, tmp_path):
     writer.attach(rep.create.render_product(eye, (32, 24)))
     with pytest.raises(Unsupported, match="pinholes only"):
         rep.orchestrator.step()
+
+
+def test_a_shape_that_changes_during_the_run_is_told(stage, tmp_path):
+    forget_warnings()
+    mug = rep.functional.create.cube(scale=0.2, semantics={"class": "mug"})
+    camera = rep.functional.create.camera(position=(0, -3, 0), look_at=(0, 0, 0))
+    writer = writers.get("YCBVideoWriter")
+    writer.initialize(
+        output_dir=str(tmp_path), num_frames=2, class_name_to_index_map={"mug": 1}, exact=True, **EVERYTHING
+    )
+    writer.attach(rep.create.render_product(camera, (32, 24)))
+    rep.orchestrator.step()
+    mesh = next(UsdGeom.Mesh(each) for each in Usd.PrimRange(mug) if each.IsA(UsdGeom.Mesh))
+    mesh.GetPointsAttr().Set([point * 1.5 for point in mesh.GetPointsAttr().Get()])
+    with pytest.warns(UsdsdgWarning, match="differs in shape or scale from the first object of the class 'mug'"):
+        rep.orchestrator.step()
+
+
+def test_a_depth_behind_the_camera_is_none():
+    meters = np.array([[0.5, -0.5, np.inf]], np.float32)
+    assert depth_steps(meters, 1000).tolist() == [[500, 0, 0]]
 
 
 def test_vertices_of_a_mesh_are_saved_in_the_frame_of_another_prim_in_meters(stage, tmp_path):

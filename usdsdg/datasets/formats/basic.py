@@ -117,7 +117,7 @@ def _read_ids(folder: Folder, seen: Seen, parts: Parts, kind: str, tables: tuple
     chosen = bool(seen.truth and seen.truth.parameter(kind, "mapping"))
     for table, meaning in tables:
         name = parts.get(f"{kind}/{table}/json", "")
-        values = folder.json(name, seen.name) if name else None
+        values = folder.mapping(name, seen.name) if name else None
         parsed = None if values is None else folder.parsed(name, seen.name, lambda v=values: _meanings(v, colored))
         known = parsed or (None, {})
         seen.ids.append(
@@ -145,8 +145,12 @@ def _read_boxes(folder: Folder, seen: Seen, parts: Parts, kind: str, short: str)
         name = Path(file).with_suffix(".json").name.replace(f"{kind}_", f"{kind}_labels_", 1)
         folder.faults.append(Fault(Path(file).with_name(name).as_posix(), seen.name, "is missing"))
         return
-    table = folder.json(labels_file, seen.name)
-    paths = folder.json(paths_file, seen.name) if paths_file else None
+    table = folder.mapping(labels_file, seen.name)
+    paths = folder.rows(paths_file, seen.name) if paths_file else None
+    if paths is not None and (len(paths) != len(rows) or not all(isinstance(each, str) for each in paths)):
+        what = "has a prim path for each box"
+        folder.faults.append(Fault(paths_file or "", seen.name, what, str(len(rows)), str(len(paths))))
+        paths = None
     parsed = folder.parsed(
         labels_file, seen.name, lambda: [_labels(folder, seen, file, table or {}, row) for row in rows]
     )
@@ -193,7 +197,7 @@ def _read_arrays(folder: Folder, seen: Seen, parts: Parts) -> None:
 
 def _read_camera(folder: Folder, seen: Seen, parts: Parts) -> None:
     file = parts.get("camera_params/json")
-    values = None if file is None else folder.json(file, seen.name)
+    values = None if file is None else folder.mapping(file, seen.name)
     if file is None or values is None:
         return
     camera = folder.parsed(file, seen.name, lambda: _camera(file, values))

@@ -59,13 +59,13 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     models = Models(folder, files)
     for root, parts in sorted(by_scene.items()):
         listed = [names.table_of(root, name) for name in _TABLES]
-        tables: list[dict[str, Any]] = [table for name in listed if (table := folder.json(name, "all")) is not None]
+        tables: list[dict[str, Any]] = [table for name in listed if (table := folder.mapping(name, "all")) is not None]
         if len(tables) < len(listed):
             continue
         cameras, poses, infos = tables
         pictures = sorted(stem for kind, stem in parts if kind == names.RGB)
         for table, name in zip(tables, listed):
-            if sorted(table, key=int) != [str(int(stem)) for stem in pictures]:
+            if sorted(table) != sorted(str(int(stem)) for stem in pictures):
                 folder.faults.append(
                     Fault(name, "all", "has an entry for each picture", str(len(pictures)), str(len(table)))
                 )
@@ -97,7 +97,7 @@ class Models:
         }
         self.mesh = lru_cache(maxsize=None)(self._mesh)
         self.measures = lru_cache(maxsize=None)(self._measures)
-        info = folder.json(names.MODELS_INFO, "all") if folder.has(names.MODELS_INFO) else None
+        info = folder.mapping(names.MODELS_INFO, "all") if folder.has(names.MODELS_INFO) else None
         self.info: Mapping[str, Any] = info or {}
 
     def _mesh(self, number: int) -> tuple[np.ndarray, np.ndarray] | None:

@@ -27,7 +27,7 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     """Yield what each JSON says about each of its images."""
     for file in files:
         names = names_of(file)
-        values = None if names is None else folder.json(file, "all")
+        values = None if names is None else folder.mapping(file, "all")
         if names is None or values is None:
             continue
         tables = folder.parsed(file, "all", lambda f=file, n=names, v=values: _Tables(folder, f, n, v))
@@ -59,7 +59,7 @@ class _Tables:
     def _segments(self, folder: Folder) -> dict[int, Mapping[str, Any]] | None:
         """Return the panoptic annotation of each image; None if there is no such file."""
         file = self.names.panoptic
-        values = folder.json(file, "all") if folder.has(file) else None
+        values = folder.mapping(file, "all") if folder.has(file) else None
         if values is None:
             return None
         _check_ids(folder, file, values, ("images", "categories"))

@@ -33,7 +33,8 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     size = root.findtext("meta/task/size")
     if size != str(len(images)):
         folder.faults.append(Fault(ANNOTATIONS, "all", "the size of the task", str(len(images)), str(size)))
-    raw = [each.get("name") for each in folder.json(LABELS, "all") or ()]
+    listed_labels = folder.rows(LABELS, "all") or []
+    raw = folder.parsed(LABELS, "all", lambda: [each.get("name") for each in listed_labels]) or []
     if raw != names:
         folder.faults.append(Fault(LABELS, "all", f"labels are those of {ANNOTATIONS}", str(names), str(raw)))
     numbers = [each.get("id") for each in sorted(images, key=lambda each: str(each.get("name")))]

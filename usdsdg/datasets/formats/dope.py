@@ -81,7 +81,7 @@ def _seen(folder: Folder, view: str, number: str, parts: dict[str, str]) -> Seen
     if seen.picture:
         seen.size = folder.image_size(seen.picture, seen.name)
         seen.later(lambda made: _read_image(folder, made))
-    values = folder.json(seen.labels, seen.name) if seen.labels else None
+    values = folder.mapping(seen.labels, seen.name) if seen.labels else None
     poses = None if values is None else folder.parsed(seen.labels, seen.name, lambda: _poses(seen.labels, values))
     if poses is not None:
         seen.extra["poses"] = poses

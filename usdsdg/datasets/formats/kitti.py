@@ -73,7 +73,7 @@ def _seen(folder: Folder, root: str, number: str, parts: dict[str, str]) -> Seen
     mine = list(parts.values())
     view = _product(folder, mine, number) if _is_plain(parts) else root
     seen = Seen(NAME, number, view, mine, truth_of(folder, mine, view))
-    seen.extra["metadata"] = folder.json("metadata.txt", "all") if folder.has("metadata.txt") else {}
+    seen.extra["metadata"] = folder.mapping("metadata.txt", "all") if folder.has("metadata.txt") else {}
     seen.picture, seen.labels = parts.get(names.RGB, ""), parts.get(names.LABELS, "")
     if seen.labels and (text := folder.text(seen.labels, seen.name)) is not None:
         seen.lines.append((seen.labels, [line.split(" ") for line in text.splitlines()]))

@@ -59,7 +59,7 @@ def _seen(folder: Folder, view: str, number: str, parts: dict[str, str]) -> Seen
     seen.picture, seen.labels = parts.get("picture", ""), parts.get("json", "")
     if seen.picture:
         seen.later(lambda made: _read_image(folder, made))
-    values = folder.json(parts["json"], seen.name) if "json" in parts else None
+    values = folder.mapping(parts["json"], seen.name) if "json" in parts else None
     if values is not None:
         folder.parsed(parts["json"], seen.name, lambda: _read_objects(seen, parts["json"], values))
     return seen

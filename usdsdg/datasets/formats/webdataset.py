@@ -26,8 +26,8 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     shards = [file for file in files if PurePosixPath(file).suffix == ".tar"]
     if not shards or not folder.has(INDEX):
         return
-    index = folder.json(INDEX, "all") or {}
-    counts = {file: count for each in index.get("shards", {}).values() for file, count in each.items()}
+    index = folder.mapping(INDEX, "all") or {}
+    counts = folder.parsed(INDEX, "all", lambda: _counts(index)) or {}
     known: dict[str, str] = {}
     for file in sorted({*shards, *counts}):
         samples = _samples(folder, file)
@@ -41,6 +41,11 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
             seen = folder.parsed(file, key, partial(_seen, folder, file, key, members, index.get("classes", ())))
             if seen is not None:
                 yield seen
+
+
+def _counts(index: Mapping[str, Any]) -> dict[str, int]:
+    """Return the numbers of samples of all shards, by file."""
+    return {file: int(count) for each in index.get("shards", {}).values() for file, count in each.items()}
 
 
 def _samples(folder: Folder, file: str) -> dict[str, dict[str, tuple[int, int]]]:

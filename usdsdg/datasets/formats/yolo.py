@@ -38,10 +38,10 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
         if seen.picture:
             seen.size = folder.image_size(seen.picture, seen.name)
             seen.later(lambda made: _read_image(folder, made))
-        if LABELS in parts and (text := folder.text(parts[LABELS], seen.name)) is not None:
-            seen.lines.append((parts[LABELS], [line.split(" ") for line in text.splitlines()]))
-        else:
+        if LABELS not in parts:
             seen.extra["unlabeled"] = mine[0]
+        elif (text := folder.text(parts[LABELS], seen.name)) is not None:
+            seen.lines.append((parts[LABELS], [line.split(" ") for line in text.splitlines()]))
         yield seen
 
 

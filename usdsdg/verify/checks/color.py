@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
@@ -21,6 +22,7 @@ _NORMAL = 2 / 255 + 1 / 127
 def check(seen: Seen, frames: Mapping[int, str]) -> Faults:
     """frames: frame by checksum of its color image, to name what an image shows instead."""
     if seen.truth is None:
+        yield from _sizes(seen)
         return
     product = seen.truth.product
     for color in seen.colors:
@@ -28,6 +30,7 @@ def check(seen: Seen, frames: Mapping[int, str]) -> Faults:
         if color.image.shape[:2] == product.shape:
             yield from _compared(seen, color, frames)
     for normals in seen.normals:
+        yield from shapes_agree(seen, normals.file, normals.image.shape, product.shape)
         exact = product.checksums.get("normal_image") if normals.exact else None
         if exact is not None and samples.checksum(np.ascontiguousarray(normals.image[..., :3])) == exact:
             continue
@@ -39,6 +42,19 @@ def check(seen: Seen, frames: Mapping[int, str]) -> Faults:
                 yield Fault(normals.file, seen.name, f"normals are not the recorded ones in {of_pixels(wrong)}")
             elif exact is not None:
                 yield Fault(normals.file, seen.name, "normals are not the rendered ones, byte for byte")
+
+
+def _sizes(seen: Seen) -> Faults:
+    """Without a record: all pictures of an image have one size, that of most of them."""
+    shapes = [
+        *((each.file, each.image.shape) for each in (*seen.colors, *seen.normals)),
+        *((each.file, each.keys.shape) for each in seen.ids),
+        *((each.file, each.values.shape) for each in seen.depths),
+    ]
+    if shapes:
+        ((size, _),) = Counter((rows, columns) for _, (rows, columns, *_) in shapes).most_common(1)
+        for file, shape in shapes:
+            yield from shapes_agree(seen, file, shape, size)
 
 
 def _compared(seen: Seen, color: Color, frames: Mapping[int, str]) -> Faults:

@@ -192,6 +192,7 @@ def _agrees(seen: Seen, poses: Poses, posed: Posed) -> Faults:
         yield Fault(poses.file, seen.name, f"visibility of {posed.path}", "0 to 1", f"{posed.visibility:g}")
     if seen.truth is None:
         yield from _projects(seen, poses, posed)
+        yield from _locations(seen, poses, posed)
 
 
 def _projects(seen: Seen, poses: Poses, posed: Posed) -> Faults:
@@ -209,6 +210,26 @@ def _projects(seen: Seen, poses: Poses, posed: Posed) -> Faults:
             projected = np.stack([cx + focal * x / -z, cy - focal * y / -z], axis=1)
         if (np.abs(projected - np.array(posed.values[pixels]))[ahead] > _PIXEL).any():
             yield Fault(poses.file, seen.name, f"{points} of {posed.path} do not project to {pixels}")
+
+
+def _locations(seen: Seen, poses: Poses, posed: Posed) -> Faults:
+    """Without a record: places in both frames are those of the transform, and of the camera's as the file has it."""
+    values = posed.values
+    if "local_to_world_transform" not in values:
+        return
+    pose = np.array(values["local_to_world_transform"], np.float64).reshape(4, 4)
+    if "location_world_frame" in values and differs(values["location_world_frame"], pose[3, :3], relative=_FLOAT32):
+        what = f"location_world_frame of {posed.path} is that of local_to_world_transform"
+        yield Fault(poses.file, seen.name, what, text(pose[3, :3]), text(values["location_world_frame"]))
+    if "location_camera_frame" not in values or not seen.cameras:
+        return
+    found, view = np.array(values["location_camera_frame"], np.float64), seen.cameras[0].view
+    # Which of both a file has is not told in it: `exact_camera_frame` is an option of the writer.
+    places = [(pose @ view)[3, :3], (view @ pose)[3, :3]]
+    rounded = 4 * seen.cameras[0].digits * (1.0 + max(np.abs(pose).max(), np.abs(view).max()))
+    if all(differs(found, each, relative=_FLOAT32, absolute=rounded) for each in places):
+        what = f"location_camera_frame of {posed.path} is that of local_to_world_transform"
+        yield Fault(poses.file, seen.name, what, text(places[0]), text(found))
 
 
 def moved(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:

@@ -38,6 +38,8 @@ class Yolo:
             yield from self._names(seen)
         if "unlabeled" in seen.extra:
             yield Fault(seen.extra["unlabeled"], seen.name, "has no file of labels")
+        if not seen.picture:
+            yield Fault(seen.labels, seen.name, "has no picture")
         if seen.extra["names"] is None and _task(seen) in (None, "pose"):
             return  # the number of keypoints is not known
         for file, lines in seen.lines:

@@ -20,7 +20,9 @@ def check(seen: Seen) -> Faults:
         yield from _picture(seen, segments)
         for masks in seen.masks:
             yield from _annotations(seen, segments, masks)
-            if seen.truth is not None:
+            if seen.truth is None:
+                yield from _segments(seen, segments, masks)
+            else:
                 yield from _things(seen, segments, masks, seen.truth)
 
 
@@ -57,6 +59,18 @@ def _annotations(seen: Seen, segments: Segments, masks: Masks) -> Faults:
         if len(ids) != 1 or found != [each.category]:
             what = f"annotation {each.number} of {masks.file} is one segment of its category"
             yield Fault(segments.picture, seen.name, what, str(each.category), f"{found} in segments {ids}")
+
+
+def _segments(seen: Seen, segments: Segments, masks: Masks) -> Faults:
+    """Without a record: every segment of a thing has an annotation of its category, whose mask has pixels of it."""
+    for each in segments.records:
+        number, category = each["id"], int(each["category_id"])
+        mine = segments.ids == number
+        if each["iscrowd"] or not mine.any() or not segments.categories.get(category, {}).get("isthing", 1):
+            continue
+        shown = (one.mask for one in masks.masks if one.category == category)
+        if not any(mask is not None and mask.shape == mine.shape and (mask & mine).any() for mask in shown):
+            yield Fault(masks.file, seen.name, f"segment {number} of {segments.file} has no annotation")
 
 
 def _things(seen: Seen, segments: Segments, masks: Masks, truth: Truth) -> Faults:

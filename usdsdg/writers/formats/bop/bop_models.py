@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import NamedTuple
@@ -18,9 +19,12 @@ from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses.transforms import as_array
 from usdsdg.stage.semantics.labels import get_labels
+from usdsdg.writers.formats.bop.shape_edits import ShapeEdits
 
 # Further shapes of a class have its id plus as many of these.
 VARIANT = 1000
+# How many shapes one prim may have with the same triangles: more is a deformation, of which models have no end.
+MOST_SHAPES = 8
 # Coordinates of equal shapes agree to this [mm]; transforms are 32-bit in payloads.
 PRECISION = 0.01
 
@@ -78,13 +82,20 @@ class Models:
         self.infos: dict[int, dict[str, float]] = {}  # the records of models_info of all models, by id
         self.names: dict[int, str] = {}  # of their classes
         self._shapes: dict[int, list[tuple[int, Model]]] = {}  # id and model of each shape, by class
-        self._known: dict[tuple[str, int, bytes], int | None] = {}  # by prim, class and scale; None: no triangles
+        # By prim, then by class and scale; None: no triangles.
+        self._known: dict[str, dict[tuple[int, bytes], int | None]] = {}
+        self._edits: ShapeEdits | None = None
+        self._had: dict[str, set[int]] = {}  # ids that each prim had before its shape was edited
+        self._deforming: set[str] = set()  # prims whose models stay what they are
         self._stretches = Stretches()
         self._now: dict[str, tuple[np.ndarray, int | None]] = {}  # stretch and id of each prim in this frame
 
     def forget_prims(self) -> None:
         """Forget which prim has which model, as for a new stage, where others may be at the same paths."""
         self._known.clear()
+        self._edits = None
+        self._had.clear()
+        self._deforming.clear()
         self._now.clear()
         self._stretches = Stretches()
 
@@ -95,6 +106,8 @@ class Models:
 
         numbers_of: returns the numbers of classes, from 1, by their labels. millimeters: per stage unit.
         """
+        self._edits = self._edits or ShapeEdits(prims.stage)
+        self._forget_edited(self._edits)
         self._now, found = {}, list(prims.read())
         for each, number in zip(found, numbers_of([each.labels for each in found]).tolist()):
             name = ",".join(each.labels.values())
@@ -124,11 +137,30 @@ class Models:
 
     def _find(self, stage: Usd.Stage, path: str, number: int, name: str, stretch: np.ndarray) -> int | None:
         """Return the id of a prim's model; None if it has no triangles."""
-        key = (path, number, np.round(stretch, 3).tobytes())
-        if key not in self._known:
+        models, key = self._known.setdefault(path, {}), (number, np.round(stretch, 3).tobytes())
+        if key not in models:
             model = model_of(stage, path, stretch)
-            self._known[key] = None if model is None else self._id_of(number, name, model)
-        return self._known[key]
+            models[key] = None if model is None else self._id_of(number, name, model)
+        return models[key]
+
+    def _forget_edited(self, edits: ShapeEdits) -> None:
+        """Forget the models of prims of which the shape was edited, except of those that deform all the time."""
+        for path in edits.take([each for each in self._known if each not in self._deforming]):
+            had = self._had.setdefault(path, set())
+            had.update(each for each in self._known[path].values() if each is not None)
+            if self._is_deforming(had):
+                self._deforming.add(path)
+                warn_once(
+                    f"BopWriter: {path} deforms, and BOP's models are rigid: after {MOST_SHAPES} shapes its model "
+                    "stays as it is, so that masks differ from it."
+                )
+            else:
+                del self._known[path]
+
+    def _is_deforming(self, ids: set[int]) -> bool:
+        """Return whether many of these models have the same triangles, with points elsewhere."""
+        counts = Counter(self.model(each).triangles.tobytes() for each in ids)
+        return max(counts.values(), default=0) >= MOST_SHAPES
 
     def _id_of(self, number: int, name: str, model: Model) -> int:
         shapes = self._shapes.setdefault(number, [])

@@ -209,4 +209,4 @@ class BopWriter(Writer):
         if steps.max(initial=0.0) > files.FARTHEST:
             far = files.FARTHEST * self._depth_scale / files.MILLIMETERS
             warn_once(f"BopWriter: what is beyond {far:.3g} m has the depth 0; a larger depth_scale reaches further.")
-        return np.where(steps <= files.FARTHEST, steps, 0.0).astype(np.uint16)
+        return np.where((steps >= 0.0) & (steps <= files.FARTHEST), steps, 0.0).astype(np.uint16)

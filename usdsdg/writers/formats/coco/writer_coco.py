@@ -23,7 +23,7 @@ from usdsdg.writers.formats.coco.coco_file import CocoFiles
 from usdsdg.writers.formats.coco.files import ImageFiles, Names, PlainNames, ReplicatorNames, id_of_seed, sequence_of
 from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
 from usdsdg.writers.formats.splits import Splits
-from usdsdg.writers.options import typed
+from usdsdg.writers.options import label_params, typed
 
 _SEMANTIC_TYPES = ["class", "coco", "stuff", "thing"]
 _ALWAYS = "images, boxes and masks of labeled objects are always written, and nothing else"
@@ -80,6 +80,7 @@ class CocoWriter(Writer):
         keypoints: dict | bool = False,
         panoptic: bool = False,
         coco_info: dict | None = None,
+        semantic_filter_predicate: str | None = None,
         min_visibility: float = 0.0,
         min_pixels: int = 1,
     ) -> None:
@@ -112,11 +113,12 @@ class CocoWriter(Writer):
             boxes: the first pixel is from 0 to 1. Sigmas, by default 0.05, are in the info as "keypoint_sigmas".
         panoptic: also COCO's panoptic form, with the ids of instance_segmentation as those of segments.
         coco_info: entries of the info section, such as {"description": "Bins", "version": "2"}.
+        semantic_filter_predicate: labels to use, as a predicate instead of semantic_types.
         min_visibility: objects of which less is visible, as a fraction of what they would cover alone, are left out.
         min_pixels: so are objects with fewer visible pixels.
 
         Raises:
-            WriterError: an option has an invalid value, or two categories have the same id.
+            WriterError: an option has an invalid value, two exclude each other, or two categories have the same id.
             OutputNotWritable: output_dir or the bucket cannot be written to.
             Unsupported: a bucket without obstore.
         """
@@ -137,7 +139,8 @@ class CocoWriter(Writer):
         self._plain = splits is not None if plain_names is None else bool(plain_names)
         if splits is not None and not self._plain:
             raise WriterError("CocoWriter: splits need plain_names; Replicator's names have no place for them.")
-        label_filter = {"semanticTypes": semantic_types or _SEMANTIC_TYPES}
+        types = semantic_types if semantic_types or semantic_filter_predicate else _SEMANTIC_TYPES
+        label_filter = label_params("CocoWriter", types, semantic_filter_predicate)
         names = [RGB, BOXES, INSTANCES, *([] if self._plain else [CLASSES]), *([KEYPOINTS] if keypoints else [])]
         self.annotators = [named_annotators.get(name, {} if name == RGB else label_filter) for name in names]
         self._enough = VisibleEnough("CocoWriter", min_visibility, min_pixels)

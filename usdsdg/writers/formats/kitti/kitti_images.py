@@ -12,6 +12,7 @@ from usdsdg.errors import warn_once
 from usdsdg.writers.formats.kitti.kitti_classes import KittiClasses
 
 _DEPTH_SCALE = 256  # steps of a depth image per meter
+_FARTHEST = 0xFFFF  # of them
 
 
 def class_images(classes: Mapping[str, Any], known: KittiClasses) -> tuple[np.ndarray, np.ndarray]:
@@ -48,4 +49,9 @@ def _eight_bits(number: int) -> int:
 def depth_image(depth: np.ndarray) -> np.ndarray:
     """Encode depth [m] as uint16 (H, W) in steps of 1/256; 0 where nothing is hit or the depth is out of range."""
     steps = np.rint(np.where(np.isfinite(depth), depth, 0.0).astype(np.float64) * _DEPTH_SCALE)
-    return np.where(steps <= 0xFFFF, steps, 0).astype(np.uint16)
+    if steps.max(initial=0.0) > _FARTHEST or steps.min(initial=0.0) < 0.0:
+        warn_once(
+            f"KittiWriter: what is {(_FARTHEST + 1) // _DEPTH_SCALE} m or more ahead, or behind the camera as lenses "
+            "beyond 180 degrees see it, has the depth 0, since the format cannot have it."
+        )
+    return np.where((steps >= 0.0) & (steps <= _FARTHEST), steps, 0.0).astype(np.uint16)

@@ -28,6 +28,7 @@ RGB, BOXES, BOXES_3D, CAMERA = "rgb", "bounding_box_2d_tight_fast", "bounding_bo
 CLASSES, INSTANCES, DEPTH = "semantic_segmentation", "instance_segmentation_fast", "distance_to_image_plane"
 
 UNKNOWN = 3  # of levels of occlusion
+_IGNORED = "dontcare"  # in small letters
 
 
 class KittiWriter(Writer):
@@ -45,7 +46,8 @@ class KittiWriter(Writer):
     - semantic, semantic_segmentation: ids (8 bits; metadata.txt names them) and colors of classes;
     - instance_segmentation: 16 bits, 256 times the id of the class plus the number of the object, from 1 in its class;
     - instance_rgb, if requested: objects in different colors;
-    - depth: 16 bits, 256 times the distance along the optical axis [m]; 0 from 256 m on and where nothing is hit.
+    - depth: 16 bits, 256 times the distance along the optical axis [m]; 0 from 256 m on, behind the camera and where
+      nothing is hit.
     """
 
     version = "0.0.1"
@@ -131,6 +133,7 @@ class KittiWriter(Writer):
         self._partly, self._fully = partly_occluded_threshold, fully_visible_threshold
         self._colorize = colorize_instance_segmentation
         self._frame_id = self._pictures = 0
+        self._named: dict[str, str] = {}  # what the names of objects were before they had no blanks
         self.annotators = [
             *(named_annotators.get(name) for name in (RGB, DEPTH, CAMERA)),
             *(named_annotators.get(name, labels) for name in (BOXES, BOXES_3D, CLASSES, INSTANCES)),
@@ -222,9 +225,24 @@ class KittiWriter(Writer):
         return 0 if visible >= self._fully else 1 if visible >= self._partly else 2
 
     def _name(self, labels: Mapping[str, str]) -> str:
-        """Return the name of an object, without blanks."""
+        """Return the name of an object, without blanks.
+
+        Raises:
+            WriterError: objects of another class have it, too.
+        """
         if self._omit_type:
             name = labels.get("class", next(iter(labels.values())))
         else:
             name = ";".join(f"{kind}:{label}" for kind, label in labels.items())
-        return "_".join(name.split())
+        whole, name = name, "_".join(name.split())
+        if self._named.setdefault(name, whole) != whole:
+            raise WriterError(
+                f"KittiWriter: the classes {self._named[name]!r} and {whole!r} would both be called {name}, since "
+                "names have no blanks. Rename one of the labels."
+            )
+        if name.lower() == _IGNORED:
+            warn_once(
+                f"KittiWriter: KITTI's evaluation leaves out objects of the class {name!r}, which means regions "
+                "without labels there. Rename the label if they are to count."
+            )
+        return name

@@ -13,6 +13,7 @@ PICTURES, ANNOTATIONS, CLASSES, OBJECTS = "JPEGImages", "Annotations", "Segmenta
 LABELS = "labelmap.txt"  # index, name and color of each class, as Datumaro and CVAT read it
 MAIN, SEGMENTATION = "ImageSets/Main", "ImageSets/Segmentation"
 BACKGROUND = "background"
+LONGEST = 255  # bytes of the name of a file, on all common file systems
 VOID = 255  # what belongs to no class
 # Of names of classes: what separates columns and begins a comment in LABELS, what no file can have in its name, and
 # the end of the name that index 0 has.

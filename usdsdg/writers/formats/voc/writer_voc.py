@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -166,8 +167,21 @@ class VocWriter(Writer):
         return palette[instances, 0], palette[instances, 1]
 
     def _classes(self) -> list[str]:
-        """Return the names of the classes in the order of their ids."""
-        return class_names("VocWriter", list(self._table().labels().values()), files.UNFIT)
+        """Return the names of the classes in the order of their ids.
+
+        Raises:
+            WriterError: two would be the same, or one is too long for the name of a file.
+        """
+        names = class_names("VocWriter", list(self._table().labels().values()), files.UNFIT)
+        for split, name in itertools.product(self._sets, names):
+            length = len(os.path.basename(files.image_set(files.MAIN, split, name)).encode())
+            if length > files.LONGEST:
+                raise WriterError(
+                    f"VocWriter: the name of the class {name[:40]!r}... is too long: the list of its pictures would "
+                    f"have a name of {length} bytes, "
+                    f"and names of files have at most {files.LONGEST}. Shorten its label."
+                )
+        return names
 
     def _table(self) -> ClassTable:
         return class_places.table_of(self._annotator_called(BOXES).label_filter)

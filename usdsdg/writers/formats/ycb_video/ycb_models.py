@@ -11,6 +11,7 @@ from usdsdg.errors import warn_once
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.transforms import as_array, local_to_world, meters_per_unit
 from usdsdg.writers.formats.bop.bop_models import Stretches, model_of
+from usdsdg.writers.formats.bop.shape_edits import ShapeEdits
 from usdsdg.writers.formats.ycb_video.ycb_pictures import first_class
 
 _SAME = 1e-4  # meters by which points of equal shapes may differ; transforms are 32-bit in payloads
@@ -25,15 +26,20 @@ class Models:
         self._stretches = Stretches()
         self._points: dict[str, np.ndarray | None] = {}
         self._compared: set[tuple[str, str, bytes]] = set()
+        self._edits: ShapeEdits | None = None
 
     def forget_prims(self) -> None:
         """Forget which prims were compared, as for a new stage, where others may be at the same paths."""
         self._compared.clear()
+        self._edits = None
         self._stretches = Stretches()
 
     def survey(self, prims: LabeledSurvey, indices: Mapping[str, int]) -> None:
         """Note the shapes of all labeled prims, in the order of the stage. indices: of the classes that have models."""
         meters = meters_per_unit(prims.stage)
+        self._edits = self._edits or ShapeEdits(prims.stage)
+        if edited := set(self._edits.take({path for path, _, _ in self._compared})):
+            self._compared = {each for each in self._compared if each[0] not in edited}
         for each in prims.read():
             name = first_class(each.labels)
             if name in indices:

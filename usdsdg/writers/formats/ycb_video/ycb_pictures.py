@@ -32,7 +32,7 @@ def depth_steps(meters: np.ndarray, factor: int) -> np.ndarray:
             f"YCBVideoWriter: what is beyond {_FARTHEST / factor:.3g} m has the depth 0; a smaller factor_depth "
             "reaches further."
         )
-    return np.where(steps <= _FARTHEST, steps, 0.0).astype(np.uint16)
+    return np.where((steps >= 0.0) & (steps <= _FARTHEST), steps, 0.0).astype(np.uint16)
 
 
 def label_picture(segmentation: Mapping[str, Any], indices: Mapping[str, int]) -> np.ndarray:
