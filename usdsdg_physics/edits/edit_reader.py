@@ -13,13 +13,12 @@ from usdsdg_physics.edits.subtrees import SubtreeReader, nearly_equal, same_geom
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
 from usdsdg_physics.parse.body_transforms import BodyXformCache
-from usdsdg_physics.parse.colliders import frame_from_prim
+from usdsdg_physics.parse.colliders import collider_shapes, frame_from_prim
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.joints import read_joint
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.point_instancers import read_instances
 from usdsdg_physics.parse.scene import read_gravity
-from usdsdg_physics.parse.shapes.collision_shapes import read_shapes
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.parse.unread import warn_unread
@@ -269,8 +268,7 @@ class EditReader:
             return
         owner = self._stage.GetPrimAtPath(collider.body) if collider.body != STATIC else None
         to_frame = frame_from_prim(prim, owner, cache, self._units)
-        solid = owner is not None or (collider.trigger and prim.IsA(UsdGeom.Mesh))
-        shapes = read_shapes(prim, to_frame, self._hulls, dynamic=solid)
+        shapes = collider_shapes(prim, owner, to_frame, self._hulls)
         for part, shape in zip(self._subtrees.parts_of(collider.path), shapes):
             before = edits.colliders.get(part, self._scene.colliders[part])
             edits.rebuild |= not same_geometry(shape, before.shape)

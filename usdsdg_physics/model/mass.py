@@ -11,6 +11,7 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.physics.instances import whole
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.shapes.convex_hulls import inertia_from_covariance
+from usdsdg_physics.parse.shapes.convex_pieces import is_closed
 from usdsdg_physics.scene.records import Body, Collider, MassSpec, Shape
 
 DEFAULT_DENSITY = 1000.0  # kg/m³, that of water, as in PhysX
@@ -31,8 +32,9 @@ class MassProperties:
 def body_mass(body: Body, colliders: Sequence[Collider]) -> MassProperties:
     """Return the mass properties of a body from its colliders, its own density, mass and inertia overriding theirs.
 
-    Disabled colliders count too: switching a collider off does not make a body lighter. Triggers do not. A body
-    without colliders has 1 kg unless its MassAPI says otherwise. More than `MOST_MASS` counts as that, with a warning.
+    Disabled colliders count too: switching a collider off does not make a body lighter. Triggers do not, and neither do
+    triangle meshes that are not closed. A body without any that count has 1 kg unless its MassAPI says otherwise. More
+    than `MOST_MASS` counts as that, with a warning.
     The arrays are read-only.
     """
     found = _mass_of(body.mass, tuple(colliders))
@@ -102,10 +104,13 @@ def volume_integrals(shape: Shape) -> tuple[float, np.ndarray, np.ndarray]:
 
 def _local_integrals(shape: Shape) -> tuple[float, np.ndarray, np.ndarray]:
     a, b, c = shape.size
-    if shape.kind == "hull":
+    if shape.kind in ("hull", "mesh"):
         assert shape.solid is not None
+        if shape.kind == "mesh" and not is_closed(shape.solid.triangles):
+            return 0.0, np.zeros(3), np.zeros((3, 3))
         scale = np.asarray(shape.size)
-        volume_scale = abs(float(scale.prod()))
+        # Faces that look inward enclose the same solid.
+        volume_scale = float(np.copysign(scale.prod(), shape.solid.volume))
         return (
             shape.solid.volume * volume_scale,
             shape.solid.centroid * scale,

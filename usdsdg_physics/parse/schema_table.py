@@ -189,8 +189,8 @@ UNREAD: tuple[Unread, ...] = (
     ),
     Unread(
         "physxSDFMeshCollision:* physxTriangleMeshCollision:* physxTriangleMeshSimplificationCollision:*",
-        "static meshes collide with all their triangles, those of bodies as convex hulls or parts; how finely PhysX "
-        "would represent them does not matter",
+        "meshes of static colliders and kinematic bodies collide with all their triangles, those of other bodies as "
+        "convex hulls or parts; how finely PhysX would represent them does not matter",
     ),
     Unread(
         "PhysxMeshMergeCollisionAPI collection:collisionmeshes*",

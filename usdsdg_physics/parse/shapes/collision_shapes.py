@@ -20,7 +20,7 @@ _Z_TO_AXIS = {
     "Y": np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]], np.float64),
     "Z": np.eye(3),
 }
-# Approximations that keep hollows: of bodies they become convex parts, of static colliders but the first the triangles.
+# Approximations that keep hollows: of solids they become convex parts, of other colliders but the first the triangles.
 _HOLLOW_APPROXIMATIONS = ("convexDecomposition", "sdf", "meshSimplification")
 # Relative difference of scales up to which they are called uniform.
 _UNIFORM = 1e-3
@@ -31,18 +31,21 @@ _LENGTHS = ("size", "radius", "radiusTop", "radiusBottom", "height")
 _Reader = Callable[[Usd.Prim, np.ndarray, HullCache, bool], Shape | None]
 
 
-def read_shapes(prim: Usd.Prim, frame_from_prim: ArrayLike, hulls: HullCache, *, dynamic: bool) -> list[Shape]:
+def read_shapes(
+    prim: Usd.Prim, frame_from_prim: ArrayLike, hulls: HullCache, *, owned: bool, solid: bool
+) -> list[Shape]:
     """Return the collision shapes of a gprim: one, or the convex parts of a mesh; none, with a warning, of other types.
 
     Args:
         frame_from_prim: row-vector 4x4 from the prim's space [stage units] to the body's or the world's frame [m].
-        dynamic: whether a rigid body owns it: its meshes become hulls, where a static collider keeps its triangles.
+        owned: whether a rigid body owns it, so that it may be no unbounded plane.
+        solid: whether a mesh becomes its hull or convex parts, where it would keep its triangles.
     """
     matrix = np.asarray(frame_from_prim, np.float64)
     kind = str(prim.GetTypeName())
     if kind == "Mesh":
-        return _mesh(prim, matrix, hulls, dynamic)
-    shape = _primitive(prim, kind, matrix, hulls, dynamic)
+        return _mesh(prim, matrix, hulls, solid)
+    shape = _primitive(prim, kind, matrix, hulls, owned)
     return [shape] if shape is not None else []
 
 
@@ -57,7 +60,7 @@ def half_thickness(shape: Shape) -> float:
     return min(length for length in shape.size if length > 0.0)
 
 
-def _primitive(prim: Usd.Prim, kind: str, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+def _primitive(prim: Usd.Prim, kind: str, matrix: np.ndarray, hulls: HullCache, owned: bool) -> Shape | None:
     reader = _PRIMITIVES.get(kind)
     if reader is None:
         warn_once(
@@ -71,10 +74,10 @@ def _primitive(prim: Usd.Prim, kind: str, matrix: np.ndarray, hulls: HullCache, 
         if length is not None and not 0.0 < length < np.inf and kind != "Plane":
             warn_once(f"{prim.GetPath()}: {name} is {length:g}, so it does not collide. Set a positive number.")
             return None
-    return reader(prim, matrix, hulls, dynamic)
+    return reader(prim, matrix, hulls, owned)
 
 
-def _cube(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+def _cube(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, owned: bool) -> Shape | None:
     half = float(value(prim, "size", 2.0)) / 2.0
     corners = half * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
     parts = split_scale(matrix)
@@ -84,7 +87,7 @@ def _cube(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -
     return _shape("box", np.abs(scale) * half, rotation, position)
 
 
-def _sphere(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+def _sphere(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, owned: bool) -> Shape | None:
     radius = float(value(prim, "radius", 1.0))
     parts = split_scale(matrix)
     if parts is not None and _uniform(np.abs(parts[0])):
@@ -96,7 +99,7 @@ def _sphere(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool)
 def _axial(kind: ShapeKind, radius_default: float) -> _Reader:
     """Return the reader of a capsule, cylinder or cone."""
 
-    def read(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+    def read(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, owned: bool) -> Shape | None:
         radius = float(value(prim, "radius", radius_default))
         half = float(value(prim, "height", 1.0 if kind == "capsule" else 2.0)) / 2.0
         frame_from_z = _frame_from_z(prim, matrix)
@@ -115,7 +118,7 @@ def _axial(kind: ShapeKind, radius_default: float) -> _Reader:
 def _tapered(kind: ShapeKind) -> _Reader:
     """Return the reader of Cylinder_1 or Capsule_1, which have a radius at either end."""
 
-    def read(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+    def read(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, owned: bool) -> Shape | None:
         default = 0.5 if kind == "capsule" else 1.0
         bottom, top = (float(value(prim, f"radius{end}", default)) for end in ("Bottom", "Top"))
         half = float(value(prim, "height", 1.0 if kind == "capsule" else 2.0)) / 2.0
@@ -131,8 +134,8 @@ def _frame_from_z(prim: Usd.Prim, frame_from_prim: np.ndarray) -> np.ndarray:
     return z_to_axis @ frame_from_prim
 
 
-def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
-    if dynamic:
+def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, owned: bool) -> Shape | None:
+    if owned:
         warn_once(
             f"{prim.GetPath()} is a Plane under a rigid body; planes are unbounded and only collide as static "
             "colliders, so it is ignored. Use a thin Cube."
@@ -149,7 +152,7 @@ def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) 
     return _shape("plane", (0.0, 0.0, 0.0), rotation, position)
 
 
-def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> list[Shape]:
+def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, solid: bool) -> list[Shape]:
     points, triangles = mesh_triangles(prim)
     warn_if_varying(prim, "points")
     if not len(points):
@@ -160,15 +163,17 @@ def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -
         shape = _bounding_box(prim, points, matrix, hulls)
     elif approximation == "boundingSphere":
         shape = _bounding_sphere(points, matrix)
-    elif approximation == "convexDecomposition" or (dynamic and approximation in _HOLLOW_APPROXIMATIONS):
+    elif approximation == "convexDecomposition" or (solid and approximation in _HOLLOW_APPROXIMATIONS):
         return _parts(prim, points, triangles, matrix, hulls, approximation)
     elif approximation not in (*_HOLLOW_APPROXIMATIONS, "none", "convexHull"):
         warn_once(f"{prim.GetPath()}: unknown collision approximation {approximation!r}; a convex hull is used.")
         shape = _hull(prim, points, matrix, hulls)
-    elif approximation != "convexHull" and not dynamic and len(triangles):
+    elif approximation != "convexHull" and not solid and len(triangles):
         shape = _solid_shape("mesh", prim, points, triangles, matrix, hulls)
     else:
         shape = _hull(prim, points, matrix, hulls)
+        if approximation == "none" and solid and len(triangles) and shape is not None:
+            hulls.note_filled(points, triangles, str(prim.GetPath()))
     return [shape] if shape is not None else []
 
 
