@@ -37,6 +37,7 @@ def read_body(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Body:
         locked_position=int(value(prim, "physxRigidBody:lockedPosAxis", 0)) & 7,
         locked_rotation=int(value(prim, "physxRigidBody:lockedRotAxis", 0)) & 7,
         surface=read_surface_velocity(prim, to_frame, units),
+        continuous=bool(value(prim, "physxRigidBody:enableCCD", False)),
     )
 
 

@@ -137,6 +137,7 @@ class Body:
     locked_position: int = 0
     locked_rotation: int = 0
     surface: SurfaceVelocity | None = None
+    continuous: bool = False  # whether it shall pass through nothing, however fast it is
     # No prim with RigidBodyAPI, but a collider that time samples move.
     is_collider: bool = False
     # Kinematic only because a joint of it cannot be simulated.

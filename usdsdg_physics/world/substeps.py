@@ -1,4 +1,4 @@
-"""Substeps of a step: more where joints are, where small bodies touch something, and near triangle meshes."""
+"""Substeps of a step: more where joints are, where small bodies touch something, near meshes, and of fast bodies."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.scene.extents import half_thickness, world_box
 from usdsdg_physics.scene.records import STATIC, Scene
+from usdsdg_physics.world.fast_bodies import FastBodies
 from usdsdg_physics.world.small_bodies import SmallBodies
 
 if TYPE_CHECKING:
@@ -42,8 +43,9 @@ class Substeps:
         self._factor = JOINT_FACTOR if jointed else 1
         self._meshes = TriangleMeshes(scene, shape_index)
         self._small = SmallBodies(scene, model, SUBSTEPS_PER_SECOND)
+        self._fast = FastBodies(scene, model)
         # Whether it matters where bodies are.
-        self.vary = bool(scene.bodies) and bool(self._meshes or self._small)
+        self.vary = bool(scene.bodies) and bool(self._meshes or self._small or self._fast)
 
     def least(self, dt: float) -> int:
         """Return how many substeps a step of `dt` seconds has at least."""
@@ -72,12 +74,15 @@ class Substeps:
             count = ordinary_substeps(dt, rate=more * SUBSTEPS_PER_SECOND)
         if self._meshes:
             count = self._meshes.substeps(dt, poses, velocities, targets, count)
+        if self._fast:
+            count = self._fast.substeps(dt, poses, _with_targets(velocities, poses, targets, dt), count)
         return max(self.least(dt), count)
 
     def set_static_poses(self, poses: Mapping[int, Sequence[float]]) -> None:
         """Note that static colliders were moved, by shape index (7 numbers, world)."""
         self._meshes.set_poses(poses)
         self._small.update_static()
+        self._fast.update_static()
 
     def forget_rest(self) -> None:
         """Note that bodies are let go for another reason than their own motion."""
@@ -142,6 +147,16 @@ class TriangleMeshes:
     def _update_boxes(self) -> None:
         """Compute lower and upper corners (M, 2, 3) of static meshes."""
         self._boxes = np.array([world_box(shape) for shape in self._shapes.values()]).reshape(-1, 2, 3)
+
+
+def _with_targets(
+    velocities: np.ndarray, poses: np.ndarray, targets: Mapping[int, np.ndarray], dt: float
+) -> np.ndarray:
+    """Return velocities (N, 6) with those, linear, of kinematic bodies on their way to `targets`."""
+    found = velocities.copy()
+    for row, pose in targets.items():
+        found[row, :3] = (pose[:3] - poses[row, :3]) / dt
+    return found
 
 
 def _corners(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
