@@ -140,9 +140,9 @@ UNREAD: tuple[Unread, ...] = (
     # rigid bodies
     Unread(
         "physxRigidBody:enableSpeculativeCCD physxScene:enableCCD",
-        "contacts are found within the contact offset of where bodies are 120 times a second, near triangle meshes up to "
-        "480 times: what travels farther than that offset and half of its thickness meanwhile may pass through a wall. "
-        "Set physxRigidBody:enableCCD on the body, which finds what is on its way, or take more steps per second",
+        "contacts are found within the contact offset of where bodies are 120 times a second, near triangle meshes up "
+        "to 480 times: what travels farther than that offset and half of its thickness meanwhile may pass through a "
+        "wall. Set physxRigidBody:enableCCD on the body, which finds what is on its way, or take more steps per second",
     ),
     Unread(
         "physxRigidBody:solverPositionIterationCount physxRigidBody:solverVelocityIterationCount "

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.geometry.fans import Fans, fans
 from usdsdg.stage.time_code import current_value
 from usdsdg_physics.parse.attributes import value, warn_if_varying
 from usdsdg_physics.parse.shapes.convex_decomposition import Splitting
@@ -156,7 +157,7 @@ def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, solid: bool) -> 
     points, triangles = mesh_triangles(prim)
     warn_if_varying(prim, "points")
     if not len(points):
-        warn_once(f"{prim.GetPath()} has CollisionAPI but no points, so it does not collide.")
+        warn_once(f"{prim.GetPath()} has CollisionAPI but no points, or only holes, so it does not collide.")
         return []
     approximation = str(value(prim, "physics:approximation", "none"))
     if approximation == "boundingCube":
@@ -209,30 +210,45 @@ def _parts(
 def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
     """Return the used points (N, 3) float32 and the triangles (F, 3) int32 of a mesh; polygons become fans.
 
-    Triangles at points that are not finite are left out, with a warning.
+    Faces that are holes are left out, as in images; those that name points which do not exist, and triangles at points
+    that are not finite, with a warning. All points are returned where no face can be used, none where all are holes.
     """
     mesh = UsdGeom.Mesh(prim)
     points = np.asarray(current_value(mesh.GetPointsAttr()) or [], np.float32).reshape(-1, 3)
-    counts = np.asarray(current_value(mesh.GetFaceVertexCountsAttr()) or [], np.int64)
-    corners = np.asarray(current_value(mesh.GetFaceVertexIndicesAttr()) or [], np.int64)
-    if not len(corners) or counts.sum() != len(corners) or corners.max() >= len(points) or corners.min() < 0:
-        return points, np.zeros((0, 3), np.int32)
-    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    fans = np.maximum(counts - 2, 0)
-    first = np.repeat(starts, fans)
-    step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
-    triangles = np.stack([corners[first], corners[first + step + 1], corners[first + step + 2]], axis=1)
+    counts, indices, holes = (
+        np.asarray(current_value(attribute) or [], np.int64)
+        for attribute in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr(), mesh.GetHoleIndicesAttr())
+    )
+    found = fans(points, counts, indices, holes)
+    _warn_of_faces(prim, found, int(np.maximum(counts, 0).sum()), len(indices), points)
+    if not len(found.triangles):
+        return points[: 0 if found.holes else len(points)], np.zeros((0, 3), np.int32)
+    triangles = found.triangles
     if current_value(mesh.GetOrientationAttr()) == UsdGeom.Tokens.leftHanded:
         triangles = triangles[:, ::-1]
-    finite = np.asarray(np.isfinite(points).all(axis=1))
-    if not finite.all():
-        triangles = triangles[finite[triangles].all(axis=1)]
-        warn_once(
-            f"{prim.GetPath()}: {(~finite).sum()} of its points are not finite, and nothing collides with it there."
-        )
     used = np.zeros(len(points), bool)
     used[triangles] = True
     return points[used], (np.cumsum(used) - 1)[triangles].astype(np.int32)
+
+
+def _warn_of_faces(prim: Usd.Prim, found: Fans, total: int, given: int, points: np.ndarray) -> None:
+    """Warn of faces that a mesh names in vain; `total` vertices of faces, and so many indices `given`."""
+    path, finite = prim.GetPath(), np.isfinite(points).all(axis=1)
+    if found.beyond or total < given:
+        rest = f"so {found.beyond} of its faces do not collide" if found.beyond else "of which the rest is not used"
+        warn_once(
+            f"{path}: faceVertexCounts sum to {total}, but faceVertexIndices has {given} entries, {rest}. Make the "
+            "counts sum to its length."
+        )
+    if found.outside:
+        warn_once(
+            f"{path}: {found.outside} of its faces name points outside 0..{len(points) - 1} and do not collide. "
+            "Correct faceVertexIndices."
+        )
+    if (found.beyond or found.outside) and not len(found.triangles) and not found.holes:
+        warn_once(f"{path}: none of its faces can be used, so the convex hull of its points collides.")
+    if not finite.all():
+        warn_once(f"{path}: {(~finite).sum()} of its points are not finite, and nothing collides with it there.")
 
 
 def _bounding_box(prim: Usd.Prim, points: np.ndarray, matrix: np.ndarray, hulls: HullCache) -> Shape | None:
