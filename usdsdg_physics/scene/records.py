@@ -26,7 +26,8 @@ class Solid:
     """Triangles of a convex hull or mesh before any scale, in the stage units of the mesh.
 
     `volume`, `centroid` and `covariance` (integral of p pᵀ over the volume about the origin) belong to the closed
-    surface, so that mass properties follow any linear map without another pass over the triangles.
+    surface, or to the round shape that a hull stands for, so that mass properties follow any linear map without another
+    pass over the triangles.
     """
 
     key: str  # digest of the triangles; equal keys mean equal solids

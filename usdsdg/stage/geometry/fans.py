@@ -42,7 +42,7 @@ def fans(points: np.ndarray, counts: np.ndarray, indices: np.ndarray, holes: np.
     first = np.repeat(starts[faces], sides)
     step = np.arange(sides.sum()) - np.repeat(np.cumsum(sides) - sides, sides)
     triangles = indices[np.stack([first, first + step + 1, first + step + 2], axis=1)].astype(np.int64)
-    finite = np.isfinite(points).all(axis=1)
+    finite = np.asarray(np.isfinite(points).all(axis=1))
     kept = finite[triangles].all(axis=1)
     return Fans(
         triangles[kept],

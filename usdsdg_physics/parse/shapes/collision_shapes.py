@@ -1,6 +1,7 @@
 """Read the collision shapes of gprims: primitives, convex hulls and triangle meshes."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +15,7 @@ from usdsdg_physics.parse.shapes.convex_decomposition import Splitting
 from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
 from usdsdg_physics.scene.records import Shape, ShapeKind, Solid
 from usdsdg_physics.scene.rigid_frames import rotation_quat, split_scale
+from usdsdg_physics.scene.volume_integrals import VolumeIntegrals, of_primitive
 
 # Rotations of +Z onto the axis of a gprim (row vectors, determinant one).
 _Z_TO_AXIS = {
@@ -94,7 +96,7 @@ def _sphere(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, owned: bool) -
     if parts is not None and _uniform(np.abs(parts[0])):
         scale, rotation, position = parts
         return _shape("sphere", (np.abs(scale).mean() * radius, 0.0, 0.0), rotation, position)
-    return _hull(prim, radius * _sphere_points(), matrix, hulls)
+    return _hull(prim, radius * _sphere_points(), matrix, hulls, of_primitive("sphere", (radius, 0.0, 0.0)))
 
 
 def _axial(kind: ShapeKind, radius_default: float) -> _Reader:
@@ -111,7 +113,8 @@ def _axial(kind: ShapeKind, radius_default: float) -> _Reader:
             circular = _uniform(size) if kind == "capsule" else _uniform(size[:2])
             if circular:
                 return _shape(kind, (size[:2].mean() * radius, size[2] * half, 0.0), rotation, position)
-        return _hull(prim, _primitive_points(kind, radius, radius, half), frame_from_z, hulls)
+        integrals = of_primitive(kind, (radius, half, 0.0))
+        return _hull(prim, _primitive_points(kind, radius, radius, half), frame_from_z, hulls, integrals)
 
     return read
 
@@ -270,8 +273,15 @@ def _bounding_sphere(points: np.ndarray, matrix: np.ndarray) -> Shape:
     return _shape("sphere", (radius, 0.0, 0.0), np.eye(3), middle)
 
 
-def _hull(prim: Usd.Prim, points: np.ndarray, matrix: np.ndarray, hulls: HullCache) -> Shape | None:
-    return _solid_shape("hull", prim, points, None, matrix, hulls)
+def _hull(
+    prim: Usd.Prim,
+    points: np.ndarray,
+    matrix: np.ndarray,
+    hulls: HullCache,
+    integrals: VolumeIntegrals | None = None,
+) -> Shape | None:
+    """Return the hull of points; with `integrals` it has the mass of the round shape that it stands for."""
+    return _solid_shape("hull", prim, points, None, matrix, hulls, integrals)
 
 
 def _solid_shape(
@@ -281,6 +291,7 @@ def _solid_shape(
     triangles: np.ndarray | None,
     matrix: np.ndarray,
     hulls: HullCache,
+    integrals: VolumeIntegrals | None = None,
 ) -> Shape | None:
     """Return a hull or mesh whose solid all prims with these points share; shear is baked into its points."""
     if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
@@ -291,6 +302,7 @@ def _solid_shape(
         points = points.astype(np.float64) @ matrix[:3, :3]
         if triangles is not None and np.linalg.det(matrix[:3, :3]) < 0:
             triangles = triangles[:, ::-1]
+        integrals = integrals.mapped(matrix[:3, :3]) if integrals else None
         parts = np.ones(3), np.eye(3), matrix[3, :3]
     scale, rotation, position = parts
     try:
@@ -299,6 +311,8 @@ def _solid_shape(
     except ValueError as reason:
         warn_once(f"{prim.GetPath()} does not collide: {reason}. Repair its points.")
         return None
+    if integrals is not None:
+        solid = replace(solid, key=f"{solid.key} round", **integrals._asdict())
     return _shape(kind, scale, rotation, position, solid)
 
 
