@@ -64,6 +64,17 @@ def test_contact_events_name_their_colliders_and_carry_impulses(stage):
     assert len(heard) == count
 
 
+def test_contacts_without_a_material_print_nothing(stage, capfd):
+    _simulate(1)
+    capfd.readouterr()
+    heard = []
+    held = get_physx_simulation_interface().subscribe_contact_report_events(lambda *event: heard.append(event))
+    _simulate(2)
+    held.unsubscribe()
+    assert {(point.material0, point.material1) for _, points in heard for point in points} == {(0, 0)}
+    assert capfd.readouterr().err == ""
+
+
 def test_contact_events_of_isaac_sim_6_have_friction_anchors(stage):
     heard = []
     held = core.get_physics_simulation_interface().subscribe_physics_contact_report_events(

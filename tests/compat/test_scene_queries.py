@@ -65,6 +65,15 @@ def test_core_reports_hits_nearest_first_with_encoded_paths(scene):
     assert queries.raycast_closest(TOP, (0.0, 0.0, 1.0), 20.0, False)[0] is False
 
 
+def test_faces_are_numbered_as_on_the_mesh_where_some_do_not_collide(scene):
+    floor = UsdGeom.Mesh(scene.GetPrimAtPath("/World/floor"))
+    assert get_physics_scene_query_interface().raycast_closest((1.0, 0.0, 10.0), DOWN, 20.0, False)[1].face_index == 1
+    floor.CreateHoleIndicesAttr([0])
+    queries = get_physics_scene_query_interface()
+    assert queries.raycast_closest((1.0, 0.0, 10.0), DOWN, 20.0, False)[1].face_index == 1
+    assert queries.raycast_closest((-1.0, 3.0, 10.0), DOWN, 20.0, False)[0] is False
+
+
 def test_the_back_of_a_mesh_is_hit_with_both_sides(scene):
     queries = get_physics_scene_query_interface()
     below, up = (3.0, 3.0, -2.0), (0.0, 0.0, 1.0)

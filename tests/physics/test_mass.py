@@ -68,6 +68,44 @@ def test_hull_mass_follows_scale_and_rotation():
     assert hull.center == pytest.approx(np.zeros(3), abs=1e-6)
 
 
+@pytest.mark.parametrize("kind", ["Sphere", "Capsule", "Cylinder", "Cone"])
+@pytest.mark.parametrize("shear", [False, True])
+def test_a_round_shape_that_is_scaled_unevenly_has_its_own_mass(kind, shear):
+    """2e6 random points say what is inside; its hull has a tenth less volume."""
+    stage = new_stage()
+    path, scale = "/World/round", np.array([1.0, 1.5, 2.5])
+    if shear:
+        UsdGeom.Xform.Define(stage, "/World/squeezed").AddScaleOp().Set(Gf.Vec3f(*map(float, scale)))
+        path = "/World/squeezed/round"
+        prim = add(stage, path, kind, rotate=(20, 30, 40), scale=(0.3, 0.3, 0.3), body=False)
+        UsdPhysics.RigidBodyAPI.Apply(stage.GetPrimAtPath("/World/squeezed"))
+    else:
+        prim = add(stage, path, kind, scale=tuple(0.3 * scale))
+    size = {"Sphere": (1.0, 0.0, 0.0), "Capsule": (0.5, 0.5, 0.0)}.get(kind, (1.0, 1.0, 0.0))
+    points = np.random.default_rng(1).uniform(-1.01, 1.01, (2_000_000, 3))
+    inside = points[_inside(kind.lower(), size, points)]
+    matrix = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim))[:3, :3]
+    placed = inside @ matrix
+    mass = 1000 * 2.02**3 * len(inside) / len(points) * np.linalg.det(matrix)
+    center = placed.mean(axis=0)
+    spread = (placed - center).T @ (placed - center) / len(inside)
+    found = _properties(stage, "/World/squeezed" if shear else path)
+    assert found.mass == pytest.approx(mass, rel=0.01)
+    assert found.center == pytest.approx(center, abs=5e-3)
+    inertia = mass * (np.trace(spread) * np.eye(3) - spread)
+    assert found.inertia == pytest.approx(inertia, abs=0.01 * np.trace(inertia))
+
+
+def test_the_mass_of_an_ellipsoid_is_in_closed_form():
+    stage = new_stage()
+    add(stage, "/World/egg", "Sphere", scale=(0.1, 0.1, 0.3))
+    found = _properties(stage, "/World/egg")
+    mass = 1000 * 4 / 3 * np.pi * 0.1 * 0.1 * 0.3
+    assert found.mass == pytest.approx(mass, rel=1e-6)
+    moments = [0.1**2 + 0.3**2, 0.1**2 + 0.3**2, 2 * 0.1**2]
+    assert found.inertia == pytest.approx(np.diag(moments) * mass / 5, rel=1e-6)
+
+
 def test_compound_body_shifts_its_center():
     """A 1 kg and a 3 kg cube 4 m apart: the center is 1 m from the heavy one."""
     stage = new_stage()

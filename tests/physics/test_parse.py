@@ -183,6 +183,112 @@ def test_mesh_approximations(approximation, dynamic, kind):
         assert shape.size[0] == pytest.approx(np.sqrt(14))
 
 
+def _square(stage, *, holes=(), counts=(3, 3), indices=(0, 1, 2, 0, 2, 3)):
+    """A square of two triangles at z = 0 that faces up, x > y and x < y."""
+    points = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float)
+    square = mesh(stage, "/World/square", points, np.array([[0, 1, 2]]))
+    square.GetFaceVertexCountsAttr().Set(list(counts))
+    square.GetFaceVertexIndicesAttr().Set(list(indices))
+    square.CreateHoleIndicesAttr(list(holes))
+    collide(square.GetPrim(), approximation="none")
+    return square
+
+
+def test_nothing_collides_with_a_hole():
+    stage = new_stage()
+    square = _square(stage, holes=[0])
+    through, held = add(stage, "/World/through", at=(0.5, -0.5, 0.2)), add(stage, "/World/held", at=(-0.5, 0.5, 0.2))
+    engine = playing(stage)
+    hit = engine.raycast((-0.5, 0.5, 5), (0, 0, -1), 9)
+    assert hit.collision == "/World/held"
+    assert engine.raycast((0.8, -0.2, 5), (0, 0, -1), 9) is None
+    engine.advance(1.0)
+    assert position(through)[2] < -1
+    assert position(held)[2] == pytest.approx(0.1, abs=2e-3)
+    # Both are holes, and then none is.
+    square.GetHoleIndicesAttr().Set([0, 1])
+    with pytest.warns(errors.UsdsdgWarning, match="/World/square has CollisionAPI but no points, or only holes"):
+        engine.advance(0.5)
+    assert position(held)[2] < -0.5
+    through.GetAttribute("xformOp:translate").Set(Gf.Vec3d(0.5, -0.5, 0.2))
+    through.GetAttribute("physics:velocity").Set(Gf.Vec3f(0))
+    square.GetHoleIndicesAttr().Set([])
+    engine.advance(1.0)
+    assert position(through)[2] == pytest.approx(0.1, abs=2e-3)
+    errors.forget_warnings()
+
+
+@pytest.mark.parametrize(
+    ("counts", "indices", "words"),
+    [
+        ((3, 3), (0, 1, 7, 0, 2, 3), "1 of its faces name points outside 0..3 and do not collide"),
+        ((3, 3), (0, -1, 2, 0, 2, 3), "1 of its faces name points outside 0..3 and do not collide"),
+        ((3, 3, 3), (0, 2, 3), "sum to 9, but faceVertexIndices has 3 entries, so 2 of its faces do not collide"),
+        ((3,), (0, 2, 3, 0, 1, 2), "sum to 3, but faceVertexIndices has 6 entries, of which the rest is not used"),
+    ],
+)
+def test_faces_that_cannot_be_used_are_named_and_the_others_collide(counts, indices, words):
+    errors.forget_warnings()
+    stage = new_stage()
+    _square(stage, counts=counts, indices=indices)
+    through, held = add(stage, "/World/through", at=(0.5, -0.5, 0.2)), add(stage, "/World/held", at=(-0.5, 0.5, 0.2))
+    with pytest.warns(errors.UsdsdgWarning, match=f"/World/square: .*{words}"):
+        playing(stage).advance(1.0)
+    assert position(through)[2] < -1
+    assert position(held)[2] == pytest.approx(0.1, abs=2e-3)
+    errors.forget_warnings()
+
+
+def test_a_mesh_without_a_face_that_can_be_used_collides_as_the_hull_of_its_points():
+    errors.forget_warnings()
+    stage = new_stage()
+    _square(stage, counts=(3,), indices=(5, 6, 7))
+    with pytest.warns(errors.UsdsdgWarning, match="/World/square: none of its faces can be used, so the convex hull"):
+        assert _parse(stage).colliders["/World/square"].shape.kind == "hull"
+    errors.forget_warnings()
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "counts"),
+    [
+        ("staticFriction", -0.5, 0.0),
+        ("dynamicFriction", -0.5, 0.0),
+        ("dynamicFriction", float("nan"), 0.0),
+        ("dynamicFriction", float("inf"), 1e6),
+        ("restitution", -1.0, 0.0),
+        ("restitution", 1.5, 1.0),
+        ("restitution", float("nan"), 0.0),
+        ("density", -3.0, None),
+        ("density", float("nan"), None),
+    ],
+)
+def test_coefficients_that_nothing_has_are_named_once(name, given, counts, recwarn):
+    errors.forget_warnings()
+    stage = new_stage()
+    material = physics_material(stage, "/Materials/odd", friction=0.0)
+    UsdPhysics.MaterialAPI(material).CreateDensityAttr(0.0)
+    material.GetPrim().GetAttribute(f"physics:{name}").Set(given)
+    for index in range(3):
+        add(stage, f"/World/box{index}", body=False, material=material)
+    found = _parse(stage).colliders["/World/box2"].material
+    field = {"staticFriction": "static_friction", "dynamicFriction": "friction"}.get(name, name)
+    assert getattr(found, field) == (counts or 0.0)
+    (message,) = [str(warning.message) for warning in recwarn]
+    used = "not given" if counts is None else f"{counts:g}"
+    assert message.startswith(f"/Materials/odd: physics:{name} is {given:g}, so it counts as {used}")
+    playing(stage).advance(1 / 60)
+    errors.forget_warnings()
+
+
+@pytest.mark.parametrize("restitution", [0.0, 1.0])
+def test_coefficients_at_their_limits_are_not_named(restitution, recwarn):
+    stage = new_stage()
+    material = physics_material(stage, "/Materials/usual", friction=1.7, restitution=restitution)
+    add(stage, "/World/box", body=False, material=material)
+    _parse(stage)
+    assert not recwarn.list
+
+
 def test_hull_of_many_points_is_capped_and_close():
     points = np.random.default_rng(0).normal(size=(5000, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]

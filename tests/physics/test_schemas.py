@@ -207,6 +207,7 @@ _OTHER = {
     "physxRigidBody:sleepThreshold": ("/World/box", 0.3),
     "physxRigidBody:lockedPosAxis": ("/World/box", 3),
     "physxRigidBody:lockedRotAxis": ("/World/box", 3),
+    "physxRigidBody:enableCCD": ("/World/box", True),
     "physxForce:force": ("/World/box", Gf.Vec3f(1, 2, 3)),
     "physxForce:torque": ("/World/box", Gf.Vec3f(1, 2, 3)),
     "physxForce:mode": ("/World/box", "force"),

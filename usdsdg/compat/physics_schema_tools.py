@@ -44,8 +44,9 @@ class PathIds:
 
 
 def sdfPathToInt(path: Sdf.Path | str) -> int:
-    """Return an integer for a path; `intToSdfPath` gives the path back in the same process."""
-    return current().path_ids.of(Sdf.Path(str(path)))
+    """Return an integer for a path, 0 for an empty one; `intToSdfPath` gives the path back in the same process."""
+    # USD prints a warning of a path that is made of an empty string.
+    return current().path_ids.of(Sdf.Path(str(path)) if str(path) else Sdf.Path())
 
 
 def intToSdfPath(intPath: int) -> Sdf.Path:

@@ -10,16 +10,15 @@ from usdsdg.stage.changes import Changes
 from usdsdg.stage.physics.instances import split_instance
 from usdsdg.stage.time_code import is_sampled
 from usdsdg_physics.edits.subtrees import SubtreeReader, nearly_equal, same_geometry
-from usdsdg_physics.parse.attributes import value
+from usdsdg_physics.parse.attributes import COLLISION, has_api, value
 from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
 from usdsdg_physics.parse.body_transforms import BodyXformCache
-from usdsdg_physics.parse.colliders import frame_from_prim
+from usdsdg_physics.parse.colliders import collider_shapes, frame_from_prim
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.joints import read_joint
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.point_instancers import read_instances
 from usdsdg_physics.parse.scene import read_gravity
-from usdsdg_physics.parse.shapes.collision_shapes import read_shapes
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.parse.unread import warn_unread
@@ -52,7 +51,7 @@ _JOINT_PREFIXES = ("physics:", "physx", "drive:", "limit:", "state:")
 _REBUILD_PREFIXES = ("physics:", "physxRigidBody:", "physxCollision:", "physxConvex", "material:binding:physics")
 _SHAPE_ATTRIBUTES = frozenset(
     {"size", "radius", "radiusTop", "radiusBottom", "height", "width", "length", "axis"}
-    | {"points", "faceVertexIndices", "faceVertexCounts", "orientation"}
+    | {"points", "faceVertexIndices", "faceVertexCounts", "holeIndices", "orientation"}
 )
 _INSTANCE_POSES = frozenset({"positions", "orientations", "orientationsf"})
 _INSTANCE_VELOCITIES = frozenset({"velocities", "angularVelocities"})
@@ -176,13 +175,19 @@ class EditReader:
             edits.rebuild |= bool(others & _SHAPE_ATTRIBUTES)
         else:
             edits.rebuild |= any(name.startswith((*_NEW_PRIM_PREFIXES, "material:binding:physics")) for name in names)
+            edits.rebuild |= self._may_have_shape(path, names)
+
+    def _may_have_shape(self, path: str, names: set[str]) -> bool:
+        """Return whether a collider has another shape now, or one where it had none."""
+        prim = self._stage.GetPrimAtPath(path) if names & _SHAPE_ATTRIBUTES else None
+        return bool(prim) and has_api(prim, COLLISION)
 
     def _read_body_or_collider(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
         prim = self._stage.GetPrimAtPath(path)
         body, collider = self._scene.bodies.get(path), self._scene.colliders.get(path)
         others = names - _VELOCITIES - _LIVE_BODY_ATTRIBUTES - {_COLLISION_ENABLED, _STARTS_ASLEEP}
         edits.rebuild |= any(name.startswith(_REBUILD_PREFIXES) for name in others)
-        edits.rebuild |= collider is not None and bool(others & _SHAPE_ATTRIBUTES)
+        edits.rebuild |= self._may_have_shape(path, others)
         if collider is not None and _COLLISION_ENABLED in names:
             enabled = bool(value(prim, _COLLISION_ENABLED, True))
             for part in self._subtrees.parts_of(path):
@@ -269,8 +274,7 @@ class EditReader:
             return
         owner = self._stage.GetPrimAtPath(collider.body) if collider.body != STATIC else None
         to_frame = frame_from_prim(prim, owner, cache, self._units)
-        solid = owner is not None or (collider.trigger and prim.IsA(UsdGeom.Mesh))
-        shapes = read_shapes(prim, to_frame, self._hulls, dynamic=solid)
+        shapes = collider_shapes(prim, owner, to_frame, self._hulls)
         for part, shape in zip(self._subtrees.parts_of(collider.path), shapes):
             before = edits.colliders.get(part, self._scene.colliders[part])
             edits.rebuild |= not same_geometry(shape, before.shape)

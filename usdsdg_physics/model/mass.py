@@ -11,7 +11,9 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.physics.instances import whole
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.shapes.convex_hulls import inertia_from_covariance
+from usdsdg_physics.parse.shapes.convex_pieces import is_closed
 from usdsdg_physics.scene.records import Body, Collider, MassSpec, Shape
+from usdsdg_physics.scene.volume_integrals import of_primitive
 
 DEFAULT_DENSITY = 1000.0  # kg/m³, that of water, as in PhysX
 # kg; the solver's regularization lets what weighs ten times as much sink millimeters into a floor, and what weighs a
@@ -31,8 +33,9 @@ class MassProperties:
 def body_mass(body: Body, colliders: Sequence[Collider]) -> MassProperties:
     """Return the mass properties of a body from its colliders, its own density, mass and inertia overriding theirs.
 
-    Disabled colliders count too: switching a collider off does not make a body lighter. Triggers do not. A body
-    without colliders has 1 kg unless its MassAPI says otherwise. More than `MOST_MASS` counts as that, with a warning.
+    Disabled colliders count too: switching a collider off does not make a body lighter. Triggers do not, and neither do
+    triangle meshes that are not closed. A body without any that count has 1 kg unless its MassAPI says otherwise. More
+    than `MOST_MASS` counts as that, with a warning.
     The arrays are read-only.
     """
     found = _mass_of(body.mass, tuple(colliders))
@@ -101,39 +104,19 @@ def volume_integrals(shape: Shape) -> tuple[float, np.ndarray, np.ndarray]:
 
 
 def _local_integrals(shape: Shape) -> tuple[float, np.ndarray, np.ndarray]:
-    a, b, c = shape.size
-    if shape.kind == "hull":
+    if shape.kind in ("hull", "mesh"):
         assert shape.solid is not None
+        if shape.kind == "mesh" and not is_closed(shape.solid.triangles):
+            return 0.0, np.zeros(3), np.zeros((3, 3))
         scale = np.asarray(shape.size)
-        volume_scale = abs(float(scale.prod()))
+        # Faces that look inward enclose the same solid.
+        volume_scale = float(np.copysign(scale.prod(), shape.solid.volume))
         return (
             shape.solid.volume * volume_scale,
             shape.solid.centroid * scale,
             shape.solid.covariance * np.outer(scale, scale) * volume_scale,
         )
-    if shape.kind == "box":
-        return _symmetric(8.0 * a * b * c, a * a / 3.0, b * b / 3.0, c * c / 3.0)
-    if shape.kind == "sphere":
-        return _symmetric(4.0 / 3.0 * np.pi * a**3, a * a / 5.0, a * a / 5.0, a * a / 5.0)
-    if shape.kind == "cylinder":
-        return _symmetric(2.0 * np.pi * a * a * b, a * a / 4.0, a * a / 4.0, b * b / 3.0)
-    if shape.kind == "capsule":
-        barrel, caps = 2.0 * np.pi * a * a * b, 4.0 / 3.0 * np.pi * a**3
-        across = barrel * a * a / 4.0 + caps * a * a / 5.0
-        along = barrel * b * b / 3.0 + caps * (a * a / 5.0 + b * b + 0.75 * a * b)
-        volume = barrel + caps
-        return _symmetric(volume, across / volume, across / volume, along / volume)
-    if shape.kind == "cone":
-        height = 2.0 * b
-        volume = np.pi * a * a * height / 3.0
-        center = np.array([0.0, 0.0, -height / 4.0])
-        central = volume * np.diag([3.0 * a * a / 20.0, 3.0 * a * a / 20.0, 3.0 * height * height / 80.0])
-        return volume, center, central + volume * np.outer(center, center)
-    return 0.0, np.zeros(3), np.zeros((3, 3))
-
-
-def _symmetric(volume: float, xx: float, yy: float, zz: float) -> tuple[float, np.ndarray, np.ndarray]:
-    return volume, np.zeros(3), volume * np.diag([xx, yy, zz])
+    return of_primitive(shape.kind, shape.size)
 
 
 def _inertia_about(part: MassProperties, center: np.ndarray) -> np.ndarray:

@@ -53,6 +53,14 @@ def finite(number: Any, default: float) -> float:
     return default if number is None or not math.isfinite(number) else float(number)
 
 
+def positive(prim: Usd.Prim, name: str) -> float:
+    """Return a mass or density, 0 for none; name one that nothing can have."""
+    number = value(prim, name, 0.0)
+    if number is not None and (number != number or -math.inf < number < 0.0):
+        warn_once(f"{prim.GetPath()}: {name} is {number:g}, so it counts as not given. Set a positive number, or 0.")
+    return max(0.0, finite(number, 0.0))
+
+
 def has_api(prim: Usd.Prim, name: str) -> bool:
     """Return whether an applied schema of this name is listed, registered or not."""
     return name in prim.GetAppliedSchemas()

@@ -4,7 +4,16 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import warn_once
-from usdsdg_physics.parse.attributes import MASS, SURFACE_VELOCITY, authored, finite, has_api, value, written_value
+from usdsdg_physics.parse.attributes import (
+    MASS,
+    SURFACE_VELOCITY,
+    authored,
+    finite,
+    has_api,
+    positive,
+    value,
+    written_value,
+)
 from usdsdg_physics.parse.units import Units, scaled_vector
 from usdsdg_physics.scene.records import Body, MassSpec, SurfaceVelocity, Vec3
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
@@ -37,6 +46,7 @@ def read_body(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Body:
         locked_position=int(value(prim, "physxRigidBody:lockedPosAxis", 0)) & 7,
         locked_rotation=int(value(prim, "physxRigidBody:lockedRotAxis", 0)) & 7,
         surface=read_surface_velocity(prim, to_frame, units),
+        continuous=bool(value(prim, "physxRigidBody:enableCCD", False)),
     )
 
 
@@ -92,20 +102,12 @@ def read_mass(prim: Usd.Prim, units: Units, to_frame: np.ndarray) -> MassSpec:
     if axes and not 0.0 < axes.GetLength() < np.inf:
         axes = None
     return MassSpec(
-        mass=_positive(prim, "physics:mass") * units.kilograms,
-        density=_positive(prim, "physics:density") * units.density,
+        mass=positive(prim, "physics:mass") * units.kilograms,
+        density=positive(prim, "physics:density") * units.density,
         center_of_mass=tuple((np.append(center, 1.0) @ to_frame)[:3].tolist()) if center is not None else None,
         diagonal_inertia=scaled_vector(inertia, units.inertia) if inertia is not None and any(inertia) else None,
         principal_axes=(*axes.GetImaginary(), axes.GetReal()) if axes else (0.0, 0.0, 0.0, 1.0),
     )
-
-
-def _positive(prim: Usd.Prim, name: str) -> float:
-    """Return a mass or density, 0 for none; name one that nothing can have."""
-    number = value(prim, name, 0.0)
-    if number is not None and (number != number or -np.inf < number < 0.0):
-        warn_once(f"{prim.GetPath()}: {name} is {number:g}, so it counts as not given. Set a positive number, or 0.")
-    return max(0.0, finite(number, 0.0))
 
 
 def _sleep_threshold(prim: Usd.Prim, units: Units) -> float:

@@ -33,23 +33,20 @@ def read_collider(
         owner: the rigid body that owns the collider, None for a static collider.
     """
     to_frame = frame_from_prim(prim, owner, cache, units)
-    found = colliders_in_frame(prim, to_frame, material, units, hulls, solid=owner is not None, is_body=prim == owner)
+    found = colliders_in_frame(prim, to_frame, material, units, hulls, owner=owner)
     return [replace(collider, body=str(owner.GetPath())) for collider in found] if owner else found
 
 
 def read_moving_collider(
     prim: Usd.Prim, material: Material, cache: UsdGeom.XformCache, units: Units, hulls: HullCache
 ) -> tuple[Body, list[Collider]]:
-    """Read a collider without a body as that of a kinematic body at the same path.
-
-    Its mesh keeps its triangles, as that of a static collider does.
-    """
+    """Read a collider without a body as that of a kinematic body at the same path."""
     matrix, path = np.array(cache.GetLocalToWorldTransform(prim)), str(prim.GetPath())
     constant = body_from_prim(matrix, units.meters)
     pose = rigid_pose(matrix, units.meters)
     rows = tuple(tuple(row) for row in constant.tolist())
     body = Body(path=path, pose=tuple(pose.tolist()), body_from_prim=rows, kinematic=True, is_collider=True)
-    found = colliders_in_frame(prim, constant, material, units, hulls, solid=False, is_body=False)
+    found = colliders_in_frame(prim, constant, material, units, hulls, owner=None)
     return body, [replace(collider, body=path) for collider in found]
 
 
@@ -60,19 +57,15 @@ def colliders_in_frame(
     units: Units,
     hulls: HullCache,
     *,
-    solid: bool,
-    is_body: bool,
+    owner: Usd.Prim | None,
 ) -> list[Collider]:
     """Read a prim with CollisionAPI into a frame, as a static collider or convex parts; none without a shape.
 
     Args:
         to_frame: row-vector 4x4 from the prim's space [stage units] to the frame [m].
-        solid: whether a rigid body owns it, so that its mesh becomes a solid.
-        is_body: whether the prim itself is the body, whose mass is not the collider's.
+        owner: the rigid body that owns the collider. Where it is the prim itself, its mass is not the collider's.
     """
-    trigger = has_api(prim, TRIGGER) or has_api(prim, TRIGGER_STATE)
-    # Like a body's, a trigger's mesh is a solid: what is within it is inside.
-    shapes = read_shapes(prim, to_frame, hulls, dynamic=solid or (trigger and prim.IsA(UsdGeom.Mesh)))
+    shapes = collider_shapes(prim, owner, to_frame, hulls)
     if not shapes:
         return []
     margin = _rest_offset(prim, shapes[0], units)
@@ -85,11 +78,26 @@ def colliders_in_frame(
         enabled=bool(value(prim, "physics:collisionEnabled", True)),
         gap=max(offset - margin, 0.0) if offset >= 0.0 else DEFAULT_GAP,
         margin=margin,
-        mass=MassSpec() if is_body else read_mass(prim, units, to_frame),
-        trigger=trigger,
+        mass=MassSpec() if prim == owner else read_mass(prim, units, to_frame),
+        trigger=_is_trigger(prim),
         parts=len(shapes),
     )
     return [replace(collider, path=part_name(collider.path, part), shape=shape) for part, shape in enumerate(shapes)]
+
+
+def collider_shapes(prim: Usd.Prim, owner: Usd.Prim | None, to_frame: np.ndarray, hulls: HullCache) -> list[Shape]:
+    """Return the shapes of a collider in the frame of `to_frame`, as of `colliders_in_frame`.
+
+    As in PhysX, triangles collide where nothing but users moves them: meshes of bodies that are not kinematic are
+    solids. Those of triggers are, too: what is within them is inside.
+    """
+    owned = owner is not None
+    solid = _is_trigger(prim) or (owned and not value(owner, "physics:kinematicEnabled", False))
+    return read_shapes(prim, to_frame, hulls, owned=owned, solid=solid)
+
+
+def _is_trigger(prim: Usd.Prim) -> bool:
+    return has_api(prim, TRIGGER) or has_api(prim, TRIGGER_STATE)
 
 
 def _rest_offset(prim: Usd.Prim, shape: Shape, units: Units) -> float:

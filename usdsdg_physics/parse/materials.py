@@ -3,9 +3,12 @@
 from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.errors import warn_once
-from usdsdg_physics.parse.attributes import has_api, value
+from usdsdg_physics.parse.attributes import has_api, positive, value
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.scene.records import COMBINE_MODES, CombineMode, Material
+
+# What slides on a surface with this friction stops at once; an infinite one cannot be averaged.
+MOST_FRICTION = 1e6
 
 
 def bound_materials(prims: list[Usd.Prim], units: Units) -> list[Material]:
@@ -27,18 +30,29 @@ def bound_materials(prims: list[Usd.Prim], units: Units) -> list[Material]:
 
 
 def _read_material(prim: Usd.Prim, units: Units) -> Material:
-    static = float(value(prim, "physics:staticFriction", 0.0))
-    dynamic = float(value(prim, "physics:dynamicFriction", 0.0))
+    static = _coefficient(prim, "physics:staticFriction", MOST_FRICTION)
+    dynamic = _coefficient(prim, "physics:dynamicFriction", MOST_FRICTION)
     return Material(
         path=str(prim.GetPath()),
-        friction=max(0.0, dynamic),
-        restitution=min(1.0, max(0.0, float(value(prim, "physics:restitution", 0.0)))),
-        density=max(0.0, float(value(prim, "physics:density", 0.0))) * units.density,
+        friction=dynamic,
+        restitution=_coefficient(prim, "physics:restitution", 1.0),
+        density=positive(prim, "physics:density") * units.density,
         # As in PhysX, sliding never brakes more than sticking.
-        static_friction=max(0.0, static, dynamic),
+        static_friction=max(static, dynamic),
         friction_mode=_combine_mode(prim, "frictionCombineMode"),
         restitution_mode=_combine_mode(prim, "restitutionCombineMode"),
     )
+
+
+def _coefficient(prim: Usd.Prim, name: str, most: float) -> float:
+    """Return a coefficient from 0 to `most`; name one that is outside, or no number."""
+    number = float(value(prim, name, 0.0))
+    counts = min(most, max(0.0, number)) if number == number else 0.0
+    if number != counts:
+        warn_once(
+            f"{prim.GetPath()}: {name} is {number:g}, so it counts as {counts:g}. Set a number from 0 to {most:g}."
+        )
+    return counts
 
 
 def _combine_mode(prim: Usd.Prim, name: str) -> CombineMode:

@@ -154,6 +154,17 @@ def warn_no_collider(bodies: Collection[str], owners: Collection[str]) -> None:
             )
 
 
+def warn_filled(paths: list[str]) -> None:
+    """Warn of meshes whose triangles do not collide, but their convex hulls, which fill hollows."""
+    if paths:
+        warn_once(
+            "as in PhysX, triangles do not collide on bodies that move by themselves, nor in triggers: with the "
+            f"approximation 'none' these become their convex hulls, which fill hollows: {listed(paths)}. Set "
+            "physics:approximation to 'convexDecomposition' to keep hollows, or to 'convexHull' if that is meant.",
+            key="convex hulls instead of none",
+        )
+
+
 def _warn_left_out(found: PhysicsPrims) -> None:
     if found.nonfinite:
         warn_once(

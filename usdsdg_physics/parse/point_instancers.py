@@ -160,9 +160,8 @@ def _make(
     root, colliders = prototype.root, []
     for prim, below, material in prototype.colliders:
         relative = np.eye(4) if prim == root else np.array(cache.ComputeRelativeTransform(prim, root)[0])
-        found = colliders_in_frame(
-            prim, relative @ constant, material, units, hulls, solid=prototype.is_body, is_body=prim == root
-        )
+        owner = root if prototype.is_body else None
+        found = colliders_in_frame(prim, relative @ constant, material, units, hulls, owner=owner)
         colliders += [(collider, part_name(below, part)) for part, collider in enumerate(found)]
     if not prototype.is_body:
         return None, colliders

@@ -16,7 +16,12 @@ from usdsdg_physics.parse.contact_reports import read_contact_report
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.jointed_bodies import hold_unsupported, read_jointed_pairs, read_joints
 from usdsdg_physics.parse.materials import bound_materials
-from usdsdg_physics.parse.physics_prims import find_physics_prims, warn_no_collider, warn_unsupported
+from usdsdg_physics.parse.physics_prims import (
+    find_physics_prims,
+    warn_filled,
+    warn_no_collider,
+    warn_unsupported,
+)
 from usdsdg_physics.parse.point_instancers import prototype_paths, read_instances
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units, scaled_vector
@@ -69,6 +74,7 @@ def _parse(stage: Usd.Stage, hulls: HullCache, root: Sdf.Path, broken: Collectio
     for instances in (read_instances(prim, cache, units, hulls) for prim in found.instancers):
         bodies |= instances.bodies
         colliders |= instances.colliders
+    warn_filled(hulls.take_filled())
     warn_no_collider(bodies, {collider.body for collider in colliders.values() if not collider.trigger})
     forces = [read_force(prim, owner, cache, units) for prim, owner in found.forces]
     return Scene(

@@ -43,7 +43,7 @@ READ: dict[str, str] = {
     "PhysxSceneAPI": "physxScene:timeStepsPerSecond physxScene:invertCollisionGroupFilter physxScene:bounceThreshold",
     "PhysxRigidBodyAPI": "physxRigidBody:disableGravity physxRigidBody:linearDamping physxRigidBody:angularDamping "
     "physxRigidBody:maxLinearVelocity physxRigidBody:maxAngularVelocity physxRigidBody:maxDepenetrationVelocity "
-    "physxRigidBody:sleepThreshold physxRigidBody:lockedPosAxis physxRigidBody:lockedRotAxis",
+    "physxRigidBody:sleepThreshold physxRigidBody:lockedPosAxis physxRigidBody:lockedRotAxis physxRigidBody:enableCCD",
     "PhysxCollisionAPI": "physxCollision:contactOffset physxCollision:restOffset",
     "PhysxForceAPI": "physxForce:force physxForce:torque physxForce:mode physxForce:forceEnabled "
     "physxForce:worldFrameEnabled",
@@ -139,10 +139,10 @@ UNREAD: tuple[Unread, ...] = (
     ),
     # rigid bodies
     Unread(
-        "physxRigidBody:enableCCD physxRigidBody:enableSpeculativeCCD physxScene:enableCCD",
-        "collision is not detected continuously: fast bodies are kept from passing static boxes by the face at which "
-        "they came in, and static meshes by shorter steps near them; against moving bodies nothing holds them but "
-        "more steps per second",
+        "physxRigidBody:enableSpeculativeCCD physxScene:enableCCD",
+        "contacts are found within the contact offset of where bodies are 120 times a second, near triangle meshes up "
+        "to 480 times: what travels farther than that offset and half of its thickness meanwhile may pass through a "
+        "wall. Set physxRigidBody:enableCCD on the body, which finds what is on its way, or take more steps per second",
     ),
     Unread(
         "physxRigidBody:solverPositionIterationCount physxRigidBody:solverVelocityIterationCount "
@@ -189,8 +189,8 @@ UNREAD: tuple[Unread, ...] = (
     ),
     Unread(
         "physxSDFMeshCollision:* physxTriangleMeshCollision:* physxTriangleMeshSimplificationCollision:*",
-        "static meshes collide with all their triangles, those of bodies as convex hulls or parts; how finely PhysX "
-        "would represent them does not matter",
+        "meshes of static colliders and kinematic bodies collide with all their triangles, those of other bodies as "
+        "convex hulls or parts; how finely PhysX would represent them does not matter",
     ),
     Unread(
         "PhysxMeshMergeCollisionAPI collection:collisionmeshes*",

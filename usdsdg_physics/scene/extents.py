@@ -80,7 +80,7 @@ def length(shape: Shape) -> float:
 
 
 def world_box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower and upper corner of the box around a static hull or mesh [m]."""
+    """Return the lower and upper corner of the box around a hull or mesh [m], in the world or its body's frame."""
     assert shape.solid is not None  # a hull or mesh has one
     points = shape.solid.vertices.astype(np.float64) * shape.size @ matrix_from_quat(shape.rotation) + shape.position
     return points.min(axis=0), points.max(axis=0)

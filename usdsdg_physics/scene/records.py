@@ -26,7 +26,8 @@ class Solid:
     """Triangles of a convex hull or mesh before any scale, in the stage units of the mesh.
 
     `volume`, `centroid` and `covariance` (integral of p pᵀ over the volume about the origin) belong to the closed
-    surface, so that mass properties follow any linear map without another pass over the triangles.
+    surface, or to the round shape that a hull stands for, so that mass properties follow any linear map without another
+    pass over the triangles.
     """
 
     key: str  # digest of the triangles; equal keys mean equal solids
@@ -137,6 +138,7 @@ class Body:
     locked_position: int = 0
     locked_rotation: int = 0
     surface: SurfaceVelocity | None = None
+    continuous: bool = False  # whether it shall pass through nothing, however fast it is
     # No prim with RigidBodyAPI, but a collider that time samples move.
     is_collider: bool = False
     # Kinematic only because a joint of it cannot be simulated.

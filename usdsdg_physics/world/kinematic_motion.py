@@ -48,6 +48,11 @@ class KinematicMotion:
         self._targets = {}
 
     @property
+    def targets(self) -> Mapping[int, np.ndarray]:
+        """The poses (7,) at the end of the next step, by index of the bodies that move in it."""
+        return self._targets
+
+    @property
     def bodies(self) -> list[int]:
         """The indices of the bodies that move in the next step."""
         return sorted(self._targets)

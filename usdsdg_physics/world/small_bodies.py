@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.scene.extents import length
 from usdsdg_physics.scene.records import Scene
+from usdsdg_physics.world.shape_bounds import ShapeBounds
 
 if TYPE_CHECKING:
     import newton
@@ -46,28 +46,14 @@ class SmallBodies:
 
     def __init__(self, scene: Scene, model: newton.Model, rate: float) -> None:
         """`rate` is that of the substeps [1/s] of bodies that are not small."""
-        import newton
-
-        self._model, self._fall = model, math.hypot(*scene.gravity)
+        self._fall = math.hypot(*scene.gravity)
         # Bodies that close loops of joints have no prims, and come last.
         factors = size_factors(scene, rate)
         self._factors = np.concatenate([factors, np.ones(model.body_count - len(factors), int)])
         self._restless = np.zeros(len(self._factors), bool)
         self._held: np.ndarray = np.zeros(len(self._factors), bool)  # those that the latest step left out
-        if not self:
-            return
-        body = _numbers(model.shape_body)
-        lower, upper = _numbers(model.shape_collision_aabb_lower), _numbers(model.shape_collision_aabb_upper)
-        half, middle = (upper - lower) / 2.0, (upper + lower) / 2.0
-        moving = np.flatnonzero(body >= 0)
-        self._statics, self._body = np.flatnonzero(body < 0), body[moving]
-        local = _numbers(model.shape_transform)[moving].astype(np.float64)
-        self._center = _turn(local[:, 3:], middle[moving]) + local[:, :3]
-        reach = _numbers(model.shape_gap) + _numbers(model.shape_margin)
-        self._radius = np.linalg.norm(half, axis=1)[moving] + reach[moving]
-        self._half, self._middle = half[self._statics] + reach[self._statics, None], middle[self._statics]
-        self._endless = _numbers(model.shape_type)[self._statics] == int(newton.GeoType.PLANE)
-        self.update_static()
+        if self:
+            self._bounds = ShapeBounds(model)
 
     def __bool__(self) -> bool:
         return bool((self._factors > 1).any())
@@ -79,13 +65,8 @@ class SmallBodies:
 
     def update_static(self) -> None:
         """Read where static colliders are."""
-        if self and len(self._statics):
-            pose = _numbers(self._model.shape_transform)[self._statics].astype(np.float64)
-            axes = matrix_from_quat(pose[:, 3:])
-            middle = np.where(self._endless[:, None], 0.0, self._middle)
-            half = np.where(self._endless[:, None], 0.0, self._half)
-            half = np.einsum("nij,ni->nj", np.abs(axes), half) + np.where(self._endless[:, None], np.inf, 0.0)
-            self._box = np.einsum("nij,ni->nj", axes, middle) + pose[:, :3], half
+        if self:
+            self._bounds.update_static()
 
     def forget_rest(self) -> None:
         """Bodies are let go for another reason than their own motion."""
@@ -99,34 +80,22 @@ class SmallBodies:
         held = np.pad(held, (0, len(self._factors) - len(held)))
         self._restless |= self._held & ~held
         self._held = held & ~self._restless & (self._factors > 1)
-        poses = poses.astype(np.float64)
-        centers = _turn(poses[self._body, 3:], self._center) + poses[self._body, :3]
-        arm = np.linalg.norm(self._center, axis=1) + self._radius
-        speed = np.linalg.norm(velocities[:, :3], axis=1)[self._body] + self._fall * dt
+        bounds = self._bounds
+        body, centers = bounds.body, bounds.centers(poses.astype(np.float64))
+        speed = np.linalg.norm(velocities[:, :3], axis=1)[body] + self._fall * dt
         # Centers of mass may be off the bodies' origins by as much as their shapes.
-        speed += 2.0 * arm * np.linalg.norm(velocities[:, 3:], axis=1)[self._body]
-        reach = self._radius + speed * dt
-        needed = np.where(self._held, 1, self._factors)[self._body]
+        speed += 2.0 * bounds.arm * np.linalg.norm(velocities[:, 3:], axis=1)[body]
+        reach = bounds.radius + speed * dt
+        needed = np.where(self._held, 1, self._factors)[body]
         factor = 1
         for i in np.argsort(-needed, kind="stable"):
             if needed[i] <= factor:
                 break
             apart = np.linalg.norm(centers - centers[i], axis=1) > reach + reach[i]
-            if not (apart | (self._body == self._body[i])).all() or self._near_static(centers[i], reach[i]):
+            if not (apart | (body == body[i])).all() or self._near_static(centers[i], reach[i]):
                 factor = int(needed[i])
         return factor
 
     def _near_static(self, center: np.ndarray, reach: float) -> bool:
-        if not len(self._statics):
-            return False
-        middle, half = self._box
+        middle, half = self._bounds.static_boxes
         return bool((np.abs(center - middle) <= half + reach).all(axis=1).any())
-
-
-def _numbers(array: object) -> np.ndarray:
-    return array.numpy()  # pyright: ignore[reportAttributeAccessIssue]
-
-
-def _turn(rotations: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Rotate vectors (N, 3) by quaternions (N, 4)."""
-    return np.einsum("nij,ni->nj", matrix_from_quat(rotations), vectors)

@@ -1,16 +1,19 @@
-"""Substeps of a step: more where joints are and swing, where small bodies touch something, and near triangle meshes."""
+"""Substeps of a step: more where joints are and swing, where small bodies touch something, near meshes, of fast bodies."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.scene.extents import half_thickness, world_box
 from usdsdg_physics.scene.records import STATIC, Scene
+from usdsdg_physics.world.fast_bodies import FastBodies
 from usdsdg_physics.world.small_bodies import SmallBodies
 from usdsdg_physics.world.swinging_joints import SwingingJoints
 
@@ -39,22 +42,32 @@ class Substeps:
     def __init__(self, scene: Scene, model: newton.Model, shape_index: Mapping[str, int], *, jointed: bool) -> None:
         """`jointed` tells whether joints act in the world."""
         self._factor = JOINT_FACTOR if jointed else 1
-        self._meshes = StaticMeshes(scene, shape_index)
+        self._meshes = TriangleMeshes(scene, shape_index)
         self._small = SmallBodies(scene, model, SUBSTEPS_PER_SECOND)
         self._swinging = SwingingJoints(model)
+        self._fast = FastBodies(scene, model)
         # Whether it matters where bodies are, and how fast.
-        self.vary = bool(scene.bodies) and bool(self._meshes or self._small or self._swinging)
+        moved = self._meshes or self._small or self._swinging or self._fast
+        self.vary = bool(scene.bodies) and bool(moved)
 
     def least(self, dt: float) -> int:
         """Return how many substeps a step of `dt` seconds has at least."""
         return self._factor * ordinary_substeps(dt)
 
     def of_step(
-        self, dt: float, poses: np.ndarray, velocities: np.ndarray, *, held: np.ndarray, is_pushed: bool
+        self,
+        dt: float,
+        poses: np.ndarray,
+        velocities: np.ndarray,
+        *,
+        targets: Mapping[int, np.ndarray],
+        held: np.ndarray,
+        is_pushed: bool,
     ) -> int:
         """Return how many substeps a step of `dt` seconds takes, with poses (N, 7) and velocities (N, 6) of all bodies.
 
         Args:
+            targets: poses (7,) of kinematic bodies, by index, at the end of the step.
             held: (N,) which bodies are held at rest.
             is_pushed: whether a body moves by something else than its velocity and gravity.
         """
@@ -63,59 +76,101 @@ class Substeps:
             more = self._small.most if is_pushed else self._small.factor(dt, poses, velocities, held)
             count = ordinary_substeps(dt, rate=more * SUBSTEPS_PER_SECOND)
         if self._meshes:
-            count = self._meshes.substeps(dt, poses[:, :3], velocities[:, :3], count)
+            count = self._meshes.substeps(dt, poses, velocities, targets, count)
         least = self.least(dt)
         if self._swinging:
             least *= self._swinging.factor(dt / least, poses, velocities)
-        return max(least, count)
+        count = max(least, count)
+        if self._fast:
+            count = self._fast.substeps(dt, poses, _with_targets(velocities, poses, targets, dt), count)
+        return count
 
     def set_static_poses(self, poses: Mapping[int, Sequence[float]]) -> None:
         """Note that static colliders were moved, by shape index (7 numbers, world)."""
         self._meshes.set_poses(poses)
         self._small.update_static()
+        self._fast.update_static()
 
     def forget_rest(self) -> None:
         """Note that bodies are let go for another reason than their own motion."""
         self._small.forget_rest()
 
 
-class StaticMeshes:
-    """The boxes of static triangle meshes, and how thin the bodies are that could tunnel through them."""
+class TriangleMeshes:
+    """The boxes of triangle meshes, static or of kinematic bodies, and how thin the bodies are that could pass them."""
 
     def __init__(self, scene: Scene, shape_index: Mapping[str, int]) -> None:
-        self._shapes = {
-            shape_index[c.path]: c.shape
-            for c in scene.colliders.values()
-            if c.shape.kind == "mesh" and c.body == STATIC
-        }
+        meshes = [collider for collider in scene.colliders.values() if collider.shape.kind == "mesh"]
+        self._shapes = {shape_index[each.path]: each.shape for each in meshes if each.body == STATIC}
+        rows = {path: row for row, path in enumerate(scene.bodies)}
+        moving = [each for each in meshes if each.body != STATIC]
+        self._moving_rows = [rows[each.body] for each in moving]
+        # (M, 8, 3) corners of a box around each, in its body's frame.
+        self._moving_corners = np.array([_corners(*world_box(each.shape)) for each in moving]).reshape(-1, 8, 3)
         thickness = dict.fromkeys(scene.bodies, np.inf)
         for collider in scene.colliders.values():
-            if collider.body:
+            if collider.body and not scene.bodies[collider.body].kinematic:
                 thickness[collider.body] = min(thickness[collider.body], half_thickness(collider.shape))
         self._half_thickness = np.array(list(thickness.values()))
         self._update_boxes()
 
     def __len__(self) -> int:
-        return len(self._shapes)
+        return len(self._shapes) + len(self._moving_rows)
 
     def set_poses(self, poses: Mapping[int, Sequence[float]]) -> None:
-        """Move those of the shapes that are meshes, by shape index (7 numbers, world)."""
+        """Move those of the shapes that are static meshes, by shape index (7 numbers, world)."""
         for index in poses.keys() & self._shapes.keys():
             x, y, z, *rotation = poses[index]
             self._shapes[index] = replace(self._shapes[index], position=(x, y, z), rotation=tuple(rotation))
         self._update_boxes()
 
-    def substeps(self, dt: float, positions: np.ndarray, velocities: np.ndarray, count: int) -> int:
-        """Return how many substeps bodies need at `positions` (N, 3) [m] with linear `velocities` (N, 3) [m/s].
+    def substeps(
+        self, dt: float, poses: np.ndarray, velocities: np.ndarray, targets: Mapping[int, np.ndarray], count: int
+    ) -> int:
+        """Return how many substeps bodies need with poses (N, 7) and velocities (N, 6): at least `count`.
 
-        That is at least `count`, which they need away from meshes.
+        `targets` are the poses (7,) of kinematic bodies, by index, at the end of the step.
         """
-        at = positions[:, None]
-        near = ((at > self._boxes[:, 0] - NEAR_DISTANCE) & (at < self._boxes[:, 1] + NEAR_DISTANCE)).all(axis=2)
-        travel = np.linalg.norm(velocities, axis=1) * dt
-        needed = np.where(np.any(near, axis=1), np.nan_to_num(travel / (MAX_TRAVEL * self._half_thickness)), 0.0).max()
-        return int(np.clip(np.ceil(needed), count, count * MAX_SUBSTEP_FACTOR))
+        travel = np.linalg.norm(velocities[:, :3], axis=1)[:, None] * dt + np.zeros((1, len(self)))
+        boxes = self._boxes
+        if self._moving_rows:
+            moving, moves = self._moving_boxes(poses, targets)
+            boxes = np.concatenate([boxes, moving])
+            travel[:, len(self._shapes) :] += moves
+        at = poses[:, None, :3]
+        near = ((at > boxes[:, 0] - NEAR_DISTANCE) & (at < boxes[:, 1] + NEAR_DISTANCE)).all(axis=2)
+        needed = np.nan_to_num(travel / (MAX_TRAVEL * self._half_thickness)[:, None])
+        return int(np.clip(np.ceil(np.where(near, needed, 0.0).max()), count, count * MAX_SUBSTEP_FACTOR))
+
+    def _moving_boxes(self, poses: np.ndarray, targets: Mapping[int, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the boxes (M, 2, 3) that meshes of bodies pass through in a step, and how far (M,) a corner moves."""
+        start = poses[self._moving_rows].astype(np.float64)
+        end = np.array([targets.get(row, pose) for row, pose in zip(self._moving_rows, start)])
+        first, last = (_placed(self._moving_corners, pose) for pose in (start, end))
+        both = np.concatenate([first, last], axis=1)
+        moves = np.linalg.norm(last - first, axis=2).max(axis=1)
+        return np.stack([both.min(axis=1), both.max(axis=1)], axis=1), moves
 
     def _update_boxes(self) -> None:
-        """Compute lower and upper corners (M, 2, 3)."""
+        """Compute lower and upper corners (M, 2, 3) of static meshes."""
         self._boxes = np.array([world_box(shape) for shape in self._shapes.values()]).reshape(-1, 2, 3)
+
+
+def _with_targets(
+    velocities: np.ndarray, poses: np.ndarray, targets: Mapping[int, np.ndarray], dt: float
+) -> np.ndarray:
+    """Return velocities (N, 6) with those, linear, of kinematic bodies on their way to `targets`."""
+    found = velocities.copy()
+    for row, pose in targets.items():
+        found[row, :3] = (pose[:3] - poses[row, :3]) / dt
+    return found
+
+
+def _corners(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Return the corners (8, 3) of a box."""
+    return np.array(list(product(*zip(lower, upper))))
+
+
+def _placed(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """Return points (M, 8, 3) in frames with poses (M, 7), in the world."""
+    return points @ matrix_from_quat(poses[:, 3:]) + poses[:, None, :3]

@@ -368,7 +368,13 @@ class World:
         if not self._substeps.vary:
             return self._substeps.least(dt)
         held = self._corrections.stabilization.rest_time.numpy() >= REST_DELAY
-        pushed = bool(self._kinematic.bodies) or self._pushes.push or bool(self._forces)
         velocities = self._body_states.velocities()
         velocities[self._kinematic.moving] = 0.0  # nothing stops those
-        return self._substeps.of_step(dt, self._body_states.poses(), velocities, held=held, is_pushed=pushed)
+        return self._substeps.of_step(
+            dt,
+            self._body_states.poses(),
+            velocities,
+            targets=self._kinematic.targets,
+            held=held,
+            is_pushed=bool(self._kinematic.targets) or self._pushes.push or bool(self._forces),
+        )

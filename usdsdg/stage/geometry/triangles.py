@@ -7,6 +7,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg.stage.geometry.fans import fans
 from usdsdg.stage.poses.transforms import as_array
 
 # Sides of the polygons that approximate circles.
@@ -153,20 +154,9 @@ def _of_mesh(mesh: UsdGeom.Mesh, chosen: np.ndarray | None) -> Triangles | None:
     points = np.array(_value(mesh.GetPointsAttr()) or (), np.float64).reshape(-1, 3)
     counts = np.array(_value(mesh.GetFaceVertexCountsAttr()) or (), np.int64)
     indices = np.array(_value(mesh.GetFaceVertexIndicesAttr()) or (), np.int64)
-    if not len(points) or not len(counts) or counts.sum() > len(indices) or counts.min() < 0:
-        return None
-    starts = np.cumsum(counts) - counts
-    kept = counts >= 3
     holes = np.array(_value(mesh.GetHoleIndicesAttr()) or (), np.int64)
-    kept[holes[(holes >= 0) & (holes < len(kept))]] = False
-    if chosen is not None:
-        kept &= chosen
-    counts, starts = counts[kept], starts[kept]
-    fans = counts - 2
-    step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
-    first = np.repeat(starts, fans)
-    faces = indices[np.stack([first, first + step + 1, first + step + 2], axis=-1)]
-    faces = faces[((faces >= 0) & (faces < len(points))).all(1)]
+    left_out = holes if chosen is None else np.concatenate([holes, np.flatnonzero(~chosen)])
+    faces = fans(points, counts, indices, left_out).triangles
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         faces = faces[:, ::-1]
     faces = _with_area(points, faces)

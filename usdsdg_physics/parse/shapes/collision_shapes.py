@@ -1,18 +1,21 @@
 """Read the collision shapes of gprims: primitives, convex hulls and triangle meshes."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.geometry.fans import Fans, fans
 from usdsdg.stage.time_code import current_value
 from usdsdg_physics.parse.attributes import value, warn_if_varying
 from usdsdg_physics.parse.shapes.convex_decomposition import Splitting
 from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
 from usdsdg_physics.scene.records import Shape, ShapeKind, Solid
 from usdsdg_physics.scene.rigid_frames import rotation_quat, split_scale
+from usdsdg_physics.scene.volume_integrals import VolumeIntegrals, of_primitive
 
 # Rotations of +Z onto the axis of a gprim (row vectors, determinant one).
 _Z_TO_AXIS = {
@@ -20,7 +23,7 @@ _Z_TO_AXIS = {
     "Y": np.array([[0, 0, 1], [1, 0, 0], [0, 1, 0]], np.float64),
     "Z": np.eye(3),
 }
-# Approximations that keep hollows: of bodies they become convex parts, of static colliders but the first the triangles.
+# Approximations that keep hollows: of solids they become convex parts, of other colliders but the first the triangles.
 _HOLLOW_APPROXIMATIONS = ("convexDecomposition", "sdf", "meshSimplification")
 # Relative difference of scales up to which they are called uniform.
 _UNIFORM = 1e-3
@@ -31,18 +34,21 @@ _LENGTHS = ("size", "radius", "radiusTop", "radiusBottom", "height")
 _Reader = Callable[[Usd.Prim, np.ndarray, HullCache, bool], Shape | None]
 
 
-def read_shapes(prim: Usd.Prim, frame_from_prim: ArrayLike, hulls: HullCache, *, dynamic: bool) -> list[Shape]:
+def read_shapes(
+    prim: Usd.Prim, frame_from_prim: ArrayLike, hulls: HullCache, *, owned: bool, solid: bool
+) -> list[Shape]:
     """Return the collision shapes of a gprim: one, or the convex parts of a mesh; none, with a warning, of other types.
 
     Args:
         frame_from_prim: row-vector 4x4 from the prim's space [stage units] to the body's or the world's frame [m].
-        dynamic: whether a rigid body owns it: its meshes become hulls, where a static collider keeps its triangles.
+        owned: whether a rigid body owns it, so that it may be no unbounded plane.
+        solid: whether a mesh becomes its hull or convex parts, where it would keep its triangles.
     """
     matrix = np.asarray(frame_from_prim, np.float64)
     kind = str(prim.GetTypeName())
     if kind == "Mesh":
-        return _mesh(prim, matrix, hulls, dynamic)
-    shape = _primitive(prim, kind, matrix, hulls, dynamic)
+        return _mesh(prim, matrix, hulls, solid)
+    shape = _primitive(prim, kind, matrix, hulls, owned)
     return [shape] if shape is not None else []
 
 
@@ -57,7 +63,7 @@ def half_thickness(shape: Shape) -> float:
     return min(length for length in shape.size if length > 0.0)
 
 
-def _primitive(prim: Usd.Prim, kind: str, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+def _primitive(prim: Usd.Prim, kind: str, matrix: np.ndarray, hulls: HullCache, owned: bool) -> Shape | None:
     reader = _PRIMITIVES.get(kind)
     if reader is None:
         warn_once(
@@ -71,10 +77,10 @@ def _primitive(prim: Usd.Prim, kind: str, matrix: np.ndarray, hulls: HullCache, 
         if length is not None and not 0.0 < length < np.inf and kind != "Plane":
             warn_once(f"{prim.GetPath()}: {name} is {length:g}, so it does not collide. Set a positive number.")
             return None
-    return reader(prim, matrix, hulls, dynamic)
+    return reader(prim, matrix, hulls, owned)
 
 
-def _cube(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+def _cube(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, owned: bool) -> Shape | None:
     half = float(value(prim, "size", 2.0)) / 2.0
     corners = half * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
     parts = split_scale(matrix)
@@ -84,19 +90,19 @@ def _cube(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -
     return _shape("box", np.abs(scale) * half, rotation, position)
 
 
-def _sphere(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+def _sphere(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, owned: bool) -> Shape | None:
     radius = float(value(prim, "radius", 1.0))
     parts = split_scale(matrix)
     if parts is not None and _uniform(np.abs(parts[0])):
         scale, rotation, position = parts
         return _shape("sphere", (np.abs(scale).mean() * radius, 0.0, 0.0), rotation, position)
-    return _hull(prim, radius * _sphere_points(), matrix, hulls)
+    return _hull(prim, radius * _sphere_points(), matrix, hulls, of_primitive("sphere", (radius, 0.0, 0.0)))
 
 
 def _axial(kind: ShapeKind, radius_default: float) -> _Reader:
     """Return the reader of a capsule, cylinder or cone."""
 
-    def read(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+    def read(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, owned: bool) -> Shape | None:
         radius = float(value(prim, "radius", radius_default))
         half = float(value(prim, "height", 1.0 if kind == "capsule" else 2.0)) / 2.0
         frame_from_z = _frame_from_z(prim, matrix)
@@ -107,7 +113,8 @@ def _axial(kind: ShapeKind, radius_default: float) -> _Reader:
             circular = _uniform(size) if kind == "capsule" else _uniform(size[:2])
             if circular:
                 return _shape(kind, (size[:2].mean() * radius, size[2] * half, 0.0), rotation, position)
-        return _hull(prim, _primitive_points(kind, radius, radius, half), frame_from_z, hulls)
+        integrals = of_primitive(kind, (radius, half, 0.0))
+        return _hull(prim, _primitive_points(kind, radius, radius, half), frame_from_z, hulls, integrals)
 
     return read
 
@@ -115,7 +122,7 @@ def _axial(kind: ShapeKind, radius_default: float) -> _Reader:
 def _tapered(kind: ShapeKind) -> _Reader:
     """Return the reader of Cylinder_1 or Capsule_1, which have a radius at either end."""
 
-    def read(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
+    def read(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, owned: bool) -> Shape | None:
         default = 0.5 if kind == "capsule" else 1.0
         bottom, top = (float(value(prim, f"radius{end}", default)) for end in ("Bottom", "Top"))
         half = float(value(prim, "height", 1.0 if kind == "capsule" else 2.0)) / 2.0
@@ -131,8 +138,8 @@ def _frame_from_z(prim: Usd.Prim, frame_from_prim: np.ndarray) -> np.ndarray:
     return z_to_axis @ frame_from_prim
 
 
-def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> Shape | None:
-    if dynamic:
+def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, owned: bool) -> Shape | None:
+    if owned:
         warn_once(
             f"{prim.GetPath()} is a Plane under a rigid body; planes are unbounded and only collide as static "
             "colliders, so it is ignored. Use a thin Cube."
@@ -149,26 +156,28 @@ def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) 
     return _shape("plane", (0.0, 0.0, 0.0), rotation, position)
 
 
-def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, dynamic: bool) -> list[Shape]:
+def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, solid: bool) -> list[Shape]:
     points, triangles = mesh_triangles(prim)
     warn_if_varying(prim, "points")
     if not len(points):
-        warn_once(f"{prim.GetPath()} has CollisionAPI but no points, so it does not collide.")
+        warn_once(f"{prim.GetPath()} has CollisionAPI but no points, or only holes, so it does not collide.")
         return []
     approximation = str(value(prim, "physics:approximation", "none"))
     if approximation == "boundingCube":
         shape = _bounding_box(prim, points, matrix, hulls)
     elif approximation == "boundingSphere":
         shape = _bounding_sphere(points, matrix)
-    elif approximation == "convexDecomposition" or (dynamic and approximation in _HOLLOW_APPROXIMATIONS):
+    elif approximation == "convexDecomposition" or (solid and approximation in _HOLLOW_APPROXIMATIONS):
         return _parts(prim, points, triangles, matrix, hulls, approximation)
     elif approximation not in (*_HOLLOW_APPROXIMATIONS, "none", "convexHull"):
         warn_once(f"{prim.GetPath()}: unknown collision approximation {approximation!r}; a convex hull is used.")
         shape = _hull(prim, points, matrix, hulls)
-    elif approximation != "convexHull" and not dynamic and len(triangles):
+    elif approximation != "convexHull" and not solid and len(triangles):
         shape = _solid_shape("mesh", prim, points, triangles, matrix, hulls)
     else:
         shape = _hull(prim, points, matrix, hulls)
+        if approximation == "none" and solid and len(triangles) and shape is not None:
+            hulls.note_filled(points, triangles, str(prim.GetPath()))
     return [shape] if shape is not None else []
 
 
@@ -204,30 +213,45 @@ def _parts(
 def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
     """Return the used points (N, 3) float32 and the triangles (F, 3) int32 of a mesh; polygons become fans.
 
-    Triangles at points that are not finite are left out, with a warning.
+    Faces that are holes are left out, as in images; those that name points which do not exist, and triangles at points
+    that are not finite, with a warning. All points are returned where no face can be used, none where all are holes.
     """
     mesh = UsdGeom.Mesh(prim)
     points = np.asarray(current_value(mesh.GetPointsAttr()) or [], np.float32).reshape(-1, 3)
-    counts = np.asarray(current_value(mesh.GetFaceVertexCountsAttr()) or [], np.int64)
-    corners = np.asarray(current_value(mesh.GetFaceVertexIndicesAttr()) or [], np.int64)
-    if not len(corners) or counts.sum() != len(corners) or corners.max() >= len(points) or corners.min() < 0:
-        return points, np.zeros((0, 3), np.int32)
-    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    fans = np.maximum(counts - 2, 0)
-    first = np.repeat(starts, fans)
-    step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
-    triangles = np.stack([corners[first], corners[first + step + 1], corners[first + step + 2]], axis=1)
+    counts, indices, holes = (
+        np.asarray(current_value(attribute) or [], np.int64)
+        for attribute in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr(), mesh.GetHoleIndicesAttr())
+    )
+    found = fans(points, counts, indices, holes)
+    _warn_of_faces(prim, found, int(np.maximum(counts, 0).sum()), len(indices), points)
+    if not len(found.triangles):
+        return points[: 0 if found.holes else len(points)], np.zeros((0, 3), np.int32)
+    triangles = found.triangles
     if current_value(mesh.GetOrientationAttr()) == UsdGeom.Tokens.leftHanded:
         triangles = triangles[:, ::-1]
-    finite = np.asarray(np.isfinite(points).all(axis=1))
-    if not finite.all():
-        triangles = triangles[finite[triangles].all(axis=1)]
-        warn_once(
-            f"{prim.GetPath()}: {(~finite).sum()} of its points are not finite, and nothing collides with it there."
-        )
     used = np.zeros(len(points), bool)
     used[triangles] = True
     return points[used], (np.cumsum(used) - 1)[triangles].astype(np.int32)
+
+
+def _warn_of_faces(prim: Usd.Prim, found: Fans, total: int, given: int, points: np.ndarray) -> None:
+    """Warn of faces that a mesh names in vain; `total` vertices of faces, and so many indices `given`."""
+    path, finite = prim.GetPath(), np.isfinite(points).all(axis=1)
+    if found.beyond or total < given:
+        rest = f"so {found.beyond} of its faces do not collide" if found.beyond else "of which the rest is not used"
+        warn_once(
+            f"{path}: faceVertexCounts sum to {total}, but faceVertexIndices has {given} entries, {rest}. Make the "
+            "counts sum to its length."
+        )
+    if found.outside:
+        warn_once(
+            f"{path}: {found.outside} of its faces name points outside 0..{len(points) - 1} and do not collide. "
+            "Correct faceVertexIndices."
+        )
+    if (found.beyond or found.outside) and not len(found.triangles) and not found.holes:
+        warn_once(f"{path}: none of its faces can be used, so the convex hull of its points collides.")
+    if not finite.all():
+        warn_once(f"{path}: {(~finite).sum()} of its points are not finite, and nothing collides with it there.")
 
 
 def _bounding_box(prim: Usd.Prim, points: np.ndarray, matrix: np.ndarray, hulls: HullCache) -> Shape | None:
@@ -249,8 +273,15 @@ def _bounding_sphere(points: np.ndarray, matrix: np.ndarray) -> Shape:
     return _shape("sphere", (radius, 0.0, 0.0), np.eye(3), middle)
 
 
-def _hull(prim: Usd.Prim, points: np.ndarray, matrix: np.ndarray, hulls: HullCache) -> Shape | None:
-    return _solid_shape("hull", prim, points, None, matrix, hulls)
+def _hull(
+    prim: Usd.Prim,
+    points: np.ndarray,
+    matrix: np.ndarray,
+    hulls: HullCache,
+    integrals: VolumeIntegrals | None = None,
+) -> Shape | None:
+    """Return the hull of points; with `integrals` it has the mass of the round shape that it stands for."""
+    return _solid_shape("hull", prim, points, None, matrix, hulls, integrals)
 
 
 def _solid_shape(
@@ -260,6 +291,7 @@ def _solid_shape(
     triangles: np.ndarray | None,
     matrix: np.ndarray,
     hulls: HullCache,
+    integrals: VolumeIntegrals | None = None,
 ) -> Shape | None:
     """Return a hull or mesh whose solid all prims with these points share; shear is baked into its points."""
     if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
@@ -270,6 +302,7 @@ def _solid_shape(
         points = points.astype(np.float64) @ matrix[:3, :3]
         if triangles is not None and np.linalg.det(matrix[:3, :3]) < 0:
             triangles = triangles[:, ::-1]
+        integrals = integrals.mapped(matrix[:3, :3]) if integrals else None
         parts = np.ones(3), np.eye(3), matrix[3, :3]
     scale, rotation, position = parts
     try:
@@ -278,6 +311,8 @@ def _solid_shape(
     except ValueError as reason:
         warn_once(f"{prim.GetPath()} does not collide: {reason}. Repair its points.")
         return None
+    if integrals is not None:
+        solid = replace(solid, key=f"{solid.key} round", **integrals._asdict())
     return _shape(kind, scale, rotation, position, solid)
 
 

@@ -20,6 +20,8 @@ SPLITTING_LABEL = "splitting meshes into convex parts"
 MAX_HULL_VERTICES = 64
 # Relative to the largest extent. A flatter hull has no mass to speak of and a contact normal of noise.
 _MIN_THICKNESS = 1e-3
+# Part of the volume of its hull that a mesh may leave empty without a word.
+_EMPTY = 0.01
 
 
 class HullCache:
@@ -29,7 +31,9 @@ class HullCache:
         """`progress` is called with a label and a number while meshes are split, which takes seconds for each."""
         self._progress, self._split = progress, 0
         self._parts: dict[tuple[bytes, Splitting], list[np.ndarray]] = {}
-        self._hulls: dict[bytes, Solid] = {}
+        self._hulls: dict[bytes, tuple[Solid, float]] = {}  # with the volume that it has with all its vertices
+        self._fills: dict[bytes, bool] = {}  # whether the hull of a mesh fills hollows
+        self._filled: list[str] = []
         self._meshes: dict[bytes, Solid] = {}
 
     def hull(self, points: np.ndarray, *, prim_path: str = "") -> Solid:
@@ -41,6 +45,27 @@ class HullCache:
         Raises:
             ValueError: there are no finite points.
         """
+        return self._hull(points, prim_path)[0]
+
+    def note_filled(self, points: np.ndarray, triangles: np.ndarray, prim_path: str) -> None:
+        """Note that a mesh collides as its hull, unless the two are the same but for a hundredth of the volume.
+
+        A mesh that is not closed is not known to be the same; one that is flat has a warning of its own.
+        """
+        key = _digest(points, triangles)
+        if key not in self._fills:
+            volume = self._hull(points, prim_path)[1]
+            self._fills[key] = abs(abs(solid(points, triangles).volume) - volume) > _EMPTY * volume > 0.0
+        if self._fills[key]:
+            self._filled.append(prim_path)
+
+    def take_filled(self) -> list[str]:
+        """Return the paths that `note_filled` has noted since the last call."""
+        found, self._filled = list(dict.fromkeys(self._filled)), []
+        return found
+
+    def _hull(self, points: np.ndarray, prim_path: str) -> tuple[Solid, float]:
+        """Return the hull of points, and its volume with all its vertices: zero of flat points."""
         points = np.ascontiguousarray(points, np.float32).reshape(-1, 3)
         key = _digest(points)
         if key not in self._hulls:
@@ -62,7 +87,7 @@ class HullCache:
         return [self.hull(part, prim_path=prim_path) for part in self._parts[key]]
 
     def mesh(self, points: np.ndarray, triangles: np.ndarray) -> Solid:
-        """Return the triangles themselves, for static colliders without approximation."""
+        """Return the triangles themselves, for colliders that keep them."""
         points = np.ascontiguousarray(points, np.float32).reshape(-1, 3)
         triangles = np.ascontiguousarray(triangles, np.int32).reshape(-1, 3)
         key = _digest(points, triangles)
@@ -95,7 +120,8 @@ def inertia_from_covariance(covariance: np.ndarray) -> np.ndarray:
     return np.trace(covariance) * np.eye(3) - covariance
 
 
-def _hull(points: np.ndarray, prim_path: str) -> Solid:
+def _hull(points: np.ndarray, prim_path: str) -> tuple[Solid, float]:
+    """Return a hull, and its volume with all its vertices: zero of flat points."""
     points = np.unique(points[np.isfinite(points).all(axis=1)], axis=0).astype(np.float64)
     if not len(points):
         raise ValueError("no finite points")
@@ -106,27 +132,30 @@ def _hull(points: np.ndarray, prim_path: str) -> Solid:
             f"{_MIN_THICKNESS:.1%} of its size thick. Model it with a thickness to choose another.",
             key=f"flat hull {prim_path}",
         )
-    thick, hull = _capped(thick)
+    flat = thick is not points
+    thick, hull, volume = _capped(thick)
     triangles = hull.simplices.copy()
     a, b, c = (thick[triangles[:, corner]] for corner in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
     triangles[inward] = triangles[inward][:, ::-1]
     used, renumbered = np.unique(triangles, return_inverse=True)
-    return solid(thick[used], renumbered.reshape(triangles.shape))
+    return solid(thick[used], renumbered.reshape(triangles.shape)), 0.0 if flat else volume
 
 
-def _capped(points: np.ndarray) -> tuple[np.ndarray, ConvexHull]:
-    """Return points and their hull, which has at most `MAX_HULL_VERTICES` vertices."""
+def _capped(points: np.ndarray) -> tuple[np.ndarray, ConvexHull, float]:
+    """Return points, their hull with at most `MAX_HULL_VERTICES` vertices, and the volume of that of all points."""
     from scipy.spatial import ConvexHull, QhullError
 
     from usdsdg_physics.parse.shapes.hull_vertices import spread_over
 
     try:
-        kept = spread_over(points[ConvexHull(points, qhull_options="Qt").vertices], MAX_HULL_VERTICES)
-        return kept, ConvexHull(kept, qhull_options="Qt")
+        whole = ConvexHull(points, qhull_options="Qt")
+        kept = spread_over(points[whole.vertices], MAX_HULL_VERTICES)
+        return kept, ConvexHull(kept, qhull_options="Qt"), float(whole.volume)
     except QhullError:  # nearly flat in a direction of its own
         # TA counts the points added to the first tetrahedron; QJ moves points a little.
-        return points, ConvexHull(points, qhull_options=f"Qt TA{MAX_HULL_VERTICES - 4} QJ")
+        hull = ConvexHull(points, qhull_options=f"Qt TA{MAX_HULL_VERTICES - 4} QJ")
+        return points, hull, float(hull.volume)
 
 
 def _thickened(points: np.ndarray) -> np.ndarray:

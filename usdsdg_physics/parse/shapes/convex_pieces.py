@@ -34,7 +34,7 @@ def convex_pieces(
         for number in numbers:
             own = piece_of == number
             corners = number_of[rest[own]]
-            if not _is_closed(corners):
+            if not is_closed(corners):
                 continue
             volume, part = _solid(where.astype(np.float64), corners)
             inward.add(volume < 0.0)
@@ -56,7 +56,8 @@ def _connected(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
     return np.unique(piece_of), piece_of
 
 
-def _is_closed(triangles: np.ndarray) -> bool:
+def is_closed(triangles: np.ndarray) -> bool:
+    """Return whether two of the triangles (F, 3) meet at each edge, by the points that they share."""
     edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
 

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
 from usdsdg.compat.carb import Float3
 from usdsdg.compat.physics_schema_tools import encodeSdfPath, sdfPathToInt
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.geometry.fans import fans
 from usdsdg.stage.physics.instances import prim_of, split_instance
 
 if TYPE_CHECKING:
@@ -143,12 +145,14 @@ def usd_face(hit: RayHit) -> int:
     """Return the face of the USD mesh whose triangle was hit, NO_INDEX for other shapes."""
     if hit.face < 0:
         return NO_INDEX
-    left = hit.face
-    for face, corners in enumerate(UsdGeom.Mesh(_prim(hit.collision)).GetFaceVertexCountsAttr().Get() or ()):
-        left -= max(corners - 2, 0)
-        if left < 0:
-            return face
-    return NO_INDEX
+    mesh = UsdGeom.Mesh(_prim(hit.collision))
+    points = np.asarray(mesh.GetPointsAttr().Get() or (), np.float32).reshape(-1, 3)
+    counts, indices, holes = (
+        np.asarray(attribute.Get() or (), np.int64)
+        for attribute in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr(), mesh.GetHoleIndicesAttr())
+    )
+    faces = fans(points, counts, indices, holes).faces
+    return int(faces[hit.face]) if hit.face < len(faces) else NO_INDEX
 
 
 def material_path(collider: str) -> str:
