@@ -1,4 +1,4 @@
-"""Substeps of a step: more where joints are and swing, where small bodies touch something, near meshes, of fast bodies."""
+"""Substeps of a step: more where joints swing, where small bodies touch, near meshes, and of fast bodies."""
 
 from __future__ import annotations
 
