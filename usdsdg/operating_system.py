@@ -158,6 +158,14 @@ def numbers_of_processes() -> str:
         return ""
 
 
+def path_of_descriptor(descriptor: int) -> str:
+    """Return the path of an open file or folder; an empty one where the system does not tell it."""
+    try:
+        return os.readlink(f"/proc/self/fd/{descriptor}")
+    except OSError:
+        return ""
+
+
 def memory_of_process() -> dict[str, int]:
     """Return bytes by name: resident `rss`; on Linux also mapped `vms`, and `uss` that no other process shares.
 

@@ -64,6 +64,7 @@ def test_a_run_that_died_goes_on_where_it_was(made, tmp_path, frames):
     assert content(out) == content(whole)
 
 
+@in_soak
 def test_parts_of_another_seed_are_not_joined(tmp_path):
     job = write_job(tmp_path, "PoseWriter")
     for shard, name, seed in (("0/2", "out", "3"), ("1/2", "other", "4")):

@@ -66,6 +66,7 @@ def test_workers_make_a_dataset_in_a_bucket(bucket, whole):
     assert {key.removeprefix("run/"): data for key, data in bucket.objects.items()} == files
 
 
+@in_soak
 def test_a_run_into_a_bucket_that_was_killed_is_gone_on_with(bucket, whole):
     job, files = whole
     command = [sys.executable, "-m", "usdsdg", "generate", "-q", str(job), "--device", "cpu"]

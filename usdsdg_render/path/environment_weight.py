@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from usdsdg.parallel import launch_rows
+from usdsdg.parallel import CUDA_BLOCK, launch_rows
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.kernels.path.environment_weight import (
     GRID_SIZE,
@@ -31,4 +31,5 @@ def set_environment_weights(scene: DeviceScene, cameras: wp.array, *, threads: i
         threads=threads, band_rows=1,
     )  # fmt: skip
     # On the device, which would otherwise have to finish all before it for the host to look.
-    wp.launch(weigh_environment, count, inputs=[irradiance], outputs=[cameras], device=scene.device)
+    inputs, outputs = [irradiance], [cameras]
+    wp.launch(weigh_environment, count, inputs, outputs, device=scene.device, block_dim=CUDA_BLOCK)

@@ -92,6 +92,7 @@ def test_the_page_has_the_totals():
     assert page.rewritten(page.PAGE.read_text(encoding="utf-8")) == page.PAGE.read_text(encoding="utf-8")
 
 
+@in_soak
 def test_the_board_counts_every_known_name_once():
     total = sum(board.board().values(), Counter())
     assert total.total() == len(board.known_names())

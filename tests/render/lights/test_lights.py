@@ -8,6 +8,7 @@ import pytest
 from tests.render import scenes
 from tests.render.images import radiance
 from tests.render.lights import light_oracle
+from tests.sampled_cases import sampled
 from usdsdg_render.scene.scene import Dome, EmissionProfile
 from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
@@ -279,8 +280,8 @@ def shaped(c: np.ndarray, *, cone=180.0, softness=0.0, focus=0.0, tint=0.0) -> n
         dict(cone=70.0, softness=0.3, focus=1.5, tint=0.5),
     ],
 )
-@pytest.mark.parametrize("shape", ["sphere", "rect", "cylinder"])
-@pytest.mark.parametrize("turn", [0.0, 40.0, 140.0])
+@pytest.mark.parametrize("shape", sampled(["sphere", "rect", "cylinder"], 2))
+@pytest.mark.parametrize("turn", sampled([0.0, 40.0, 140.0], 2))
 def test_shaping_cuts_focuses_and_tints(shape, shaping, turn):
     kind, size, values = SHAPES[shape]
     position, frame = np.array([0.3, 0.2, 2.0]), turned(turn, 10.0)

@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from usdsdg.operating_system import path_of_descriptor
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 
 _RECIPE = os.path.join(BESIDE, "recipe.json")
@@ -115,19 +116,11 @@ def _real(path: Any, folder: Any, *, is_followed: bool) -> str | None:
         return None  # an open file
     text = os.fsdecode(path)
     if folder not in (None, -1):
-        text = os.path.join(_opened(folder), text)
+        text = os.path.join(path_of_descriptor(folder), text)
     if is_followed:
         return os.path.realpath(text)
     head, tail = os.path.split(os.path.abspath(text))
     return os.path.join(os.path.realpath(head), tail)
-
-
-def _opened(descriptor: Any) -> str:
-    """Return the path of an open folder; an empty one where the system does not tell it."""
-    try:
-        return os.readlink(f"/proc/self/fd/{descriptor}")
-    except OSError:
-        return ""
 
 
 _said: set[str] = set()
