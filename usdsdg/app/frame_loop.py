@@ -152,8 +152,8 @@ class Orchestrator:
 
     def _until_picture(self, delta_time: float | None) -> float:
         """Return the seconds by which the timeline will advance before the picture, or before its shutter closes."""
-        blurs = get_settings().get_as_bool("/omni/replicator/captureMotionBlur")
-        return max(self._duration(delta_time), 0.0) if self.captures > 0 or blurs else 0.0
+        advances = self.captures > 0 or render_mode(1).motion_blur
+        return max(self._duration(delta_time), 0.0) if advances else 0.0
 
     def _subframes(self, rt_subframes: int, fired: list[evaluate.Trigger]) -> int:
         requested = rt_subframes if rt_subframes > 0 else get_settings().get_as_int("/omni/replicator/RTSubframes")

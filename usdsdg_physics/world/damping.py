@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Damping:
-    """What the solver multiplies velocities with."""
+    """The damping of each body [1/s], with which the solver and `LinkDamping` reduce velocities."""
 
     def __init__(self, model: newton.Model, halves: Halves) -> None:
         self._model: Any = model
