@@ -17,7 +17,7 @@ from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.capture.capture import Capture
 from usdsdg.capture.output import close_writers, drain, in_spite_of_failures
 from usdsdg.capture.pictures_ahead import PicturesAhead
-from usdsdg.capture.render_settings import RenderMode, render_mode
+from usdsdg.capture.render_settings import RenderMode, opens_shutter, render_mode
 from usdsdg.capture.requests import is_watched
 from usdsdg.capture.worlds import WorldTap
 from usdsdg.errors import Unsupported, warn_once
@@ -26,7 +26,7 @@ from usdsdg.session import stage_context
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.progress import FRAMES, report
 from usdsdg.session.session import current
-from usdsdg.session.settings_store import captures_on_play, get_settings
+from usdsdg.session.settings_store import captures_motion_blur, captures_on_play, get_settings
 from usdsdg.session.termination import whole_frame
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage import assets
@@ -114,8 +114,7 @@ class Orchestrator:
         """Return whether a frame plays the timeline itself, as all but the first do where capture on play is set."""
         if not self._frames_of_run or not captures_on_play():
             return False
-        blurs = get_settings().get_as_bool("/omni/replicator/captureMotionBlur")
-        return blurs or (delta_time is None and get_timeline().is_auto_updating())
+        return captures_motion_blur() or (delta_time is None and get_timeline().is_auto_updating())
 
     def _step_worlds(self, rt_subframes: int, tap: WorldTap) -> None:
         """Capture many worlds, as if they were the next frames; graph and renderer run once for all of them."""
@@ -152,7 +151,7 @@ class Orchestrator:
 
     def _until_picture(self, delta_time: float | None) -> float:
         """Return the seconds by which the timeline will advance before the picture, or before its shutter closes."""
-        advances = self.captures > 0 or render_mode(1).motion_blur
+        advances = self.captures > 0 or opens_shutter()
         return max(self._duration(delta_time), 0.0) if advances else 0.0
 
     def _subframes(self, rt_subframes: int, fired: list[evaluate.Trigger]) -> int:

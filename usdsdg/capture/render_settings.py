@@ -8,7 +8,7 @@ from typing import Any
 from usdsdg.errors import warn_once
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session.progress import say_once
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings_store import captures_motion_blur, get_settings
 from usdsdg_render.settings import PathSettings, ToneSettings
 
 # Samples per pixel of the fast mode before it adds one per sub-frame; the denoiser needs a few.
@@ -47,18 +47,26 @@ def render_mode(rt_subframes: int) -> RenderMode:
     they are divided among the sub-frames. The fast modes take a few samples, one more per sub-frame, and filter them.
     """
     settings = get_settings()
-    name = settings.get_as_string("/rtx/rendermode")
-    if name == "PathTracing":
+    if _traces_paths():
         total = settings.get_as_int("/rtx/pathtracing/totalSpp")
         samples = max(total if total > 0 else settings.get_as_int("/rtx/pathtracing/spp"), 1)
         sub_frames = max(settings.get_as_int("/omni/replicator/pathTracedMotionBlurSubSamples"), 1)
-        blur = settings.get_as_bool("/omni/replicator/captureMotionBlur")
-        return _path_traced(samples, min(sub_frames, samples), blur)
+        return _path_traced(samples, min(sub_frames, samples), captures_motion_blur())
+    name = settings.get_as_string("/rtx/rendermode")
     if name not in ("RaytracedLighting", "RayTracedLighting", "RealTimePathTracing"):
         warn_once(
             f"/rtx/rendermode {name!r} is not known; using RaytracedLighting. Known: PathTracing, RaytracedLighting."
         )
     return _fast(rt_subframes)
+
+
+def opens_shutter() -> bool:
+    """Return whether the next frame shows motion while its shutter is open."""
+    return _traces_paths() and captures_motion_blur()
+
+
+def _traces_paths() -> bool:
+    return get_settings().get_as_string("/rtx/rendermode") == "PathTracing"
 
 
 def still_mode(samples: int | None) -> RenderMode:

@@ -158,6 +158,11 @@ def get_settings() -> Settings:
     return current().settings
 
 
+def captures_motion_blur() -> bool:
+    """Return whether pictures show the motion of a frame, where they are path traced."""
+    return get_settings().get_as_bool("/omni/replicator/captureMotionBlur")
+
+
 def captures_on_play() -> bool:
     """Return whether a playing timeline is captured, and runs and steps play it: `orchestrator.set_capture_on_play`."""
     return get_settings().get_as_bool("/omni/replicator/captureOnPlay")
