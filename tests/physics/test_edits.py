@@ -24,6 +24,22 @@ def test_velocity_set_while_playing():
     assert position(prim) == pytest.approx([0, 0.1, 0], abs=1e-5)
 
 
+@pytest.mark.parametrize("schema", ["SemanticsLabelsAPI", "PhysxRigidBodyAPI"])
+@pytest.mark.parametrize("at_parent", [False, True])
+def test_pose_and_velocity_set_with_a_schema_that_is_applied(schema, at_parent):
+    """An applied schema makes USD announce the whole prim anew, with what is below it."""
+    stage = new_stage()
+    prim = add(stage, "/World/box", gravity=False)
+    engine = playing(stage)
+    engine.advance(STEP)
+    labeled = prim.GetParent() if at_parent else prim
+    labeled.AddAppliedSchema(f"{schema}:class" if schema == "SemanticsLabelsAPI" else schema)
+    set_value(prim, "xformOp:translate", Gf.Vec3d(1, 2, 3))
+    set_value(prim, "physics:velocity", Gf.Vec3f(0, 6, 0))
+    engine.advance(STEP)
+    assert position(prim) == pytest.approx([1, 2.1, 3], abs=1e-5)
+
+
 def test_velocity_set_between_play_and_the_first_step():
     stage = new_stage()
     prim = add(stage, "/World/box", gravity=False)

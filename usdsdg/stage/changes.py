@@ -34,12 +34,14 @@ class Changes:
         edited: Sequence[Sdf.Path] = (),
         *,
         named: Sequence[Sdf.Path] | None = None,
+        resynced_edits: Sequence[Sdf.Path] = (),
     ) -> None:
         """`named` are those of `edited` without a handle; None: all."""
         self.resynced = set(resynced)
         self.handles = handles
         self.edited = edited
         self._named = edited if named is None else named
+        self.resynced_edits = resynced_edits
 
     def __bool__(self) -> bool:
         return bool(self.resynced or self.edited)
@@ -56,12 +58,12 @@ class Changes:
 
         An empty set means metadata only; "/" is the stage's own (metersPerUnit, upAxis).
         """
-        by_prim: dict[Sdf.Path, set[str]] = {}
-        for prim, path, name in map(_parts, self._named):
-            names = by_prim.setdefault(prim, set())
-            if path is not None:
-                names.add(name)
-        return by_prim
+        return _names_by_prim(self._named)
+
+    @cached_property
+    def changed_below_resynced(self) -> dict[Sdf.Path, set[str]]:
+        """The same as `changed` of `resynced_edits`."""
+        return _names_by_prim(self.resynced_edits)
 
     @cached_property
     def properties(self) -> list[Sdf.Path]:
@@ -183,7 +185,8 @@ def _sorted_out(
     roots = set(Sdf.Path.RemoveDescendentPaths(sorted(prims))) if prims else set()
     edited = list(changed if resynced <= prims else changed | resynced - prims)
     if roots:
-        return Changes(roots, (), [path for path in edited if not _has_prefix(_parts(path)[0], roots)])
+        below = {path for path in edited if _has_prefix(_parts(path)[0], roots)}
+        return Changes(roots, (), [path for path in edited if path not in below], resynced_edits=list(below))
     if not handles:
         return Changes((), (), edited)
     found = list(map(handles.get, edited))
@@ -245,6 +248,15 @@ class _Notices:
         edits = _Edits(notice.GetChangedInfoOnlyPaths(), resynced, reapplied)
         for reader in readers:
             reader.record(edits)
+
+
+def _names_by_prim(paths: Iterable[Sdf.Path]) -> dict[Sdf.Path, set[str]]:
+    by_prim: dict[Sdf.Path, set[str]] = {}
+    for prim, path, name in map(_parts, paths):
+        names = by_prim.setdefault(prim, set())
+        if path is not None:
+            names.add(name)
+    return by_prim
 
 
 def _has_prefix(path: Sdf.Path, roots: set[Sdf.Path]) -> bool:

@@ -130,16 +130,22 @@ class EditReader:
             return edits
         if self._scene.is_empty and not _names_physics(changes):
             return edits
-        self._note_sampled(changes)
+        changed = changes.changed if not changes.resynced else self._with_resynced(changes)
+        self._note_sampled(changed)
         cache = BodyXformCache(self._sampled)
-        for path, names in changes.changed.items():
+        for path, names in changed.items():
             self._read_prim(str(path), names, cache, edits)
             if edits.rebuild:
                 break
         return edits
 
-    def _note_sampled(self, changes: Changes) -> None:
-        for path, names in changes.changed.items():
+    def _with_resynced(self, changes: Changes) -> dict[Sdf.Path, set[str]]:
+        """Return what changed, also on prims that were read again and are the same but for poses and velocities."""
+        below = changes.changed_below_resynced.items()
+        return changes.changed | {path: names for path, names in below if self._stage.GetPrimAtPath(path)}
+
+    def _note_sampled(self, changed: dict[Sdf.Path, set[str]]) -> None:
+        for path, names in changed.items():
             body = self._scene.bodies.get(str(path))
             if body is not None and not body.kinematic:
                 ops = (path.AppendProperty(name) for name in names if name.startswith("xformOp:"))
@@ -289,8 +295,8 @@ class EditReader:
 
 def velocities_set(path: str, changes: Changes) -> np.ndarray:
     """Return which (6,) of the linear and the angular velocity of a body changed on the stage."""
-    owner = (split_instance(path) or (path,))[0]
-    return _set(changes.changed.get(Sdf.Path(owner), set()))
+    owner = Sdf.Path((split_instance(path) or (path,))[0])
+    return _set(changes.changed.get(owner, set()) | changes.changed_below_resynced.get(owner, set()))
 
 
 def _set(names: set[str]) -> np.ndarray:
