@@ -2,6 +2,7 @@
 
 import io
 import itertools
+import sys
 
 import pytest
 
@@ -32,6 +33,18 @@ def lines(clock, steps, label="files written", total=None) -> list[str]:
     for clock.now, done in steps:
         reporter(label, done, total)
     return [line.removeprefix(f"[usdsdg] {label}: ") for line in stream.getvalue().splitlines()]
+
+
+def test_lines_go_to_the_stderr_of_their_time(monkeypatch):
+    """Test runners replace it for each test, and close it."""
+    first, second = io.StringIO(), io.StringIO()
+    monkeypatch.setattr(sys, "stderr", first)
+    reporter = LineReporter()
+    reporter.say("one")
+    first.close()
+    monkeypatch.setattr(sys, "stderr", second)
+    reporter.say("two")
+    assert second.getvalue() == "[usdsdg] two\n"
 
 
 def test_nothing_is_said_of_short_tasks_but_of_the_number_of_frames(clock):

@@ -47,7 +47,7 @@ class LineReporter:
     """Plain lines for logs: one every few seconds of each task that takes long, and its end."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
-        self._stream = stream or sys.stderr
+        self._stream = stream  # None: what `sys.stderr` is at each line, since test runners replace and close it
         self._started: dict[str, float] = {}
         self._last: dict[str, float] = {}
 
@@ -71,7 +71,7 @@ class LineReporter:
         return last + min(max(LINE_INTERVAL, (last - started) / 10), LONGEST_INTERVAL)
 
     def say(self, line: str) -> None:
-        print(f"[usdsdg] {line}", file=self._stream, flush=True)
+        print(f"[usdsdg] {line}", file=self._stream or sys.stderr, flush=True)
 
     def close(self) -> None: ...
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Usd, UsdGeom, UsdSkel
 
 import usdsdg as rep
 from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
@@ -214,6 +214,49 @@ def test_a_shape_that_is_another_in_every_frame_has_few_models(stage, tmp_path):
         )
     assert len(info) == 1 + MOST_SHAPES
     assert ids[-4:] == [[1, ids[-1][1]]] * 4
+
+
+def _sampled_points(mesh):
+    mesh.GetPointsAttr().Set([(-0.5, 0, -0.5), (0.5, 0, -0.5), (0, 0, 0.5)], 0)
+    mesh.GetPointsAttr().Set([(-0.5, 0, -0.5), (0.5, 0, -0.5), (0, 0, 0.9)], 24)
+
+
+def _moved_part(mesh):
+    move = mesh.AddTranslateOp()
+    move.Set((0, 0, 0), 0)
+    move.Set((0, 0, 1), 24)
+
+
+def _skinned(mesh):
+    stage = mesh.GetPrim().GetStage()
+    UsdSkel.Root.Define(stage, "/group")
+    skeleton = UsdSkel.Skeleton.Define(stage, "/group/bones")
+    UsdSkel.BindingAPI.Apply(mesh.GetPrim()).CreateSkeletonRel().SetTargets([skeleton.GetPath()])
+
+
+@pytest.mark.parametrize(
+    ("deform", "why"),
+    [
+        (_sampled_points, r"points of /group/mesh has time samples"),
+        (_moved_part, r"/group/mesh moves within it"),
+        (_skinned, r"/group/mesh is skinned"),
+    ],
+)
+def test_a_prim_that_deforms_over_time_is_named(stage, tmp_path, deform, why):
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match=rf"/group deforms \({why}\), and its model is rigid"):
+        shaped(tmp_path, lambda step, mesh: deform(mesh), 1)
+
+
+def test_a_part_with_a_label_of_its_own_deforms_nothing(stage, tmp_path, recwarn):
+    def edit(step, mesh):
+        add_labels(mesh.GetPrim(), {"class": "cloth"})
+        _moved_part(mesh)
+        rep.functional.create.cube(parent="/group", scale=0.2)
+
+    forget_warnings()
+    shaped(tmp_path, edit, 1)
+    assert not [each for each in recwarn if "deforms" in str(each.message)]
 
 
 def test_labeled_parts_are_not_in_the_model_of_the_whole(stage, tmp_path):

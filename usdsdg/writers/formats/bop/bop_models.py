@@ -15,10 +15,11 @@ from pxr import Usd, UsdGeom
 from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.errors import warn_once
+from usdsdg.stage.geometry.deforming import deformations
 from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses.transforms import as_array
-from usdsdg.stage.semantics.labels import get_labels
+from usdsdg.stage.semantics.labels import get_labels, is_labeled
 from usdsdg.writers.formats.bop.shape_edits import ShapeEdits
 
 # Further shapes of a class have its id plus as many of these.
@@ -140,6 +141,8 @@ class Models:
         models, key = self._known.setdefault(path, {}), (number, np.round(stretch, 3).tobytes())
         if key not in models:
             model = model_of(stage, path, stretch)
+            if model is not None:
+                warn_of_deformation("BopWriter", stage, path)
             models[key] = None if model is None else self._id_of(number, name, model)
         return models[key]
 
@@ -204,7 +207,7 @@ def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
 
     stretch: linear map (3, 3), for row vectors, from the prim's frame to the model's.
     """
-    prim = stage.GetPrimAtPath(re.sub(r"(\[\d+\])+$", "", path))
+    prim = stage.GetPrimAtPath(_own_path(path))
     if not prim:
         return None
     to_local = np.linalg.inv(as_array(UsdGeom.XformCache().GetLocalToWorldTransform(prim)))
@@ -228,6 +231,22 @@ def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
     if not count:
         return None
     return Model(np.concatenate(points).astype(np.float32), np.concatenate(triangles).astype(np.int32))
+
+
+def warn_of_deformation(writer: str, stage: Usd.Stage, path: str) -> None:
+    """Warn once, in the name of a writer, where a labeled prim deforms over time, of which its model has no part."""
+    prim = stage.GetPrimAtPath(_own_path(path))
+    deformation = next(deformations(prim, is_labeled), None)
+    if deformation is not None:
+        warn_once(
+            f"{writer}: {path} deforms ({deformation}), and its model is rigid: it has the shape of the default time, "
+            "without skins, so that masks differ from it. Label parts that are rigid, or leave the prim unlabeled."
+        )
+
+
+def _own_path(path: str) -> str:
+    """Return the path of the prim of which a point instance, as `/Instancer[3]`, is one."""
+    return re.sub(r"(\[\d+\])+$", "", path)
 
 
 def _own_faces(owner: Usd.Prim, mesh: Usd.Prim) -> np.ndarray | None:

@@ -7,13 +7,7 @@ from collections.abc import Iterable, Iterator
 from pxr import Usd
 
 from usdsdg.stage.changes import Changes, ChangeTracker
-
-# Attributes of gprims and of point instancers that decide on triangles.
-_SHAPE = {
-    "points", "faceVertexIndices", "faceVertexCounts", "holeIndices", "orientation", "subdivisionScheme", "size",
-    "radius", "radiusTop", "radiusBottom", "height", "width", "length", "axis", "positions", "orientations", "scales",
-    "protoIndices", "purpose",
-}  # fmt: skip
+from usdsdg.stage.geometry.deforming import SHAPE_ATTRIBUTES
 
 
 class ShapeEdits:
@@ -41,7 +35,7 @@ def _edited(changes: Changes) -> Iterator[str]:
     for path in changes.resynced:
         yield from _upwards(str(path.GetParentPath()))
     for names, paths in changes.by_names.items():
-        is_shape = not names.isdisjoint(_SHAPE)
+        is_shape = not names.isdisjoint(SHAPE_ATTRIBUTES)
         is_move = any(name.startswith("xformOp") for name in names)
         for path in paths if is_shape or is_move else ():
             # A labeled prim that is moved itself has the shape that it had.

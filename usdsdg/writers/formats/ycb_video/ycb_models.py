@@ -10,7 +10,7 @@ from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.errors import warn_once
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.transforms import as_array, local_to_world, meters_per_unit
-from usdsdg.writers.formats.bop.bop_models import Stretches, model_of
+from usdsdg.writers.formats.bop.bop_models import Stretches, model_of, warn_of_deformation
 from usdsdg.writers.formats.bop.shape_edits import ShapeEdits
 from usdsdg.writers.formats.ycb_video.ycb_pictures import first_class
 
@@ -67,6 +67,8 @@ class Models:
     def _compare(self, path: str, name: str, stretch: np.ndarray) -> None:
         model = model_of(current_stage(), path, stretch)
         points = None if model is None else model.points
+        if model is not None:
+            warn_of_deformation("YCBVideoWriter", current_stage(), path)
         if name not in self._points:
             self._points[name] = points
         elif not _equal(self._points[name], points):
