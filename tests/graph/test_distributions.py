@@ -146,6 +146,14 @@ def test_a_number_is_broadcast_to_the_other_bound():
         (lambda: distribution.normal(0, 1, seed=1.5), "seed is 1.5"),
         (lambda: distribution.choice("/World/a.usd"), "choices is '/World/a.usd'; expected a list"),
         (lambda: distribution.choice(5), "choices is 5; expected a list"),
+        (
+            lambda: distribution.choice([[("class", distribution.choice(["a", "b"]))]]),
+            r"choices\[0\] is a list with OgnSampleChoice .* in it; nothing would draw that",
+        ),
+        (
+            lambda: distribution.sequence([1, (distribution.uniform(0, 1), 2)]),
+            r"items\[1\] is a list with OgnSampleUniform .* in it",
+        ),
         (lambda: distribution.choice([1, 2], weights=["a", 1]), "weights=.* must be 2 numbers"),
         (lambda: distribution.choice([1, 2], weights=[float("nan"), 1]), "weights=.* must be 2 numbers"),
         (lambda: distribution.sequence("abc"), "items is 'abc'; expected a list"),

@@ -2,7 +2,7 @@
 
 import abc
 import copy
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -87,6 +87,12 @@ class Distribution(ReplicatorItem, abc.ABC):
             raise GraphError(f"{self.node.describe()}: {name} is {shown(given)}; expected a list")
         if not (items := list(given)):
             raise GraphError(f"{self.node.describe()}: {name} is empty; give at least one")
+        for index, item in enumerate(items):
+            if isinstance(item, (list, tuple)) and (inner := next(_distributions_in(item), None)) is not None:
+                raise GraphError(
+                    f"{self.node.describe()}: {name}[{index}] is a list with {inner.node.describe()} in it; nothing "
+                    "would draw that. List the values that are drawn, or give distributions in place of lists."
+                )
         return items
 
     @abc.abstractmethod
@@ -96,6 +102,15 @@ class Distribution(ReplicatorItem, abc.ABC):
     def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:
         """Draw for many executions: (executions, prims, ...), objects where values are no numbers of one shape."""
         return as_columns([list(self.sample(consumer, int(each), prims)) for each in executions])
+
+
+def _distributions_in(values: Iterable[Any]) -> Iterator[Distribution]:
+    """Yield the distributions in lists in lists."""
+    for value in values:
+        if isinstance(value, Distribution):
+            yield value
+        elif isinstance(value, (list, tuple)):
+            yield from _distributions_in(value)
 
 
 @dataclass(frozen=True)
