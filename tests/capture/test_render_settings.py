@@ -15,7 +15,7 @@ from usdsdg_render.path import oidn_denoiser
 def settings(monkeypatch):
     fresh = Settings()
     monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: False)
-    monkeypatch.setattr("usdsdg.capture.render_settings.get_settings", lambda: fresh)
+    monkeypatch.setattr(current(), "settings", fresh)
     forget_warnings()
     return fresh
 

@@ -1,7 +1,7 @@
 """Annotators: the labels of one rendered frame, as arrays and tables (`rep.annotators`)."""
 
 from usdsdg.annotators import kinds  # noqa: F401 - registers the annotators
-from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, detach_all, requirements
+from usdsdg.annotators.annotator import Annotator, attached_annotators, detach_all
 from usdsdg.annotators.annotator_registry import AnnotatorRegistry, NodeConnectionTemplate
 from usdsdg.annotators.augmentations import defaults  # noqa: F401 - registers the augmentations
 from usdsdg.annotators.augmentations.augmentation import (
@@ -22,6 +22,7 @@ from usdsdg.annotators.named_annotators import (
     unregister_annotator,
 )
 from usdsdg.annotators.payload import Capture, build_payload, lay_out
+from usdsdg.annotators.requirements import Requirements, requirements
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, AugmentationError
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import copy
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from usdsdg.annotators.augmentations.array_transform import ArrayTransform
 from usdsdg.annotators.base import Annotation, AnnotatorSpec, predicate_of
+from usdsdg.annotators.delivery import Delivery
 from usdsdg.annotators.device_arrays import checked_device, delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.ownership import parse_filter
@@ -20,7 +21,6 @@ from usdsdg.annotators.packed_colors import packed
 from usdsdg.annotators.render_products import chosen_products, existing_products, render_product_paths
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, ArgumentError, Unsupported
-from usdsdg.session.engines import renderer_device
 from usdsdg.session.replicator_version import OLD, replicator_version
 from usdsdg.session.session import current
 
@@ -40,9 +40,7 @@ class Annotator:
     ) -> None:
         self._spec = spec
         self._render_product_idxs = None if render_product_idxs is None else tuple(render_product_idxs)
-        self._device = _device(device)
-        self._is_moved = False  # to the renderer's device, by a Warp kernel
-        self._do_array_copy = do_array_copy
+        self._delivery = Delivery(_device(device), copies=do_array_copy)
         self._name = name or spec.name
         self._params: dict[str, Any] = dict(spec.params)
         self._augmentations: list[ArrayTransform] = []
@@ -97,22 +95,12 @@ class Annotator:
     @property
     def device(self) -> str | None:
         """The device that it was created with: None or "cpu" for NumPy arrays, else that of its Warp arrays."""
-        return self._device
-
-    def warp_device(self, *, kernels: bool = True) -> str | None:
-        """Return the device of the Warp arrays that it delivers; None if it delivers NumPy arrays.
-
-        kernels: whether it delivers Warp arrays also because a Warp kernel has augmented them: on the renderer's
-            device, as Replicator, which then moves an annotator to the GPU.
-        """
-        if self._device not in (None, "cpu"):
-            return self._device
-        return renderer_device() if kernels and self._is_moved else None
+        return self._delivery.device
 
     @property
-    def copies_arrays(self) -> bool:
-        """Whether it delivers copies of its arrays, which may be written into."""
-        return self._do_array_copy
+    def delivery(self) -> Delivery:
+        """Where its arrays are delivered, and whether they are copies."""
+        return self._delivery
 
     @property
     def render_product(self) -> str | None:
@@ -131,7 +119,7 @@ class Annotator:
         if self._params.get("colorize") and annotation.data is not None and replicator_version() == OLD:
             annotation = Annotation(packed(frame.on_host(annotation.data)), annotation.info)
         counts: Counter[str] = Counter()
-        device = self.warp_device() if self._augmentations else None
+        device = self._delivery.warp_device() if self._augmentations else None
         for augmentation in self._augmentations:
             # Random draws depend on this key, so that adding other augmentations does not change them.
             key = f"{frame.render_product}/{self._name}/{augmentation.label}#{counts[augmentation.label]}"
@@ -286,8 +274,8 @@ class Annotator:
         if self in current().annotators:
             current().live.refresh(self)
         current().wait_for_pictures()
-        copy = do_array_copy or self._do_array_copy
-        warp_device = self.warp_device() if device is None else None if device == "cpu" else device
+        copy = do_array_copy or self._delivery.copies
+        warp_device = self._delivery.warp_device() if device is None else None if device == "cpu" else device
         latest = delivered(self._latest or self._spec.before_first_frame(), warp_device, copy=copy)
         return latest.legacy() if use_legacy_structure else latest.flat()
 
@@ -311,9 +299,8 @@ class Annotator:
         device = _device(device)
         transform = ArrayTransform.of(augmentation).with_arguments(data_out_shape, kwargs)
         self._augmentations.append(transform)
-        self._is_moved = device is None and (self._is_moved or transform.gives_warp_array)
+        self._delivery = self._delivery.augmented([transform], device)
         self._name = name or self._name
-        self._device = device or self._device
         return self
 
     def augment_compose(self, augmentations: Sequence[Any], name: str | None = None) -> Annotator:
@@ -324,13 +311,13 @@ class Annotator:
         """
         transforms = [ArrayTransform.of(each).with_arguments(None, {}) for each in augmentations]
         self._augmentations += transforms
-        self._is_moved = self._is_moved or any(each.gives_warp_array for each in transforms)
+        self._delivery = self._delivery.augmented(transforms)
         self._name = name or self._name
         return self
 
     def on_its_device(self) -> Annotator:
         """Deliver arrays where `device` says from now on, also those of Warp kernels; returns the annotator itself."""
-        self._is_moved = False
+        self._delivery = replace(self._delivery, is_moved=False)
         return self
 
     def copy(self, name: str | None = None, *, device: str | None = None, do_array_copy: bool = True) -> Annotator:
@@ -339,9 +326,8 @@ class Annotator:
         It copies arrays if this one does and `do_array_copy` is True.
         """
         twin = copy.copy(self)
-        twin._do_array_copy = self._do_array_copy and do_array_copy
-        twin._name, twin._device = name or self._name, _device(device) or self._device
-        twin._is_moved = self._is_moved and device is None
+        twin._name = name or self._name
+        twin._delivery = self._delivery.of_copy(_device(device), do_array_copy)
         twin._params, twin._augmentations = dict(self._params), list(self._augmentations)
         twin._render_product = twin._latest = None
         twin._is_detachable = False
@@ -408,26 +394,3 @@ def detach_all() -> None:
     """Detach every annotator, as for a new stage."""
     for annotator in attached_annotators():
         annotator.release()
-
-
-@dataclass(frozen=True)
-class Requirements:
-    """What a set of annotators needs rendered in one frame."""
-
-    aovs: frozenset[str] = frozenset()
-    amodal_masks: bool = False
-    path_tracing: bool = False
-    filters: tuple[str | None, ...] = ()
-    earlier_captures: int = 0
-
-
-def requirements(annotators: Iterable[Annotator]) -> Requirements:
-    """Return the union of what `annotators` need."""
-    annotators = list(annotators)
-    return Requirements(
-        frozenset().union(*(a.aovs for a in annotators)),
-        any(a.needs_amodal_masks for a in annotators),
-        any(a.needs_path_tracing for a in annotators),
-        tuple(dict.fromkeys(a.label_filter for a in annotators)),
-        max((a.earlier_captures for a in annotators), default=0),
-    )

@@ -72,11 +72,11 @@ def _annotations(annotators: Sequence[Annotator], frame: Frame, reader: Reader) 
     is delivered on the host comes from a GPU in one go.
     """
     computed = [(annotator, annotator.compute(frame)) for annotator in annotators]
-    devices = [annotator.warp_device(kernels=not reader.reads_numpy) for annotator in annotators]
+    devices = [annotator.delivery.warp_device(kernels=not reader.reads_numpy) for annotator in annotators]
     frame.fetch(array for (_, each), device in zip(computed, devices) if device is None for array in each.images)
     return {
         annotator.get_name(): delivered(
-            each, device, copy=annotator.copies_arrays and not reader.shares_arrays, fetch=frame.on_host
+            each, device, copy=annotator.delivery.copies and not reader.shares_arrays, fetch=frame.on_host
         )
         for (annotator, each), device in zip(computed, devices)
     }

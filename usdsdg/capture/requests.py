@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from usdsdg.annotators.annotator import Annotator, Requirements, attached_annotators, requirements
+from usdsdg.annotators.annotator import Annotator, attached_annotators
+from usdsdg.annotators.requirements import Requirements, requirements
 from usdsdg.capture.records import frames as frame_records
 from usdsdg.capture.records.pictures import AOVS as RECORDED_AOVS
 from usdsdg.capture.tap import Tap, history_of

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from usdsdg.annotators.annotator import Annotator, requirements
+from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.base import Annotation
 from usdsdg.annotators.device_arrays import delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.labeled_prims import LabeledPrimReader
+from usdsdg.annotators.requirements import requirements
 from usdsdg.capture.exposure import SAMPLES_PER_CALL
 from usdsdg.capture.frame_scene import EarlierPoints, FrameScene
 from usdsdg.capture.render_settings import RenderMode, glass_labels, path_settings, still_mode, tone_settings
