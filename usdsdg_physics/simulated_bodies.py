@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from usdsdg.errors import PhysicsError
-from usdsdg.stage.poses.rotations import matrix_from_quat
+from usdsdg.stage.poses.rotations import rotated
 from usdsdg_physics.play import PlaySession
 from usdsdg_physics.scene.body_masses import BodyMasses
 
@@ -36,7 +36,7 @@ class SimulatedBodies:
         rows, units = self._rows(bodies), self._session.units
         newtons, meters = units.kilograms * units.meters, units.meters
         poses = self._world.poses().astype(np.float64)[rows]
-        centers = np.einsum("ni,nij->nj", self._world.center[rows], matrix_from_quat(poses[:, 3:])) + poses[:, :3]
+        centers = rotated(poses[:, 3:], self._world.center[rows]) + poses[:, :3]
         arms = np.where(np.isnan(points), 0.0, points * meters - centers)
         force = forces * newtons
         self._world.add_wrenches(rows, np.hstack([force, torques * newtons * meters + np.cross(arms, force)]))

@@ -32,7 +32,7 @@ from usdsdg_physics.world.kinematic_motion import KinematicMotion
 from usdsdg_physics.world.steady_forces import SteadyForces
 from usdsdg_physics.world.step_corrections import StepCorrections, StepKind
 from usdsdg_physics.world.step_launches import StepLaunches
-from usdsdg_physics.world.substeps import Substeps
+from usdsdg_physics.world.substeps.substeps import Substeps
 
 # Kinetic energy per mass [m²/s²] below which a body rests: that of 1 mm/s.
 REST_ENERGY = 5e-7

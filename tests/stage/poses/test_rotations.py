@@ -142,3 +142,12 @@ def test_one_matrix_has_the_bits_of_one_of_many():
     quats = np.concatenate([quats, quats.astype(np.float32), np.eye(4)])
     one = np.array([rotations.matrix_from_quat(quat) for quat in quats])
     assert (one.view(np.int64) == rotations.matrix_from_quat(quats).view(np.int64)).all()
+
+
+@given(degrees=angles, vector=offsets)
+@settings(max_examples=30)
+def test_vectors_are_rotated_as_gf_rotates_them(degrees, vector):
+    turn = Gf.Rotation(AXES["Z"], degrees[2]) * Gf.Rotation(AXES["X"], degrees[0])
+    quat = turn.GetQuat()
+    found = rotations.rotated([[*quat.GetImaginary(), quat.GetReal()]] * 2, [vector] * 2)
+    np.testing.assert_allclose(found, [turn.TransformDir(Gf.Vec3d(*vector))] * 2, atol=1e-9)

@@ -100,6 +100,11 @@ def _matrix_of_one(x: float, y: float, z: float, w: float) -> list[list[float]]:
     ]
 
 
+def rotated(quat_xyzw: ArrayLike, vectors: ArrayLike) -> Array:
+    """Return vectors (..., 3) rotated by quaternions (..., 4)."""
+    return np.einsum("...i,...ij->...j", vectors, matrix_from_quat(quat_xyzw))
+
+
 def matrix_from_euler(degrees: ArrayLike, order: str = "XYZ") -> Array:
     """Return the rotation matrices (..., 3, 3) of a USD rotate op; "XYZ" rotates about x first.
 

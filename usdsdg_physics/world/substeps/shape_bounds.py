@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from usdsdg.stage.poses.rotations import matrix_from_quat
+from usdsdg.stage.poses.rotations import matrix_from_quat, rotated
 
 if TYPE_CHECKING:
     import newton
@@ -25,7 +25,7 @@ class ShapeBounds:
         moving = np.flatnonzero(body >= 0)
         self._statics, self.body = np.flatnonzero(body < 0), body[moving]
         local = _numbers(model.shape_transform)[moving].astype(np.float64)
-        self._center = _turn(local[:, 3:], middle[moving]) + local[:, :3]
+        self._center = rotated(local[:, 3:], middle[moving]) + local[:, :3]
         reach = _numbers(model.shape_gap) + _numbers(model.shape_margin)
         # Of the shapes of bodies, (M,): their bodies are `body`.
         self.radius = np.linalg.norm(half, axis=1)[moving] + reach[moving]
@@ -46,13 +46,8 @@ class ShapeBounds:
 
     def centers(self, poses: np.ndarray) -> np.ndarray:
         """Return the centers (M, 3) of the spheres for poses (N, 7) of the bodies."""
-        return _turn(poses[self.body, 3:], self._center) + poses[self.body, :3]
+        return rotated(poses[self.body, 3:], self._center) + poses[self.body, :3]
 
 
 def _numbers(array: object) -> np.ndarray:
     return array.numpy()  # pyright: ignore[reportAttributeAccessIssue]
-
-
-def _turn(rotations: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Rotate vectors (N, 3) by quaternions (N, 4)."""
-    return np.einsum("nij,ni->nj", matrix_from_quat(rotations), vectors)

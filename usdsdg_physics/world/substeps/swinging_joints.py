@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from usdsdg.stage.poses.rotations import matrix_from_quat
+from usdsdg.stage.poses.rotations import rotated
 
 if TYPE_CHECKING:
     import newton
@@ -47,7 +47,7 @@ class SwingingJoints:
 
         poses, velocities: (N, 7) and (N, 6) of all bodies.
         """
-        arms = np.einsum("ni,nij->nj", self._arms, matrix_from_quat(poses[self._bodies, 3:].astype(np.float64)))
+        arms = rotated(poses[self._bodies, 3:].astype(np.float64), self._arms)
         rates = np.linalg.norm(np.cross(velocities[self._bodies, 3:], arms), axis=1)
         turn, factor = float(np.nan_to_num(rates).max()) * substep, 1
         while factor < MAX_FACTOR and turn > factor * MAX_TURN:

@@ -8,7 +8,7 @@ import numpy as np
 
 from usdsdg_physics.scene.extents import half_thickness
 from usdsdg_physics.scene.records import Scene
-from usdsdg_physics.world.shape_bounds import ShapeBounds
+from usdsdg_physics.world.substeps.shape_bounds import ShapeBounds
 
 if TYPE_CHECKING:
     import newton
