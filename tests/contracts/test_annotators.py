@@ -10,7 +10,7 @@ from pxr import Sdf
 from tests.annotators.ray_caster import CAMERA, known, make_frame, new_stage
 from tests.annotators.scenes import add_camera, street
 from usdsdg import annotators
-from usdsdg.annotators.device_arrays import delivered
+from usdsdg.annotators.delivery import delivered
 from usdsdg.session import render_products, stage_context
 from usdsdg.stage.geometry.pixel_masks import PixelMasks
 

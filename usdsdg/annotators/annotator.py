@@ -13,8 +13,7 @@ import numpy as np
 
 from usdsdg.annotators.augmentations.array_transform import ArrayTransform
 from usdsdg.annotators.base import Annotation, AnnotatorSpec, predicate_of
-from usdsdg.annotators.delivery import Delivery
-from usdsdg.annotators.device_arrays import checked_device, delivered
+from usdsdg.annotators.delivery import Delivery, checked_device, delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.ownership import parse_filter
 from usdsdg.annotators.packed_colors import packed

@@ -8,7 +8,7 @@ import numpy as np
 
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.base import Annotation
-from usdsdg.annotators.device_arrays import delivered
+from usdsdg.annotators.delivery import delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.errors import WriterError
 

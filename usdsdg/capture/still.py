@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.base import Annotation
-from usdsdg.annotators.device_arrays import delivered
+from usdsdg.annotators.delivery import delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.labeled_prims import LabeledPrimReader
 from usdsdg.annotators.requirements import requirements

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.base import Annotation
-from usdsdg.annotators.device_arrays import delivered
+from usdsdg.annotators.delivery import delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.session.session import current
 
