@@ -378,3 +378,35 @@ def test_normal_maps_change_bump_normals_only():
     plain = scenes.scene_of([(scenes.sphere(), scenes.moved(), 0)])
     labels = renderer_of(plain).labels(some_view(), ["normals", "bump_normals"])
     np.testing.assert_array_equal(labels["normals"], labels["bump_normals"])
+
+
+@pytest.mark.parametrize("rotated", [False, True])
+@pytest.mark.parametrize("size", [1e2, 1e4, 1e6, 1e7])
+def test_depths_of_a_large_floor_are_those_of_its_plane(size, rotated):
+    """A camera 1.5 units above a floor of up to 10,000 km, of which single precision would lose the depth."""
+    floor = scenes.square()
+    floor = scenes.prototype(floor.points * np.float32(size), floor.triangles)
+    q, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
+    rotation = q * np.sign(np.linalg.det(q)) if rotated else np.eye(3)
+    eye, target = (0.3, 0.2, 1.5) @ rotation, (1.3, 0.2, 1.0) @ rotation
+    view = scenes.view_from(eye, target, size=(48, 48), clipping_range=(0.01, 1e9))
+    scene = scenes.scene_of([(floor, scenes.moved((0, 0, 0), rotation=rotation.T), 0)])
+    labels = renderer_of(scene).labels(view, ["distance_to_camera", "distance_to_image_plane", "position"])
+    rows, columns = np.mgrid[:48, :48] + 0.5
+    _, directions = view.rays(np.stack([columns.ravel(), rows.ravel()], -1))
+    directions = directions @ view.local_to_world[:3, :3]
+    normal = rotation[2]
+    with np.errstate(divide="ignore"):
+        expected = (view.local_to_world[3, :3] @ normal) / -(directions @ normal)
+    points = view.local_to_world[3, :3] + expected[:, None] * directions
+    onto = (expected > 0) & (np.abs(points @ rotation.T)[:, :2] < size).all(1)
+    assert onto.mean() > 0.5
+    found = labels["distance_to_camera"].ravel()
+    assert (np.isfinite(found) == onto).all()
+    # At grazing angles the direction's own rounding counts as much more as the ray is longer than its height.
+    tolerance = 2e-6 * np.maximum(expected[onto], 1.0) * expected[onto]
+    assert (np.abs(found[onto] - expected[onto]) < tolerance).all()
+    aside = np.linalg.norm(labels["position"].reshape(-1, 3)[onto] - points[onto], axis=1)
+    assert (aside < 2 * tolerance + 1e-5 * expected[onto]).all()
+    depth = view.project(points[onto])[1]
+    assert (np.abs(labels["distance_to_image_plane"].ravel()[onto] - depth) < tolerance).all()

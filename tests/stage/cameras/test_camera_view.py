@@ -187,6 +187,24 @@ def test_scale_above_a_camera_does_not_scale_depths(stage):
     assert view.project(target)[1][0] == pytest.approx(7)
 
 
+@pytest.mark.parametrize("scale", [(1, 3, 1), (1, 1.05, 1), (2, -1, 0.5), (1, 200, 1)])
+def test_a_sheared_camera_looks_as_gf_has_it(stage, scale):
+    camera = make(stage, path="/World/rig/cam")
+    author_pose(UsdGeom.Xform.Define(stage, "/World/rig").GetPrim(), scale=scale)
+    errors.forget_warnings()
+    with pytest.warns(UsdsdgWarning, match="/World/rig/cam: the camera is sheared by a scale above it"):
+        view = camera_view.read_camera(stage, "/World/rig/cam", RESOLUTION)
+    axes = view.local_to_world[:3, :3]
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+    frustum = Gf.Frustum()
+    frustum.SetPositionAndRotationFromMatrix(camera.ComputeLocalToWorldTransform(0))
+    expected = np.array(Gf.Matrix3d(frustum.rotation))
+    expected[0] *= np.sign(np.prod(scale))  # Gf unmirrors the camera; here its picture shows the stage as it is
+    np.testing.assert_allclose(axes, expected, atol=2e-6)
+    target = view.local_to_world[3, :3] - 7 * axes[2]
+    assert view.project(target)[1][0] == pytest.approx(7)
+
+
 def test_the_only_camera_below_a_prim_is_found(stage):
     make(stage, path="/Replicator/Camera_Xform/Camera")
     view = camera_view.read_camera(stage, "/Replicator/Camera_Xform", RESOLUTION)

@@ -17,6 +17,9 @@ from usdsdg.stage.poses.transforms import as_array, local_to_world, meters_per_u
 
 # Apertures are in tenths of a stage unit.
 _APERTURE_UNIT = 0.1
+# Cosine of the angle between two axes of a camera up to which they are perpendicular: rotations in single precision
+# below several prims are that much off.
+_MOST_SHEAR = 1e-5
 
 _FIELDS = {
     "focalLength": "focal_length",
@@ -217,7 +220,7 @@ def read_camera(
         prim_path=str(prim.GetPath()),
         width=width,
         height=height,
-        local_to_world=_without_scale(as_array(local_to_world(prim, time))),
+        local_to_world=_rigid(prim, as_array(local_to_world(prim, time))),
         clipping_range=(near, far),
         projection_type=projection_type,
         lens_parameters=lens_parameters,
@@ -260,12 +263,23 @@ def _is_other(name: str) -> bool:
     return name not in _FIELDS and name != "clippingRange" and not name.startswith("xformOp")
 
 
-def _without_scale(matrix: np.ndarray) -> np.ndarray:
-    """Normalize the axes: rays do not depend on a camera's scale, and depths must stay in stage units."""
+def _rigid(prim: Usd.Prim, matrix: np.ndarray) -> np.ndarray:
+    """Return a camera's transform with axes that are unit vectors, and perpendicular, as `Gf.Camera` makes them.
+
+    Rays do not depend on a camera's scale, and depths must stay in stage units.
+    """
     lengths = np.linalg.norm(matrix[:3, :3], axis=1, keepdims=True)
     with np.errstate(invalid="ignore"):
-        matrix[:3, :3] /= np.where(lengths > 0, lengths, 1.0)
-    return matrix
+        axes = matrix[:3, :3] / np.where(lengths > 0, lengths, 1.0)
+    if np.isfinite(axes).all() and np.abs(axes @ axes.T - np.eye(3)).max() > _MOST_SHEAR and np.linalg.det(axes):
+        errors.warn_once(
+            f"{prim.GetPath()}: the camera is sheared by a scale above it; its axes are made perpendicular. Scale "
+            "uniformly, or along the axes of the camera."
+        )
+        # Gf stops at 1e-6; the nearest orthonormal matrix takes the rest.
+        u, _, vt = np.linalg.svd(np.array(Gf.Matrix3d(axes.tolist()).GetOrthonormalized(issueWarning=False)))
+        axes = u @ vt
+    return np.block([[axes, matrix[:3, 3:]], [matrix[3:]]])
 
 
 def _not_finite(view: CameraView) -> str | None:

@@ -7,6 +7,7 @@ import warp as wp
 
 from usdsdg_render.kernels.cameras.camera import Ray
 from usdsdg_render.kernels.labels.aov_table import HIT, MOTION, PIXEL, SURFACE, aov
+from usdsdg_render.kernels.labels.distance import distance_of, is_large
 from usdsdg_render.kernels.labels.motion import PreviousFrame, motion, previous_point
 from usdsdg_render.kernels.scene.surface import Surface, base_color_at
 from usdsdg_render.kernels.scene.visibility import corner_uv, triangle_of
@@ -53,16 +54,18 @@ def uv(tables: SceneTables, hit: Hit) -> wp.vec2:
 
 
 @aov(HIT, miss=wp.inf)
-def distance_to_camera(hit: Hit, meters_per_unit: float) -> wp.float32:
+def distance_to_camera(tables: SceneTables, ray: Ray, hit: Hit, meters_per_unit: float) -> wp.float32:
     """Distance from the camera's center [m]."""
-    return hit.t * meters_per_unit
+    return distance_of(tables, ray, hit) * meters_per_unit
 
 
 @aov(HIT, miss=wp.inf)
-def distance_to_image_plane(camera: Camera, ray: Ray, hit: Hit, meters_per_unit: float) -> wp.float32:
+def distance_to_image_plane(
+    tables: SceneTables, camera: Camera, ray: Ray, hit: Hit, meters_per_unit: float
+) -> wp.float32:
     """Distance along the optical axis [m]."""
     back = wp.vec3(camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2])
-    depth = hit.t * -wp.dot(ray.direction, back)
+    depth = distance_of(tables, ray, hit) * -wp.dot(ray.direction, back)
     if camera.lens.eye_offset != 0.0:
         depth -= wp.dot(ray.origin - camera.origin, back)
     return depth * meters_per_unit
@@ -75,8 +78,10 @@ def normals(surface: Surface) -> wp.vec3:
 
 
 @aov(SURFACE)
-def position(surface: Surface) -> wp.vec3:
+def position(tables: SceneTables, ray: Ray, hit: Hit, surface: Surface) -> wp.vec3:
     """Point in world space [stage units]."""
+    if is_large(tables, ray, hit):
+        return ray.origin + ray.direction * distance_of(tables, ray, hit)
     return surface.position
 
 

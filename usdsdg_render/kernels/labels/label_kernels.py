@@ -46,7 +46,7 @@ WITH_MOTION, WITH_HIT, WITH_SURFACE = (wp.constant(1 << k) for k in range(3))
 write_pixel = writer(AovImages, PIXEL, hit=Hit, first_instance=int)
 write_motion = writer(AovImages, MOTION, tables=SceneTables, camera=Camera, ray=Ray, hit=Hit, previous=PreviousFrame)
 write_hit = writer(AovImages, HIT, tables=SceneTables, camera=Camera, ray=Ray, hit=Hit, meters_per_unit=float)
-write_surface = writer(AovImages, SURFACE, tables=SceneTables, surface=Surface)
+write_surface = writer(AovImages, SURFACE, tables=SceneTables, ray=Ray, hit=Hit, surface=Surface)
 write_material = writer(AovImages, MATERIAL, tables=SceneTables, hit=Hit, surface=Surface, material=Material)
 write_hemisphere = writer(AovImages, HEMISPHERE, tables=SceneTables, ray=Ray, surface=Surface, distance=float)
 miss_pixel = miss_writer(AovImages, HIT, SURFACE)
@@ -82,7 +82,7 @@ def label_pixels(
     if asked & WITH_HIT:
         write_hit(out, v, y, x, tables, camera, ray, hit, meters_per_unit)
     if asked & WITH_SURFACE:
-        write_surface(out, v, y, x, tables, surface_at(tables, hit, ray.direction))
+        write_surface(out, v, y, x, tables, ray, hit, surface_at(tables, hit, ray.direction))
 
 
 @wp.kernel(enable_backward=False, module=LABELS)

@@ -2,7 +2,8 @@
 
 import warp as wp
 
-from usdsdg_render.kernels.cameras.camera import camera_ray
+from usdsdg_render.kernels.cameras.camera import Ray, camera_ray
+from usdsdg_render.kernels.labels.distance import distance_of
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.labels.lens_motion import lens_pixel_of
 from usdsdg_render.kernels.scene.visibility import closest, triangle_of
@@ -33,10 +34,13 @@ def trace_rays(
 ):
     i = wp.tid()
     i += first_ray
-    hit = closest(tables, origins[i], directions[i], first_distance[i], last_distance[i], mode, 0.5)
+    ray = Ray(origin=origins[i], direction=directions[i], tmin=first_distance[i], tmax=last_distance[i])
+    hit = closest(tables, ray.origin, ray.direction, ray.tmin, ray.tmax, mode, 0.5)
     instance[i] = hit.instance
     triangle[i] = hit.triangle
-    distance[i] = wp.where(hit.instance < 0, wp.inf, hit.t)
+    distance[i] = wp.inf
+    if hit.instance >= 0:
+        distance[i] = distance_of(tables, ray, hit)
 
 
 @wp.kernel(enable_backward=False, module=LABELS)
