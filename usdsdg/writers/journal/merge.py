@@ -8,7 +8,7 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from usdsdg.errors import DatasetError
@@ -25,6 +25,7 @@ from usdsdg.writers.journal.spool_hashes import AGGREGATES, SpoolHashes, check_w
 JOINED = f"{BESIDE}/joined"
 _SHARD = re.compile(r"\d+-of-(\d+)")
 MAX_SHARDS = 100_000
+_SHOWN = 8
 
 
 def parts_of(folder: Path) -> list[Path]:
@@ -68,15 +69,26 @@ def join(place: Place) -> int:
     return sum(len(each.frames) for each in contents.values())
 
 
+def missing_shards(names: Iterable[str]) -> list[str]:
+    """Return, as "i/n", the shards that parts with these names lack, also those after the last frame of the others."""
+    there = set(names)
+    counts = sorted({int(match[1]) for name in there if (match := _SHARD.fullmatch(name))})
+    return [
+        f"{each}/{count}"
+        for count in counts
+        for each in range(min(count, MAX_SHARDS))
+        if f"{each}-of-{count}" not in there
+    ]
+
+
+def listed(names: list[str]) -> str:
+    """Return the first ones of many names, with commas."""
+    return ", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else "")
+
+
 def _check_shards(where: str, names: set[str]) -> None:
-    """Check that all of n shards are there, also those after the last frame of the others."""
-    for name in sorted(names):
-        if match := _SHARD.fullmatch(name):
-            count = min(int(match[1]), MAX_SHARDS)
-            missing = [f"{each}/{match[1]}" for each in range(count) if f"{each}-of-{match[1]}" not in names]
-            if missing:
-                listed = ", ".join(missing[:8]) + (", ..." if len(missing) > 8 else "")
-                raise DatasetError(f"{where}: shards {listed} are missing; make them with --shard")
+    if missing := missing_shards(names):
+        raise DatasetError(f"{where}: shards {listed(missing)} are missing; make them with --shard")
 
 
 def _check_recipes(place: Place, parts: list[Path]) -> None:
@@ -112,8 +124,7 @@ def _check_frames(where: str, frames: dict[str, set[int]]) -> None:
             owner[number] = name
     missing = [number for number in range(max(owner, default=-1) + 1) if number not in owner]
     if missing:
-        listed = ", ".join(map(str, missing[:8])) + (", ..." if len(missing) > 8 else "")
-        raise DatasetError(f"{where}: frames {listed} are in no part; make them with --frames")
+        raise DatasetError(f"{where}: frames {listed([*map(str, missing)])} are in no part; make them with --frames")
 
 
 def _spools(part: Path) -> Iterator[Path]:
