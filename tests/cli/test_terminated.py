@@ -38,3 +38,27 @@ def test_a_script_leaves_whole_datasets(tmp_path, number, code):
     images = json.loads(annotations.read_text())["images"]
     assert len(images) == len(pictures)
     assert not list(tmp_path.rglob("*.part"))
+
+
+IN_DEL = """
+import os, signal, time
+
+class Last:
+    def __del__(self):
+        os.kill(os.getpid(), signal.NUMBER)
+        time.sleep(0.01)
+
+print("ready", flush=True)
+time.sleep(0.3)
+last = Last()
+del last
+time.sleep(30)
+"""
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGTERM", 143), ("SIGHUP", 129), ("SIGINT", 130)])
+def test_a_signal_that_python_drops_in_a_del_ends_the_program(tmp_path, name, code):
+    # SIGWINCH is ignored: the script sends itself the signal.
+    returned, stderr = run_and_signal(tmp_path, IN_DEL.replace("NUMBER", name), signal.SIGWINCH)
+    assert returned == code, stderr
+    assert "Traceback" not in stderr

@@ -5,6 +5,7 @@ from __future__ import annotations
 import _thread
 import atexit
 import os
+import signal
 import sys
 import threading
 import warnings
@@ -245,14 +246,15 @@ def _repeat_lost_interrupt(
     unraisable: sys.UnraisableHookArgs,
     pythons_hook: Callable[[sys.UnraisableHookArgs], object] = sys.__unraisablehook__,
 ) -> None:
-    """Raise a Ctrl-C again shortly after Python has dropped it, which it does inside a `__del__`.
+    """Raise a Ctrl-C or signal to end again shortly after Python has dropped it, which it does inside a `__del__`.
 
     `pythons_hook`: an argument, since Python clears its modules, this one and `sys`, before the last `__del__` runs.
     """
-    if unraisable.exc_type is not KeyboardInterrupt:
+    if not issubclass(unraisable.exc_type, KeyboardInterrupt):
         pythons_hook(unraisable)
         return
-    timer = threading.Timer(REPEAT_SECONDS, _thread.interrupt_main)
+    number = getattr(unraisable.exc_value, "number", signal.SIGINT)
+    timer = threading.Timer(REPEAT_SECONDS, _thread.interrupt_main, (number,))
     timer.daemon = True
     timer.start()
 
