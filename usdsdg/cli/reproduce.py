@@ -84,10 +84,9 @@ def reproduce(
 
 def _datasets(place: str) -> list[str]:
     """Return the datasets in a folder, as where a job has written several formats; of a URL itself."""
-    from usdsdg.stores.addresses import is_url
     from usdsdg.writers.journal.recipe import FILE
 
-    if is_url(place) or Path(place, FILE).is_file():
+    if Path(place, FILE).is_file():
         return [place]
     return sorted(str(each.parents[1]) for each in Path(place).glob(f"*/{FILE}")) or [place]
 
