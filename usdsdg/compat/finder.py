@@ -59,6 +59,11 @@ ALIASES = (
     # Isaac Sim 4's names of the core. Modules below these packages, one per class, are the packages themselves.
     *((f"omni.isaac.core.prims.{name}", "usdsdg.compat.omni.isaac.core.prims") for name in _OLD_PRIM_MODULES),
     ("omni.isaac.core.prims", "usdsdg.compat.omni.isaac.core.prims"),
+    *(
+        (f"omni.isaac.core.articulations.{name}", "usdsdg.compat.omni.isaac.core.articulations")
+        for name in ("articulation", "articulation_view", "articulation_subset", "articulation_gripper")
+    ),
+    ("omni.isaac.core.articulations", "usdsdg.compat.omni.isaac.core.articulations"),
     ("omni.isaac.core.utils", "usdsdg.compat.isaacsim.core.utils"),
     ("omni.isaac.core", "usdsdg.compat.isaacsim.core.api"),
     ("omni.isaac.cloner", "usdsdg.compat.isaacsim.core.cloner"),

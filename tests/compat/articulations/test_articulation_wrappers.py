@@ -8,7 +8,7 @@ from tests.articulations.robots import at, planar_arm
 from usdsdg.app.app import get_app
 from usdsdg.compat.isaacsim.core import prims as core
 from usdsdg.compat.isaacsim.core.experimental import prims as experimental
-from usdsdg.errors import BadValue, PhysicsError, Unsupported
+from usdsdg.errors import PhysicsError, Unsupported, UsdsdgWarning
 from usdsdg.session.timeline import get_timeline
 
 
@@ -41,8 +41,12 @@ def test_targets_belong_to_drives(arms):
     view.set_dof_position_targets([0.25], indices=[1], dof_indices=[0])
     assert view.get_dof_position_targets(indices=[1]).numpy() == pytest.approx(np.array([[0.25, 0, 0]]))
     assert view.get_dof_gains()[0].numpy()[1, 0] == pytest.approx(180 / np.pi)
-    with pytest.raises(BadValue, match="/World/env_0/arm/shoulder has no drive"):
-        view.set_dof_position_targets([0.25], indices=[0], dof_indices=[0])
+    with pytest.warns(UsdsdgWarning, match="/World/env_0/arm/shoulder has no drive"):
+        view.set_dof_position_targets([0.5], indices=[0], dof_indices=[0])
+    assert view.get_dof_position_targets(dof_indices=[0]).numpy()[:, 0] == pytest.approx([0.5, 0.25])
+    view.set_dof_gains([[2.0]], [[1.0]], indices=[0], dof_indices=[0])
+    drive = UsdPhysics.DriveAPI(arms.GetPrimAtPath("/World/env_0/arm/shoulder"), "angular")
+    assert drive.GetTargetPositionAttr().Get() == pytest.approx(np.degrees(0.5))
 
 
 def test_numpy_arrays_of_the_older_wrapper(arms):
@@ -57,7 +61,7 @@ def test_numpy_arrays_of_the_older_wrapper(arms):
 
 @pytest.mark.parametrize("make", [experimental.Articulation, core.Articulation])
 def test_forces_in_joints_are_refused(arms, make):
-    with pytest.raises(Unsupported, match="positions, velocities, limits, drives and efforts"):
+    with pytest.raises(Unsupported, match="does not tell the forces between links"):
         make("/World/env_0/arm").get_link_incoming_joint_forces()
 
 
