@@ -53,7 +53,8 @@ ALIASES = (
     *((package, _WRITERS) for package in _WRITER_PACKAGES),
     ("omni.replicator.isaac", "usdsdg.compat.isaacsim.replicator.domain_randomization"),
     ("omni.kit.scripting", "usdsdg.compat.omni.behavior.scripting.core"),
-    ("omni.isaac.sensor", "usdsdg.compat.isaacsim.sensors.camera"),
+    ("omni.isaac.sensor._sensor", "usdsdg.compat.isaacsim.sensors.physics._sensor"),
+    ("omni.isaac.sensor", "usdsdg.compat.omni.isaac.sensor"),
     ("omni.syntheticdata.scripts.SyntheticData", "usdsdg.compat.omni.syntheticdata.synthetic_data"),
     ("omni.syntheticdata.scripts", "usdsdg.compat.omni.syntheticdata"),
     # Isaac Sim 4's names of the core. Modules below these packages, one per class, are the packages themselves.

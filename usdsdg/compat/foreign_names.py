@@ -87,11 +87,13 @@ OUT_OF_SCOPE = (
         "isaacsim.sensors.camera.ui isaacsim.physics.newton.ui",
     ),
     _row(
-        "lidar, radar, ultrasonic, contact and inertial sensors are",
-        "The annotator `pointcloud` of a camera gives points, `RigidPrim(track_contact_forces=True)` contact forces.",
-        "isaacsim.sensors.rtx isaacsim.sensors.physx isaacsim.sensors.physics isaacsim.sensors.experimental.rtx "
-        "isaacsim.sensors.experimental.physics omni.isaac.range_sensor omni.isaac.RangeSensorSchema "
-        "omni.isaac.isaac_sensor omni.isaac.IsaacSensorSchema omni.isaac.proximity_sensor "
+        "lidar, radar, ultrasonic and effort sensors are",
+        "The annotator `pointcloud` of a camera gives points, ContactSensor and IMUSensor of isaacsim.sensors.physics "
+        "measure contacts and motion.",
+        "isaacsim.sensors.rtx isaacsim.sensors.physx isaacsim.sensors.physics.EffortSensor "
+        "isaacsim.sensors.experimental.rtx isaacsim.sensors.experimental.physics omni.isaac.range_sensor "
+        "omni.isaac.RangeSensorSchema omni.isaac.isaac_sensor omni.isaac.IsaacSensorSchema "
+        "omni.isaac.proximity_sensor omni.isaac.sensor.EffortSensor "
         "omni.isaac.sensor.scripts.lidar_rtx omni.sensors omni.drivesim",
     ),
     _row(

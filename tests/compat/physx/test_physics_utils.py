@@ -109,8 +109,8 @@ def test_a_fixed_joint_holds(stage):
     anchor = physicsUtils.add_collider_box(stage, "/World/anchor")
     body = physicsUtils.add_rigid_box(stage, "/World/body", position=Gf.Vec3f(0, 0, 2), density=10.0)
     joint = physicsUtils.add_joint_fixed(
-        stage, "/World/joint", anchor.GetPath(), body.GetPath(), Gf.Vec3f(0, 0, 2), Gf.Quatf(1), Gf.Vec3f(0), Gf.Quatf(1),
-        1e9, 2e9,
+        stage, "/World/joint", anchor.GetPath(), body.GetPath(), Gf.Vec3f(0, 0, 2), Gf.Quatf(1), Gf.Vec3f(0),
+        Gf.Quatf(1), 1e9, 2e9,
     )  # fmt: skip
     assert (joint.GetBreakForceAttr().Get(), joint.GetBreakTorqueAttr().Get()) == (1e9, 2e9)
     get_timeline().play()
