@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from pxr import Usd
+from pxr import Sdf, Usd
 
 from usdsdg.compat.wrappers.joints import JointRows
 from usdsdg.session.stage_context import current_stage
@@ -91,9 +91,11 @@ class JointProperties:
         for name, values in zip(names, (static, dynamic, viscous)):
             for _, _, joint, number in self._joints.chosen(rows, columns, values) if values is not None else ():
                 prim = _prim(joint)
-                prim.ApplyAPI("PhysxJointAxisAPI", joint.drive)
+                # Our PhysxSchema does not have this schema, but physics reads its attributes.
+                prim.AddAppliedSchema(f"PhysxJointAxisAPI:{joint.drive}")
                 value = number * joint.unit if name.startswith("viscous") else number
-                prim.GetAttribute(f"physxJointAxis:{joint.drive}:{name}").Set(value)
+                full = f"physxJointAxis:{joint.drive}:{name}"
+                prim.CreateAttribute(full, Sdf.ValueTypeNames.Float, custom=False).Set(value)
 
 
 def _prim(joint: Joint) -> Usd.Prim:

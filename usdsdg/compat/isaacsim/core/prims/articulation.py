@@ -13,7 +13,7 @@ from usdsdg.compat.isaacsim.core.prims.articulation_switches import Articulation
 from usdsdg.compat.isaacsim.core.prims.xform_prim import _pose_rows
 from usdsdg.compat.isaacsim.core.utils.types import JointsState
 from usdsdg.compat.wrappers import bodies, poses
-from usdsdg.compat.wrappers.arrays import chosen, rows
+from usdsdg.compat.wrappers.arrays import chosen, grid, rows
 from usdsdg.compat.wrappers.joints import WHY
 from usdsdg.compat.wrappers.unsupported import RefusedNames
 from usdsdg.session import body_velocities
@@ -170,7 +170,7 @@ class Articulation(ArticulationSwitches, ArticulationBodies):
         shape = self.count, self.num_dof
         for name, values in (("positions", positions), ("velocities", velocities), ("efforts", efforts)):
             if values is not None:
-                setattr(defaults, name, np.array(rows(values, shape[1], shape[0]), np.float32))
+                setattr(defaults, name, np.array(grid(values, shape), np.float32))
 
     def get_joints_default_state(self) -> JointsState:
         """Return the state (N, D) that `post_reset` gives joints."""

@@ -11,7 +11,7 @@ from pxr import Usd, UsdPhysics
 from usdsdg.compat.isaacsim.core.prims.articulation_drives import ArticulationDrives
 from usdsdg.compat.isaacsim.core.prims.articulation_joints import _index
 from usdsdg.compat.wrappers import bodies, mass_properties
-from usdsdg.compat.wrappers.arrays import chosen, rows
+from usdsdg.compat.wrappers.arrays import chosen, grid, rows
 from usdsdg.compat.wrappers.links import LinkRows
 from usdsdg.errors import warn_once
 
@@ -66,7 +66,7 @@ class ArticulationBodies(ArticulationDrives):
     def set_body_masses(self, values: Values, indices: Indices = None, body_indices: Indices = None) -> None:
         """Set (N, L)."""
         prims, shape = self._bodies(indices, body_indices)
-        masses = rows(values, shape[1], shape[0]).reshape(-1).tolist()
+        masses = grid(values, shape).reshape(-1).tolist()
         bodies.write(prims, UsdPhysics.MassAPI, "Mass", masses)
 
     def get_body_coms(
@@ -121,7 +121,7 @@ class ArticulationBodies(ArticulationDrives):
     def set_body_disable_gravity(self, values: Values, indices: Indices = None, body_indices: Indices = None) -> None:
         """Switch gravity off where the values (N, L) are true, and on where not."""
         where, which = chosen(indices, self.count), chosen(body_indices, self.num_bodies)
-        self._links.disable_gravities(where, which, rows(values, len(which), len(where)))
+        self._links.disable_gravities(where, which, grid(values, (len(where), len(which))))
 
     # --- how links move with joints ---
     def get_jacobian_shape(self) -> tuple[int, int, int]:

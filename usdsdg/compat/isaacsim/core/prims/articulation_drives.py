@@ -8,7 +8,7 @@ import numpy as np
 
 from usdsdg.compat.isaacsim.core.prims.articulation_joints import ArticulationJoints
 from usdsdg.compat.isaacsim.core.utils.types import ArticulationActions
-from usdsdg.compat.wrappers.arrays import chosen, rows
+from usdsdg.compat.wrappers.arrays import chosen, grid
 from usdsdg.errors import warn_once
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class ArticulationDrives(ArticulationJoints):
     ) -> None:
         """Set stiffness and damping (N, D) of the drives, on the stage in any case."""
         where, which = chosen(indices, self.count), self._columns(joint_indices, joint_names)
-        stiffness, damping = (None if each is None else rows(each, len(which), len(where)) for each in (kps, kds))
+        stiffness, damping = (None if each is None else grid(each, (len(where), len(which))) for each in (kps, kds))
         self._drives.set_gains(where, which, stiffness, damping)
 
     def get_gains(

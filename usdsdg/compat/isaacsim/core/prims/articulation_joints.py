@@ -10,7 +10,7 @@ import numpy as np
 
 from usdsdg.compat.isaacsim.core.prims.xform_prim import XFormPrim
 from usdsdg.compat.omni.physics.tensors import DofType
-from usdsdg.compat.wrappers.arrays import chosen, rows
+from usdsdg.compat.wrappers.arrays import chosen, grid
 from usdsdg.compat.wrappers.joint_drives import JointDrives
 from usdsdg.compat.wrappers.joint_properties import JointProperties
 from usdsdg.compat.wrappers.joints import JointRows
@@ -200,7 +200,7 @@ class ArticulationJoints(XFormPrim):
     ) -> None:
         if values is not None:
             where, which = chosen(indices, self.count), self._columns(columns, names)
-            setter(where, which, rows(values, len(which), len(where)))
+            setter(where, which, grid(values, (len(where), len(which))))
 
 
 def _index(names: Sequence[str], name: str, kind: str) -> int:

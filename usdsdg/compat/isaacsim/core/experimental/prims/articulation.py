@@ -12,7 +12,7 @@ from usdsdg.compat.isaacsim.core.experimental.prims.articulation_links import Ar
 from usdsdg.compat.isaacsim.core.experimental.prims.articulation_settings import ArticulationSettings
 from usdsdg.compat.isaacsim.core.experimental.prims.xform_prim import _pose_rows
 from usdsdg.compat.wrappers import articulation_roots, bodies, poses
-from usdsdg.compat.wrappers.arrays import chosen, rows
+from usdsdg.compat.wrappers.arrays import chosen, grid, rows
 from usdsdg.compat.wrappers.joints import WHY
 from usdsdg.compat.wrappers.prim_paths import prim_of
 from usdsdg.compat.wrappers.unsupported import RefusedNames
@@ -157,7 +157,7 @@ class Articulation(ArticulationSettings, ArticulationLinks):
         for name, values in given:
             if values is not None:
                 table = self._defaults.setdefault(name, np.zeros((len(self), self.num_dofs), np.float32))
-                table[np.ix_(where, columns)] = rows(values, len(columns), len(where))
+                table[np.ix_(where, columns)] = grid(values, (len(where), len(columns)))
 
     def get_default_state(self, *, indices: Indices = None, dof_indices: Indices = None) -> tuple[wp.array | None, ...]:
         """Return default positions, orientations, linear and angular velocities, and positions, velocities and efforts

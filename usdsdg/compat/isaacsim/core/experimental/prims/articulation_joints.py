@@ -10,7 +10,7 @@ import numpy as np
 
 from usdsdg.compat.isaacsim.core.experimental.prims.xform_prim import XformPrim
 from usdsdg.compat.omni.physics.tensors import DofType, JointType
-from usdsdg.compat.wrappers.arrays import chosen, rows
+from usdsdg.compat.wrappers.arrays import chosen, grid
 from usdsdg.compat.wrappers.joint_drives import JointDrives
 from usdsdg.compat.wrappers.joint_properties import JointProperties
 from usdsdg.compat.wrappers.joints import JointRows
@@ -205,11 +205,11 @@ class ArticulationJoints(XformPrim):
 
     def _set(self, setter: Setter, values: Values, indices: Indices, dof_indices: Indices) -> None:
         where, columns = chosen(indices, len(self)), chosen(dof_indices, self.num_dofs)
-        setter(where, columns, rows(values, len(columns), len(where)))
+        setter(where, columns, grid(values, (len(where), len(columns))))
 
     def _given(
         self, values: Sequence[Values | None], indices: Indices, dof_indices: Indices
     ) -> tuple[list[int], list[int], list[np.ndarray | None]]:
         """Return rows, columns and the values (n, d) that are given, None for those that are not."""
         where, columns = chosen(indices, len(self)), chosen(dof_indices, self.num_dofs)
-        return where, columns, [None if each is None else rows(each, len(columns), len(where)) for each in values]
+        return where, columns, [None if each is None else grid(each, (len(where), len(columns))) for each in values]

@@ -10,7 +10,7 @@ from pxr import Usd, UsdPhysics
 
 from usdsdg.compat.isaacsim.core.experimental.prims.articulation_drives import ArticulationDrives
 from usdsdg.compat.wrappers import bodies, mass_properties
-from usdsdg.compat.wrappers.arrays import chosen, rows
+from usdsdg.compat.wrappers.arrays import chosen, grid, rows
 from usdsdg.compat.wrappers.links import LinkRows
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class ArticulationLinks(ArticulationDrives):
     def set_link_masses(self, masses: Values, *, indices: Indices = None, link_indices: Indices = None) -> None:
         """Set (N, L)."""
         prims, shape = self._bodies(indices, link_indices)
-        numbers = rows(masses, shape[1], shape[0]).reshape(-1).tolist()
+        numbers = grid(masses, shape).reshape(-1).tolist()
         bodies.write(prims, UsdPhysics.MassAPI, "Mass", numbers)
 
     def get_link_coms(self, *, indices: Indices = None, link_indices: Indices = None) -> tuple[wp.array, wp.array]:
@@ -112,7 +112,7 @@ class ArticulationLinks(ArticulationDrives):
     ) -> None:
         """Switch gravity on or off for links (N, L)."""
         where, which = chosen(indices, len(self)), chosen(link_indices, self.num_links)
-        self._links.disable_gravities(where, which, ~rows(enabled, len(which), len(where)).astype(bool))
+        self._links.disable_gravities(where, which, ~grid(enabled, (len(where), len(which))).astype(bool))
 
     # --- how links move with joints ---
     @property
