@@ -13,6 +13,7 @@ from usdsdg.compat.isaacsim.core.api.articulations import ArticulationGripper, A
 from usdsdg.compat.isaacsim.core.api.controllers import ArticulationController, BaseController, BaseGripperController
 from usdsdg.compat.isaacsim.core.api.robots import Robot, RobotView
 from usdsdg.compat.isaacsim.core.prims import Articulation, SingleArticulation
+from usdsdg.compat.isaacsim.core.utils import articulations
 from usdsdg.compat.isaacsim.core.utils.types import ArticulationAction, ArticulationActions
 from usdsdg.errors import Unsupported
 
@@ -304,3 +305,15 @@ def test_older_names_are_the_same_classes():
     assert importlib.import_module("omni.isaac.core.articulations.articulation_view") is old
     assert importlib.import_module("omni.isaac.core.robots").Robot is Robot
     assert importlib.import_module("omni.isaac.core.utils.types").ArticulationAction is ArticulationAction
+
+
+def test_roots_of_articulations_are_found_and_moved(stage):
+    planar_arm(stage, "/World/one")
+    planar_arm(stage, "/World/two")
+    arm, base = stage.GetPrimAtPath("/World/two"), stage.GetPrimAtPath("/World/two/base")
+    articulations.move_articulation_root(arm, base)
+    assert not arm.HasAPI(UsdPhysics.ArticulationRootAPI)
+    assert base.HasAPI(UsdPhysics.ArticulationRootAPI)
+    assert articulations.find_all_articulation_base_paths() == ["/World/one", "/World/two"]
+    articulations.remove_articulation_root(base)
+    assert articulations.find_all_articulation_base_paths() == ["/World/one"]

@@ -24,6 +24,9 @@ class PhysicsSensor(SingleXFormPrim):
         if dt is not None:
             self.set_dt(dt)
 
+    def post_reset(self) -> None:
+        """Do nothing: a sensor stays where it is on its body."""
+
     def resume(self) -> None:
         self.prim.GetAttribute("enabled").Set(True)
 
