@@ -143,7 +143,7 @@ class StepCorrections:
             self.coefficients.apply(state, self._surface_velocity, h)
         if self.links is not None:
             self.links.keep_awake(state)
-        self.impacts.center_contacts(state, h, visited)
+        self.impacts.center_contacts(state, self._surface_velocity, h, visited)
         if self.distances is not None:
             self.distances.add_contacts(state, self._surface_velocity, h)
         if self.link_damping is not None:
