@@ -131,6 +131,7 @@ def test_a_texture_comes_with_its_wraps_and_scale(tmp_path):
     loaded = textures[row["base_color_texture"]]
     assert (loaded.path, loaded.wrap_s, loaded.wrap_t) == (str(file), scene.WRAP_CLAMP, scene.WRAP_MIRROR)
     assert loaded.srgb
+    assert looks.read().uv_primvar == "st"  # docs/materials.md: where no reader is connected
 
 
 @pytest.mark.parametrize("wrap", ["useMetadata", None])
