@@ -11,7 +11,7 @@ from pxr import Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg_render.geometry.curve_widths import element_widths, interpolate_linearly, read_widths, sample_widths
-from usdsdg_render.geometry.mesh_source import Primvar, read_array
+from usdsdg_render.geometry.mesh_source import Primvar, read_array, read_points
 
 # Rows: powers 1, t, t2, t3 of the parameter; columns: the four vertices of a segment.
 BASES = {
@@ -81,7 +81,7 @@ def count_segments(prim: Usd.Prim, time: Usd.TimeCode) -> int:
 
 
 def _read(prim: Usd.Prim, time: Usd.TimeCode, points: np.ndarray | None) -> _Curves | None:
-    points = read_array(prim, "points", time, (3,)) if points is None else points
+    points = read_points(prim, time) if points is None else points
     counts = read_array(prim, "curveVertexCounts", time, ())
     if points is None or counts is None or not len(points) or not len(counts):
         errors.warn_once(

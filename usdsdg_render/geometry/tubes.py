@@ -10,7 +10,7 @@ from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg_render.geometry.curve_steps import most_doublings, wanted_doublings
 from usdsdg_render.geometry.curve_widths import read_widths
 from usdsdg_render.geometry.curves import Polylines, count_segments, read_polylines
-from usdsdg_render.geometry.mesh_source import read_array
+from usdsdg_render.geometry.mesh_source import read_points
 from usdsdg_render.geometry.subdivision.rules import INFINITE, ControlMesh, refine
 
 # (most segments, samples of a segment, sides of a tube): the first row that fits counts. `curve_steps` may add samples.
@@ -58,7 +58,7 @@ def _first(time: Usd.TimeCode) -> Usd.TimeCode:
 def tessellate_points(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Tessellation | None:
     """Tessellate the points of a prim as spheres; None (with a warning) when there are none."""
     skinned = skinning.skin(prim, time)
-    centers = read_array(prim, "points", time, (3,)) if skinned is None else skinned.points
+    centers = read_points(prim, time) if skinned is None else skinned.points
     if centers is None or not len(centers):
         errors.warn_once(f"{prim.GetPath()}: there are no points, so nothing is drawn. Author them or remove the prim.")
         return None
