@@ -53,8 +53,10 @@ def uv(tables: SceneTables, hit: Hit) -> wp.vec2:
 
 
 @aov(HIT, miss=wp.inf)
-def distance_to_camera(hit: Hit, meters_per_unit: float) -> wp.float32:
-    """Distance from the camera's center [m]."""
+def distance_to_camera(camera: Camera, hit: Hit, meters_per_unit: float) -> wp.float32:
+    """Distance from the camera's center [m]; along its axis for an orthographic one, negative behind it."""
+    if camera.near < 0.0:  # the rays of an orthographic camera start there
+        return (hit.t + camera.near) * meters_per_unit
     return hit.t * meters_per_unit
 
 
@@ -63,7 +65,7 @@ def distance_to_image_plane(camera: Camera, ray: Ray, hit: Hit, meters_per_unit:
     """Distance along the optical axis [m]."""
     back = wp.vec3(camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2])
     depth = hit.t * -wp.dot(ray.direction, back)
-    if camera.lens.eye_offset != 0.0:
+    if camera.lens.eye_offset != 0.0 or camera.near < 0.0:
         depth -= wp.dot(ray.origin - camera.origin, back)
     return depth * meters_per_unit
 
