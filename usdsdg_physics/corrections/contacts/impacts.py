@@ -26,9 +26,7 @@ class Impacts:
         """`free` (N,) marks the bodies that move, and that no joint holds."""
         self._model, self._free, self._contacts = model, free, contacts
 
-    def center_contacts(
-        self, state: newton.State, surface_velocity: wp.array | None, dt: float, visited: int
-    ) -> None:
+    def center_contacts(self, state: newton.State, surface_velocity: wp.array | None, dt: float, visited: int) -> None:
         """Move the contacts of impacts in the next `dt` seconds below the centers of mass of the bodies that fall.
 
         There are at most `visited` contacts; their shapes have the friction of both. surface_velocity: (C,) of the

@@ -36,8 +36,8 @@ def center_impacts(
 
     That is, where exactly one of the bodies is `free`, no restitution is asked for, and the surfaces meet within `dt`
     seconds. A body that turns into the surface faster than it falls keeps that part of the arm: only a contact at that
-    corner stops its turning. So does one that slides what its friction needs: a contact ahead, where the impulse of both
-    passes through the center of mass.
+    corner stops its turning. One that slides keeps the part that its friction needs: a contact ahead, where the impulse
+    of both passes through the center of mass.
     """
     contact = wp.tid()
     if contact >= contacts.count[0]:
@@ -79,7 +79,7 @@ def center_impacts(
     height = -wp.dot(arm, normal)
     needed = MARGIN * height * wp.min(mu * wp.length(slide), wp.length_sq(slide) / wp.max(fall, approach))
     ahead = wp.dot(tangent, slide)
-    kept = float(0.0)
+    kept = 0.0
     if ahead > 0.0:
         kept = wp.clamp(needed / ahead, 0.0, 1.0)
     share = wp.min((fall - MIN_SPEED) / (FULL_SPEED - MIN_SPEED), 1.0) * fall / wp.max(fall, approach)

@@ -54,9 +54,7 @@ def uv(tables: SceneTables, hit: Hit) -> wp.vec2:
 
 
 @aov(HIT, miss=wp.inf)
-def distance_to_camera(
-    tables: SceneTables, camera: Camera, ray: Ray, hit: Hit, meters_per_unit: float
-) -> wp.float32:
+def distance_to_camera(tables: SceneTables, camera: Camera, ray: Ray, hit: Hit, meters_per_unit: float) -> wp.float32:
     """Distance from the camera's center [m]; along its axis for an orthographic one, negative behind it."""
     distance = distance_of(tables, ray, hit)
     if camera.near < 0.0:  # the rays of an orthographic camera start there
