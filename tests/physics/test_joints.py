@@ -472,6 +472,37 @@ def test_a_joint_breaks_under_more_than_its_torque(torque, breaks):
     assert fallen == pytest.approx(G / 8 if breaks else 0.0, abs=0.1 if breaks else 1e-6)
 
 
+@pytest.mark.parametrize("kind", [UsdPhysics.RevoluteJoint, UsdPhysics.SphericalJoint])
+def test_a_free_hinge_passes_on_no_torque(kind):
+    """A rod that swings fast through the plane of its hinge, of which each torque would break the joint."""
+    stage = new_stage()
+    bob = rod(stage, "/World/bob", (0, 0, 2), (0, -1.0, 2))
+    joint(stage, "/World/hinge", kind, "", "/World/bob", (0, 0, 2)).CreateBreakTorqueAttr(0.05)
+    engine = playing(stage)
+    for _ in range(90):
+        engine.step(STEP)
+    from_hinge = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(bob).ExtractTranslation()) - (0, 0, 2)
+    assert np.linalg.norm(from_hinge) == pytest.approx(0.5, abs=1e-3)
+
+
+@pytest.mark.parametrize("signs", [(1, -1), (-1, 1), (-1, -1)])
+@pytest.mark.parametrize(("limits", "expected"), [(None, 0.0), ((300.0, 400.0), 360.0), ((-400.0, -200.0), -360.0)])
+def test_signs_of_quaternions_are_no_turns(signs, limits, expected):
+    """q and -q are one rotation: a hinge begins within half a turn of 0, or in its limits."""
+    stage = new_stage()
+    add(stage, "/World/box", at=(0, 0, 1), gravity=False)
+    made = joint(stage, "/World/hinge", UsdPhysics.RevoluteJoint, "", "/World/box", (0, 0, 1), axis="Z")
+    made.CreateLocalRot0Attr(Gf.Quatf(signs[0]))
+    made.CreateLocalRot1Attr(Gf.Quatf(signs[1]))
+    if limits is not None:
+        made.CreateLowerLimitAttr(limits[0])
+        made.CreateUpperLimitAttr(limits[1])
+    engine = playing(stage)
+    engine.step(STEP)
+    assert np.degrees(engine.joint_positions(["/World/hinge"])) == pytest.approx([expected], abs=1e-3)
+    assert engine.joint_velocities(["/World/hinge"]) == pytest.approx([0.0], abs=1e-3)
+
+
 def test_friction_holds_a_joint_up_to_its_torque():
     """Levers whose weight asks for 0.98 N m at the hinge, which rubs with 1.2 and with 0.6 N m."""
     stage = new_stage()

@@ -163,7 +163,7 @@ class StepCorrections:
         if self.links is not None:
             self.links.revert_nonfinite(before, after)
         if self.loads is not None:
-            self.loads.apply(after, observed.body_parent_f)
+            self.loads.apply(before, observed.body_parent_f)
         if self.locked_axes is not None:
             self.locked_axes.apply(before, after)
         squeezes = self.squeezes
