@@ -12,7 +12,7 @@ import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdPhysics
 
 from tests.physics.mechanisms import angle, drive, free_axes, joint, limit, rod, rotation
-from tests.physics.scenes import add, new_stage, playing, position
+from tests.physics.scenes import add, new_stage, playing, position, set_value, velocity
 
 G, STEP = 9.81, 1.0 / 60.0
 LAG = 1.0 / 480.0  # half of the solver's step
@@ -541,3 +541,21 @@ def test_runs_repeat_bit_for_bit():
         return [tuple(position(stage.GetPrimAtPath(path))) for path in engine.rigid_bodies]
 
     assert run() == run()
+
+
+@pytest.mark.parametrize("sideways", [(0.0, 0.0, 0.0), (1.0, 0.3, 0.0)])
+def test_three_axes_of_rotation_pass_where_two_of_them_coincide(sideways):
+    """A rod on a slider with a ball at its end falls through the angles at which the axes of its joint are singular."""
+    stage = new_stage()
+    bob = rod(stage, "/World/bob", (0, 0, 2), (1.0, 0, 2))
+    set_value(bob, "physics:velocity", Gf.Vec3f(*sideways))
+    made = joint(stage, "/World/slider", UsdPhysics.Joint, "", "/World/bob", (0, 0, 2))
+    free_axes(made, "transX", "rotX", "rotY", "rotZ")
+    engine, energies = playing(stage), []
+    for _ in range(240):
+        engine.step(STEP)
+        linear, height = velocity(bob), position(bob)[2]
+        energies.append(0.5 * (linear @ linear) + G * (height - 2.0))
+    assert np.isfinite(energies).all()
+    # Of 1 kg; the energy of turning is left out, which is never negative.
+    assert max(energies) < 0.5 * np.dot(sideways, sideways) + 0.05 * G

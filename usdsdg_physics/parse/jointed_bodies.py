@@ -91,7 +91,8 @@ def read_jointed_pairs(
         if joint is not None:
             pairs |= set(product(_colliders(prim, 0, joint.body0, owned), _colliders(prim, 1, joint.body1, owned)))
         elif is_gear(prim) and value(prim, "physics:jointEnabled", True):
-            pairs |= set(product(*(owned.get(body, []) for body in coupled_bodies(prim))))
+            first, second = (owned.get(body, []) for body in coupled_bodies(prim))
+            pairs |= set(product(first, second))
     roots = [prim for prim in found.articulations if not value(prim, "physxArticulation:enabledSelfCollisions", True)]
     for tree in joint_trees(bodies, joints.values()) if roots else ():
         paths = [*tree.bodies, *(branch.joint.path for branch in tree.branches)]
