@@ -34,6 +34,8 @@ ALLOW_OUTSIDE = "Give a relative path below it, or let the file decide with --al
 class UsdsdgError(Exception):
     """Base of all errors of usdsdg; messages name the prim or argument, the cause and the remedy."""
 
+    cause = ""  # where other files fail by it, too, such as a full disk
+
 
 class LosingError(UsdsdgError):
     """Base of errors after which a dataset lacks something; a script that catches one and goes on is pointed out."""

@@ -62,12 +62,12 @@ def run_again(script: Script, folder: Path, whole: Path, frames: int) -> None:
 def cut(home: Path, frames: int) -> None:
     """Make a dataset one whose process died after so many frames."""
     journal = home / ".usdsdg/journal.jsonl"
-    *lines, closing = journal.read_text().splitlines(keepends=True)
+    shared, *lines, _ = journal.read_text().splitlines(keepends=True)
     kept = [line for line in lines if json.loads(line)["frame"] < frames]
-    told = {key: json.loads(closing)[key] for key in ("shared", "facts")} if kept else {"shared": {}}
-    journal.write_text(json.dumps(told) + "\n" + "".join(kept) + '{"frame": 77, "fil')
+    told = shared if kept else '{"shared": {}}\n'
+    journal.write_text(told + "".join(kept) + '{"frame": 77, "fil')
     lost = [name for line in lines[len(kept) :] for name in json.loads(line)["files"]]
-    for name in lost if kept else [*lost, *json.loads(closing)["shared"]]:
+    for name in lost if kept else [*lost, *json.loads(shared)["shared"]]:
         (home / name).write_bytes(b"of a process that died")
 
 

@@ -34,8 +34,8 @@ def test_all_files_are_made_again_with_their_bytes(made):
 
 def test_changed_files_of_the_chosen_frames_are_named(made, tmp_path):
     shutil.copytree(made, tmp_path / "out")
-    lines = [json.loads(line) for line in (made / ".usdsdg/journal.jsonl").read_text().splitlines()]
-    shown = [line["frame"] for line in lines[:-1] if len(line["files"]) > 1]
+    lines = [json.loads(line) for line in (made / ".usdsdg/journal.jsonl").read_text().splitlines()[1:-1]]
+    shown = [line["frame"] for line in lines if len(line["files"]) > 1]
     for number in shown[1:3]:
         name = next(name for name in lines[number]["files"] if name.endswith(".json"))
         (tmp_path / "out" / name).write_bytes(b"{}")
@@ -83,6 +83,48 @@ def test_a_script_of_plain_python_is_run_again(tmp_path):
     done = reproduce(out)
     assert done.returncode == 0, done.stderr + done.stdout
     assert "0 different" in done.stdout
+
+
+FORMATS = """
+import os, sys
+import omni.replicator.core as rep
+camera = rep.create.camera(position=(4, 4, 3), look_at=(0, 0, 0))
+rep.create.light(light_type="dome")
+cube = rep.create.cube(semantics=[("class", "cube")])
+product = rep.create.render_product(camera, (32, 24))
+for name in ("VocWriter", "KittiWriter"):
+    writer = rep.WriterRegistry.get(name)
+    writer.initialize(output_dir=os.path.join(sys.argv[1], name))
+    writer.attach(product)
+with rep.trigger.on_frame():
+    with cube:
+        rep.modify.pose(position=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))
+for _ in range(2):
+    rep.orchestrator.step()
+print("made once")
+"""
+
+
+def test_a_folder_of_several_formats_is_made_again_at_once_for_each_run(tmp_path):
+    (tmp_path / "script.py").write_text(FORMATS)
+    for name, seed in (("out", "1"), ("other", "2")):
+        command = ["-m", "usdsdg", "run", "-q", "--device", "cpu", "--seed", seed, str(tmp_path / "script.py")]
+        done = run([*command, str(tmp_path / name)], fresh=True)
+        assert done.returncode == 0, done.stderr
+    done = reproduce(tmp_path / "out")
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert done.stderr.count("made once") == 1
+    lines = done.stdout.splitlines()
+    assert [line.split(": ")[0] for line in lines] == [str(tmp_path / "out" / n) for n in ("KittiWriter", "VocWriter")]
+    assert all(line.endswith(" files equal, 0 different") for line in lines)
+    (tmp_path / "other/VocWriter").rename(tmp_path / "out/another run")
+    next((tmp_path / "out/KittiWriter").rglob("*.png")).write_bytes(b"")
+    done = reproduce(tmp_path / "out")
+    assert done.returncode == 1, done.stderr + done.stdout
+    assert done.stderr.count("made once") == 2
+    assert [line.rpartition(", ")[2] for line in done.stdout.splitlines() if " files equal" in line] == [
+        "1 different", "0 different", "0 different",
+    ]  # fmt: skip
 
 
 def test_a_folder_without_a_recipe_cannot_be_made_again(tmp_path):

@@ -1,5 +1,6 @@
 import math
 import os
+import zipfile
 
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils
@@ -77,7 +78,13 @@ def test_opening_a_missing_file_is_an_error():
         ("a.usda", b"#usda 1.0\ndef Xform {", "a.usda:2"),
         ("a.usdc", b"PXR-USDC", "a.usdc"),
         ("a.png", b"x", "a.png"),
-        ("a.usd", b"", "a.usd cannot be opened as a stage: it is empty or cut off"),
+        ("a.usd", b"", "a.usd cannot be opened as a stage: it is empty$"),
+        ("a.usd", b"PXR-USDC", "a.usd cannot be opened as a stage: it is cut off$"),
+        (
+            "a.usd",
+            b"hello",
+            "a.usd cannot be opened as a stage: it is no USD file, which begins with #usda or PXR-USDC$",
+        ),
         ("a.usdz", b"PK", "a.usdz is damaged: File is not a zip file"),
     ],
 )
@@ -87,6 +94,22 @@ def test_opening_a_damaged_file_reports_the_reason_of_usd(tmp_path, name, conten
     with pytest.raises(AssetUnreadable, match=why):
         stage_context.open_stage(tmp_path / name)
     assert stage_context.current_stage() == before
+
+
+@pytest.mark.parametrize(
+    ("files", "why"),
+    [
+        ([], "it is a package without files$"),
+        (["a.txt", "b.usda"], "it is a package of which the first file, a.txt, is no USD file$"),
+        (["b.usd"], "b.usd in it is no layer: it is no USD file, which begins with #usda or PXR-USDC$"),
+    ],
+)
+def test_a_whole_package_without_a_layer_is_told_as_such(tmp_path, files, why):
+    with zipfile.ZipFile(tmp_path / "a.usdz", "w") as package:
+        for name in files:
+            package.writestr(name, "hello")
+    with pytest.raises(AssetUnreadable, match=f"a.usdz cannot be opened as a stage: {why}"):
+        stage_context.open_stage(tmp_path / "a.usdz")
 
 
 @pytest.mark.parametrize(

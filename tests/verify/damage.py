@@ -4,6 +4,7 @@ A kind is a function of the dataset's folder and a random generator; it returns 
 folder, that must be named. No other file may be.
 """
 
+import hashlib
 import json
 import os
 import random
@@ -91,23 +92,23 @@ KINDS |= {
     "a recipe that is no table": _edit(RECIPE, lambda data, draw: b"[1, 2]"),
     "a journal without its closing line": _journal(lambda lines, draw: lines[:-1]),
     "a journal that ends in a line": _journal(lambda lines, draw: [*lines[:-1], lines[-1][:30]]),
-    "a journal with a doubled line": _journal(lambda lines, draw: [lines[0], *lines]),
-    "a journal with two lines exchanged": _journal(lambda lines, draw: [lines[1], lines[0], *lines[2:]]),
-    "a journal without one line": _journal(lambda lines, draw: [lines[0], *lines[2:]]),
-    "a journal with a garbled line": _journal(lambda lines, draw: [b"\xff\0" + lines[0][2:], *lines[1:]]),
+    "a journal with a doubled line": _journal(lambda lines, draw: [*lines[:2], *lines[1:]]),
+    "a journal with two lines exchanged": _journal(lambda lines, draw: [lines[0], lines[2], lines[1], *lines[3:]]),
+    "a journal without one line": _journal(lambda lines, draw: [*lines[:2], *lines[3:]]),
+    "a journal with a garbled line": _journal(lambda lines, draw: [lines[0], b"\xff\0" + lines[1][2:], *lines[2:]]),
     "an empty journal": _journal(lambda lines, draw: []),
-    "a line after the closing one": _journal(lambda lines, draw: [*lines, lines[0]]),
+    "a line after the closing one": _journal(lambda lines, draw: [*lines, lines[1]]),
 }
 
 
 @kind
 def a_wrong_hash_in_the_journal(folder: Path, draw: random.Random) -> set[str]:
     path = folder / JOURNAL
-    first, *rest = path.read_bytes().splitlines(keepends=True)
+    shared, first, *rest = path.read_bytes().splitlines(keepends=True)
     line = json.loads(first)
     name, facts = next(iter(line["files"].items()))
     wrong = facts[1].translate(str.maketrans("0123456789abcdef", "123456789abcdef0"))
-    rewrite(path, first.replace(facts[1].encode(), wrong.encode()) + b"".join(rest))
+    rewrite(path, shared + first.replace(facts[1].encode(), wrong.encode()) + b"".join(rest))
     return {JOURNAL, name}
 
 
@@ -247,6 +248,16 @@ def _touch(paths: Iterable[Path]) -> None:
     for path in paths:
         if path.is_file():
             os.utime(path, (1, 1))
+
+
+@harmless
+def a_journal_closed_by_an_earlier_version(folder: Path, draw: random.Random) -> set[str]:
+    path = folder / JOURNAL
+    first, *frames, last = path.read_bytes().splitlines(keepends=True)
+    told = {name: each for name, each in json.loads(first).items() if name in ("shared", "facts")}
+    closing = json.loads(last) | told | {"lines": hashlib.sha256(b"".join(frames)).hexdigest()}
+    rewrite(path, b"".join(frames) + json.dumps(closing).encode() + b"\n")
+    return set()
 
 
 HARMLESS |= {

@@ -62,6 +62,32 @@ def _(folder: Path) -> None:
         edit_json(path, lambda values: [each.pop("keypoints", None) for each in values["categories"]] and None)
 
 
+# COCO's list of images
+
+
+def _leave_out(file: Path) -> None:
+    def leave_out(values: dict) -> None:
+        number = values["images"].pop(0)["id"]
+        values["annotations"] = [each for each in values["annotations"] if each["image_id"] != number]
+
+    edit_json(file, leave_out)
+
+
+@kind("picture that Replicator's annotation file does not list", "coco")
+def _(folder: Path) -> None:
+    _leave_out(next(folder.glob("coco_annotations_*.json")))
+
+
+@kind("picture that no annotation file lists", "coco_polygons")
+def _(folder: Path) -> None:
+    _leave_out(folder / "annotations/instances_train.json")
+
+
+@kind("picture that only the panoptic file lists", "coco_plain")
+def _(folder: Path) -> None:
+    _leave_out(folder / "annotations/instances_train.json")
+
+
 # COCO's polygons
 
 

@@ -310,6 +310,20 @@ def unrecorded(clean, tmp_path):
     return lambda name: shutil.copytree(clean / name, tmp_path / name, ignore=shutil.ignore_patterns(".usdsdg"))
 
 
+@pytest.mark.parametrize("name", ["coco", "coco_plain", "coco_polygons"])
+@pytest.mark.parametrize("recorded", [True, False])
+def test_a_picture_of_coco_that_is_in_no_annotation_file_is_named(clean, unrecorded, tmp_path, name, recorded):
+    folder = shutil.copytree(clean / name, tmp_path / "recorded") if recorded else unrecorded(name)
+    file = next(file for file in sorted(folder.rglob("*.json")) if "images" in file.read_text())
+    values = json.loads(file.read_text())
+    left_out = values["images"].pop(0)
+    values["annotations"] = [each for each in values["annotations"] if each["image_id"] != left_out["id"]]
+    file.write_text(json.dumps(values))
+    found = [fault for fault in verify(folder).faults if fault.what.endswith("is not in `images`")]
+    assert [fault.file for fault in found] == [file.relative_to(folder).as_posix()]
+    assert left_out["file_name"] in found[0].what
+
+
 def test_labels_of_yolo_without_a_picture_are_a_fault(unrecorded):
     folder = unrecorded("yolo")
     picture = sorted(folder.glob("images/train/*.*"))[1]

@@ -130,6 +130,12 @@ def close_writers() -> None:
     in_spite_of_failures(*(writer.on_final_frame for writer in attached_writers()), current().io_queue.wait_until_done)
 
 
+def _of_other_causes(errors: list[Exception]) -> list[Exception]:
+    """Return the errors after the first one that have causes of their own."""
+    first = getattr(errors[0], "cause", "")
+    return [each for each in errors[1:] if not first or getattr(each, "cause", "") != first]
+
+
 def in_spite_of_failures(*steps: Callable[[], None]) -> None:
     """Run all steps, then raise the first error."""
     errors = []
@@ -139,6 +145,6 @@ def in_spite_of_failures(*steps: Callable[[], None]) -> None:
         except Exception as error:  # noqa: BLE001 - the first one is raised, and it tells of the others
             errors.append(error)
     if errors:
-        for other in errors[1:]:
+        for other in _of_other_causes(errors):
             errors[0].add_note(f"(then {type(other).__name__}: {other})")
         raise errors[0]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import runpy
 import sys
 import tempfile
-from contextlib import redirect_stdout
+from collections.abc import Iterator
+from contextlib import ExitStack, redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -33,7 +35,9 @@ if TYPE_CHECKING:
 
 
 def reproduce(
-    folder: Annotated[str, typer.Argument(help="A folder or URL with a recipe (.usdsdg/recipe.json).")],
+    folder: Annotated[
+        str, typer.Argument(help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder of several.")
+    ],
     frames: Annotated[
         str | None, typer.Option(help="The frames to make again, as 0:10 or 3,7.", show_default="all")
     ] = None,
@@ -52,25 +56,57 @@ def reproduce(
     """Make frames of a dataset again, in a temporary folder, and compare their files with those of the dataset.
 
     On the same versions and kind of device every byte is compared, else pictures, arrays and numbers are, within a
-    tolerance. Prints a line for each file that differs; the exit code is 1 if there are any. The dataset is kept as it
-    is: what a script does to its output folder itself, such as shutil.rmtree, is left out or refused.
+    tolerance. Prints a line for each file that differs, and one for each dataset; the exit code is 1 if a file differs.
+    The dataset is kept as it is: what a script does to its output folder itself, such as shutil.rmtree, is left out or
+    refused.
     """
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet):
         from usdsdg.datasets.on_disk import RECORDS, on_disk
+        from usdsdg.session import session
         from usdsdg.writers.journal.portion import Portion
 
         portion = Portion.of_numbers(frames) if frames is not None else None
-        with on_disk(folder) as dataset:
-            dataset.fetch(lambda name: name.startswith(f"{BESIDE}/") and not name.startswith(RECORDS))
-            result = _reproduce(dataset, portion, source, stage)
         count = len(portion.numbers) if portion is not None and portion.numbers is not None else None
-        _print(result, dataset.name, count)
-    if result.faults:
+        differs = False
+        with ExitStack() as opened:
+            datasets = [opened.enter_context(on_disk(each)) for each in _datasets(folder)]
+            for each in datasets:
+                each.fetch(lambda name: name.startswith(f"{BESIDE}/") and not name.startswith(RECORDS))
+            for number, group in enumerate(_of_one_run(datasets)):
+                if number:
+                    session.restart()
+                for dataset, result in zip(group, _reproduce(group, portion, source, stage)):
+                    _print(result, dataset.name, count)
+                    differs |= bool(result.faults)
+    if differs:
         raise typer.Exit(1)
 
 
-def _reproduce(dataset: OnDisk, portion: Portion | None, source: Path | None, stage: Path | None) -> Comparison:
-    """Make the frames of a portion again, None: all, and compare them."""
+def _datasets(place: str) -> list[str]:
+    """Return the datasets in a folder, as where a job has written several formats; of a URL itself."""
+    from usdsdg.stores.addresses import is_url
+    from usdsdg.writers.journal.recipe import FILE
+
+    if is_url(place) or Path(place, FILE).is_file():
+        return [place]
+    return sorted(str(each.parents[1]) for each in Path(place).glob(f"*/{FILE}")) or [place]
+
+
+def _of_one_run(datasets: list[OnDisk]) -> Iterator[list[OnDisk]]:
+    """Yield the datasets in groups that have one recipe, and are made by one run."""
+    from usdsdg.writers.journal.recipe import IDENTITY
+
+    groups: dict[str, list[OnDisk]] = {}
+    for each in datasets:
+        values = _recipe_of(each.path).values()
+        groups.setdefault(json.dumps([values[name] for name in IDENTITY]), []).append(each)
+    yield from groups.values()
+
+
+def _reproduce(
+    datasets: list[OnDisk], portion: Portion | None, source: Path | None, stage: Path | None
+) -> list[Comparison]:
+    """Make the frames of a portion of datasets of one recipe again, None: all, and compare each."""
     from usdsdg.cli.script.kept_datasets import read_only
     from usdsdg.session.session import current
     from usdsdg.verify.frame_numbers import check_portion
@@ -79,28 +115,35 @@ def _reproduce(dataset: OnDisk, portion: Portion | None, source: Path | None, st
     from usdsdg.writers.journal.folders import Mode
     from usdsdg.writers.journal.recipe import GENERATE
 
-    folder = dataset.path
+    folder = datasets[0].path
     recipe = _recipe_of(folder)
     if portion is not None:
-        check_portion(folder, portion)
+        for each in datasets:
+            check_portion(each.path, portion)
     file = _source_of(folder, recipe, source)
     differences = _now(recipe).differences({**recipe.values(), "classes": None})
-    for each in differences:
-        print(f"note: made with {each.replace(' there', '')}", file=sys.stderr)
+    for said in differences:
+        print(f"note: made with {said.replace(' there', '')}", file=sys.stderr)
     run = current().run
     with tempfile.TemporaryDirectory(prefix="usdsdg-reproduce-") as scratch:
         run.scratch = Path(scratch).resolve()
         run.begin(_now(recipe), Mode.OVERWRITE, portion, file)
         shown = sys.stderr if recipe.command != GENERATE else StringIO()  # which names its folder
-        with redirect_stdout(shown), read_only(folder):
+        with ExitStack() as kept:
+            kept.enter_context(redirect_stdout(shown))
+            for each in datasets:
+                kept.enter_context(read_only(each.path))
             _make(recipe, file, folder, stage, run.scratch)
             finish_files()
         finish_run(complete=True)
-        made = counterpart(folder, [each.path for each in run.folders])
-        if made is None:
-            raise DatasetError(f"{folder}: no file of it was made again by {file}")
-        dataset.fetch(files_of(folder, portion).__contains__)
-        return compare(folder, made, portion, exact=not differences)
+        results = []
+        for each in datasets:
+            made = counterpart(each.path, [folder.path for folder in run.folders])
+            if made is None:
+                raise DatasetError(f"{each.path}: no file of it was made again by {file}")
+            each.fetch(files_of(each.path, portion).__contains__)
+            results.append(compare(each.path, made, portion, exact=not differences))
+        return results
 
 
 def _recipe_of(folder: Path) -> Recipe:

@@ -112,6 +112,7 @@ class Session:
         self.imported_version = 0  # of Replicator, as the script's imports tell; 0: they do not
         self.failed_at_exit = False  # a file could not be written and no call has raised it
         self.said: set[str] = set()  # lines of `progress.say_once`
+        self.told_causes: set[str] = set()  # of errors that were printed
         assets.set_fallback_root(lambda: _imported("usdsdg.demo:root")(), _tell_of_demo_assets)
         assets.set_mesh_converter(
             lambda file, label: _imported("usdsdg.meshes.for_stage:converted_for_stage")(file, label)
@@ -149,7 +150,7 @@ class Session:
                 # Python keeps the error that ends a program there.
                 run.close(complete=getattr(sys, "last_value", None) is None and not self.failed_at_exit)
             except errors.UsdsdgError as error:
-                print(f"error: {errors.described(error)}", file=sys.stderr)
+                _imported("usdsdg.session.failures:tell")(error)
                 self.failed_at_exit = True
         if self.written_folders and not self.failed_at_exit:
             self._name_next_commands()

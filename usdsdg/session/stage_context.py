@@ -81,8 +81,8 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
     assets.check_file(file)
     try:
         layer = Sdf.Layer.FindOrOpen(file)
-        if layer is None:  # an empty file, for which pxr reports no reason
-            raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: it is empty or cut off")
+        if layer is None:  # for which pxr reports no reason
+            raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {assets.why_no_layer(file)}")
         if layer == _root_layer():
             current().timeline.stop()  # or physics would restore its opinions of the discarded layer
         layer.Reload(force=layer.dirty)

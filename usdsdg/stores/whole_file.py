@@ -188,11 +188,13 @@ _REASONS = {
 
 def not_writable(path: Path, error: OSError) -> OutputNotWritable:
     """Return the error, with cause and remedy, that an error of the system at a file is."""
-    reason = _REASONS.get(error.errno or 0, error.strerror or str(error))
+    cause = reason = _REASONS.get(error.errno or 0, error.strerror or str(error))
     if error.errno == errno.ENOSPC:
         with contextlib.suppress(OSError):
             reason += f" ({shutil.disk_usage(path.parent).free / 1e6:.0f} MB free)"
         remedy = "Free space or choose another output_dir; the files written so far are whole."
     else:
         remedy = "Choose another output_dir, or make this one writable."
-    return OutputNotWritable(f"{path} cannot be written: {reason}. {remedy}")
+    failure = OutputNotWritable(f"{path} cannot be written: {reason}. {remedy}")
+    failure.cause = cause
+    return failure

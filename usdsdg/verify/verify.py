@@ -32,6 +32,7 @@ from usdsdg.verify.checks import (
 from usdsdg.verify.checks import files as file_checks
 from usdsdg.verify.checks.formats import (
     coco_keypoints,
+    coco_pictures,
     coco_segments,
     cvat,
     dope,
@@ -133,7 +134,8 @@ def _check_labels(
     progress: Progress | None,
 ) -> None:
     """Read the images of a dataset, and check what their files say."""
-    tables = [Tables(data.classes), Coco(data.classes), kitti.Kitti(), Yolo(data.classes)]
+    coco = Coco(data.classes)
+    tables = [Tables(data.classes), coco, kitti.Kitti(), Yolo(data.classes)]
     named = _images_by_checksum(data)
     read: set[str] = set()
     for seen in (each.complete() for each in images(data, read)):
@@ -157,6 +159,7 @@ def _check_labels(
         report.faults += faults
         report.notes += notes
     report.faults += data.faults
+    report.faults += coco_pictures.check(data, coco.pictures)
     report.faults += file_checks.check(data, read, listed=whole.listed if whole is not None else frozenset())
     report.faults = list(dict.fromkeys(report.faults))
     if whole is not None and any(fault.file == PARTS for fault in whole.faults):

@@ -27,8 +27,9 @@ from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.backends.group import BackendGroup
 from usdsdg.writers.backends.store import StoreBackend
 from usdsdg.writers.files import plain
-from usdsdg.writers.journal.folders import ONCE
+from usdsdg.writers.journal.folders import DatasetFolder
 from usdsdg.writers.journal.run import get_run
+from usdsdg.writers.journal.spool_hashes import ONCE
 
 FOLDER, SUFFIX = f"{BESIDE}/aggregates", ".jsonl"
 FRAME, ABOUT, KIND = "frame", "about", "kind"
@@ -120,6 +121,7 @@ class Spool:
         """
         self._backend, self._name, self._kind, self._once = backend, f"{ONCE}/{name}" if once else name, kind, once
         self._temporary: _TemporaryFolder | None = None
+        self._claimed: DatasetFolder | None = None
         self._size = self._count = 0
         self._about = "{}"
 
@@ -127,7 +129,7 @@ class Spool:
     def path(self) -> Path:
         """The file. Its folder is claimed at the first use, since not every writer that is made writes something."""
         place = place_of(self._backend)
-        claimed = None if place is None else get_run().claim(place)
+        self._claimed = claimed = None if place is None else get_run().claim(place)
         if claimed is None and (self._once or place is None or is_url(place)):
             self._temporary = _TemporaryFolder()
             place = str(self._temporary.path)
@@ -204,6 +206,8 @@ class Spool:
                 os.close(descriptor)
         except OSError as error:
             raise not_writable(path, error) from error
+        if self._claimed is not None:
+            self._claimed.spools.add(path, data, begins=not self._size)
         self._size += len(data)
 
     def _append(self, descriptor: int, data: bytes) -> None:

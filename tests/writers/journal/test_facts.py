@@ -1,6 +1,9 @@
 """The assets that a recipe names: those that its own run has used."""
 
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 from usdsdg.stage.assets.opened import note_opened
 from usdsdg.writers.journal.facts import AssetFacts
@@ -43,3 +46,22 @@ def test_assets_have_their_names_below_the_root_also_where_no_stage_was_seen(tmp
     facts = AssetFacts()
     note_opened(str(tmp_path / "Isaac/sky.hdr"))
     assert names(facts) == ["/Isaac/sky.hdr"]
+
+
+AT_EXIT = """
+import atexit, sys
+from usdsdg.stage.assets.opened import note_opened
+from usdsdg.writers.journal.facts import AssetFacts
+
+facts = AssetFacts()
+atexit.register(lambda: print(*(each["name"] for each in facts.take().values())))
+note_opened(sys.argv[1])
+"""
+
+
+def test_an_asset_that_is_told_of_when_the_program_ends_has_its_hash(tmp_path):
+    # As by a run that SIGTERM ends before its first frame is in the journal.
+    (tmp_path / "a.png").touch()
+    command = [sys.executable, "-c", AT_EXIT, str(tmp_path / "a.png")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).resolve().parents[3])
+    assert (done.stdout, done.stderr) == ("a.png\n", "")

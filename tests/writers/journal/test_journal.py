@@ -29,10 +29,11 @@ def test_frames_and_shared_files_come_back(tmp_path):
     made.close(complete=True)
     assert journal.read(made.path).is_complete
     lines = list(journal.lines(made.path))
-    assert [each.get("frame") for each in lines] == [0, 1, 2, None]
+    assert lines[0] == {"shared": {"classes.json": [4, "cd"]}}
+    assert [each.get("frame") for each in lines] == [None, 0, 1, 2, None]
     before = b"".join(made.path.read_bytes().splitlines(keepends=True)[:-1])
     digest = hashlib.sha256(before).hexdigest()
-    assert lines[-1] == {"shared": {"classes.json": [4, "cd"]}, "frames": 3, "complete": True, "lines": digest}
+    assert lines[-1] == {"shared": {}, "frames": 3, "complete": True, "lines": digest}
 
 
 def test_a_journal_that_goes_on_has_the_bytes_of_one_that_did_not_stop(tmp_path):
@@ -57,6 +58,46 @@ def test_a_line_that_a_dying_process_has_not_finished_is_dropped(tmp_path):
         path.write_bytes(whole[:size])
         assert Journal(path).contents.frames == {0}
         assert path.read_bytes() == whole[: whole.index(b"\n") + 1]
+
+
+FACTS_OF_RUN = {"settings": {"/a": 1}, "writers": {"W-0": {}}}
+
+
+def test_a_run_goes_on_with_all_that_it_told_of_no_frame_where_the_closing_line_is_damaged(tmp_path):
+    path = tmp_path / "journal.jsonl"
+    made = Journal(path)
+    made.append([line(0), line(1)], {"metadata.txt": FACTS}, FACTS_OF_RUN, spools={"W/a.jsonl": FACTS})
+    made.close(complete=False, kept={"W/a.jsonl": FACTS}, spools={"W/a.jsonl": FACTS})
+    whole = path.read_bytes()
+    closing = len(whole.splitlines(keepends=True)[-1])
+    for size in range(1, closing + 1):
+        path.write_bytes(whole[:-size])
+        found = Journal(path).contents
+        assert found.frames == {0, 1}
+        assert found.shared == {"metadata.txt": FACTS, ".usdsdg/aggregates/W/a.jsonl": FACTS}
+        assert (found.facts, found.spools) == (FACTS_OF_RUN, {"W/a.jsonl": FACTS})
+
+
+def closed_by_an_earlier_version(path):
+    """Write a journal of which the closing line has all that belongs to no frame."""
+    closing = {"shared": {"metadata.txt": FACTS, ".usdsdg/aggregates/W/a.jsonl": FACTS}, "frames": 2, "complete": False}
+    lines = [line(0), line(1), {**closing, "facts": FACTS_OF_RUN, "recipe": "r", "lines": "l"}]
+    path.write_bytes(b"".join(map(journal.encoded, lines)))
+
+
+def test_a_journal_that_an_earlier_version_has_closed_is_read_or_refused_where_that_line_is_damaged(tmp_path):
+    path = tmp_path / "journal.jsonl"
+    closed_by_an_earlier_version(path)
+    found = journal.read(path)
+    assert (found.frames, found.facts, found.spools) == ({0, 1}, FACTS_OF_RUN, {"W/a.jsonl": FACTS})
+    with open(path, "ab") as file:
+        file.write(journal.encoded(line(2)))  # of a run that went on, after which nothing is known of spools
+    assert journal.read(path).spools == {}
+    assert journal.read(path).shared["metadata.txt"] == FACTS
+    closed_by_an_earlier_version(path)
+    path.write_bytes(path.read_bytes()[:-37])
+    with pytest.raises(WriterError, match=r"closing line is damaged.*--overwrite"):
+        Journal(path)
 
 
 def test_a_damaged_line_in_the_middle_is_an_error(tmp_path):

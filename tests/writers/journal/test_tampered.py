@@ -141,7 +141,9 @@ def test_a_shard_that_is_missing_is_named_though_no_frame_is(tmp_path):
     parts_in(tmp_path / "out", shards, {"0/3": [0], "1/3": [1]})
     with pytest.raises(DatasetError, match="shards 2/3 are missing"):
         join_parts(FolderPlace(tmp_path / "out"))
+    assert any("shards 2/3 are missing" in fault.what for fault in verify(tmp_path / "out", labels=False).faults)
     parts_in(tmp_path / "out", {"2/3": Portion.of_shard("2/3")}, {})
+    assert not any("are missing" in fault.what for fault in verify(tmp_path / "out", labels=False).faults)
     assert join_parts(FolderPlace(tmp_path / "out")) == 2
     session.restart()
 

@@ -17,9 +17,10 @@ import typer
 
 from usdsdg.cli.interrupts import INTERRUPTED, let_commands_be_interrupted
 from usdsdg.cli.options.thread_limit import limit_threads
-from usdsdg.errors import UsdsdgError, UsdsdgWarning, described
+from usdsdg.errors import UsdsdgError, UsdsdgWarning
 from usdsdg.session import progress, termination
 from usdsdg.session.device_memory import device_memory
+from usdsdg.session.failures import tell
 
 if TYPE_CHECKING:
     from pxr import Sdf
@@ -118,7 +119,7 @@ def _set_up(assets_root: str | None, device: str | None, save_stage: Path | None
 
 def _exit_with_error(error: UsdsdgError) -> NoReturn:
     progress.use(progress.SilentReporter())
-    print(f"error: {described(error)}", file=sys.stderr)
+    tell(error)
     _finish_after_failure(1)
     raise typer.Exit(1) from None
 
@@ -150,7 +151,7 @@ def _finish_after_failure(code: int) -> bool:
             _close_run(complete=False)
         return True
     except UsdsdgError as error:
-        print(f"error: at the end of the run: {described(error)}", file=sys.stderr)
+        tell(error, "at the end of the run: ")
     except Exception as error:  # noqa: BLE001 - a script's own writer may raise anything at its end
         print(f"error: at the end of the run: {type(error).__name__}: {error}", file=sys.stderr)
     except KeyboardInterrupt:

@@ -8,7 +8,13 @@ from usdsdg.stage.assets.dependencies import (
     redirect,
     redirect_layer,
 )
-from usdsdg.stage.assets.file_checks import check_file, check_neighbors, check_regular, not_a_file_of_its_own
+from usdsdg.stage.assets.file_checks import (
+    check_file,
+    check_neighbors,
+    check_regular,
+    not_a_file_of_its_own,
+    why_no_layer,
+)
 from usdsdg.stage.assets.lookup import exists, locate, paths_under_root
 from usdsdg.stage.assets.maps import PathMap, get_maps, set_maps
 from usdsdg.stage.assets.mesh_files import MESHES, PACKAGE, is_mesh, set_mesh_converter
@@ -91,4 +97,5 @@ __all__ = [
     "set_on_missing",
     "set_units",
     "where_looked",
+    "why_no_layer",
 ]  # fmt: skip

@@ -15,6 +15,8 @@ from usdsdg.errors import AssetUnreadable
 
 PACKAGE = ".usdz"
 _CRATES, _CRATE = (".usd", ".usdc"), b"PXR-USDC"
+_TEXT = b"#usda"
+_LAYERS = (".usd", ".usda", ".usdc")
 _TEXTS, _DEEPEST = (".usd", ".usda"), 4000
 _POINTER = b"version https://git-lfs"
 
@@ -61,6 +63,30 @@ def not_a_file_of_its_own(file: str | os.PathLike[str]) -> str:
     if not start:
         return "is an empty file"
     return "only points to a file in Git LFS; get the file itself with git lfs pull" if start == _POINTER else ""
+
+
+def why_no_layer(path: str) -> str:
+    """Return why USD opens a file as no layer, where it tells no reason itself."""
+    if not path.lower().endswith(PACKAGE):
+        with open(path, "rb") as file:
+            return _why_no_usd(file.read(len(_CRATE)))
+    with zipfile.ZipFile(path) as package:
+        first = next(iter(package.namelist()), None)
+        if first is None:
+            return "it is a package without files"
+        if not first.lower().endswith(_LAYERS):
+            return f"it is a package of which the first file, {first}, is no USD file"
+        with package.open(first) as file:
+            return f"{first} in it is no layer: {_why_no_usd(file.read(len(_CRATE)))}"
+
+
+def _why_no_usd(start: bytes) -> str:
+    """Return why a file that begins so is no USD file."""
+    if not start:
+        return "it is empty"
+    if start.startswith((_CRATE, _TEXT)):
+        return "it is cut off"
+    return f"it is no USD file, which begins with {_TEXT.decode()} or {_CRATE.decode()}"
 
 
 def check_neighbors(layer: Sdf.Layer) -> None:

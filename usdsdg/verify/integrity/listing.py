@@ -13,11 +13,10 @@ from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.writers.journal import lines, recipe
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
-from usdsdg.writers.journal.merge import parts_of
+from usdsdg.writers.journal.merge import listed, missing_shards, parts_of
 from usdsdg.writers.journal.place import PARTS
 
 JOURNAL = f"{BESIDE}/{NAME}"
-_SHOWN = 8
 
 
 @dataclass(frozen=True)
@@ -124,8 +123,10 @@ def _read_parts(folder: Path, parts: list[Path], listing: Listing) -> None:
         listing.frames |= of_part.frames
         listing.faults += of_part.faults
         listing.is_damaged |= of_part.is_damaged
-    names = ", ".join(part.name for part in parts[:_SHOWN]) + (", ..." if len(parts) > _SHOWN else "")
-    listing.faults.append(Fault(PARTS, "all", f"{len(parts)} parts are not joined (usdsdg merge): {names}"))
+    names = [part.name for part in parts]
+    listing.faults.append(Fault(PARTS, "all", f"{len(parts)} parts are not joined (usdsdg merge): {listed(names)}"))
+    if missing := missing_shards(names):
+        listing.faults.append(Fault(PARTS, "all", f"shards {listed(missing)} are missing; make them with --shard"))
 
 
 def _lines(path: Path) -> Iterator[tuple[int, bytes]]:

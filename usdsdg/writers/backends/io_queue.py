@@ -11,8 +11,9 @@ from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from usdsdg.errors import UsdsdgError, WriterError, described
+from usdsdg.errors import UsdsdgError, WriterError
 from usdsdg.operating_system import around_fork
+from usdsdg.session.failures import tell
 from usdsdg.session.session import current
 from usdsdg.writers.backends.job import Job
 
@@ -310,7 +311,7 @@ class IoQueue:
             try:
                 step()
             except UsdsdgError as error:
-                print(f"error: {described(error)}", file=sys.stderr)
+                tell(error)
                 current().failed_at_exit = True
             except KeyboardInterrupt:
                 print(f"error: interrupted; {self.stop()} files were not written", file=sys.stderr)

@@ -72,8 +72,14 @@ class AssetFacts:
         root = _root()  # also where a run fails before it has seen a stage
         if self._pool is None:
             self._pool = ThreadPoolExecutor(1, thread_name_prefix="usdsdg-assets")
+        told = {} if layer is None else _told(layer)
+        try:
+            future = self._pool.submit(_asset, path, root, told)
+        except RuntimeError:  # when the program ends, threads take no more work
+            future = Future()
+            future.set_result(_asset(path, root, told))
         with self._lock:
-            self._open.append(self._pool.submit(_asset, path, root, {} if layer is None else _told(layer)))
+            self._open.append(future)
 
 
 def _root() -> str:

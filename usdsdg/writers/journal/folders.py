@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from enum import Enum
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import Any
 from usdsdg.errors import DatasetInTheWay, WriterError, warn_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.locks import Locked
-from usdsdg.stores.whole_file import facts_of, not_writable
+from usdsdg.stores.whole_file import not_writable
 from usdsdg.writers.journal import journal, lines, recipe
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
@@ -22,9 +22,8 @@ from usdsdg.writers.journal.journal import NAME, Contents, Journal
 from usdsdg.writers.journal.place import PARTS, FolderPlace, Lock, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
+from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
 
-AGGREGATES, SPOOL = "aggregates", ".jsonl"
-ONCE = "samples"  # the folder of spools that are removed when the run is complete
 _PART = re.compile(r"^\..*\.part$")  # files that a process was writing when it died
 
 
@@ -56,12 +55,14 @@ class DatasetFolder:
         Raises:
             DatasetInTheWay: another run is there, or writes there now; the message says how to go on.
             OutputNotWritable, StoreError: the place cannot be written to.
+            WriterError: the journal or a spool that is gone on with was damaged.
         """
         self.place, self.path, self._recipe, self.portion = place, place.path, wanted, portion
         path = place.path
         self.goes_on = mode is Mode.RESUME  # spools and journal have what an earlier process has left
         home = path / PARTS / portion.name if portion is not None else path / BESIDE
         self._home = home
+        self.spools = SpoolHashes(home / AGGREGATES)
         try:
             home.mkdir(parents=True, exist_ok=True)
             self._locks = place.locks(portion)
@@ -78,7 +79,7 @@ class DatasetFolder:
             self.was_complete = self.journal.was_complete
             if mode is Mode.RESUME:
                 _remove_unfinished(path)
-                self._shorten_spools()
+                self._go_on_with_spools()
                 _warn_of_lost(place, home / NAME)
             if recipe.read(path) is None:
                 wanted.write(path)
@@ -94,7 +95,7 @@ class DatasetFolder:
     @property
     def aggregates(self) -> Path:
         """The folder of the spools of aggregate files."""
-        return self._home / AGGREGATES
+        return self.spools.folder
 
     def has(self, frame: int) -> bool:
         """Return whether a frame was whole when the folder was claimed."""
@@ -115,27 +116,28 @@ class DatasetFolder:
         """Append frames to the journal, after their files and spools are on the disk; errors are those of `Journal`."""
         shared, self._shared = self._shared, {}
         facts, self._facts = self._facts, {}
+        spools = self.spools.facts()  # before the sync, after which all of these bytes are on the disk
         names = [*shared, *(name for line in frames for name in line[lines.FILES])]
-        self.place.sync([*names, *(each.relative_to(self.path).as_posix() for each in self._spools())])
+        self.place.sync([*names, *(each.relative_to(self.path).as_posix() for each in self.spools.files())])
         self.place.push()
-        self.journal.append(frames, shared, facts)
+        self.journal.append(frames, shared, facts, spools=spools)
         self.place.push()
 
     def close(self, *, complete: bool) -> None:
         """Write the recipe, which parts leave to those who join them, and the closing line, and release the folder."""
         try:
             self.append([])
+            spools = self.spools.facts_of_files()
             if self.portion is None:
                 classes, contents = self.place.read(recipe.CLASSES), self.journal.contents
                 made = self._recipe.completed(classes, self.journal.count, contents.facts)
                 written = made.write(self.path)
-                kept = [each for each in self._spools() if not each.is_relative_to(self.aggregates / ONCE)]
-                spools = {each.relative_to(self.path).as_posix(): facts_of(each) for each in kept}
-                self.journal.close(complete=complete, recipe=written, spools=spools)
+                kept = {name: facts for name, facts in spools.items() if not name.startswith(f"{ONCE}/")}
+                self.journal.close(complete=complete, recipe=written, kept=kept, spools=kept if complete else spools)
                 if complete:
                     shutil.rmtree(self.aggregates / ONCE, ignore_errors=True)
             else:
-                self.journal.close(complete=complete)
+                self.journal.close(complete=complete, spools=spools)
             self.place.push(whole=True)
         finally:
             self.release()
@@ -155,21 +157,15 @@ class DatasetFolder:
             _remove_files(self.place, self._home / NAME)
             shutil.rmtree(self.aggregates, ignore_errors=True)
 
-    def _spools(self) -> Iterator[Path]:
-        return self.aggregates.rglob(f"*{SPOOL}") if self.aggregates.is_dir() else iter(())
-
-    def _shorten_spools(self) -> None:
-        """Drop the records of frames that are not whole."""
-        for path in self._spools():
-            end = place = 0
-            with open(path, "rb") as file:
-                for data in file:
-                    line = lines.parsed_record(data)
-                    place += len(data)
-                    if line is None or ("frame" in line and line["frame"] not in self.journal.contents.frames):
-                        break
-                    end = place if "frame" in line else end
-            os.truncate(path, end) if end else path.unlink()
+    def _go_on_with_spools(self) -> None:
+        """Check the spools, and drop the records of frames that are not whole; errors are those of the constructor."""
+        contents = self.journal.contents
+        self.spools.go_on(contents.spools, contents.frames)
+        if self.spools.facts() != contents.spools:
+            # Before they are cut, since a process that dies in between leaves spools that are longer than told.
+            self.journal.append((), {}, spools=self.spools.facts())
+            self.place.push()
+        self.spools.shorten()
 
 
 def shared_lock(place: Place) -> Lock:

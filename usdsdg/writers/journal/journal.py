@@ -1,10 +1,11 @@
 """The journal of a dataset: a line for every frame that is whole on disk, with the sizes and hashes of its files.
 
 `.usdsdg/journal.jsonl` has, in the order of frames, {"frame": number, "files": {path: [size, sha256]}}, also with
-"state" where a writer has one. While a run goes on, {"shared": {path: [size, sha256]}} tells of files that belong to
-no frame, beside "facts" that the recipe gets in the end. `close` leaves one such line, the last one, with "frames", how
-many there are, and "complete"; "lines", the SHA-256 of the lines before it, and "recipe", that of the recipe, tell
-whether these are as the run wrote them. A run that goes on appends to it, until it is closed again.
+"state" where a writer has one. Lines of {"shared": {path: [size, sha256]}} tell of files that belong to no frame, also
+with "facts" that the recipe gets in the end, and with "spools", how each spool begins, by its path below its folder.
+`close` leaves one such line, the first one, and a closing line, the last one, with "frames", how many there are, and
+"complete"; "lines", the SHA-256 of the lines before it, and "recipe", that of the recipe, tell whether these are as the
+run wrote them. A run that goes on appends to it, until it is closed again.
 """
 
 from __future__ import annotations
@@ -14,17 +15,22 @@ import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from usdsdg.errors import WriterError
+from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.whole_file import not_writable, synced, write_whole
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
-from usdsdg.writers.journal.lines import COMPLETE, FACTS, FRAME, FRAMES, LINES, RECIPE, SHARED, STATE, parsed
+from usdsdg.writers.journal.lines import COMPLETE, FACTS, FRAME, FRAMES, LINES, RECIPE, SHARED, SPOOLS, STATE, parsed
 from usdsdg.writers.journal.place import JOURNAL
+from usdsdg.writers.journal.spool_hashes import AGGREGATES
 
 NAME = JOURNAL
+_FRAME = b'{"frame":'  # how lines of frames begin
+_SPOOLS = f"{BESIDE}/{AGGREGATES}/"
 
 
 @dataclass
@@ -35,6 +41,7 @@ class Contents:
     states: dict[str, Any] = field(default_factory=dict)  # of the writers after the last frame, by their names
     shared: dict[str, FileFacts] = field(default_factory=dict)
     facts: Facts = field(default_factory=dict)
+    spools: dict[str, FileFacts] = field(default_factory=dict)  # how they begin, by their paths below their folder
     is_complete: bool = False
     size: int = 0  # bytes up to the end of the last whole line
 
@@ -61,16 +68,22 @@ class Journal:
         frames: Iterable[Mapping[str, Any]],
         shared: Mapping[str, FileFacts],
         facts: Mapping[str, Mapping[str, Any]] | None = None,
+        *,
+        spools: Mapping[str, FileFacts] | None = None,
     ) -> None:
         """Append lines of frames and shared files, and facts for the recipe, and wait until they are on the disk.
+
+        spools: how they begin; what is known already is left out.
 
         Raises:
             OutputNotWritable: the disk is full, or the folder was removed.
         """
-        of_all = {SHARED: dict(shared), **({FACTS: facts} if facts else {})}
-        lines = [*([of_all] if shared or facts else []), *frames]
+        known = self.contents.spools
+        new = {name: each for name, each in (spools or {}).items() if known.get(name) != each}
+        lines = [*_of_all(shared, facts, new), *frames]
         self.contents.shared.update(shared)
         self.contents.facts = joined([self.contents.facts, facts or {}])
+        self.contents.spools.update(new)
         self._appended += sum(FRAME in line for line in lines)
         try:
             with open(self.path, "ab") as file:
@@ -90,20 +103,38 @@ class Journal:
         return len(self.contents.frames) + self._appended
 
     def close(
-        self, *, complete: bool, recipe: str | None = None, spools: Mapping[str, FileFacts] | None = None
+        self,
+        *,
+        complete: bool,
+        recipe: str | None = None,
+        kept: Mapping[str, FileFacts] | None = None,
+        spools: Mapping[str, FileFacts] | None = None,
     ) -> None:
         """Write the journal as it stays, with its closing line; errors are those of `append`.
 
         complete: all frames of the run, or of this part of it, are there.
         recipe: the SHA-256 of the recipe; None: of a part, which has none of its own.
-        spools: what is kept for going on with aggregate files, by its path.
+        kept: of the spools those that are files of the dataset, as in `spools`.
+        spools: those that a run can go on with.
         """
-        self.contents.shared.update(spools or {})
+        shared = {name: each for name, each in self.contents.shared.items() if not name.startswith(_SPOOLS)}
+        shared |= {f"{_SPOOLS}{name}": each for name, each in (kept or {}).items()}
         frames = (line for line in lines(self.path) if FRAME in line) if self.path.exists() else ()
-        closing = {SHARED: dict(sorted(self.contents.shared.items())), FRAMES: self.count, COMPLETE: complete}
-        closing |= {FACTS: self.contents.facts} if self.contents.facts else {}
+        # All that the closing line alone would tell can be told again by a run that goes on, if that line is damaged.
+        told = map(encoded, _of_all(dict(sorted(shared.items())), self.contents.facts, spools or {}))
+        closing: dict[str, Any] = {SHARED: {}, FRAMES: self.count, COMPLETE: complete}
         closing |= {RECIPE: recipe} if recipe is not None else {}
-        write_whole(self.path, _sealed(map(encoded, in_order(frames)), closing))
+        write_whole(self.path, _sealed(chain(told, map(encoded, in_order(frames))), closing))
+
+
+def _of_all(
+    shared: Mapping[str, FileFacts], facts: Mapping[str, Any] | None, spools: Mapping[str, FileFacts]
+) -> list[dict[str, Any]]:
+    """Return the line of what belongs to no frame; none if there is nothing."""
+    line: dict[str, Any] = {SHARED: dict(shared)}
+    line |= {FACTS: facts} if facts else {}
+    line |= {SPOOLS: dict(spools)} if spools else {}
+    return [line] if shared or len(line) > 1 else []
 
 
 def _sealed(data: Iterable[bytes], closing: Mapping[str, Any]) -> Iterator[bytes]:
@@ -122,20 +153,42 @@ def read(path: Path) -> Contents:
         WriterError: another line is damaged.
     """
     found = Contents()
+    is_closed_by_shared = False  # as earlier versions closed journals
     for line, end in _placed(path):
-        if FRAMES in line:
-            found.is_complete = bool(line.get(COMPLETE))
-            found.shared.update({name: tuple(facts) for name, facts in line[SHARED].items()})
-            found.facts, found.size = joined([found.facts, line.get(FACTS, {})]), end
-            continue
-        found.is_complete, found.size = False, end  # of a run that went on after its closing line
+        if is_closed_by_shared:  # what that version has then told of spools ended with the run that goes on here
+            found.spools, is_closed_by_shared = {}, False
+        found.is_complete, found.size = FRAMES in line and bool(line.get(COMPLETE)), end
         if FRAME in line:
             found.frames.add(line[FRAME])
             found.states.update(line.get(STATE, {}))
-        found.shared.update({name: tuple(facts) for name, facts in line.get(SHARED, {}).items()})
+        found.shared.update(_files(line.get(SHARED, {})))
+        found.spools.update(_files(line.get(SPOOLS, {})))
         if FACTS in line:
             found.facts = joined([found.facts, line[FACTS]])
+        if FRAMES in line and line[SHARED]:
+            is_closed_by_shared, shared = True, _files(line[SHARED])
+            found.spools = {
+                name.removeprefix(_SPOOLS): facts for name, facts in shared.items() if name.startswith(_SPOOLS)
+            }
+    _check_closing_line(path, found)
     return found
+
+
+def _check_closing_line(path: Path, found: Contents) -> None:
+    """Check that no closing line of an earlier version is cut off, which alone has what belongs to no frame."""
+    if found.frames and not found.shared and not found.facts:
+        with open(path, "rb") as file:
+            file.seek(found.size)
+            rest = file.read(len(_FRAME))
+        if rest and rest != _FRAME[: len(rest)]:
+            raise WriterError(
+                f"{path}: its closing line is damaged, which alone has the files of all frames, the settings and the "
+                "assets; --overwrite makes all frames again."
+            )
+
+
+def _files(values: Mapping[str, Any]) -> dict[str, FileFacts]:
+    return {name: tuple(facts) for name, facts in values.items()}
 
 
 def lines(path: Path) -> Iterator[dict[str, Any]]:

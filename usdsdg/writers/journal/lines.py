@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 FRAME, FILES, STATE, SHARED, FRAMES, COMPLETE = "frame", "files", "state", "shared", "frames", "complete"
-LINES, RECIPE, FACTS = "lines", "recipe", "facts"
+LINES, RECIPE, FACTS, SPOOLS = "lines", "recipe", "facts", "spools"
 
 
 def parsed_record(data: bytes) -> dict[str, Any] | None:
@@ -29,6 +29,8 @@ def parsed(data: bytes) -> dict[str, Any] | None:
 def is_sound(line: dict[str, Any]) -> bool:
     """Return whether a line has what lines of journals have."""
     if not are_facts(line.get(FACTS, {})) or not isinstance(line.get(STATE, {}), dict):
+        return False
+    if not _are_files(line.get(SPOOLS, {})):
         return False
     if FRAMES in line:
         return is_count(line[FRAMES]) and _are_files(line.get(SHARED))

@@ -8,22 +8,24 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from usdsdg.errors import DatasetError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
-from usdsdg.stores.whole_file import write_whole
+from usdsdg.stores.whole_file import facts_of, write_whole
 from usdsdg.writers.journal import journal, recipe
 from usdsdg.writers.journal.facts import joined
-from usdsdg.writers.journal.folders import AGGREGATES, SPOOL
+from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
-from usdsdg.writers.journal.lines import FACTS, FRAME, SHARED, is_count, parsed_record
+from usdsdg.writers.journal.lines import FACTS, FRAME, SHARED, SPOOLS, is_count, parsed_record
 from usdsdg.writers.journal.place import PARTS, Place
+from usdsdg.writers.journal.spool_hashes import AGGREGATES, SpoolHashes, check_whole
 
 JOINED = f"{BESIDE}/joined"
 _SHARD = re.compile(r"\d+-of-(\d+)")
 MAX_SHARDS = 100_000
+_SHOWN = 8
 
 
 def parts_of(folder: Path) -> list[Path]:
@@ -38,6 +40,7 @@ def join(place: Place) -> int:
 
     Raises:
         DatasetError: there are no parts, one is unfinished, or frames are missing or there twice.
+        WriterError: a journal or a spool of a part was damaged.
     """
     folder = place.path
     parts = parts_of(folder)
@@ -52,24 +55,40 @@ def join(place: Place) -> int:
     if unfinished:
         raise DatasetError(f"{place.name}: parts {', '.join(unfinished)} are unfinished; run them again with --resume")
     _check_frames(place.name, {name: each.frames for name, each in contents.items()})
-    for spool in sorted({each.relative_to(part / AGGREGATES) for part in parts for each in _spools(part)}):
-        pieces = [part / AGGREGATES / spool for part in parts if (part / AGGREGATES / spool).is_file()]
-        write_whole(folder / BESIDE / AGGREGATES / spool, _joined_spool(pieces))
-    write_whole(folder / BESIDE / NAME, _joined_journal(parts))
+    for part in parts:
+        check_whole(part / AGGREGATES, contents[part.name].spools)
+    spools: dict[str, FileFacts] = {}
+    for name in sorted({each.relative_to(part / AGGREGATES).as_posix() for part in parts for each in _spools(part)}):
+        pieces = [part / AGGREGATES / name for part in parts if (part / AGGREGATES / name).is_file()]
+        joined_spool = folder / BESIDE / AGGREGATES / name
+        write_whole(joined_spool, _joined_spool(pieces))
+        spools[name] = facts_of(joined_spool)
+    write_whole(folder / BESIDE / NAME, _joined_journal(parts, spools))
     shutil.rmtree(folder / JOINED, ignore_errors=True)
     os.replace(folder / PARTS, folder / JOINED)  # at once: parts of which some are gone could not be joined again
     return sum(len(each.frames) for each in contents.values())
 
 
+def missing_shards(names: Iterable[str]) -> list[str]:
+    """Return, as "i/n", the shards that parts with these names lack, also those after the last frame of the others."""
+    there = set(names)
+    counts = sorted({int(match[1]) for name in there if (match := _SHARD.fullmatch(name))})
+    return [
+        f"{each}/{count}"
+        for count in counts
+        for each in range(min(count, MAX_SHARDS))
+        if f"{each}-of-{count}" not in there
+    ]
+
+
+def listed(names: list[str]) -> str:
+    """Return the first ones of many names, with commas."""
+    return ", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else "")
+
+
 def _check_shards(where: str, names: set[str]) -> None:
-    """Check that all of n shards are there, also those after the last frame of the others."""
-    for name in sorted(names):
-        if match := _SHARD.fullmatch(name):
-            count = min(int(match[1]), MAX_SHARDS)
-            missing = [f"{each}/{match[1]}" for each in range(count) if f"{each}-of-{match[1]}" not in names]
-            if missing:
-                listed = ", ".join(missing[:8]) + (", ..." if len(missing) > 8 else "")
-                raise DatasetError(f"{where}: shards {listed} are missing; make them with --shard")
+    if missing := missing_shards(names):
+        raise DatasetError(f"{where}: shards {listed(missing)} are missing; make them with --shard")
 
 
 def _check_recipes(place: Place, parts: list[Path]) -> None:
@@ -105,19 +124,18 @@ def _check_frames(where: str, frames: dict[str, set[int]]) -> None:
             owner[number] = name
     missing = [number for number in range(max(owner, default=-1) + 1) if number not in owner]
     if missing:
-        listed = ", ".join(map(str, missing[:8])) + (", ..." if len(missing) > 8 else "")
-        raise DatasetError(f"{where}: frames {listed} are in no part; make them with --frames")
+        raise DatasetError(f"{where}: frames {listed([*map(str, missing)])} are in no part; make them with --frames")
 
 
 def _spools(part: Path) -> Iterator[Path]:
-    return (part / AGGREGATES).rglob(f"*{SPOOL}")
+    return SpoolHashes(part / AGGREGATES).files()
 
 
-def _joined_journal(parts: list[Path]) -> Iterator[bytes]:
+def _joined_journal(parts: list[Path], spools: Mapping[str, FileFacts]) -> Iterator[bytes]:
     contents = [journal.read(part / NAME) for part in parts]
     shared = {name: facts for each in contents for name, facts in each.shared.items()}
     frames = [(line for line in journal.lines(part / NAME) if FRAME in line) for part in parts]
-    yield journal.encoded({SHARED: shared, FACTS: joined(each.facts for each in contents)})
+    yield journal.encoded({SHARED: shared, FACTS: joined(each.facts for each in contents), SPOOLS: spools})
     yield from map(journal.encoded, heapq.merge(*frames, key=lambda line: line[FRAME]))
 
 

@@ -22,11 +22,14 @@ class Coco:
 
     def __init__(self, classes: Mapping[str, Any] | None) -> None:
         self._seen: set[str] = set()
+        self.pictures: set[str] = set()  # of the images that the files list
         self._classes = classes
         self._nothing: dict[int, list[int]] = {}  # color of what has no label, and of the background
 
     def check(self, seen: Seen) -> Faults:
         """Check one image and its annotations."""
+        if seen.masks:
+            self.pictures.add(seen.picture)
         for masks in seen.masks:
             if masks.file not in self._seen:
                 self._seen.add(masks.file)

@@ -51,6 +51,10 @@ class PlainNames:
         folder = f"{self.root}annotations/panoptic_{self.split}"
         return ImageFiles(f"{self.root}{self.split}/{name}", f"{folder}/{ids}", name, ids)
 
+    def has_picture(self, path: str) -> bool:
+        """Return whether a picture at `path` is named as one of this dataset is."""
+        return path.startswith(f"{self.root}{self.split}/")
+
 
 @dataclass(frozen=True)
 class ReplicatorNames:
@@ -72,6 +76,11 @@ class ReplicatorNames:
         classes = path.with_name(path.name.replace("rgb_", "panoptic_", 1)).with_suffix(".png").as_posix()
         ids = path.with_name(path.name.replace("rgb_", "panoptic_ids_", 1)).with_suffix(".png").as_posix()
         return ImageFiles(f"{self.root}{name}", f"{self.root}{ids}", name, ids, f"{self.root}{classes}")
+
+    def has_picture(self, path: str) -> bool:
+        """Return whether a picture at `path` is named as one of this dataset is."""
+        name = PurePosixPath(path).name
+        return path.startswith(self.root) and re.match(rf"rgb_.*_{re.escape(self.dataset)}\.", name) is not None
 
 
 Names = PlainNames | ReplicatorNames
