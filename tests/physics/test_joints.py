@@ -543,6 +543,23 @@ def test_runs_repeat_bit_for_bit():
     assert run() == run()
 
 
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_universal_joint_swings_before_it_twists(swapped):
+    """Without the swing about Y a rod along X stays level, since from body 0 it turns about Z first, as in PhysX.
+
+    From its other end it twists about its own length first, and then swings about any direction: it falls.
+    """
+    stage = new_stage()
+    bob = rod(stage, "/World/bob", (0, 0, 2), (1.0, 0, 2))
+    set_value(bob, "physics:angularVelocity", Gf.Vec3f(60, 0, 40))
+    ends = ("/World/bob", "") if swapped else ("", "/World/bob")
+    free_axes(joint(stage, "/World/joint", UsdPhysics.Joint, *ends, (0, 0, 2)), "rotX", "rotZ")
+    engine = playing(stage)
+    for _ in range(60):
+        engine.step(STEP)
+    assert (position(bob)[2] == pytest.approx(2.0, abs=5e-3)) != swapped
+
+
 @pytest.mark.parametrize("sideways", [(0.0, 0.0, 0.0), (1.0, 0.3, 0.0)])
 def test_three_axes_of_rotation_pass_where_two_of_them_coincide(sideways):
     """A rod on a slider with a ball at its end falls through the angles at which the axes of its joint are singular."""

@@ -15,8 +15,8 @@ from usdsdg_physics.parse.units import Units
 from usdsdg_physics.scene.records import STATIC, Axis, Drive, Joint, JointKind, Mimic, Vec3
 
 _DIRECTIONS: dict[str, Vec3] = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
-# Swing before twist: the angle in the middle reaches no more than 90 degrees.
-_D6_AXES = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
+# From body 0 swing before twist, as in PhysX: the angle in the middle reaches no more than 90 degrees.
+_D6_AXES = ("transX", "transY", "transZ", "rotY", "rotZ", "rotX")
 _MIMIC = "PhysxMimicJointAPI:"
 _DISTANCE = "physxPhysicsDistanceJoint"
 _DISTANCES = ("physics:minDistance", "physics:maxDistance")
