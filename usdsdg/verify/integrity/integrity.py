@@ -7,6 +7,7 @@ import re
 import stat
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -101,8 +102,12 @@ def _check_unlisted(folder: Path, listing: Listing, by_hash: dict[tuple[int, str
         if not stat.S_ISREG(os.lstat(path).st_mode):
             result.faults.append(Fault(name, "?", f"no run wrote it: {_kind_of(os.lstat(path).st_mode)}"))
             continue
-        copied = by_hash.get(facts_of(path)) if path.stat().st_size else None
-        result.faults.append(Fault(name, "?", f"is a copy of {copied}" if copied else "no run wrote it"))
+        with suppress(OSError):  # such as of another user: nothing is known of it, but that it is there
+            copied = by_hash.get(facts_of(path)) if path.stat().st_size else None
+            if copied:
+                result.faults.append(Fault(name, "?", f"is a copy of {copied}"))
+                continue
+        result.faults.append(Fault(name, "?", "no run wrote it"))
 
 
 def _files(folder: Path) -> Iterator[str]:
