@@ -56,6 +56,14 @@ class Folder:
         """Return an image, (H, W) or (H, W, C); None if it is broken."""
         return self._read(file, frame, lambda data: np.array(Image.open(io.BytesIO(data))))
 
+    def color(self, file: str, frame: str) -> np.ndarray | None:
+        """Return a color image, (H, W, 3 or 4); None, and a fault, if it is broken, gray or has a palette."""
+        image = self.image(file, frame)
+        if image is None or (image.ndim == 3 and image.shape[2] in (3, 4) and image.dtype == np.uint8):
+            return image
+        self.faults.append(Fault(file, frame, "is no color image", "8-bit RGB or RGBA", f"{image.dtype} {image.shape}"))
+        return None
+
     def image_size(self, file: str, frame: str) -> tuple[int, int] | None:
         """Return width and height of an image without decoding it; None if it is broken."""
         return self._read(file, frame, lambda data: Image.open(io.BytesIO(data)).size)

@@ -140,8 +140,10 @@ def _check_labels(
     tables = [Tables(data.classes), Coco(data.classes), kitti.Kitti(), Yolo(data.classes)]
     named = _images_by_checksum(data)
     read: set[str] = set()
+    samples = file_checks.Samples()
     for seen in map(Seen.complete, images(data, read)):
         report.formats[seen.format] += 1
+        samples.add(seen)
         if data.records and seen.truth is None:
             report.notes.append(f"{seen.format}: image {seen.name} has no record")
         for check in (*CHECKS, *tables):
@@ -162,7 +164,11 @@ def _check_labels(
         report.notes += notes
     report.faults += data.faults
     listed = whole.listed if whole is not None else frozenset()
-    report.faults += attempt_each(report.faults, FRAMES, "?", UNREADABLE, file_checks.check(data, read, listed=listed))
+    is_finished = whole is None or whole.is_finished
+    checks = [file_checks.check(data, read, listed=listed, is_finished=is_finished)]
+    checks += [samples.check(data)] if is_finished else []
+    for found in checks:
+        report.faults += attempt_each(report.faults, FRAMES, "?", UNREADABLE, found)
     report.faults = list(dict.fromkeys(report.faults))
     if whole is not None and any(fault.file == PARTS for fault in whole.faults):
         # Files about all frames are made when parts are joined; what a part has left of them says nothing yet.

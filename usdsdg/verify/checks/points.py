@@ -8,7 +8,7 @@ from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.seen import Points, Seen
 from usdsdg.datasets.truth import points
 from usdsdg.record import samples
-from usdsdg.verify.checks.compare import differs, text
+from usdsdg.verify.checks.compare import beyond, differs, text
 
 _RELATIVE = 5e-5
 
@@ -73,11 +73,11 @@ def _recorded(seen: Seen, cloud: Points) -> Faults:
         place, here = np.cumsum(kept.ravel()).reshape(kept.shape) - 1, kept[rows, columns]
         if len(values) == len(cloud.points):
             off = np.abs(values[place[rows, columns][here]][:, :3] - truth.product.normals[here] / 127.0)
-            if (off > 1 / 127).any():
+            if (wrong := beyond(off, 1 / 127)).any():
                 yield Fault(
                     file,
                     seen.name,
-                    f"normals of {int((off > 1 / 127).any(axis=1).sum())} points are not the recorded ones",
+                    f"normals of {int(wrong.any(axis=1).sum())} points are not the recorded ones",
                 )
 
 

@@ -36,6 +36,7 @@ class Integrity:
     faults: list[Fault] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     compared: int = 0  # files, by hash
+    is_finished: bool = True  # the run, or all parts of it, which are joined
 
 
 def check(folder: Path, progress: Progress | None = None) -> Integrity | None:
@@ -46,7 +47,7 @@ def check(folder: Path, progress: Progress | None = None) -> Integrity | None:
     listing = read_listing(folder)
     if listing is None:
         return None
-    result = Integrity(frozenset(listing.files), list(listing.faults))
+    result = Integrity(frozenset(listing.files), list(listing.faults), is_finished=listing.is_complete)
     by_hash = {(each.size, each.sha256): name for name, each in listing.files.items()}
     with ThreadPoolExecutor(available_threads()) as pool:
         for fault in pool.map(partial(_compared, folder, by_hash=by_hash), listing.files, listing.files.values()):
