@@ -131,8 +131,15 @@ class Folder:
 
     def _records(self) -> list[FrameRecord]:
         where = self.path / FRAMES
-        listed = attempt(self.faults, FRAMES, "all", UNREADABLE, lambda: os.listdir(where)) if where.is_dir() else None
-        names = sorted(name for name in listed or [] if name.endswith(".npz"))
+
+        def listed() -> list[str]:
+            try:
+                return os.listdir(where)
+            except (FileNotFoundError, NotADirectoryError):  # records are turned off
+                return []
+
+        there = attempt(self.faults, FRAMES, "all", UNREADABLE, listed)
+        names = sorted(name for name in there or [] if name.endswith(".npz"))
         found = []
         for name in names:
             frame = PurePosixPath(name).stem

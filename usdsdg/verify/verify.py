@@ -92,7 +92,7 @@ def verify_all(
 def _is_recorded_below(folder: str | os.PathLike[str], root: str | os.PathLike[str]) -> bool:
     """Return whether a dataset is below a folder, not in it, with a record of its own."""
     where = Path(folder, root)
-    return where != Path(folder) and (where / BESIDE).is_dir()
+    return where != Path(folder) and os.path.isdir(where / BESIDE)
 
 
 def verify(
