@@ -49,7 +49,7 @@ def _object(seen: Seen, scene: Scene, index: int, posed: Posed) -> Faults:
         if seen.depths and seen.depths[0].values.shape == posed.whole.shape:
             counts["px_count_valid"] = (posed.whole & np.isfinite(seen.depths[0].values)).sum()
         for key, count in counts.items():
-            if int(info[key]) != int(count):
+            if differs(info[key], int(count), relative=0.0):
                 yield Fault(file, seen.name, f"{key} of {name}", str(int(count)), str(info[key]))
         if (posed.visible & ~posed.whole).any():
             yield Fault(scene.masks[2 * index], seen.name, f"the mask of {name} does not contain what is visible")
@@ -60,7 +60,7 @@ def _object(seen: Seen, scene: Scene, index: int, posed: Posed) -> Faults:
         if not _holds(info["bbox_obj"], inside, posed.whole.shape):
             found = str(info["bbox_obj"])
             yield Fault(file, seen.name, f"bbox_obj of {name} holds its mask's extent", str(box_of(inside)), found)
-        if int(info["px_count_all"]) < int(posed.whole.sum()):
+        if not int(posed.whole.sum()) <= info["px_count_all"] < np.inf:
             yield Fault(
                 file,
                 seen.name,
