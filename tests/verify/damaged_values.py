@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import io
 import json
-import math
 import os
+import shutil
 import tarfile
 from collections.abc import Callable
 from functools import partial
@@ -173,7 +173,12 @@ UNREADABLE = [
     Damage("boxes without dimensions", "basic", "bounding_box_2d_tight_0001.npy", lambda p: np.save(p, np.float32(3))),
     Damage("an array larger than the memory", "basic", "distance_to_camera_0001.npy", huge),
     Damage("JSON nested too deeply", "basic", CAMERA, lambda path: path.write_text("[" * 200_000)),
-    Damage("an infinite id in the table of classes", "coco_polygons", ".usdsdg/classes.json", text('"id": 2', '"id": 1e999')),
+    Damage(
+        "an infinite id in the table of classes",
+        "coco_polygons",
+        ".usdsdg/classes.json",
+        text('"id": 2', '"id": 1e999'),
+    ),
     Damage("a table of classes that is a list", "basic", ".usdsdg/classes.json", lambda path: path.write_text("[]")),
     Damage("a picture without a number", "bop", "train_pbr/000000/rgb/a.png", lambda path: None),
     Damage("an infinite count of pixels", "bop", INFO, put("0", 0, "px_count_all", value=INFINITY)),
@@ -184,7 +189,7 @@ UNREADABLE = [
     Damage("an infinite width of a sample", "webdataset", SHARD, sample(width=INFINITY)),
     Damage("the picture of a sample is gone", "webdataset", SHARD, member("000000.png", lambda data: None)),
     Damage("a pipe for a shard", "webdataset", SHARD, pipe),
-]  # fmt: skip
+]
 
 # NaN, and values that were in no comparison.
 VALUES = [
@@ -192,29 +197,56 @@ VALUES = [
     Damage("a camera's matrix of NaN", "basic", CAMERA, put("cameraViewTransform", value=[NAN] * 16)),
     Damage("null in a camera's matrix", "basic", CAMERA, put("cameraViewTransform", 10, value=None)),
     Damage("nested lists for a number", "basic", CAMERA, put("cameraFocalLength", value=[[[50.0]]])),
-    Damage("a focal length is gone", "basic", CAMERA, lambda p: edit_json(p, lambda v: v.__delitem__("cameraFocalLength"))),
-    Damage("another focal length down in a projection", "basic", CAMERA, put("cameraProjection", 5, value=lambda v: v * 1.1)),
+    Damage(
+        "a focal length is gone", "basic", CAMERA, lambda p: edit_json(p, lambda v: v.__delitem__("cameraFocalLength"))
+    ),
+    Damage(
+        "another focal length down in a projection",
+        "basic",
+        CAMERA,
+        put("cameraProjection", 5, value=lambda v: v * 1.1),
+    ),
     Damage("NaN in the rotation of BOP's camera", "bop", SCENE, put("0", "cam_R_w2c", 0, value=NAN)),
     Damage("NaN in the translation of BOP's camera", "bop", SCENE, put("0", "cam_t_w2c", 0, value=NAN)),
     Damage("another focal length down in BOP", "bop", SCENE, put("0", "cam_K", 4, value=lambda v: v * 1.02)),
     Damage("a slanted camera matrix in BOP", "bop", SCENE, put("0", "cam_K", 1, value=3.0)),
     Damage("NaN for a visible fraction in BOP", "bop", INFO, put("0", 0, "visib_fract", value=NAN)),
-    Damage("another focal length down in poses", "pose", POSE, put("camera_data", "intrinsics", "fy", value=lambda v: v * 1.3)),
+    Damage(
+        "another focal length down in poses",
+        "pose",
+        POSE,
+        put("camera_data", "intrinsics", "fy", value=lambda v: v * 1.3),
+    ),
     Damage("NaN in a pose's camera", "pose", POSE, put("camera_data", "camera_view_matrix", 0, 0, value=NAN)),
     Damage("NaN for an offset of the aperture", "pose", POSE, put("camera_data", "aperture_offset", 0, value=NAN)),
-    Damage("NaN in projected keypoints", "pose", POSE, put("objects", 0, "cuboid_keypoints_projected", 0, 0, value=NAN)),
+    Damage(
+        "NaN in projected keypoints", "pose", POSE, put("objects", 0, "cuboid_keypoints_projected", 0, 0, value=NAN)
+    ),
     Damage("NaN for a truncated fraction", "pose", POSE, put("objects", 0, "truncation_ratio", value=NAN)),
     Damage("NaN in keypoints of DOPE", "dope", POSE, put("objects", 0, "projected_cuboid", 0, 0, value=NAN)),
-    Damage("NaN in keypoints of CenterPose", "centerpose", POSE, put("objects", 0, "projected_cuboid", 0, 0, value=NAN)),
-    Damage("NaN in keypoints of DOPEWriter", "dope_exact", POSE, put("objects", 0, "projected_cuboid", 0, 0, value=NAN)),
+    Damage(
+        "NaN in keypoints of CenterPose", "centerpose", POSE, put("objects", 0, "projected_cuboid", 0, 0, value=NAN)
+    ),
+    Damage(
+        "NaN in keypoints of DOPEWriter", "dope_exact", POSE, put("objects", 0, "projected_cuboid", 0, 0, value=NAN)
+    ),
     Damage("NaN in a quaternion of DOPEWriter", "dope_exact", POSE, put("objects", 0, "quaternion_wxyz", 0, value=NAN)),
     Damage("NaN for alpha in KITTI", "kitti", LABELS, field(0, 3, "nan")),
     Damage("NaN for rotation_y in KITTI", "kitti", LABELS, field(0, 14, "nan")),
     Damage("a moved scanner in KITTI", "kitti", CALIB, field(6, 1, "nan")),
-    Damage("a crowd in COCO", "coco_plain", "annotations/instances_train.json", put("annotations", 0, "iscrowd", value=1)),
+    Damage(
+        "a crowd in COCO", "coco_plain", "annotations/instances_train.json", put("annotations", 0, "iscrowd", value=1)
+    ),
     Damage("NaN for a crowd in COCO", "coco", "coco_annotations_*.json", put("annotations", 0, "iscrowd", value=NAN)),
-    Damage("NaN in YCB-Video's camera", "ycb_exact", META, mat(lambda v: v["rotation_translation_matrix"].__setitem__((0, 0), NAN))),
-    Damage("YCB-Video's camera is gone", "ycb_exact", META, mat(lambda v: v.__delitem__("rotation_translation_matrix"))),
+    Damage(
+        "NaN in YCB-Video's camera",
+        "ycb_exact",
+        META,
+        mat(lambda v: v["rotation_translation_matrix"].__setitem__((0, 0), NAN)),
+    ),
+    Damage(
+        "YCB-Video's camera is gone", "ycb_exact", META, mat(lambda v: v.__delitem__("rotation_translation_matrix"))
+    ),
     Damage("text for YCB-Video's camera", "ycb_exact", META, mat(lambda v: v.update(rotation_translation_matrix="x"))),
     Damage("an unknown class without a ratio", "basic", "occlusion_0001.npy", rows("semanticId", 0, 77)),
     Damage("an unknown object without a ratio", "basic", "occlusion_0001.npy", rows("instanceId", 0, 77)),
@@ -222,10 +254,12 @@ VALUES = [
     Damage("boxes of 64 bits", "basic", "bounding_box_2d_tight_0001.npy", as_type("<f8")),
     Damage("depth of 64 bits", "basic", "distance_to_camera_0001.npy", as_type("<f8")),
     Damage("depth with bytes in the other order", "basic", "distance_to_image_plane_0001.npy", as_type(">f4")),
-    Damage("NaN in normals of points", "basic", "pointcloud_normals_0001.npy", lambda p: edit_array(p, lambda a: a * NAN)),
+    Damage(
+        "NaN in normals of points", "basic", "pointcloud_normals_0001.npy", lambda p: edit_array(p, lambda a: a * NAN)
+    ),
     Damage("a sample of no view", "webdataset", SHARD, sample(view=None)),
     Damage("the ids of a sample are gone", "webdataset", SHARD, member(".instances.png", lambda data: None)),
-]  # fmt: skip
+]
 
 # Files about all frames.
 TABLES = [
@@ -235,15 +269,38 @@ TABLES = [
     Damage("camera.json of a larger picture", "bop", "camera.json", put("width", value=640)),
     Damage("names of models are gone", "bop", "models/names.json", remove),
     Damage("no names of models", "bop", "models/names.json", lambda path: path.write_text("{}")),
-    Damage("names of models swapped", "bop", "models/names.json", lambda p: edit_json(p, lambda v: v | {"1": v["2"], "2": v["1"]})),
+    Damage(
+        "names of models swapped",
+        "bop",
+        "models/names.json",
+        lambda p: edit_json(p, lambda v: v | {"1": v["2"], "2": v["1"]}),
+    ),
     Damage("instances of a part are gone", "coco_plain", "annotations/instances_val.json", remove),
     Damage("segments of a part are gone", "coco_plain", "annotations/panoptic_val.json", remove),
     Damage("instances with Replicator's names are gone", "coco", "coco_annotations_*.json", remove),
     Damage("the table of classes is gone", "basic", ".usdsdg/classes.json", remove),
+    Damage("a pipe for segments of a part", "coco_plain", "annotations/panoptic_val.json", pipe),
+    Damage("no name of a model", "bop", "models/names.json", put("1", value=None)),
+    Damage(
+        "an id in the table of classes", "bop", ".usdsdg/classes.json", put("tables", 0, "classes", 0, "id", value=3)
+    ),
+    Damage("a filter in the table of classes", "pose", ".usdsdg/classes.json", put("tables", 0, "filter", value="x:*")),
+    Damage(
+        "a color in the table of classes",
+        "pose",
+        ".usdsdg/classes.json",
+        put("tables", 0, "classes", 0, "color", 0, value=256),
+    ),
+    Damage(
+        "a record of another frame",
+        "pose",
+        RECORD,
+        lambda path: shutil.copy(path.with_name("000000.npz"), path) and None,
+    ),
     Damage("labels of the task are gone", "cvat", "labels.json", remove),
     Damage("the description is gone", "yolo", "data.yaml", remove),
     Damage("the index of shards is gone", "webdataset", "index.json", remove),
-]  # fmt: skip
+]
 
 
 def _table(change: Callable[[Any, Any], Any], path: Path) -> None:
@@ -272,7 +329,13 @@ if "parquet" in DATASETS:
             "no view in a column": _null("view"),
         }.items()
     ]
-    TABLES.append(Damage("the first row is gone", "parquet", "data", lambda folder: _table(lambda _, t: t.slice(1), folder / "train-00000.parquet")))  # fmt: skip
+    TABLES.append(
+        Damage(
+            "the first row is gone",
+            "parquet",
+            "data",
+            lambda folder: _table(lambda _, t: t.slice(1), folder / "train-00000.parquet"),
+        )
+    )
 
-assert math.isnan(NAN)
 ALL = [*UNREADABLE, *VALUES, *TABLES]

@@ -146,6 +146,9 @@ class Folder:
             record = self._read(f"{FRAMES}/{name}", frame, frame_record.decode)
             if record is not None:
                 found.append(record)
+                if frame.rpartition("-")[2] != f"{record.number:06d}":
+                    what = "is the record of another frame"
+                    self.faults.append(Fault(f"{FRAMES}/{name}", frame, what, "", str(record.number)))
         return found
 
 
@@ -176,6 +179,8 @@ def _of_classes(data: bytes) -> dict[str, Any]:
                 raise ValueError(f"a class has the name {row['name']!r} and the id {row['id']!r}")
             if not isinstance(row["labels"], Mapping) or [type(each) for each in row["color"]] != [int] * 4:
                 raise ValueError(f"a class has the labels {row['labels']!r} and the color {row['color']!r}")
+            if not all(0 <= each <= 255 for each in row["color"]):
+                raise ValueError(f"a class has the color {row['color']!r}")
     return values
 
 

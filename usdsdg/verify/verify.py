@@ -22,6 +22,7 @@ from usdsdg.verify.checks import (
     bop,
     boxes,
     camera,
+    class_table,
     color,
     cosmos,
     depth,
@@ -166,7 +167,7 @@ def _check_labels(
     listed = whole.listed if whole is not None else frozenset()
     is_finished = whole is None or whole.is_finished
     checks = [file_checks.check(data, read, listed=listed, is_finished=is_finished)]
-    checks += [samples.check(data)] if is_finished else []
+    checks += [class_table.check(data), samples.check(data)] if is_finished else []
     for found in checks:
         report.faults += attempt_each(report.faults, FRAMES, "?", UNREADABLE, found)
     report.faults = list(dict.fromkeys(report.faults))

@@ -145,8 +145,8 @@ class Models:
             what = "has a name for each model"
             folder.faults.append(Fault(file, "all", what, ", ".join(map(str, self._files)), ", ".join(found)))
         for number in self._files if folder.classes else ():
-            given, name = found.get(str(number)), self.label(number)
-            if given is not None and given != name:
+            name = self.label(number)
+            if (given := found.get(str(number), name)) != name:
                 folder.faults.append(Fault(file, "all", f"the name of model {number}", name, str(given)))
 
     def _mesh(self, number: int) -> tuple[np.ndarray, np.ndarray] | None:

@@ -21,13 +21,13 @@ def check(folder: Folder, read: Iterable[str], *, listed: Set[str] = frozenset()
     read: the files that belong to images of a known format. listed: those that a journal lists. is_finished: whether
         the files about all frames have been written.
     """
-    there = set(folder.files)
+    told = {fault.file for fault in folder.faults} | listed
     for file in always(folder.records) if is_finished else ():
-        if file not in there and file not in listed and not folder.has(file):
+        if file not in told and not folder.has(file):
             yield Fault(file, "all", "is missing: a dataset of its format always has it")
     for record in folder.records:
         for file in record.files:
-            if file not in there and file not in listed and not folder.has(file):
+            if file not in told and not folder.has(file):
                 yield Fault(file, str(record.number), "is missing: the frame wrote it")
     if folder.records and all(record.files or not record.products for record in folder.records):
         for file in sorted(set(read) - set(folder.record_of) - listed):

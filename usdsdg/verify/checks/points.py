@@ -66,7 +66,9 @@ def _recorded(seen: Seen, cloud: Points) -> Faults:
                 yield Fault(file, seen.name, f"{wrong} points have not the id of what they show")
     if "rgb" in cloud.others and seen.colors and seen.colors[0].exact and seen.colors[0].image.shape[:2] == kept.shape:
         file, values = cloud.others["rgb"]
-        if len(values) == len(cloud.points) and (values[:, :3] != seen.colors[0].image[kept][:, :3]).any():
+        channels = min(values.shape[1], seen.colors[0].image.shape[2])
+        mine, theirs = values[:, :channels], seen.colors[0].image[kept][:, :channels]
+        if len(values) == len(cloud.points) and (mine != theirs).any():
             yield Fault(file, seen.name, f"points have not the colors of {seen.colors[0].file}")
     if "normals" in cloud.others and truth.product.normals is not None:
         file, values = cloud.others["normals"]
