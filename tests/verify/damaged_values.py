@@ -31,7 +31,7 @@ class Damage(NamedTuple):
     name: str
     dataset: str  # of `datasets.DATASETS`
     file: str  # which is to be named; the first that matches is edited
-    inject: Callable[[Path], None]  # of the file
+    inject: Callable[[Path], Any]  # of the file
 
 
 def found(folder: Path, damage: Damage) -> Path:
@@ -85,7 +85,7 @@ def member(extension: str, change: Callable[[bytes], bytes | None]) -> Callable[
 
     def edit(path: Path) -> None:
         with tarfile.open(path) as tar:
-            members = [(each, tar.extractfile(each).read()) for each in tar]
+            members = [(each, file.read()) for each in tar if (file := tar.extractfile(each)) is not None]
         place = next(index for index, (each, _) in enumerate(members) if each.name.endswith(extension))
         changed = change(members[place][1])
         members[place : place + 1] = [] if changed is None else [(members[place][0], changed)]
@@ -295,7 +295,7 @@ TABLES = [
         "a record of another frame",
         "pose",
         RECORD,
-        lambda path: shutil.copy(path.with_name("000000.npz"), path) and None,
+        lambda path: shutil.copy(path.with_name("000000.npz"), path),
     ),
     Damage("labels of the task are gone", "cvat", "labels.json", remove),
     Damage("the description is gone", "yolo", "data.yaml", remove),

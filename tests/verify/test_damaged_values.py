@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,9 @@ import numpy as np
 import pytest
 
 from tests.verify import damaged, damaged_values, datasets
+from usdsdg.datasets.always import always
 from usdsdg.datasets.faults import Fault
+from usdsdg.record.frame_record import FrameRecord
 from usdsdg.verify import verify
 from usdsdg.verify.checks.compare import angles_differ, beyond, differs, is_rotation
 
@@ -62,6 +65,33 @@ def test_a_pipe_for_a_journal_is_a_fault(journaled, tmp_path, name):
     folder = shutil.copytree(journaled, tmp_path / "out")
     damaged_values.pipe(folder / ".usdsdg" / name)
     assert f".usdsdg/{name}" in {fault.file for fault in verify(folder, labels=False).faults}
+
+
+def test_what_a_dataset_always_has_depends_on_the_version_that_wrote_it():
+    record = FrameRecord(0, "BopWriter", ())
+    assert always([record]) == ["camera.json", "models/models_info.json", "models/names.json"]
+    assert "models/names.json" not in always([replace(record, version=1)])
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ({}, ["coco_annotations_mine.json"]),
+        ({"panoptic": True}, ["coco_annotations_mine.json", "coco_panoptic_mine.json"]),
+        ({"plain_names": True}, ["annotations/instances_train.json"]),
+        (
+            {"splits": {"train": 1}, "panoptic": True},
+            ["annotations/instances_train.json", "annotations/panoptic_train.json"],
+        ),
+        ({"splits": {"train": 1}, "plain_names": False}, ["coco_annotations_mine.json"]),
+    ],
+)
+def test_the_tables_of_coco_depend_on_its_options(options, expected):
+    files = ("train/rgb_0000.png", "annotations/panoptic_train/rgb_0000.png")
+    assert (
+        always([FrameRecord(0, "CocoWriter", (), files=files, parameters={"dataset_id": "mine", **options})])
+        == expected
+    )
 
 
 def test_nothing_that_is_no_number_is_equal_to_one():

@@ -16,7 +16,7 @@ from usdsdg.writers.formats.yolo import yolo_files
 
 _COCO = "CocoWriter"
 _BY_WRITER: Mapping[str, tuple[str, ...]] = {
-    bop_files.NAME: (bop_files.CAMERA, bop_files.MODELS_INFO, bop_files.MODEL_NAMES),
+    bop_files.NAME: (bop_files.CAMERA, bop_files.MODELS_INFO),
     cvat_files.NAME: (cvat_files.ANNOTATIONS, cvat_files.LABELS),
     shard_files.WEBDATASET: (shard_files.INDEX,),
     voc_files.NAME: (voc_files.LABELS,),
@@ -29,6 +29,8 @@ def always(records: Iterable[FrameRecord]) -> list[str]:
     found: dict[str, None] = {}
     for record in records:
         found |= dict.fromkeys(_BY_WRITER.get(record.writer, ()))
+        if record.writer == bop_files.NAME and record.version > 1:  # 0.1 had no names
+            found[bop_files.MODEL_NAMES] = None
         if record.writer == _COCO:
             found |= dict.fromkeys(_of_coco(record))
         # The table of classes is of what the annotators' filters select; a dataset with no such annotator has none.

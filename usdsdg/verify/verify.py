@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from usdsdg.datasets.parts import parts
 from usdsdg.datasets.reading import images
 from usdsdg.datasets.seen import Seen
 from usdsdg.errors import DatasetError
-from usdsdg.record import FRAMES
+from usdsdg.record import FRAMES, STAGES
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.verify.checks import (
     arrays,
@@ -160,7 +161,8 @@ def _check_labels(
         report.notes.append(MISSING)
     if render is not None:
         numbers, most = (None, render) if isinstance(render, int) else (render, len(render))
-        faults, notes, report.rendered = redraw(data, numbers, most=most, progress=progress)
+        again = partial(redraw, data, numbers, most=most, progress=progress)
+        faults, notes, report.rendered = attempt(report.faults, STAGES, "?", UNREADABLE, again) or ([], [], 0)
         report.faults += faults
         report.notes += notes
     report.faults += data.faults

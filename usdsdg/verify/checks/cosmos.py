@@ -21,9 +21,8 @@ def check(seen: Seen) -> Faults:
     if seen.format != NAME:
         return
     truth = seen.truth
-    for kind in ("depth", "edges", "shaded_seg") if truth is not None else ():
-        if kind in seen.extra:
-            file, image = seen.extra[kind]
+    if truth is not None:
+        for file, image in seen.further_images().values():
             yield from shapes_agree(seen, file, image.shape, truth.product.shape)
     if truth is not None and "depth" in seen.extra and truth.product.depth is not None:
         file, image = seen.extra["depth"]
