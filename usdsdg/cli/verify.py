@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, command_context
 from usdsdg.cli.output import print_lines
-from usdsdg.datasets.printable import printable
 from usdsdg.errors import BadValue
-
-if TYPE_CHECKING:
-    from usdsdg.verify import Report
 
 RENDERED = 10  # frames, where none are named
 
@@ -61,18 +56,9 @@ def verify(
         several = {"folder": folder, "clean": is_clean, "datasets": values}
         print_lines([json.dumps(values[0] if len(values) == 1 else several, indent=1)])
     else:
-        print_lines(line for each in reports for line in _lines(each, limit))
+        print_lines(line for each in reports for line in each.lines(limit))
     if not is_clean:
         raise typer.Exit(1)
-
-
-def _lines(report: Report, limit: int) -> Iterator[str]:
-    yield from (fault.line() for fault in report.faults[:limit])
-    if len(report.faults) > limit:
-        yield f"... and {len(report.faults) - limit} more (--limit)"
-    for note in dict.fromkeys(report.notes):
-        yield f"note: {printable(note)}"
-    yield printable(report.summary())
 
 
 def _chosen(render: bool, frames: str | None) -> list[int] | int | None:
