@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from tests.physics import calm_scenes
 from tests.physics.scenes import add, new_stage, physics_material, playing, position, set_value, velocity
@@ -129,3 +129,16 @@ def up(prim: Usd.Prim) -> float:
     """The Z component of the direction in which its own Z axis points."""
     z = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim))[2, :3]
     return float(z[2] / np.linalg.norm(z))
+
+
+@pytest.mark.parametrize("heavy", [20.0, 100.0])
+def test_a_light_cube_carries_a_heavy_one(heavy):
+    """Cubes of 5 cm: two of 1 kg below one of `heavy`, of which PhysX loses that of 100 kg."""
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.5), scale=(5, 5, 0.5), body=False)
+    cubes = [add(stage, f"/World/cube_{k}", at=(0, 0, 0.025 + 0.05 * k), scale=(0.025,) * 3) for k in range(3)]
+    for cube, mass in zip(cubes, (1.0, 1.0, heavy)):
+        UsdPhysics.MassAPI.Apply(cube).CreateMassAttr(mass)
+    playing(stage).advance(3.0)
+    for k, cube in enumerate(cubes):
+        assert position(cube) == pytest.approx([0, 0, 0.025 + 0.05 * k], abs=0.15 * 0.05)
