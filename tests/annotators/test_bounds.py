@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Usd, UsdGeom, Vt
 
 from tests.stage.geometry.characters import LENGTH, add_character
 from usdsdg.annotators import bounds as hulls
@@ -149,3 +149,25 @@ def test_a_tapered_capsule_is_as_large_as_usd_says(radii):
     extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(capsule), Usd.TimeCode.Default())
     found = read_hull(capsule.GetPrim(), Usd.TimeCode.Default())(np.eye(4))
     np.testing.assert_allclose(found, np.array(extent), atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["Mesh", "Points", "BasisCurves"])
+def test_bounds_are_those_of_points_that_velocities_have_moved(kind):
+    stage = Usd.Stage.CreateInMemory()
+    stage.SetTimeCodesPerSecond(24)
+    prim = stage.DefinePrim("/Moving", kind)
+    rest = np.array([(0, 0, 0), (1, 2, 0), (2, 0, 1)], np.float32)
+    prim.GetAttribute("points").Set(Vt.Vec3fArray.FromNumpy(rest), 0)
+    prim.GetAttribute("velocities").Set([Gf.Vec3f(24, 0, 0), Gf.Vec3f(24, 0, 0), Gf.Vec3f(48, 0, 0)], 0)
+    if kind == "Mesh":
+        prim.GetAttribute("faceVertexCounts").Set([3])
+        prim.GetAttribute("faceVertexIndices").Set([0, 1, 2])
+    else:
+        prim.GetAttribute("widths").Set([0.5, 0.5, 0.5])
+        prim.GetAttribute("widths").SetMetadata("interpolation", "vertex")
+    if kind == "BasisCurves":
+        prim.GetAttribute("curveVertexCounts").Set([3])
+    moved = rest + np.array([(3, 0, 0), (3, 0, 0), (6, 0, 0)])  # 3 time codes, an eighth of a second
+    around = 0.0 if kind == "Mesh" else 0.25
+    expected = [moved.min(axis=0) - around, moved.max(axis=0) + around]
+    np.testing.assert_allclose(read_hull(prim, Usd.TimeCode(3))(np.eye(4)), expected, atol=1e-6)

@@ -222,13 +222,18 @@ def test_keypoints_are_projected_and_hidden_as_rays_say(stage):
 
 
 @pytest.mark.parametrize(
-    "projection", ["orthographic", "fisheyeEquidistant", "fisheyeSpherical", "omniDirectionalStereo"]
+    "projection", ["orthographic", "from within", "fisheyeEquidistant", "fisheyeSpherical", "omniDirectionalStereo"]
 )
 def test_keypoints_of_every_kind_of_lens_are_where_the_pixel_of_their_surface_is(stage, projection):
     camera = UsdGeom.Camera(stage.GetPrimAtPath(CAMERA))
     if projection == "orthographic":
         camera.CreateProjectionAttr("orthographic")
         camera.CreateHorizontalApertureAttr(100.0)
+    elif projection == "from within":  # with its near plane behind it, above everything
+        camera.CreateProjectionAttr("orthographic")
+        camera.CreateHorizontalApertureAttr(100.0)
+        camera.CreateClippingRangeAttr(Gf.Vec2f(-20.0, 5.0))
+        camera.AddTranslateOp(opSuffix="down").Set(Gf.Vec3d(0, 0, -12))
     else:
         camera.GetPrim().CreateAttribute("cameraProjectionType", Sdf.ValueTypeNames.Token).Set(projection)
     names = {f"p{k}": (0.4 * (k % 3 - 1), 0.4 * (k // 3 - 1), 0.5) for k in range(9)}

@@ -74,7 +74,7 @@ def test_what_is_out_of_scope_says_so_when_it_is_used():
         "Unsupported isaacsim.ros2.bridge.ROS2Context: ROS and other message buses are out of scope"
     )
     assert all("omni.ui." in each and "There is no window" in each for each in told[1:6])
-    assert "robots under control" in told[6]
+    assert "controllers of particular robots" in told[6]
     assert len(told) == 7
 
 

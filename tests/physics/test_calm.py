@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Usd
+from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from tests.physics import calm_scenes
-from tests.physics.scenes import playing, position
+from tests.physics.scenes import add, new_stage, physics_material, playing, position, set_value, velocity
 
 
 def _paths(stage: Usd.Stage, seconds: float) -> np.ndarray:
@@ -80,3 +80,65 @@ def test_a_rolling_start_keeps_its_speed():
     sphere.GetAttribute("physxRigidBody:angularDamping").Set(0.0)
     paths = _paths(stage, 1.0)
     assert (paths[-1, 0, 0] - paths[-11, 0, 0]) * 6.0 == pytest.approx(3.0 * 5.0 / 7.0, rel=0.05)
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.5])
+@pytest.mark.parametrize(
+    ("half", "speed", "drop"), [(0.05, 1.0, 0.1), (0.05, 5.0, 0.5), (0.025, 2.0, 0.5), (0.5, 2.0, 0.1)]
+)
+def test_boxes_that_land_flat_slide_without_tipping(half, speed, drop, friction):
+    """The impact takes friction * impact speed, what is left v slides v² / (2 friction g); PhysX does the same."""
+    stage = new_stage()
+    material = physics_material(stage, "/World/material", friction=friction)
+    add(stage, "/World/ground", at=(0, 0, -0.5), scale=(50, 50, 0.5), body=False, material=material)
+    box = add(stage, "/World/box", at=(0, 0, half + drop), scale=(half,) * 3, material=material)
+    set_value(box, "physics:velocity", Gf.Vec3f(speed, 0, 0))
+    engine = playing(stage)
+    tilts = []
+    engine.subscribe_step(lambda dt: tilts.append(np.degrees(np.arccos(min(up(box), 1.0)))))
+    engine.advance(3.0)
+    left = max(speed - friction * np.sqrt(2 * 9.81 * drop), 0.0)
+    expected = speed * np.sqrt(2 * drop / 9.81) + left**2 / (2 * friction * 9.81)
+    assert max(tilts) < 6.0
+    assert position(box) == pytest.approx([expected, 0, half], abs=0.03 * expected + speed / 120)
+
+
+def test_a_ball_that_lands_rolls_on():
+    """Friction spins it up to rolling at 5/7 of its speed, in the impact and after it."""
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.5), scale=(50, 50, 0.5), body=False)
+    ball = add(stage, "/World/ball", "Sphere", at=(0, 0, 0.3), scale=(0.1, 0.1, 0.1))
+    set_value(ball, "physics:velocity", Gf.Vec3f(1, 0, 0))
+    engine = playing(stage)
+    engine.advance(1.0)
+    assert velocity(ball)[0] == pytest.approx(5 / 7, rel=0.03)
+
+
+def test_boxes_with_enough_friction_tip_over():
+    """Friction above the ratio of its half width to its half height turns a post that lands over its front edge."""
+    stage = new_stage()
+    material = physics_material(stage, "/World/material", friction=0.9)
+    add(stage, "/World/ground", at=(0, 0, -0.5), scale=(50, 50, 0.5), body=False, material=material)
+    post = add(stage, "/World/post", at=(0, 0, 0.4), scale=(0.05, 0.05, 0.3), material=material)
+    set_value(post, "physics:velocity", Gf.Vec3f(3, 0, 0))
+    playing(stage).advance(2.0)
+    assert abs(up(post)) < 0.1
+
+
+def up(prim: Usd.Prim) -> float:
+    """The Z component of the direction in which its own Z axis points."""
+    z = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim))[2, :3]
+    return float(z[2] / np.linalg.norm(z))
+
+
+@pytest.mark.parametrize("heavy", [20.0, 100.0])
+def test_a_light_cube_carries_a_heavy_one(heavy):
+    """Cubes of 5 cm: two of 1 kg below one of `heavy`, of which PhysX loses that of 100 kg."""
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.5), scale=(5, 5, 0.5), body=False)
+    cubes = [add(stage, f"/World/cube_{k}", at=(0, 0, 0.025 + 0.05 * k), scale=(0.025,) * 3) for k in range(3)]
+    for cube, mass in zip(cubes, (1.0, 1.0, heavy)):
+        UsdPhysics.MassAPI.Apply(cube).CreateMassAttr(mass)
+    playing(stage).advance(3.0)
+    for k, cube in enumerate(cubes):
+        assert position(cube) == pytest.approx([0, 0, 0.025 + 0.05 * k], abs=0.15 * 0.05)

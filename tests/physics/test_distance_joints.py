@@ -207,3 +207,28 @@ def test_a_rope_that_is_made_shorter_while_playing_lifts_its_weight():
             made.GetMaxDistanceAttr().Set(0.49 - 0.01 * step / 15)
         engine.step(STEP)
     assert position(weight) == pytest.approx([0, 0, 1.54], abs=1e-3)
+
+
+def test_a_d6_joint_that_limits_its_distance_is_a_rope():
+    stage = new_stage()
+    bob = ball(stage, "/World/bob", (0, 0.5, 2))
+    prim = joint(stage, "/World/rope", UsdPhysics.Joint, "", "/World/bob", (0, 0.5, 2)).GetPrim()
+    UsdPhysics.Joint(prim).CreateLocalPos0Attr(Gf.Vec3f(0, 0, 2))
+    limit = UsdPhysics.LimitAPI.Apply(prim, "distance")
+    limit.CreateLowAttr(-1.0)
+    limit.CreateHighAttr(0.5)
+    engine = playing(stage)
+    for _ in range(30):
+        engine.step(STEP)
+    assert position(bob)[2] < 1.9
+    assert np.linalg.norm(position(bob) - (0, 0, 2)) == pytest.approx(0.5, abs=2e-3)
+
+
+def test_a_distance_limit_beside_others_is_named(recwarn):
+    stage = new_stage()
+    ball(stage, "/World/bob", (0, 0.5, 2))
+    prim = joint(stage, "/World/rope", UsdPhysics.Joint, "", "/World/bob", (0, 0.5, 2)).GetPrim()
+    UsdPhysics.LimitAPI.Apply(prim, "distance").CreateHighAttr(0.5)
+    UsdPhysics.LimitAPI.Apply(prim, "transX").CreateHighAttr(0.5)
+    playing(stage).step(STEP)
+    assert any("/World/rope: limit:distance has no effect beside" in str(each.message) for each in recwarn)

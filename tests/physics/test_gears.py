@@ -118,3 +118,64 @@ def test_a_gear_that_is_disabled_lets_go():
     for _ in range(30):
         engine.step(STEP)
     assert np.degrees(engine.joint_velocities(["/World/second_joint"])) == pytest.approx([-30.0], rel=0.01)
+
+
+@pytest.mark.parametrize("swapped", [(), ("pinion",), ("rack",)])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("axes", ["XY", "YX", "ZX", "XZ"])
+def test_a_rack_goes_where_the_rim_of_its_pinion_goes(axes, side, swapped):
+    """PhysX drives it along axis x (rack - pinion), whichever end of a joint the body is."""
+    axis, slide = (np.eye(3)["XYZ".index(letter)] for letter in axes)
+    offset = 0.3 * side * np.cross(axis, slide)
+    stage = new_stage()
+    for name, at, kind, letter in (
+        ("pinion", np.zeros(3), UsdPhysics.RevoluteJoint, axes[0]),
+        ("rack", offset, UsdPhysics.PrismaticJoint, axes[1]),
+    ):
+        add(stage, f"/World/{name}", at=tuple(at), scale=(0.05,) * 3, gravity=False)
+        ends = (f"/World/{name}", "") if name in swapped else ("", f"/World/{name}")
+        made = joint(stage, f"/World/{name}_joint", kind, *ends, tuple(at), axis=letter)
+        if name == "pinion":
+            drive(made, "angular", damping=100.0, target_velocity=-30.0 if name in swapped else 30.0)
+    gear(stage, "/World/mesh", "pinion", "rack", 100.0, rack=True)
+    engine = playing(stage)
+    for _ in range(60):
+        engine.step(STEP)
+    moved = position(stage.GetPrimAtPath("/World/rack")) - offset
+    rim = np.cross(axis, offset)
+    assert moved == pytest.approx(0.3 * rim / np.linalg.norm(rim), abs=5e-3)
+
+
+@pytest.mark.parametrize("swapped", ["first", "second"])
+def test_gears_turn_their_bodies_against_each_other(swapped):
+    """Also where the body of a hinge is its first end, as in PhysX."""
+    stage = new_stage()
+    for name, y in (("first", 0.0), ("second", 0.3)):
+        made = wheel(stage, name, y)
+        if name == swapped:
+            stage.RemovePrim(made.GetPath())
+            made = joint(stage, f"/World/{name}_joint", UsdPhysics.RevoluteJoint, f"/World/{name}", "", (0, y, 1))
+        if name == "first":
+            drive(made, "angular", damping=100.0, target_velocity=-30.0 if name == swapped else 30.0)
+    gear(stage, "/World/gear", "first", "second", 2.0)
+    engine = playing(stage)
+    for _ in range(60):
+        engine.step(STEP)
+    turning = np.degrees(engine.velocities(["/World/first", "/World/second"])[:, 3])
+    assert turning == pytest.approx([30.0, -60.0], rel=1e-2)
+
+
+@pytest.mark.parametrize("collides", [False, True])
+def test_bodies_in_gear_do_not_collide(collides):
+    """As those of other joints: overlapping wheels turn freely unless `collisionEnabled` is authored."""
+    stage = new_stage()
+    drive(wheel(stage, "first", 0.0), "angular", damping=100.0, target_velocity=30.0)
+    wheel(stage, "second", 0.15)
+    gear(stage, "/World/gear", "first", "second", 1.0).CreateAttribute(
+        "physics:collisionEnabled", Sdf.ValueTypeNames.Bool
+    ).Set(collides)
+    engine = playing(stage)
+    for _ in range(60):
+        engine.step(STEP)
+    turned = np.degrees(engine.joint_positions(["/World/first_joint"]))[0]
+    assert (turned == pytest.approx(30.0, rel=0.02)) != collides

@@ -12,7 +12,7 @@ import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdPhysics
 
 from tests.physics.mechanisms import angle, drive, free_axes, joint, limit, rod, rotation
-from tests.physics.scenes import add, new_stage, playing, position
+from tests.physics.scenes import add, new_stage, playing, position, set_value, velocity
 
 G, STEP = 9.81, 1.0 / 60.0
 LAG = 1.0 / 480.0  # half of the solver's step
@@ -472,6 +472,37 @@ def test_a_joint_breaks_under_more_than_its_torque(torque, breaks):
     assert fallen == pytest.approx(G / 8 if breaks else 0.0, abs=0.1 if breaks else 1e-6)
 
 
+@pytest.mark.parametrize("kind", [UsdPhysics.RevoluteJoint, UsdPhysics.SphericalJoint])
+def test_a_free_hinge_passes_on_no_torque(kind):
+    """A rod that swings fast through the plane of its hinge, of which each torque would break the joint."""
+    stage = new_stage()
+    bob = rod(stage, "/World/bob", (0, 0, 2), (0, -1.0, 2))
+    joint(stage, "/World/hinge", kind, "", "/World/bob", (0, 0, 2)).CreateBreakTorqueAttr(0.05)
+    engine = playing(stage)
+    for _ in range(90):
+        engine.step(STEP)
+    from_hinge = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(bob).ExtractTranslation()) - (0, 0, 2)
+    assert np.linalg.norm(from_hinge) == pytest.approx(0.5, abs=1e-3)
+
+
+@pytest.mark.parametrize("signs", [(1, -1), (-1, 1), (-1, -1)])
+@pytest.mark.parametrize(("limits", "expected"), [(None, 0.0), ((300.0, 400.0), 360.0), ((-400.0, -200.0), -360.0)])
+def test_signs_of_quaternions_are_no_turns(signs, limits, expected):
+    """q and -q are one rotation: a hinge begins within half a turn of 0, or in its limits."""
+    stage = new_stage()
+    add(stage, "/World/box", at=(0, 0, 1), gravity=False)
+    made = joint(stage, "/World/hinge", UsdPhysics.RevoluteJoint, "", "/World/box", (0, 0, 1), axis="Z")
+    made.CreateLocalRot0Attr(Gf.Quatf(signs[0]))
+    made.CreateLocalRot1Attr(Gf.Quatf(signs[1]))
+    if limits is not None:
+        made.CreateLowerLimitAttr(limits[0])
+        made.CreateUpperLimitAttr(limits[1])
+    engine = playing(stage)
+    engine.step(STEP)
+    assert np.degrees(engine.joint_positions(["/World/hinge"])) == pytest.approx([expected], abs=1e-3)
+    assert engine.joint_velocities(["/World/hinge"]) == pytest.approx([0.0], abs=1e-3)
+
+
 def test_friction_holds_a_joint_up_to_its_torque():
     """Levers whose weight asks for 0.98 N m at the hinge, which rubs with 1.2 and with 0.6 N m."""
     stage = new_stage()
@@ -510,3 +541,38 @@ def test_runs_repeat_bit_for_bit():
         return [tuple(position(stage.GetPrimAtPath(path))) for path in engine.rigid_bodies]
 
     assert run() == run()
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_universal_joint_swings_before_it_twists(swapped):
+    """Without the swing about Y a rod along X stays level, since from body 0 it turns about Z first, as in PhysX.
+
+    From its other end it twists about its own length first, and then swings about any direction: it falls.
+    """
+    stage = new_stage()
+    bob = rod(stage, "/World/bob", (0, 0, 2), (1.0, 0, 2))
+    set_value(bob, "physics:angularVelocity", Gf.Vec3f(60, 0, 40))
+    ends = ("/World/bob", "") if swapped else ("", "/World/bob")
+    free_axes(joint(stage, "/World/joint", UsdPhysics.Joint, *ends, (0, 0, 2)), "rotX", "rotZ")
+    engine = playing(stage)
+    for _ in range(60):
+        engine.step(STEP)
+    assert (position(bob)[2] == pytest.approx(2.0, abs=5e-3)) != swapped
+
+
+@pytest.mark.parametrize("sideways", [(0.0, 0.0, 0.0), (1.0, 0.3, 0.0)])
+def test_three_axes_of_rotation_pass_where_two_of_them_coincide(sideways):
+    """A rod on a slider with a ball at its end falls through the angles at which the axes of its joint are singular."""
+    stage = new_stage()
+    bob = rod(stage, "/World/bob", (0, 0, 2), (1.0, 0, 2))
+    set_value(bob, "physics:velocity", Gf.Vec3f(*sideways))
+    made = joint(stage, "/World/slider", UsdPhysics.Joint, "", "/World/bob", (0, 0, 2))
+    free_axes(made, "transX", "rotX", "rotY", "rotZ")
+    engine, energies = playing(stage), []
+    for _ in range(240):
+        engine.step(STEP)
+        linear, height = velocity(bob), position(bob)[2]
+        energies.append(0.5 * (linear @ linear) + G * (height - 2.0))
+    assert np.isfinite(energies).all()
+    # Of 1 kg; the energy of turning is left out, which is never negative.
+    assert max(energies) < 0.5 * np.dot(sideways, sideways) + 0.05 * G

@@ -155,6 +155,34 @@ def test_authored_inertia_and_center_win():
     assert found.inertia == pytest.approx(np.diag([2, 1, 3]), abs=1e-6)
 
 
+def test_center_and_inertia_of_a_child_collider_count():
+    """Numbers are those that PhysX (ovphysx 0.7.0) reports: a cube of 3 kg about (0.5, 0, 0), and one of 1 kg."""
+    stage = new_stage()
+    body = UsdGeom.Xform.Define(stage, "/World/body").GetPrim()
+    UsdPhysics.RigidBodyAPI.Apply(body)
+    for name, x, mass, center, inertia in (("a", 0.0, 3.0, (0.5, 0, 0), None), ("b", 1.0, 1.0, None, (1, 2, 3))):
+        cube = add(stage, f"/World/body/{name}", at=(x, 0, 0), scale=(0.5,) * 3, body=False)
+        api = UsdPhysics.MassAPI.Apply(cube)
+        api.CreateMassAttr(mass)
+        if center is not None:
+            api.CreateCenterOfMassAttr(Gf.Vec3f(*center) * 2)  # in the prim's own space, which is scaled
+        if inertia is not None:
+            api.CreateDiagonalInertiaAttr(Gf.Vec3f(*inertia))
+    found = _properties(stage, "/World/body")
+    assert found.mass == pytest.approx(4.0)
+    assert found.center == pytest.approx([0.625, 0, 0])
+    assert found.inertia == pytest.approx(np.diag([1.5, 3.4375, 4.4375]), abs=1e-6)
+
+
+def test_principal_axes_of_a_child_collider_turn_with_it():
+    stage = new_stage()
+    body = UsdGeom.Xform.Define(stage, "/World/body").GetPrim()
+    UsdPhysics.RigidBodyAPI.Apply(body)
+    cube = add(stage, "/World/body/cube", rotate=(0, 0, 90), scale=(0.5,) * 3, body=False)
+    UsdPhysics.MassAPI.Apply(cube).CreateDiagonalInertiaAttr(Gf.Vec3f(1, 2, 3))
+    assert _properties(stage, "/World/body").inertia == pytest.approx(np.diag([2.0, 1.0, 3.0]), abs=1e-6)
+
+
 def test_units_do_not_change_the_mass():
     """The same cube of 20 cm, authored in centimeters and in meters."""
     meters, centimeters = new_stage(), new_stage(meters_per_unit=0.01)

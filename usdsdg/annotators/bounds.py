@@ -7,9 +7,10 @@ those of the points that faces use; bounds of quadrics are those of the exact su
 from collections.abc import Callable
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Usd, UsdGeom, Vt
 
 from usdsdg.stage.geometry.face_parts import read_face_parts
+from usdsdg.stage.geometry.point_velocities import moved_points
 from usdsdg.stage.geometry.skinning import Skinning
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
@@ -43,10 +44,20 @@ def _corner_points(prim: Usd.Prim, kind: str, time: Usd.TimeCode) -> np.ndarray:
         return _box_corners((-half,) * 3, (half,) * 3)
     if kind == "Plane":
         return _plane_corners(prim, time)
-    extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), time)
+    extent = _moved_extent(prim, time) or UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), time)
     if not extent or len(extent) != 2:
         return np.zeros((0, 3))
     return _box_corners(extent[0], extent[1])
+
+
+def _moved_extent(prim: Usd.Prim, time: Usd.TimeCode) -> Vt.Vec3fArray | None:
+    """The extent of points or curves that have velocities, which UsdGeom's plugins leave out."""
+    points = moved_points(prim, time)
+    if points is None:
+        return None
+    widths = prim.GetAttribute("widths").Get(time)
+    schema = UsdGeom.Points if prim.IsA(UsdGeom.Points) else UsdGeom.Curves
+    return schema.ComputeExtent(points, widths) if widths else UsdGeom.PointBased.ComputeExtent(points)
 
 
 def _mesh_points(
@@ -54,7 +65,8 @@ def _mesh_points(
 ) -> np.ndarray:
     """Return the points that faces use; faces: (F,) bool, of some of them."""
     skinned = skinning.skin(mesh.GetPrim(), time)
-    points = mesh.GetPointsAttr().Get(time) if skinned is None else skinned.points
+    points = skinned.points if skinned is not None else moved_points(mesh.GetPrim(), time)
+    points = mesh.GetPointsAttr().Get(time) if points is None else points
     points = np.asarray(() if points is None else points, np.float64).reshape(-1, 3)
     used = np.asarray(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
     if not len(used):

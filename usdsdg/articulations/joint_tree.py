@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdPhysics
 
+from usdsdg.articulations.dynamics import Motion
 from usdsdg.errors import BadPrim, warn_once
-from usdsdg.stage.physics.joints import WORLD, Joint, is_joint, read_joint
+from usdsdg.stage.physics.joints import WORLD, Joint, articulated_links, is_joint, read_joint
 from usdsdg.stage.poses.rotations import compose, decompose
 from usdsdg.stage.poses.transforms import as_array, local_to_world
 from usdsdg.stage.poses.world_poses import author_world_pose
@@ -39,18 +40,24 @@ class JointTree:
     """
 
     def __init__(self, stage: Usd.Stage, root: str) -> None:
-        """Read the joints at and below the prim at `root`.
+        """Read the joints at and below the prim at `root`, or those of its bodies where there are none.
 
         Raises:
             BadPrim: there is no such prim, or no joint that connects two bodies.
         """
         self._stage, self.root = stage, root
         prim = stage.GetPrimAtPath(root)
-        joints = [read_joint(each) for each in Usd.PrimRange(prim) if is_joint(each)] if prim else []
-        joints = [joint for joint in joints if joint.in_articulation]
+        joints = _joints_below(prim) if prim else []
+        if prim and not any(joint.body0 and joint.body1 for joint in joints):
+            # The root may be the base, or the joint that fixes it, with the links beside it.
+            links = articulated_links([root], found := _joints_below(stage.GetPseudoRoot()))
+            joints = [joint for joint in found if {joint.body0, joint.body1} & links]
         if not any(joint.body0 and joint.body1 for joint in joints):
             raise BadPrim(f"{root} is no articulation: there is no joint between two bodies at or below it")
         self.base = _base(joints)
+        self._is_attached = any(
+            joint.kind == "Fixed" and {joint.body0, joint.body1} == {WORLD, self.base} for joint in joints
+        )
         self.branches = _branches(joints, self.base)
         self.links = [self.base, *(branch.child for branch in self.branches)]
         self.dofs = [branch.joint for branch in self.branches if branch.joint.is_dof]
@@ -68,6 +75,28 @@ class JointTree:
             for branch in self.branches
             if not branch.joint.is_dof
         }
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether the base stays where it is: a joint fixes it to the world, or it is kinematic."""
+        kinematic = UsdPhysics.RigidBodyAPI(self._stage.GetPrimAtPath(self.base)).GetKinematicEnabledAttr()
+        return self._is_attached or bool(kinematic and kinematic.Get())
+
+    def motions(self) -> list[Motion]:
+        """Return what each joint lets its link do where the links are now on the stage, in the world."""
+        row = {link: number for number, link in enumerate(self.links)}
+        number = {joint.path: column for column, joint in enumerate(self.dofs)}
+        found = []
+        for branch in self.branches:
+            joint, parent, link = branch.joint, row[branch.parent], row[branch.child]
+            if not joint.is_dof:
+                found.append(Motion(parent, link))
+                continue
+            frame = self._frames(joint)[0] @ self._pose(joint.body0)
+            axis = -frame[joint.axis, :3] if branch.is_reversed else frame[joint.axis, :3]
+            turns = joint.kind == "Revolute"
+            found.append(Motion(parent, link, number[joint.path], turns, axis, frame[3, :3]))
+        return found
 
     def positions(self) -> Array:
         """Measure the positions (D,) of the joints on the stage: angles [rad] and distances [stage units]."""
@@ -145,6 +174,27 @@ def _measured(joint: Joint, moved: Array) -> float:
         return float(moved[3, joint.axis])
     j, k = (joint.axis + 1) % 3, (joint.axis + 2) % 3
     return float(np.arctan2(moved[j, k] - moved[k, j], moved[j, j] + moved[k, k]))
+
+
+def _joints_below(prim: Usd.Prim) -> list[Joint]:
+    """Return the joints of articulations at and below a prim."""
+    joints = (read_joint(each) for each in Usd.PrimRange(prim) if is_joint(each))
+    return [_attached(prim.GetStage(), joint) for joint in joints if joint.in_articulation]
+
+
+def _attached(stage: Usd.Stage, joint: Joint) -> Joint:
+    """Return a joint whose ends that no rigid body carries are attached to the world."""
+    ends = [body if body and _is_carried(stage.GetPrimAtPath(body)) else WORLD for body in (joint.body0, joint.body1)]
+    return joint if ends == [joint.body0, joint.body1] else replace(joint, body0=ends[0], body1=ends[1])
+
+
+def _is_carried(prim: Usd.Prim) -> bool:
+    """Whether a rigid body is at or above a prim."""
+    while prim and not prim.IsPseudoRoot():
+        if prim.HasAPI(UsdPhysics.RigidBodyAPI):
+            return True
+        prim = prim.GetParent()
+    return False
 
 
 def _base(joints: list[Joint]) -> str:

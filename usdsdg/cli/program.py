@@ -1,10 +1,12 @@
 """Entry point of the `usdsdg` program: what stands before the first heavy import."""
 
+from usdsdg.cli.closed_streams import replace_closed_streams
 from usdsdg.cli.interrupts import end_at_once_on_interrupt
 
 
 def main() -> None:
     """Run the `usdsdg` program."""
+    replace_closed_streams()
     end_at_once_on_interrupt()
     from usdsdg.cli.commands import main as run_command
 

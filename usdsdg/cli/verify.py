@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, command_context
+from usdsdg.cli.output import print_lines
 from usdsdg.errors import BadValue
-
-if TYPE_CHECKING:
-    from usdsdg.verify import Report
 
 RENDERED = 10  # frames, where none are named
 
@@ -56,22 +54,11 @@ def verify(
     if as_json:
         values = [each.values() for each in reports]
         several = {"folder": folder, "clean": is_clean, "datasets": values}
-        print(json.dumps(values[0] if len(values) == 1 else several, indent=1))
+        print_lines([json.dumps(values[0] if len(values) == 1 else several, indent=1)])
     else:
-        for each in reports:
-            _print(each, limit)
+        print_lines(line for each in reports for line in each.lines(limit))
     if not is_clean:
         raise typer.Exit(1)
-
-
-def _print(report: Report, limit: int) -> None:
-    for fault in report.faults[:limit]:
-        print(fault.line())
-    if len(report.faults) > limit:
-        print(f"... and {len(report.faults) - limit} more (--limit)")
-    for note in dict.fromkeys(report.notes):
-        print(f"note: {note}")
-    print(report.summary())
 
 
 def _chosen(render: bool, frames: str | None) -> list[int] | int | None:

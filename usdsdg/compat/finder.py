@@ -53,12 +53,18 @@ ALIASES = (
     *((package, _WRITERS) for package in _WRITER_PACKAGES),
     ("omni.replicator.isaac", "usdsdg.compat.isaacsim.replicator.domain_randomization"),
     ("omni.kit.scripting", "usdsdg.compat.omni.behavior.scripting.core"),
-    ("omni.isaac.sensor", "usdsdg.compat.isaacsim.sensors.camera"),
+    ("omni.isaac.sensor._sensor", "usdsdg.compat.isaacsim.sensors.physics._sensor"),
+    ("omni.isaac.sensor", "usdsdg.compat.omni.isaac.sensor"),
     ("omni.syntheticdata.scripts.SyntheticData", "usdsdg.compat.omni.syntheticdata.synthetic_data"),
     ("omni.syntheticdata.scripts", "usdsdg.compat.omni.syntheticdata"),
     # Isaac Sim 4's names of the core. Modules below these packages, one per class, are the packages themselves.
     *((f"omni.isaac.core.prims.{name}", "usdsdg.compat.omni.isaac.core.prims") for name in _OLD_PRIM_MODULES),
     ("omni.isaac.core.prims", "usdsdg.compat.omni.isaac.core.prims"),
+    *(
+        (f"omni.isaac.core.articulations.{name}", "usdsdg.compat.omni.isaac.core.articulations")
+        for name in ("articulation", "articulation_view", "articulation_subset", "articulation_gripper")
+    ),
+    ("omni.isaac.core.articulations", "usdsdg.compat.omni.isaac.core.articulations"),
     ("omni.isaac.core.utils", "usdsdg.compat.isaacsim.core.utils"),
     ("omni.isaac.core", "usdsdg.compat.isaacsim.core.api"),
     ("omni.isaac.cloner", "usdsdg.compat.isaacsim.core.cloner"),

@@ -41,23 +41,18 @@ OUT_OF_SCOPE = (
         "omni.isaac.ros2_bridge omni.isaac.ros2_bridge_humble omni.kit.livestream omni.services isaacsim.iot",
     ),
     _row(
-        "robots under control are",
-        "Pose the links of a robot as prims, with their xform ops or `rep.modify.pose`; rigid bodies and joints move "
-        "by physics.",
+        "models, planners and controllers of particular robots are",
+        "Drive the joints of a robot with SingleArticulation or Articulation of isaacsim.core.prims: targets, efforts, "
+        "Jacobians.",
         "isaacsim.robot isaacsim.robot_motion isaacsim.robot_setup isaacsim.cortex "
-        "isaacsim.core.experimental.actuators isaacsim.core.api.robots isaacsim.core.api.controllers "
-        "isaacsim.core.utils.types.ArticulationAction isaacsim.core.utils.types.ArticulationActions "
-        "isaacsim.core.api.tasks isaacsim.core.api.articulations omni.isaac.core.robots omni.isaac.core.controllers "
-        "omni.isaac.core.tasks omni.isaac.core.articulations "
-        "isaacsim.core.prims.SingleArticulation omni.isaac.core.prims.Articulation "
-        "omni.isaac.core.prims.ArticulationView "
+        "isaacsim.core.experimental.actuators isaacsim.core.api.tasks omni.isaac.core.tasks "
         "omni.isaac.franka omni.isaac.universal_robots "
         "omni.isaac.manipulators omni.isaac.wheeled_robots omni.isaac.motion_generation omni.isaac.motion_planning "
         "omni.isaac.lula omni.isaac.cortex omni.isaac.cortex_sync omni.isaac.quadruped omni.isaac.surface_gripper "
         "omni.isaac.dofbot omni.isaac.jetbot omni.isaac.kaya omni.isaac.dynamic_control omni.isaac.robot_assembler "
         "omni.isaac.robot_benchmark omni.isaac.robot_description_editor omni.isaac.gain_tuner omni.isaac.grasp_editor "
         "omni.isaac.articulation_inspector omni.isaac.physics_inspector omni.isaac.policy omni.isaac.gym "
-        "omni.isaac.lab omni.isaac.lab_tasks omni.isaac.orbit omni.physics.tensors isaacsim.physics.newton.tensors",
+        "omni.isaac.lab omni.isaac.lab_tasks omni.isaac.orbit isaacsim.physics.newton.tensors",
     ),
     _row(
         "import and export of other formats are",
@@ -92,11 +87,13 @@ OUT_OF_SCOPE = (
         "isaacsim.sensors.camera.ui isaacsim.physics.newton.ui",
     ),
     _row(
-        "lidar, radar, ultrasonic, contact and inertial sensors are",
-        "The annotator `pointcloud` of a camera gives points, `RigidPrim(track_contact_forces=True)` contact forces.",
-        "isaacsim.sensors.rtx isaacsim.sensors.physx isaacsim.sensors.physics isaacsim.sensors.experimental.rtx "
-        "isaacsim.sensors.experimental.physics omni.isaac.range_sensor omni.isaac.RangeSensorSchema "
-        "omni.isaac.isaac_sensor omni.isaac.IsaacSensorSchema omni.isaac.proximity_sensor "
+        "lidar, radar, ultrasonic and effort sensors are",
+        "The annotator `pointcloud` of a camera gives points, ContactSensor and IMUSensor of isaacsim.sensors.physics "
+        "measure contacts and motion.",
+        "isaacsim.sensors.rtx isaacsim.sensors.physx isaacsim.sensors.physics.EffortSensor "
+        "isaacsim.sensors.experimental.rtx isaacsim.sensors.experimental.physics omni.isaac.range_sensor "
+        "omni.isaac.RangeSensorSchema omni.isaac.isaac_sensor omni.isaac.IsaacSensorSchema "
+        "omni.isaac.proximity_sensor omni.isaac.sensor.EffortSensor "
         "omni.isaac.sensor.scripts.lidar_rtx omni.sensors omni.drivesim",
     ),
     _row(

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from usdsdg.datasets.printable import printable
+
 
 @dataclass(frozen=True)
 class Fault:
@@ -17,10 +19,10 @@ class Fault:
     found: str = ""
 
     def line(self) -> str:
-        """Return the fault as a line of text."""
+        """Return the fault as a line of text, whatever characters files and their values have."""
         compared = f": expected {self.expected}, found {self.found}" if self.expected or self.found else ""
         where = "all frames" if self.frame == "all" else f"frame {self.frame}"
-        return f"{self.file}: {where}: {self.what}{compared}"
+        return printable(f"{self.file}: {where}: {self.what}{compared}")
 
 
 Faults = Iterator[Fault]

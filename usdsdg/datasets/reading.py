@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Protocol
 
+from usdsdg.datasets.attempt import UNREADABLE, attempt, attempt_each
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.formats import (
     basic,
@@ -63,9 +65,18 @@ def images(folder: Folder, read: set[str]) -> Iterator[Seen]:
     read: gets the files of the images.
     """
     for each in FORMATS:
-        for seen in each.read(folder, [file for file in folder.files if file not in read]):
+        found = each.read(folder, [file for file in folder.files if file not in read])
+        what = f"{UNREADABLE} as a file of {each.NAME}"
+        for seen in attempt_each(folder.faults, lambda: folder.in_hand, "?", what, found):
             read.update(seen.files)
+            seen.steps = [partial(_attempted, folder, step) for step in seen.steps]
             yield seen
+
+
+def _attempted(folder: Folder, step: Callable[[Seen], None], seen: Seen) -> None:
+    """Do a step of the reading, which may meet anything in files."""
+    what = f"{UNREADABLE} as a file of {seen.format}"
+    attempt(folder.faults, lambda: folder.in_hand, seen.name, what, lambda: step(seen))
 
 
 def objects_of(seen: Seen) -> list[SeenObject]:

@@ -75,12 +75,13 @@ class Camera:
     """A camera's matrices."""
 
     file: str
-    view: np.ndarray  # (4, 4) world to camera
+    view: np.ndarray | None  # (4, 4) world to camera; None: the file does not say it
     digits: float  # accuracy of the file's numbers
     size: tuple[int, int] | None = None
-    focal: float | None = None  # [pixels]
+    focal: float | None = None  # [pixels], along rows
     center: tuple[float, float] | None = None
     values: Mapping[str, Any] = field(default_factory=dict)  # all that the file has
+    focal_down: float | None = None  # [pixels], along columns; None: the same
 
 
 @dataclass(frozen=True)
@@ -117,6 +118,7 @@ class Mask:
     has_holes: bool = True  # False: polygons, in which they are filled
     polygons: list[np.ndarray] = field(default_factory=list)  # (N, 2) corners [pixels]
     keypoints: tuple[list[float], int] | None = None  # x, y, v of each, and how many are in the picture
+    crowd: Any = 0  # iscrowd: 1 would be a mask of several things
 
     @cached_property
     def mask(self) -> np.ndarray | None:

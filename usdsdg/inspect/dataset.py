@@ -6,7 +6,7 @@ import json
 from collections import Counter
 from pathlib import Path, PurePosixPath
 
-from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.folder import Folder, check_folder
 from usdsdg.datasets.parts import parts
 from usdsdg.datasets.reading import FORMATS, images, objects_of
 from usdsdg.datasets.seen import Seen
@@ -30,6 +30,7 @@ def read_dataset(path: Path) -> Dataset:
     if not path.is_dir():
         what = "is a file" if path.exists() else "does not exist"
         raise DatasetError(f"{path} {what}; give the folder that a writer wrote to (its output_dir)")
+    check_folder(path)
     dataset, found = Dataset(path), parts(path)
     folders = {part: Folder(path / part, files=files, recorded=False) for part, files in found}
     for part, folder in folders.items():

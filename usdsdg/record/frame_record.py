@@ -95,6 +95,7 @@ class FrameRecord:
     semantic_classes: Mapping[str, int] = field(default_factory=dict)  # those that the user has fixed, with their ids
     stage: Mapping[str, Any] = field(default_factory=dict)  # file of the stage, time code, settings; {}: not recorded
     edits: bytes = b""  # text of a layer: what has changed on that stage
+    version: int = VERSION  # of the form of records, 1 where usdsdg 0.1 wrote it
 
 
 def encode(record: FrameRecord) -> bytes:
@@ -134,7 +135,8 @@ def decode(data: bytes) -> FrameRecord:
         products.append(_decoded(described, own))
     known = {name: facts[name] for name in _FACTS if name in facts}
     edits = arrays["edits"].tobytes() if "edits" in arrays else b""
-    return FrameRecord(**{**known, "files": tuple(facts["files"]), "products": tuple(products), "edits": edits})
+    known |= {"files": tuple(facts["files"]), "version": int(facts["version"])}
+    return FrameRecord(**{**known, "products": tuple(products), "edits": edits})
 
 
 _FACTS = (

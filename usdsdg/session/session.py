@@ -77,6 +77,7 @@ class Session:
     event_streams = _part("usdsdg.compat.carb.events:EventStreams")
     extension_manager = _part("usdsdg.compat.omni.ext:ExtensionManager")
     selection = _part("usdsdg.compat.omni.usd:Selection")
+    physics_sensors = _part("usdsdg.compat.isaacsim.sensors.physics.known_sensors:KnownSensors")
     path_ids = _part("usdsdg.compat.physics_schema_tools:PathIds")
 
     def __init__(self) -> None:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from usdsdg.datasets.faults import Fault
+from usdsdg.datasets.printable import printable
 from usdsdg.verify.integrity import Integrity
 
 
@@ -34,6 +36,15 @@ class Report:
             self.faults += found.faults
             self.notes += found.notes
             self.compared = found.compared
+
+    def lines(self, most: int) -> Iterator[str]:
+        """Yield everything as lines that can be printed, of the faults at most so many."""
+        yield from (fault.line() for fault in self.faults[:most])
+        if len(self.faults) > most:
+            yield f"... and {len(self.faults) - most} more (--limit)"
+        for note in dict.fromkeys(self.notes):
+            yield printable(f"note: {note}")
+        yield printable(self.summary())
 
     def summary(self) -> str:
         """Return one line."""

@@ -6,6 +6,7 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel
 
 from usdsdg.stage.geometry.face_parts import read_face_parts
+from usdsdg.stage.geometry.point_velocities import moved_points
 from usdsdg.stage.semantics.labels import is_labeled
 
 
@@ -59,7 +60,8 @@ def _bounds_of_faces(mesh: UsdGeom.Mesh, time: Usd.TimeCode, faces: np.ndarray |
     """Return the bounds (2, 3) of faces, (F,) bool or all; None if there are none, or what deforms them."""
     if UsdSkel.BindingAPI(mesh).GetInheritedSkeleton() or mesh.GetSubdivisionSchemeAttr().Get() != "none":
         return None
-    points = np.array(mesh.GetPointsAttr().Get(time) or (), np.float64).reshape(-1, 3)
+    points = moved_points(mesh.GetPrim(), time) or mesh.GetPointsAttr().Get(time)
+    points = np.array(points or (), np.float64).reshape(-1, 3)
     used = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
     if faces is not None:
         used = used[np.repeat(faces, mesh.GetFaceVertexCountsAttr().Get(time))[: len(used)]]

@@ -5,21 +5,25 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from usdsdg.datasets.attempt import UNREADABLE, attempt, attempt_each
 from usdsdg.datasets.faults import Fault, Faults
-from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.folder import Folder, check_folder
 from usdsdg.datasets.parts import parts
 from usdsdg.datasets.reading import images
 from usdsdg.datasets.seen import Seen
 from usdsdg.errors import DatasetError
+from usdsdg.record import FRAMES, STAGES
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.verify.checks import (
     arrays,
     bop,
     boxes,
     camera,
+    class_table,
     color,
     cosmos,
     depth,
@@ -48,6 +52,7 @@ from usdsdg.verify.checks.yolo import Yolo
 from usdsdg.verify.frame_numbers import check_numbers
 from usdsdg.verify.integrity import Integrity
 from usdsdg.verify.integrity import check as check_integrity
+from usdsdg.verify.integrity.listing import JOURNAL
 from usdsdg.verify.redraw import redraw
 from usdsdg.verify.report import Report
 from usdsdg.writers.journal.place import PARTS
@@ -74,7 +79,8 @@ def verify_all(
     Raises:
         DatasetError: there is no such folder, or nothing in it is recognized.
     """
-    found = parts(Path(folder)) if Path(folder).is_dir() else []
+    check_folder(Path(folder))
+    found = parts(Path(folder))
     if len(found) < 2 and not any(_is_recorded_below(folder, root) for root, _ in found):
         return [verify(folder, labels=labels, render=render, progress=progress)]
     reports = []
@@ -89,7 +95,7 @@ def verify_all(
 def _is_recorded_below(folder: str | os.PathLike[str], root: str | os.PathLike[str]) -> bool:
     """Return whether a dataset is below a folder, not in it, with a record of its own."""
     where = Path(folder, root)
-    return where != Path(folder) and (where / BESIDE).is_dir()
+    return where != Path(folder) and os.path.isdir(where / BESIDE)
 
 
 def verify(
@@ -116,10 +122,10 @@ def verify(
     if render is not None and not isinstance(render, int) and data.records:
         check_numbers(str(folder), set(render), {each.number for each in data.records})
     report = Report(str(folder), recorded=len(data.records), reads_labels=labels)
-    whole = check_integrity(data.path, progress)
+    whole = attempt(report.faults, JOURNAL, "all", UNREADABLE, lambda: check_integrity(data.path, progress))
     report.add_integrity(whole)
     if not labels:
-        if whole is None:
+        if whole is None and report.is_clean:
             raise NothingRecognized(f"{folder} has no journal (.usdsdg), with which its files could be compared")
         return report
     _check_labels(data, report, whole, render, progress)
@@ -138,8 +144,10 @@ def _check_labels(
     tables = [Tables(data.classes), coco, kitti.Kitti(), Yolo(data.classes)]
     named = _images_by_checksum(data)
     read: set[str] = set()
-    for seen in (each.complete() for each in images(data, read)):
+    samples = file_checks.Samples()
+    for seen in map(Seen.complete, images(data, read)):
         report.formats[seen.format] += 1
+        samples.add(seen)
         if data.records and seen.truth is None:
             report.notes.append(f"{seen.format}: image {seen.name} has no record")
         for check in (*CHECKS, *tables):
@@ -148,19 +156,27 @@ def _check_labels(
         if progress is not None:
             progress("images verified", report.formats.total(), None)
     if not report.formats and not data.records:
-        if whole is None and not data.faults:
+        if whole is None and not data.faults and report.is_clean:
             raise _nothing_in(data.path)
         report.notes.append(UNREAD if whole is not None else MISSING)
     elif not data.records:
         report.notes.append(MISSING)
     if render is not None:
         numbers, most = (None, render) if isinstance(render, int) else (render, len(render))
-        faults, notes, report.rendered = redraw(data, numbers, most=most, progress=progress)
+        again = partial(redraw, data, numbers, most=most, progress=progress)
+        faults, notes, report.rendered = attempt(report.faults, STAGES, "?", UNREADABLE, again) or ([], [], 0)
         report.faults += faults
         report.notes += notes
     report.faults += data.faults
-    report.faults += coco_pictures.check(data, coco.pictures)
-    report.faults += file_checks.check(data, read, listed=whole.listed if whole is not None else frozenset())
+    listed = whole.listed if whole is not None else frozenset()
+    is_finished = whole is None or whole.is_finished
+    checks = [
+        coco_pictures.check(data, coco.pictures),
+        file_checks.check(data, read, listed=listed, is_finished=is_finished),
+    ]
+    checks += [class_table.check(data), samples.check(data)] if is_finished else []
+    for found in checks:
+        report.faults += attempt_each(report.faults, FRAMES, "?", UNREADABLE, found)
     report.faults = list(dict.fromkeys(report.faults))
     if whole is not None and any(fault.file == PARTS for fault in whole.faults):
         # Files about all frames are made when parts are joined; what a part has left of them says nothing yet.
@@ -179,13 +195,10 @@ def _nothing_in(folder: str | os.PathLike[str]) -> NothingRecognized:
 
 def _found(check: Callable[..., Faults], seen: Seen, *others: Any) -> list[Fault]:
     """Return the faults that a check finds; values that it cannot make sense of are one."""
-    faults = []
-    try:
-        for fault in check(seen, *others):
-            faults.append(fault)
-    except (AttributeError, KeyError, ValueError, TypeError, IndexError, SyntaxError) as error:
-        what = f"values are not as the format of {seen.format} has them"
-        faults.append(Fault(seen.files[-1], seen.name, what, "", f"{type(error).__name__}: {error}"))
+    faults: list[Fault] = []
+    what = f"values are not as the format of {seen.format} has them"
+    for fault in attempt_each(faults, seen.labels or seen.files[-1], seen.name, what, check(seen, *others)):
+        faults.append(fault)
     return faults
 
 

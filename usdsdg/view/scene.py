@@ -127,7 +127,9 @@ class Scene:
         everything = self.orbit_of_all()
         eye, back = view.local_to_world[3, :3], view.local_to_world[2, :3]
         hit = self.first_hit(view, (view.width / 2, view.height / 2))
-        distance = hit[0] if hit is not None else float(np.linalg.norm(np.asarray(everything.target) - eye))
+        distance = (
+            hit[0] if hit is not None and hit[0] > 0.0 else float(np.linalg.norm(np.asarray(everything.target) - eye))
+        )
         return Orbit.looking(eye, eye - distance * back, everything.axes, size=everything.size)
 
     def first_orbit(self) -> Orbit:
@@ -160,12 +162,14 @@ class Scene:
         if not np.isfinite(directions).all():
             return None
         rotation, place = view.local_to_world[:3, :3], view.local_to_world[3, :3]
-        origins, directions = origins @ rotation + place, directions @ rotation
+        behind = max(-view.clipping_range[0], 0.0)  # where the rays of an orthographic camera may start
+        origins, directions = origins @ rotation + place + behind * rotation[2], directions @ rotation
         limits = [np.array([limit], np.float32) for limit in (0.0, np.inf)]
         distances, entries = self.read().first_hits(origins, directions, *limits, faces=self.table.faces)
         if entries[0] < 0:
             return None
-        return float(distances[0]), int(entries[0]), origins[0] + float(distances[0]) * directions[0]
+        distance = float(distances[0])
+        return distance - behind, int(entries[0]), origins[0] + distance * directions[0]
 
     @property
     def meters_per_unit(self) -> float:

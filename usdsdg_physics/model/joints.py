@@ -23,6 +23,9 @@ ROWS_PER_AXIS = 4
 ROWS_PER_LINK = 48
 ROWS_PER_LOOP = 6
 MIN_ROWS = 256
+# Part of the inertia that three axes of rotation move which each of them has of its own. Where the angle of the middle
+# one reaches 90 degrees, the others coincide: without any they turn against each other without bound.
+REGULAR_SHARE = 0.03
 
 
 @dataclass(frozen=True)
@@ -146,6 +149,8 @@ def _add_branch(
     else:
         linear = [config for config, axis in zip(configs, axes) if not axis.angular]
         angular = [config for config, axis in zip(configs, axes) if axis.angular]
+        if len(angular) == 3:
+            _keep_regular(angular, _moved_inertia(builder, child, _frame(branch, child=True)))
         index = builder.add_joint_d6(parent, child, linear_axes=linear, angular_axes=angular, **frames)
     built.joint_of[joint.path] = index
     if joint.kind == "fixed" and parent < 0:
@@ -251,6 +256,19 @@ def _config(axis: Axis, *, flipped: bool) -> newton.ModelBuilder.JointDofConfig:
     config.target_q = drive.target if drive else 0.0
     config.target_qd = drive.target_velocity if drive else 0.0
     return config
+
+
+def _keep_regular(angular: Sequence[newton.ModelBuilder.JointDofConfig], inertia: float) -> None:
+    """Give three axes of rotation a little inertia of their own, for angles at which two of them coincide."""
+    for config in angular:
+        config.armature = max(config.armature, REGULAR_SHARE * inertia)
+
+
+def _moved_inertia(builder: newton.ModelBuilder, body: int, frame: Sequence[float]) -> float:
+    """Return the mean moment of inertia [kg m²] of a body about the origin of a joint."""
+    arm = np.asarray(frame[:3]) - np.asarray(builder.body_com[body])
+    moments = np.asarray(builder.body_inertia[body], np.float64).reshape(3, 3)
+    return float(np.trace(moments) / 3.0 + 2.0 / 3.0 * builder.body_mass[body] * (arm @ arm))
 
 
 def _friction_drive(axis: Axis) -> Drive | None:

@@ -73,8 +73,7 @@ def _mass_of(given: MassSpec, colliders: tuple[Collider, ...]) -> MassProperties
     if given.mass > 0.0:
         inertia, mass = inertia * (given.mass / mass), given.mass
     if given.diagonal_inertia is not None:
-        axes = matrix_from_quat(given.principal_axes)
-        inertia = axes.T @ np.diag(given.diagonal_inertia) @ axes
+        inertia = _given_inertia(given)
     inertia = _invertible(inertia, mass)
     center.flags.writeable = inertia.flags.writeable = False
     return MassProperties(mass, center, inertia)
@@ -89,7 +88,19 @@ def _collider_mass(collider: Collider, body_density: float, total_volume: float 
     if volume <= 0.0:
         return MassProperties(0.0, center, np.zeros((3, 3)))
     central = covariance - volume * np.outer(center, center)
-    return MassProperties(mass, center, inertia_from_covariance(central) * (mass / volume))
+    found, given = MassProperties(mass, center, inertia_from_covariance(central) * (mass / volume)), collider.mass
+    if given.center_of_mass is not None:
+        # Of what is not given PhysX takes the inertia of the shape about that center.
+        center = np.asarray(given.center_of_mass)
+        found = MassProperties(mass, center, _inertia_about(found, center))
+    if given.diagonal_inertia is not None:
+        found = replace(found, inertia=_given_inertia(given) * share)
+    return found
+
+
+def _given_inertia(given: MassSpec) -> np.ndarray:
+    axes = matrix_from_quat(given.principal_axes)
+    return axes.T @ np.diag(given.diagonal_inertia or (0.0, 0.0, 0.0)) @ axes
 
 
 def volume_integrals(shape: Shape) -> tuple[float, np.ndarray, np.ndarray]:

@@ -4,6 +4,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.poses.rotations import compose, decompose
 from usdsdg_physics.parse.attributes import (
     MASS,
     SURFACE_VELOCITY,
@@ -101,12 +102,14 @@ def read_mass(prim: Usd.Prim, units: Units, to_frame: np.ndarray) -> MassSpec:
         inertia = None
     if axes and not 0.0 < axes.GetLength() < np.inf:
         axes = None
+    turned = compose(rotation=(*axes.GetImaginary(), axes.GetReal())) if axes else np.eye(4)
+    turned = turned @ compose(rotation=decompose(to_frame).rotation)
     return MassSpec(
         mass=positive(prim, "physics:mass") * units.kilograms,
         density=positive(prim, "physics:density") * units.density,
         center_of_mass=tuple((np.append(center, 1.0) @ to_frame)[:3].tolist()) if center is not None else None,
         diagonal_inertia=scaled_vector(inertia, units.inertia) if inertia is not None and any(inertia) else None,
-        principal_axes=(*axes.GetImaginary(), axes.GetReal()) if axes else (0.0, 0.0, 0.0, 1.0),
+        principal_axes=tuple(decompose(turned).rotation.tolist()),
     )
 
 

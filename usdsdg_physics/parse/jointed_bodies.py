@@ -11,7 +11,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
 from usdsdg_physics.parse.attributes import value
-from usdsdg_physics.parse.gears import couple, is_gear
+from usdsdg_physics.parse.gears import couple, coupled_bodies, is_gear
 from usdsdg_physics.parse.joints import is_supported, joint_bodies, read_joint
 from usdsdg_physics.parse.physics_prims import PhysicsPrims, listed
 from usdsdg_physics.parse.units import Units
@@ -27,7 +27,7 @@ def read_joints(
     enabled = (prim for prim in found.joints if is_supported(prim) and value(prim, "physics:jointEnabled", True))
     read = (read_joint(prim, cache, units) for prim in enabled if str(prim.GetPath()) not in broken)
     joints = {joint.path: joint for joint in read if joint is not None}
-    return couple([prim for prim in found.joints if is_gear(prim)], joints, units)
+    return couple([prim for prim in found.joints if is_gear(prim)], joints, cache, units)
 
 
 def hold_unsupported(
@@ -75,8 +75,8 @@ def read_jointed_pairs(
 ) -> frozenset[tuple[str, str]]:
     """Return the pairs of colliders, each sorted, that joints keep from colliding.
 
-    These are between the two bodies of a joint without collisionEnabled, and among all links of an articulation
-    without self-collisions.
+    These are between the two bodies of a joint, a gear or a rack without collisionEnabled, and among all links of an
+    articulation without self-collisions.
     """
     if not joints:
         return frozenset()
@@ -85,9 +85,14 @@ def read_jointed_pairs(
         owned[collider.body].append(collider.path)
     pairs: set[tuple[str, str]] = set()
     for prim in found.joints:
+        if value(prim, "physics:collisionEnabled", False):
+            continue
         joint = joints.get(str(prim.GetPath()))
-        if joint is not None and not value(prim, "physics:collisionEnabled", False):
+        if joint is not None:
             pairs |= set(product(_colliders(prim, 0, joint.body0, owned), _colliders(prim, 1, joint.body1, owned)))
+        elif is_gear(prim) and value(prim, "physics:jointEnabled", True):
+            first, second = (owned.get(body, []) for body in coupled_bodies(prim))
+            pairs |= set(product(first, second))
     roots = [prim for prim in found.articulations if not value(prim, "physxArticulation:enabledSelfCollisions", True)]
     for tree in joint_trees(bodies, joints.values()) if roots else ():
         paths = [*tree.bodies, *(branch.joint.path for branch in tree.branches)]

@@ -15,10 +15,12 @@ from usdsdg_physics.parse.units import Units
 from usdsdg_physics.scene.records import STATIC, Axis, Drive, Joint, JointKind, Mimic, Vec3
 
 _DIRECTIONS: dict[str, Vec3] = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
-# Swing before twist: the angle in the middle reaches no more than 90 degrees.
-_D6_AXES = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
+# From body 0 swing before twist, as in PhysX: the angle in the middle reaches no more than 90 degrees.
+_D6_AXES = ("transX", "transY", "transZ", "rotY", "rotZ", "rotX")
 _MIMIC = "PhysxMimicJointAPI:"
 _DISTANCE = "physxPhysicsDistanceJoint"
+_DISTANCES = ("physics:minDistance", "physics:maxDistance")
+_ROPE = "PhysicsLimitAPI:distance"
 _SUPPORTED = ("Fixed", "Revolute", "Prismatic", "Spherical", "Distance", "")
 
 
@@ -92,7 +94,7 @@ def _type(prim: Usd.Prim) -> str:
 
 
 def _kind(prim: Usd.Prim, axes: tuple[Axis, ...]) -> JointKind:
-    if _type(prim) == "Distance":
+    if _type(prim) == "Distance" or _is_rope(prim):
         return "distance"
     if not axes:
         return "ball" if _type(prim) == "Spherical" else "fixed"
@@ -150,8 +152,24 @@ def _quat(rotation: Gf.Quatf | None) -> tuple[float, ...]:
     return (*unit.GetImaginary(), unit.GetReal())
 
 
+def _is_rope(prim: Usd.Prim) -> bool:
+    """Return whether a joint without a type of its own limits the distance of its ends, and nothing else."""
+    if _type(prim) or not has_api(prim, _ROPE):
+        return False
+    found = [name for name in prim.GetAppliedSchemas() if name.startswith(("PhysicsLimitAPI:", "PhysicsDriveAPI:"))]
+    if found == [_ROPE]:
+        return True
+    warn_once(
+        f"{prim.GetPath()}: limit:distance has no effect beside {', '.join(sorted({*found} - {_ROPE}))}: a joint that "
+        "limits the distance of its ends has no other limits and drives. Author a PhysicsDistanceJoint beside it."
+    )
+    return False
+
+
 def _read_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
     kind = _type(prim)
+    if _is_rope(prim):
+        return ()
     if kind in ("Revolute", "Prismatic"):
         letter = str(value(prim, "physics:axis", "X"))
         lower, upper = (value(prim, f"physics:{end}Limit", None) for end in ("lower", "upper"))
@@ -259,8 +277,8 @@ def _read_mimic(prim: Usd.Prim, axes: Iterable[Axis], units: Units) -> Mimic | N
 
 
 def _read_distance(prim: Usd.Prim, units: Units) -> tuple[float, float]:
-    least = finite(value(prim, "physics:minDistance", -1.0), -1.0)
-    most = finite(value(prim, "physics:maxDistance", -1.0), -1.0)
+    names = ("limit:distance:physics:low", "limit:distance:physics:high") if _is_rope(prim) else _DISTANCES
+    least, most = (finite(value(prim, name, -1.0), -1.0) for name in names)
     return max(0.0, least) * units.meters, most * units.meters if most >= 0.0 else float("inf")
 
 

@@ -24,6 +24,9 @@ from usdsdg_physics.solver.sweep_arrays import (
     Rows,
 )
 
+# Ratio of two masses from which more sweeps are needed until the lighter body carries the heavier one.
+UNEQUAL = wp.constant(10.0)
+
 
 @wp.func
 def gather(rows: Rows, islands: Islands, at: int, kind: int, row: int, island: int):
@@ -42,12 +45,25 @@ def gather(rows: Rows, islands: Islands, at: int, kind: int, row: int, island: i
     set_integer(islands.numbers, at + 2, wp.where(dof_a >= 0, dof_a, dof_b))
     set_integer(islands.numbers, at + 3, wp.max(dof_b, 0))
     if kind < FREE_FRICTION:
+        if dof_a >= 0 and dof_b >= 0 and are_unequal(rows, row):
+            islands.unequal[island] = 1
         islands.numbers[at + AFTER_HEADER] = rows.free_inverse_diagonal[0, row]
         return gather_row(rows, islands, at + CONTACT_ROW, row)
     islands.numbers[at + AFTER_HEADER] = rows.free_mu[0, row]
     set_axes(rows, islands, at, row)
     set_patch(rows, islands, at, rows.free_parent[0, row])
     return gather_row(rows, islands, gather_row(rows, islands, at + FRICTION_ROWS, row), row + 1)
+
+
+@wp.func
+def are_unequal(rows: Rows, row: int):
+    """Return whether one of the two bodies of a contact is `UNEQUAL` times as heavy as the other."""
+    inverse_a = float(0.0)
+    inverse_b = float(0.0)
+    for k in range(3):  # of the normal, which has length 1
+        inverse_a += rows.free_jacobian_a[0, row, k] * rows.free_response_a[0, row, k]
+        inverse_b += rows.free_jacobian_b[0, row, k] * rows.free_response_b[0, row, k]
+    return wp.max(inverse_a, inverse_b) > UNEQUAL * wp.min(inverse_a, inverse_b)
 
 
 @wp.func

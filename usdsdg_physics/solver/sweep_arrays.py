@@ -80,6 +80,7 @@ class Islands:
     numbers: wp.array[float]
     blocks: wp.array[wp.vec4i]  # (M,) begin and end of two ranges of dofs; outside of them a dense row is zero
     changed: wp.array[int]  # (N,) whether a sweep changed something, by island
+    unequal: wp.array[int]  # (N,) whether bodies of unequal masses touch, by island
     slide: wp.array[float]  # (3,) of friction that slides: residuals, and the largest impulse
     # Scratch.
     found: wp.array[wp.vec4i]  # (U,) kind, row, the first two nodes

@@ -114,7 +114,7 @@ class Sweeps:
         numbers = sweep_arrays.NUMBERS_PER_FREE_ROW * free + sweep_arrays.HEADER_SIZE * (3 * dense + 1)
         islands.numbers = wp.zeros(numbers, dtype=wp.float32, device=device)
         islands.blocks = wp.zeros(dense, dtype=wp.vec4i, device=device)
-        islands.changed = integers(len(starts))
+        islands.changed, islands.unequal = integers(len(starts)), integers(len(starts))
         islands.slide = wp.zeros(3, dtype=wp.float32, device=device)
         islands.found = wp.zeros(units, dtype=wp.vec4i, device=device)
         islands.root, islands.latest = integers(len(starts)), integers(len(starts))

@@ -40,6 +40,7 @@ class Joints:
         self._articulations = wp.array(built.articulations, dtype=wp.int32, device=model.device)
         self._coordinates = np.array([axis.coordinate for axis in built.axes], np.int64)
         self._dofs = np.array([axis.dof for axis in built.axes], np.int64)
+        self._turning = np.array([axis.axis.angular for axis in built.axes], bool)
         self._pushed = False
         self._drives = {row: axis.axis.drive for row, axis in enumerate(built.axes) if axis.axis.drive is not None}
 
@@ -52,6 +53,7 @@ class Joints:
                     f"{joint}: its frames are {distance:.3g} m apart, so its bodies jump together. Author poses of the "
                     "bodies, or physics:localPos0 and physics:localPos1, that meet."
                 )
+        self._begin_within_limits(state)
         self.measure(state)
         positions = {key: self.axes[row].axis.position for key, row in self.rows.items()}
         velocities = {key: self.axes[row].axis.velocity for key, row in self.rows.items()}
@@ -63,14 +65,31 @@ class Joints:
         self._engage_gears(state)
         self._write_drives(self._drives, state)
 
+    def _begin_within_limits(self, state: newton.State) -> None:
+        """Set all axes to 0, or to the limit that is nearest to it."""
+        coordinates = state.joint_q.numpy().copy()
+        limits = np.array([(axis.axis.lower, axis.axis.upper) for axis in self.axes]).reshape(-1, 2)
+        coordinates[self._coordinates] = np.clip(0.0, *limits.T)
+        state.joint_q.assign(coordinates)
+
     def measure(self, state: newton.State, trees: Sequence[int] | None = None) -> None:
         """Take the positions of trees (None: all) from the poses of their bodies; then place these."""
         import newton
         import warp as wp
 
-        speeds = wp.clone(state.joint_qd)
+        speeds, before = wp.clone(state.joint_qd), self.positions(state)
         newton.eval_ik(self._model, state, state.joint_q, speeds, indices=self._of(trees))
+        self._unwind(state, before)
         self.place(state, trees)
+
+    def _unwind(self, state: newton.State, before: np.ndarray) -> None:
+        """Take whole turns from angles, of which poses know nothing: those nearest to `before` (A,) are right."""
+        measured = self.positions(state)
+        turns = np.where(self._turning, np.round((measured - before) / (2.0 * np.pi)), 0.0)
+        if turns.any():
+            coordinates = state.joint_q.numpy().copy()
+            coordinates[self._coordinates] = measured - turns * 2.0 * np.pi
+            state.joint_q.assign(coordinates)
 
     def place(self, state: newton.State, trees: Sequence[int] | None = None) -> None:
         """Place the bodies of trees (None: all) by their coordinates."""

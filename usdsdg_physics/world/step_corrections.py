@@ -143,7 +143,7 @@ class StepCorrections:
             self.coefficients.apply(state, self._surface_velocity, h)
         if self.links is not None:
             self.links.keep_awake(state)
-        self.impacts.center_contacts(state, h, visited)
+        self.impacts.center_contacts(state, self._surface_velocity, h, visited)
         if self.distances is not None:
             self.distances.add_contacts(state, self._surface_velocity, h)
         if self.link_damping is not None:
@@ -163,7 +163,7 @@ class StepCorrections:
         if self.links is not None:
             self.links.revert_nonfinite(before, after)
         if self.loads is not None:
-            self.loads.apply(after, observed.body_parent_f)
+            self.loads.apply(before, observed.body_parent_f)
         if self.locked_axes is not None:
             self.locked_axes.apply(before, after)
         squeezes = self.squeezes

@@ -370,10 +370,12 @@ class World:
         held = self._corrections.stabilization.rest_time.numpy() >= REST_DELAY
         velocities = self._body_states.velocities()
         velocities[self._kinematic.moving] = 0.0  # nothing stops those
+        axes = self._substeps.triple_axes
         return self._substeps.of_step(
             dt,
             self._body_states.poses(),
             velocities,
+            speeds=self._state.joint_qd.numpy()[axes] if len(axes) else np.zeros(0),
             targets=self._kinematic.targets,
             held=held,
             is_pushed=bool(self._kinematic.targets) or self._pushes.push or bool(self._forces),

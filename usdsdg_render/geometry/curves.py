@@ -11,7 +11,7 @@ from pxr import Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg_render.geometry.curve_widths import element_widths, interpolate_linearly, read_widths, sample_widths
-from usdsdg_render.geometry.mesh_source import Primvar, read_array
+from usdsdg_render.geometry.mesh_source import Primvar, read_array, read_points
 
 # Rows: powers 1, t, t2, t3 of the parameter; columns: the four vertices of a segment.
 BASES = {
@@ -28,6 +28,7 @@ class Polylines(NamedTuple):
     radii: np.ndarray  # (C, K) float64
     closed: bool  # the last sample joins the first
     curves: np.ndarray  # (C,) number of the curve in the prim
+    steps: int  # samples of a segment: those with a multiple of it as their number are where segments meet
 
 
 class _Curves(NamedTuple):
@@ -80,7 +81,7 @@ def count_segments(prim: Usd.Prim, time: Usd.TimeCode) -> int:
 
 
 def _read(prim: Usd.Prim, time: Usd.TimeCode, points: np.ndarray | None) -> _Curves | None:
-    points = read_array(prim, "points", time, (3,)) if points is None else points
+    points = read_points(prim, time) if points is None else points
     counts = read_array(prim, "curveVertexCounts", time, ())
     if points is None or counts is None or not len(points) or not len(counts):
         errors.warn_once(
@@ -103,7 +104,9 @@ def _drawable(polylines: Polylines) -> Polylines:
     """The curves with finite values and some width: a width of zero is a tip."""
     usable = np.isfinite(polylines.points).all(axis=(1, 2)) & np.isfinite(polylines.radii).all(axis=1)
     usable &= (polylines.radii > 0.0).any(axis=1)
-    return Polylines(polylines.points[usable], polylines.radii[usable], polylines.closed, polylines.curves[usable])
+    return polylines._replace(
+        points=polylines.points[usable], radii=polylines.radii[usable], curves=polylines.curves[usable]
+    )
 
 
 def _warn_too_short(prim: Usd.Prim, count: int, least: int) -> None:
@@ -144,7 +147,8 @@ def _sample_basis(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int)
         return []
     ends = _varying_counts(basis, wrap, group.curves.counts)
     segments = int(ends[group.numbers[0]]) - (not closed)
-    segment, t = _parameters(1 if linear else steps, segments, closed)
+    steps = 1 if linear else steps
+    segment, t = _parameters(steps, segments, closed)
     widths, kind = element_widths(prim, group.curves.widths, group.numbers, group.vertices, ends)
     values = group.curves.points[group.vertices]
     if kind == "vertex":
@@ -158,7 +162,8 @@ def _sample_basis(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int)
         step = 3 if basis == "bezier" else 1
         vertices = (segment[:, None] * step + np.arange(4)) % values.shape[1]
         samples = _cubic(values, BASES[basis], vertices, t)
-    return [Polylines(samples[..., :3], sample_widths(samples, widths, kind, segment, t) / 2.0, closed, group.numbers)]
+    radii = sample_widths(samples, widths, kind, segment, t) / 2.0
+    return [Polylines(samples[..., :3], radii, closed, group.numbers, steps)]
 
 
 def _token(prim: Usd.Prim, name: str, time: Usd.TimeCode, known: tuple[str, ...]) -> str:
@@ -200,7 +205,7 @@ def _sample_hermite(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: in
     bezier = np.stack([points[:, :-1], *inner, points[:, 1:]], axis=2).reshape(len(points), -1, 3)
     samples = _cubic(bezier, BASES["bezier"], segment[:, None] * 4 + np.arange(4), t)
     radii = sample_widths(samples, widths, "varying" if kind == "vertex" else kind, segment, t) / 2
-    return [Polylines(samples, radii, False, group.numbers)]
+    return [Polylines(samples, radii, False, group.numbers, steps)]
 
 
 def _sample_nurbs(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int) -> list[Polylines]:
@@ -237,5 +242,5 @@ def _sample_nurbs(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int)
         samples = homogeneous[:, :4] / homogeneous[:, 4:]
         if kind == "varying":
             samples[:, 3] = np.interp(np.linspace(0, 1, len(samples)), np.linspace(0, 1, widths.shape[1]), widths[0])
-        polylines.append(Polylines(samples[None, :, :3], samples[None, :, 3] / 2.0, False, np.array([curve])))
+        polylines.append(Polylines(samples[None, :, :3], samples[None, :, 3] / 2.0, False, np.array([curve]), steps))
     return polylines

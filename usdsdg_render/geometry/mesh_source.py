@@ -6,6 +6,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg import errors
+from usdsdg.stage.geometry.point_velocities import moved_points
 from usdsdg_render.usd.authored_values import as_array
 
 # Names of texture coordinates in use, tried in this order when the material names none.
@@ -88,7 +89,7 @@ def read_mesh(
         subsets: material subsets.
         colored: whether to read displayColor and displayOpacity, in place of texture coordinates.
     """
-    points = read_array(prim, "points", time, (3,))
+    points = read_points(prim, time)
     counts = read_array(prim, "faceVertexCounts", time, ())
     indices = read_array(prim, "faceVertexIndices", time, ())
     if points is None or counts is None or indices is None or not (len(points) and len(counts) and len(indices)):
@@ -151,6 +152,12 @@ def read_array(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int, .
     """Read an array of rows of shape `tail`; None where there is none, or (with a warning) one of another type."""
     attribute = prim.GetAttribute(name)
     return as_array(attribute, value_at(attribute, time), tail) if attribute else None
+
+
+def read_points(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray | None:
+    """Read the (V, 3) points of a gprim, which velocities may move; None where there are none."""
+    moved = moved_points(prim, time)
+    return read_array(prim, "points", time, (3,)) if moved is None else np.asarray(moved)
 
 
 def _subset_faces(subset: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:

@@ -7,12 +7,13 @@ from pxr import Usd
 
 from usdsdg import errors
 from usdsdg.stage.geometry.skinning import Skinning
+from usdsdg_render.geometry.curve_steps import most_doublings, wanted_doublings
 from usdsdg_render.geometry.curve_widths import read_widths
 from usdsdg_render.geometry.curves import Polylines, count_segments, read_polylines
-from usdsdg_render.geometry.mesh_source import read_array
+from usdsdg_render.geometry.mesh_source import read_points
 from usdsdg_render.geometry.subdivision.rules import INFINITE, ControlMesh, refine
 
-# (most segments, samples of a segment, sides of a tube): the first row that fits counts.
+# (most segments, samples of a segment, sides of a tube): the first row that fits counts. `curve_steps` may add samples.
 TUBES = ((2_000, 8, 16), (20_000, 6, 8), (100_000, 4, 6), (1_000_000, 2, 4), (10**12, 1, 3))
 # (most points, refinement levels of an octahedron): the first row that fits counts.
 SPHERES = ((500, 4), (5_000, 3), (50_000, 2), (500_000, 1), (10**12, 0))
@@ -33,7 +34,13 @@ def tessellate_curves(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) ->
     segments = count_segments(prim, time)
     steps, sides = next((steps, sides) for most, steps, sides in TUBES if segments <= most)
     skinned = skinning.skin(prim, time)
-    groups = read_polylines(prim, time, None if skinned is None else skinned.points, steps)
+    points = None if skinned is None else skinned.points
+    groups = read_polylines(prim, time, points, steps)
+    if most := most_doublings(groups, sides):
+        # By what does not deform, so that the topology stays the same over time, as motion vectors need.
+        rest = groups if time.IsDefault() and points is None else read_polylines(prim, _first(time), None, steps)
+        if doublings := min(most, wanted_doublings(rest)):
+            groups = read_polylines(prim, time, points, steps << doublings)
     tubes = [tube for tube in (_tube(each, sides) for each in groups) if tube is not None]
     surface = _join(tubes)
     if surface is None and groups:
@@ -44,10 +51,14 @@ def tessellate_curves(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) ->
     return surface
 
 
+def _first(time: Usd.TimeCode) -> Usd.TimeCode:
+    return time if time.IsDefault() else Usd.TimeCode.EarliestTime()
+
+
 def tessellate_points(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> Tessellation | None:
     """Tessellate the points of a prim as spheres; None (with a warning) when there are none."""
     skinned = skinning.skin(prim, time)
-    centers = read_array(prim, "points", time, (3,)) if skinned is None else skinned.points
+    centers = read_points(prim, time) if skinned is None else skinned.points
     if centers is None or not len(centers):
         errors.warn_once(f"{prim.GetPath()}: there are no points, so nothing is drawn. Author them or remove the prim.")
         return None

@@ -21,6 +21,8 @@ from usdsdg_render.scene.scene import IDENTITY_UV, WRAP_CLAMP, WRAP_REPEAT, Text
 Progress = Callable[[str, int, int | None], None]
 ONES = (1.0, 1.0, 1.0, 1.0)
 ZEROS = (0.0, 0.0, 0.0, 0.0)
+# Scale and bias that make (normal + 1) / 2 of a normal.
+HALVED, RAISED = (0.5, 0.5, 0.5, 1.0), (0.5, 0.5, 0.5, 0.0)
 # Decoded textures that no material uses are kept up to this size, for scripts that swap textures.
 MAX_IDLE_BYTES = 1 << 30
 IDLE_OVERHEAD = 1 << 20  # bytes that each of them counts for beside its own
@@ -57,6 +59,7 @@ class TextureUse:
     scale: tuple[float, ...] = ONES
     bias: tuple[float, ...] = ZEROS
     fallback: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0)  # outside of the existing UDIM tiles
+    is_normal: bool = False  # whether shaders take (normal + 1) / 2, which files of floats hold the normals of
     shader: str = field(default="", compare=False)  # prim path, for messages
 
     @property
@@ -188,13 +191,19 @@ def _tiles_of(uses: list[TextureUse]) -> list[list[Tile]] | errors.AssetUnreadab
 def _texture(use: TextureUse, tiles: list[Tile]) -> Texture:
     if "<UDIM>" not in use.file:
         _, texels, srgb = tiles[0]
-        return Texture(use.file, texels, srgb, use.wrap_s, use.wrap_t, use.transform, use.scale, use.bias)
+        return Texture(use.file, texels, srgb, use.wrap_s, use.wrap_t, use.transform, *_scale_and_bias(use, texels))
     parts = tuple(
-        (number, Texture(use.file, texels, srgb, WRAP_CLAMP, WRAP_CLAMP, scale=use.scale, bias=use.bias))
+        (number, Texture(use.file, texels, srgb, WRAP_CLAMP, WRAP_CLAMP, IDENTITY_UV, *_scale_and_bias(use, texels)))
         for number, texels, srgb in tiles
     )
     fallback = np.array(use.fallback, np.float16).reshape(1, 1, 4)
     return Texture(use.file, fallback, False, WRAP_CLAMP, WRAP_CLAMP, use.transform, tiles=parts)
+
+
+def _scale_and_bias(use: TextureUse, texels: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    if use.is_normal and texels.dtype.kind == "f":
+        return HALVED, RAISED
+    return use.scale, use.bias
 
 
 def to_texels(image: image_files.DecodedImage, use: TextureUse) -> tuple[np.ndarray, bool]:

@@ -85,7 +85,7 @@ def _read_one(prim: Usd.Prim, name: str, time: Usd.TimeCode, width: int) -> Show
     array = as_array(primvar.GetAttr(), value, (3,) if width == 3 else ()) if primvar else None
     if array is None or not len(array):
         return Shown(None)
-    array = array.astype(np.float64).reshape(-1, width)
+    array = _of_elements(primvar, array.astype(np.float64).reshape(-1, width), time)
     if not np.isfinite(array).all():
         errors.warn_once(f"{primvar.GetAttr().GetPath()} holds NaN or infinity, so it is ignored. Correct it.")
         return Shown(None)
@@ -94,3 +94,17 @@ def _read_one(prim: Usd.Prim, name: str, time: Usd.TimeCode, width: int) -> Show
         array = np.minimum(array, MAX_COLOR)
     varies = bool((array != array[0]).any())
     return Shown(tuple(np.clip(array.mean(axis=0), 0.0, None).tolist()), varies)
+
+
+def _of_elements(primvar: UsdGeom.Primvar, values: np.ndarray, time: Usd.TimeCode) -> np.ndarray:
+    """Values by the indices that a primvar has, where all are in range; of a constant one the first."""
+    indices = np.asarray(primvar.GetIndices(time) or (), np.int64)
+    if len(indices) and indices.min() >= 0 and indices.max() < len(values):
+        values = values[indices]
+    if len(values) > 1 and primvar.GetInterpolation() == UsdGeom.Tokens.constant:
+        errors.warn_once(
+            f"{primvar.GetAttr().GetPath()}: its interpolation constant takes one value, so the first of {len(values)} "
+            f"is used. Author the interpolation that has so many elements."
+        )
+        return values[:1]
+    return values

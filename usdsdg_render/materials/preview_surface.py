@@ -24,6 +24,7 @@ COLOR_SPACES = {
 }
 BLACK = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
+UNSIGNED_FILES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".webp")
 FIELDS = {
     "diffuseColor": "base_color",
     "specularColor": "specular",
@@ -219,7 +220,11 @@ def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
 
 
 def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
-    """Read a normal map: raw values, whatever its color space says. Scale and bias are usually 2 and -1."""
+    """Read a normal map: raw values, whatever its color space says.
+
+    Authored scale and bias count. Without them files of integers hold normals as (normal + 1) / 2, and files of floats
+    hold normals.
+    """
     source = network.source(surface, "normal")
     if source.shader is None:
         return None
@@ -231,11 +236,17 @@ def _normal(network: Network, surface: UsdShade.Shader) -> TextureUse | None:
     use = texture_use(network, source.shader, color=False)
     if use is None:
         return None
-    scale = network.floats(source.shader, "scale", (2.0, 2.0, 2.0, 1.0))
-    bias = network.floats(source.shader, "bias", (-1.0, -1.0, -1.0, 0.0))
-    if scale[:3] == ONES[:3] and bias[:3] == ZEROS[:3]:  # not authored: the usual ones are meant
-        scale, bias = (2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0)
+    use = replace(use, color_space="raw", fallback=(0.5, 0.5, 1.0, 1.0))
+    if network.value(source.shader, "scale") is None and network.value(source.shader, "bias") is None:
+        return replace(use, is_normal=True)
+    scale, bias = network.floats(source.shader, "scale", ONES), network.floats(source.shader, "bias", ZEROS)
+    if scale[:3] == ONES[:3] and bias[:3] == ZEROS[:3] and use.file.lower().endswith(UNSIGNED_FILES):
+        network.warn(
+            source.shader,
+            "the scale 1 and bias 0 of a normal map in a file without negative numbers point all normals one way. "
+            "Author the scale (2, 2, 2, 1) and the bias (-1, -1, -1, 0), or neither.",
+        )
     # The kernel computes texel * 2 - 1, so the texel must be (normal + 1) / 2.
     halved = (*(s / 2.0 for s in scale[:3]), 1.0)
     raised = (*((b + 1.0) / 2.0 for b in bias[:3]), 0.0)
-    return replace(use, color_space="raw", scale=halved, bias=raised, fallback=(0.5, 0.5, 1.0, 1.0))
+    return replace(use, scale=halved, bias=raised)

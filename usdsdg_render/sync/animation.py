@@ -5,14 +5,16 @@ from collections.abc import Iterable
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.geometry import point_velocities
+from usdsdg.stage.geometry.point_velocities import have_velocities
 from usdsdg_render.sync.gprims import Gprims
 from usdsdg_render.sync.invalidation import DirtySet
 from usdsdg_render.sync.time_varying import Splines, has_splines_or_clips
-from usdsdg_render.usd.prim_kinds import DOME, INSTANCER, LIGHT, is_below, kind_of
+from usdsdg_render.usd.prim_kinds import CURVES, DOME, INSTANCER, LIGHT, MESH, POINTS, is_below, kind_of
 from usdsdg_render.usd.stage_tree import StageTree
 
-# Of these one sample is enough to make point instances move.
-VELOCITIES = ("velocities", "accelerations", "angularVelocities")
+# Of these one sample is enough to make point instances, and points of gprims, move.
+VELOCITIES = (*point_velocities.VELOCITIES, "angularVelocities")
 
 
 class Animation:
@@ -118,7 +120,9 @@ class Animation:
     def _names(self, path: Sdf.Path, prim: Usd.Prim) -> list[str]:
         """Names of the attributes that may vary."""
         if path not in self._varying_names:
-            velocities = VELOCITIES if kind_of(prim) == INSTANCER else ()
+            kind = kind_of(prim)
+            moves = kind == INSTANCER or (kind in (MESH, POINTS, CURVES) and have_velocities(prim))
+            velocities = VELOCITIES if moves else ()
             attributes = prim.GetAuthoredAttributes()
             self._varying_names[path] = [
                 a.GetName() for a in attributes if a.ValueMightBeTimeVarying() or a.GetName() in velocities

@@ -191,7 +191,7 @@ class SceneExtractor:
         if everything or changed or not self._materials.are_written:
             if self._animation.is_animated:
                 self._animation.survey_materials({path for gprim in drawn for path in gprim.bound if path is not None})
-            self._materials.apply_colors(changed, self._index_of.keys())
+            self._materials.apply_colors(changed, self._index_of.keys(), self._time)
             slots = self._materials.first_slots
             self._materials.write(drawn, None if everything else changed)
             replaced = replaced or self._materials.first_slots is not slots

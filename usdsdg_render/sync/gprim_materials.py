@@ -10,6 +10,7 @@ from usdsdg import errors
 from usdsdg_render.images.textures import Progress, TexturePool
 from usdsdg_render.lights.mesh_lights import emissive_material
 from usdsdg_render.materials.bindings import bound_materials
+from usdsdg_render.materials.color_faults import warn_of_colors
 from usdsdg_render.materials.color_textures import ColorTextures
 from usdsdg_render.materials.display_color import (
     DisplayColor,
@@ -104,8 +105,8 @@ class GprimMaterials:
                 whole = (m.material if isinstance(m, DisplayColor) else m for m in gprim.materials)
                 gprim.materials = [emissive_material(material, gprim.prim) for material in whole]
 
-    def apply_colors(self, changed: Iterable[Gprim], prototypes: Collection[int]) -> None:
-        """Give gprims the textures of their varying colors; warn of those that cannot have them.
+    def apply_colors(self, changed: Iterable[Gprim], prototypes: Collection[int], time: Usd.TimeCode) -> None:
+        """Give gprims the textures of their varying colors; warn of those that cannot have them, or not as authored.
 
         prototypes: ids of all prototypes of the scene.
         """
@@ -114,8 +115,8 @@ class GprimMaterials:
                 continue
             if gprim.prototype.colors is not None:
                 gprim.materials = [self._colors.apply(each, gprim.prototype) for each in gprim.materials or ()]
-            elif gprim.color_varies:
-                _warn_of_mean_color(gprim.prim)
+            if gprim.color_varies:
+                warn_of_colors(gprim.prim, time, by_mean=gprim.prototype.colors is None)
             textured = gprim.kind == MESH and any(each.textures for each in gprim.materials or ())
             if textured and not gprim.prototype.uvs.any():
                 _warn_of_missing_uvs(gprim.prim)
@@ -175,10 +176,3 @@ def _warn_of_missing_uvs(prim: Usd.Prim) -> None:
     else:
         why = "the mesh has no texture coordinates. Author primvars:st"
     errors.warn_once(f"{prim.GetPath()}: its material has textures, but they show one texel: {why}.")
-
-
-def _warn_of_mean_color(prim: Usd.Prim) -> None:
-    errors.warn_once(
-        f"{prim.GetPath()}: displayColor or displayOpacity varies over the gprim; its mean is used. Bind a "
-        f"material with a texture instead, or none where other inputs have textures."
-    )

@@ -23,8 +23,9 @@ from usdsdg.errors import (
 )
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.session import render_products
+from usdsdg.warp_start import quiet_warp
 
-wp.config.quiet = True
+quiet_warp()
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,9 @@ from usdsdg.errors import AnnotatorError, Unsupported, UsdsdgWarning, forget_war
 from usdsdg.graph.sampling import get_global_seed, set_global_seed
 from usdsdg.session import stage_context
 from usdsdg.session.settings_store import DEFAULTS, get_settings
+from usdsdg.warp_start import quiet_warp
+
+quiet_warp()
 
 SIZE = (320, 240)
 BASELINE = 0.2  # meters

@@ -8,7 +8,7 @@ from tests.articulations.robots import at, planar_arm
 from usdsdg.app.app import get_app
 from usdsdg.compat.isaacsim.core import prims as core
 from usdsdg.compat.isaacsim.core.experimental import prims as experimental
-from usdsdg.errors import BadValue, PhysicsError, Unsupported
+from usdsdg.errors import PhysicsError, Unsupported, UsdsdgWarning
 from usdsdg.session.timeline import get_timeline
 
 
@@ -41,8 +41,12 @@ def test_targets_belong_to_drives(arms):
     view.set_dof_position_targets([0.25], indices=[1], dof_indices=[0])
     assert view.get_dof_position_targets(indices=[1]).numpy() == pytest.approx(np.array([[0.25, 0, 0]]))
     assert view.get_dof_gains()[0].numpy()[1, 0] == pytest.approx(180 / np.pi)
-    with pytest.raises(BadValue, match="/World/env_0/arm/shoulder has no drive"):
-        view.set_dof_position_targets([0.25], indices=[0], dof_indices=[0])
+    with pytest.warns(UsdsdgWarning, match="/World/env_0/arm/shoulder has no drive"):
+        view.set_dof_position_targets([0.5], indices=[0], dof_indices=[0])
+    assert view.get_dof_position_targets(dof_indices=[0]).numpy()[:, 0] == pytest.approx([0.5, 0.25])
+    view.set_dof_gains([[2.0]], [[1.0]], indices=[0], dof_indices=[0])
+    drive = UsdPhysics.DriveAPI(arms.GetPrimAtPath("/World/env_0/arm/shoulder"), "angular")
+    assert drive.GetTargetPositionAttr().Get() == pytest.approx(np.degrees(0.5))
 
 
 def test_numpy_arrays_of_the_older_wrapper(arms):
@@ -57,7 +61,7 @@ def test_numpy_arrays_of_the_older_wrapper(arms):
 
 @pytest.mark.parametrize("make", [experimental.Articulation, core.Articulation])
 def test_forces_in_joints_are_refused(arms, make):
-    with pytest.raises(Unsupported, match="positions, velocities, limits, drives and efforts"):
+    with pytest.raises(Unsupported, match="does not tell the forces between links"):
         make("/World/env_0/arm").get_link_incoming_joint_forces()
 
 
@@ -84,3 +88,91 @@ def test_drives_and_efforts_act_while_physics_plays(arms):
     assert fresh.get_dof_positions(dof_indices=[0]).numpy() == pytest.approx(np.array([[0.4]]), abs=0.01)
     fresh.set_dof_velocity_targets([0.1], dof_indices=[0])
     assert fresh.get_dof_velocity_targets(dof_indices=[0]).numpy() == pytest.approx(np.array([[0.1]]))
+
+
+def test_settings_of_joints_are_authored_as_in_usd_physics(arms):
+    view = experimental.Articulation("/World/env_.*/arm")
+    view.set_dof_limits(lower=-0.1, upper=[[0.2, 0.3, 0.04]])
+    lower, upper = view.get_dof_limits()
+    assert lower.numpy() == pytest.approx(np.full((2, 3), -0.1))
+    assert upper.numpy()[1] == pytest.approx([0.2, 0.3, 0.04])
+    limit = arms.GetPrimAtPath("/World/env_0/arm/elbow").GetAttribute("physics:upperLimit")
+    assert limit.Get() == pytest.approx(np.degrees(0.3))
+    view.set_dof_friction_properties(static_frictions=0.2, viscous_frictions=[1.0, 2.0, 3.0], indices=[0])
+    static, dynamic, viscous = (each.numpy() for each in view.get_dof_friction_properties())
+    assert static[:, 0] == pytest.approx([0.2, 0.0])
+    assert not dynamic.any()
+    assert viscous[0] == pytest.approx([1.0, 2.0, 3.0])
+    # Per degree per second on the stage.
+    name = "physxJointAxis:angular:viscousFrictionCoefficient"
+    assert arms.GetPrimAtPath("/World/env_0/arm/shoulder").GetAttribute(name).Get() == pytest.approx(np.radians(1.0))
+    view.set_dof_armatures(0.1, dof_indices=[1])
+    view.set_dof_max_velocities([2.0])
+    assert view.get_dof_armatures().numpy()[:, 1] == pytest.approx([0.1, 0.1])
+    assert view.get_dof_max_velocities().numpy() == pytest.approx(np.full((2, 3), 2.0))
+    view.set_dof_drive_types("acceleration", dof_indices=[0])
+    assert view.get_dof_drive_types(indices=[1]) == [["acceleration", "acceleration", "acceleration"]]
+    with pytest.raises(AssertionError, match="give lower or upper"):
+        view.set_dof_limits()
+    with pytest.raises(ValueError, match="does not fill 2 rows of 3"):
+        view.set_dof_armatures([1.0, 2.0])
+
+
+def test_viscous_friction_and_limits_act(arms):
+    """A torque against viscous friction: the velocity settles at torque / coefficient, and ends at the limit."""
+    UsdGeom.Xformable(arms.GetPrimAtPath("/World/env_1/arm")).GetOrderedXformOps()[0].Set((0, 10, 0))
+    view = experimental.Articulation("/World/env_0/arm")
+    view.set_dof_limits(lower=-0.5, upper=0.5, dof_indices=[0])
+    view.set_dof_friction_properties(viscous_frictions=20.0, dof_indices=[0])
+    get_timeline().play()
+    for _ in range(30):
+        view.set_dof_efforts(10.0, dof_indices=[0])
+        get_app().update()
+    assert view.get_dof_efforts().numpy().tolist() == [[10.0, 0.0, 0.0]]
+    assert view.get_dof_velocities().numpy()[0, 0] == pytest.approx(0.5, abs=0.1)
+    for _ in range(60):
+        view.set_dof_efforts(10.0, dof_indices=[0])
+        get_app().update()
+    assert view.get_dof_positions().numpy()[0, 0] == pytest.approx(0.5, abs=0.02)
+
+
+def test_links_settings_and_states_of_the_newer_wrapper(arms):
+    view = experimental.Articulation("/World/env_.*/arm")
+    assert view.link_names == ["base", "upper", "lower", "hand"]
+    assert view.link_paths[1][3] == "/World/env_1/arm/hand"
+    assert view.get_link_indices(["hand", "base"]).numpy().tolist() == [3, 0]
+    assert view.get_joint_indices("elbow").numpy().tolist() == [1]
+    assert [kind.name for kind in view.joint_types] == ["Revolute", "Revolute", "Prismatic"]
+    assert [kind.name for kind in view.dof_types] == ["Rotation", "Rotation", "Translation"]
+    assert view.num_shapes == 4
+    view.set_link_masses(2.0, link_indices=[1])
+    view.set_link_enabled_gravities(False, indices=[0])
+    assert view.get_link_masses(link_indices=[1]).numpy() == pytest.approx(np.full((2, 1), 2.0))
+    assert view.get_link_enabled_gravities().numpy().tolist() == [[False] * 4, [True] * 4]
+    view.set_enabled_self_collisions(False)
+    view.set_solver_iteration_counts(8, 2)
+    assert not view.get_enabled_self_collisions().numpy().any()
+    assert [each.numpy()[0, 0] for each in view.get_solver_iteration_counts()] == [8, 2]
+    paths = ["/World/env_0/arm", "/World/env_0/arm/base"]
+    assert experimental.Articulation.fetch_articulation_root_api_prim_paths(paths) == ["/World/env_0/arm", None]
+    view.set_default_state(dof_positions=[0.1, 0.2, 0.3], dof_velocities=0.0)
+    assert view.get_default_state()[4].numpy()[1] == pytest.approx([0.1, 0.2, 0.3])
+    view.reset_to_default_state()
+    assert view.get_dof_positions().numpy()[0] == pytest.approx([0.1, 0.2, 0.3])
+
+
+def test_a_floating_robot_is_placed_by_its_base_while_physics_plays(arms):
+    arms.RemovePrim("/World/env_0/arm/fixed")
+    UsdPhysics.Scene.Define(arms, "/scene").CreateGravityMagnitudeAttr(0.0)
+    view = experimental.Articulation("/World/env_0/arm")
+    get_timeline().play()
+    get_app().update()
+    assert view.is_physics_tensor_entity_valid()
+    view.set_world_poses([[0.0, 5.0, 1.0]])
+    view.set_velocities([[0.0, 0.0, 3.0]], [[0.0, 0.0, 0.0]])
+    assert view.get_velocities()[0].numpy() == pytest.approx(np.array([[0, 0, 3]]))
+    get_app().update()
+    assert at(arms.GetPrimAtPath("/World/env_0/arm/hand")) == pytest.approx([2, 5, 1.05], abs=1e-3)
+    view.set_local_poses([[1.0, 0.0, 0.0]])
+    assert view.get_local_poses()[0].numpy() == pytest.approx(np.array([[1, 0, 0]]), abs=1e-5)
+    assert view.jacobian_matrix_shape == (4, 6, 9)

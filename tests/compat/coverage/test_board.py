@@ -49,7 +49,7 @@ def import_hooks():
         ("annotators.get('RtxSensorCpu')", OUT_OF_SCOPE, "lidar"),
         ("writers.get('ROS2PublishImage')", OUT_OF_SCOPE, "ROS"),
         ("omni.ui.Window", OUT_OF_SCOPE, "no window"),
-        ("isaacsim.core.prims.SingleArticulation", OUT_OF_SCOPE, "robots"),
+        ("isaacsim.robot.manipulators.SingleManipulator", OUT_OF_SCOPE, "robots"),
     ],
 )
 def test_verdicts(name, state, why):

@@ -1,5 +1,7 @@
 """displayColor and displayOpacity that vary over a gprim."""
 
+import re
+
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
@@ -76,6 +78,7 @@ def test_corners_of_full_colors_leak_little():
         ("faceVarying", [[5, 4, 3], [2, 1, 0]], [5, 4, 3, 2, 1, 0]),
     ],
 )
+@pytest.mark.filterwarnings("ignore:.*those at the end are ignored")
 def test_every_interpolation_comes_to_the_corners(interpolation, where, indices):
     values = np.random.default_rng(1).random((6, 3)).astype(np.float32)
     stage = make_stage()
@@ -192,8 +195,57 @@ def test_moving_points_keep_their_colors():
     assert prototype.points.max() == 1.5
 
 
-def test_too_few_colors_are_named():
+@pytest.mark.parametrize(
+    ("interpolation", "values", "indices", "said"),
+    [
+        ("faceVarying", 2, None, "the 2 values of its faceVarying displayColor are too few for 6, so the means"),
+        ("vertex", 3, None, "the 3 values of its vertex displayColor are too few for 4, so the means"),
+        ("vertex", 3, [0, 1, 2], "the 3 indices of its vertex displayColor are too few for 4, so the means"),
+        (
+            "vertex",
+            2,
+            [0, 1, 7, 1],
+            r"1 indices of its displayColor \(first: 7\) are none of its 2 values, so the means",
+        ),
+        (
+            "vertex",
+            2,
+            [0, -1, 0, 1],
+            r"1 indices of its displayColor \(first: -1\) are none of its 2 values, so the means",
+        ),
+        ("vertex", 5, None, "the 5 values of its vertex displayColor are more than 4; those at the end are ignored"),
+        ("uniform", 2, [0, 1, 0], "the 3 indices of its uniform displayColor are more than 2; those at the end"),
+        ("constant", 3, None, "primvars:displayColor: its interpolation constant takes one value"),
+    ],
+)
+def test_colors_that_do_not_fit_are_named(interpolation, values, indices, said, recwarn):
     stage = make_stage()
-    add_square(stage, "faceVarying", [(1, 0, 0), (0, 1, 0)])
-    with pytest.warns(UserWarning, match="/Mesh.*displayColor"):
+    rgb = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 0), (0, 0, 1)][:values]
+    add_square(stage, interpolation, rgb, indices)
+    scene = extract(stage)
+    (message,) = [str(each.message) for each in recwarn if "displayColor" in str(each.message)]
+    assert message.startswith("/Mesh")
+    assert re.search(said, message)
+    # A texture has the colors where only some are ignored.
+    shown = {"the means": np.mean(rgb, axis=0), "at the end": (1, 1, 1), "the first": (1, 0, 0)}
+    expected = next(color for words, color in shown.items() if words in message)
+    np.testing.assert_allclose(base_colors(scene, 0), [expected], atol=1e-6)
+
+
+def test_too_few_opacities_are_named():
+    stage = make_stage()
+    opacity = add_square(stage).CreateDisplayOpacityPrimvar("vertex")
+    opacity.Set([0.0, 0.0, 1.0])
+    with pytest.warns(UserWarning, match="/Mesh: the 3 values of its vertex displayOpacity are too few for 4"):
         assert extract(stage).prototypes[0].colors is None
+
+
+def test_the_mean_of_indexed_colors_is_that_of_the_elements():
+    stage = make_stage()
+    cube = UsdGeom.Cube.Define(stage, "/Cube")
+    color = cube.CreateDisplayColorPrimvar("vertex")
+    color.Set([Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 0, 1)])
+    color.SetIndices([0, 0, 0, 1])
+    with pytest.warns(UserWarning, match="/Cube: .*its mean is used"):
+        scene = extract(stage)
+    assert base_colors(scene, 0) == [[0.75, 0, 0.25]]

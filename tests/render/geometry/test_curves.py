@@ -157,6 +157,50 @@ def test_closed_curves_are_closed_tubes_without_a_twist(basis):
     assert edges.max() < 0.35, "no edge crosses the tube because its ends do not meet"
 
 
+ESS = np.array([(-0.8, -0.5, 0), (-0.3, 0.8, 0), (0.3, -0.8, 0), (0.8, 0.5, 0)])
+
+
+def bernstein(count, vertices=ESS):
+    t = np.linspace(0, 1, count)[:, None]
+    return np.hstack([(1 - t) ** 3, 3 * t * (1 - t) ** 2, 3 * t * t * (1 - t), t**3]) @ vertices
+
+
+@pytest.mark.parametrize("width", [0.1, 0.004])
+def test_chords_stay_close_to_a_curve(width):
+    _, prim = make(vertices=ESS, widths=[width], type="cubic", basis="bezier")
+    surface = tessellate_curves(prim, DEFAULT, Skinning())
+    rings = (len(surface.points) - 2 * 17) // 16  # the rest is caps
+    centers = surface.points[: 16 * rings].reshape(rings, 16, 3).mean(axis=1)
+    along = np.linspace(0, 1, 20)[:, None, None]
+    chords = (centers[:-1] * (1 - along) + centers[1:] * along).reshape(-1, 3)
+    distance = np.linalg.norm(chords[:, None] - bernstein(4000)[None], axis=2).min(axis=1).max()
+    # The share of the radius or of the extent that docs/geometry.md states; float32 and the samples of the curve.
+    assert distance < max(0.05 * width / 2, 1.6 / 2000) + 5e-4 * 0.05
+    assert rings in (17, 33, 65)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "count", "most"),
+    [
+        (np.linspace(0, 1, 4)[:, None] * np.ones(3), 1, 2 * 16 * 9),  # straight
+        (ESS, 400, 512_000),
+        (ESS, 2_000, 1_000_000),
+    ],
+)
+def test_what_is_straight_or_many_is_not_refined_beyond_its_bounds(vertices, count, most):
+    _, prim = make(vertices=np.tile(vertices, (count, 1)), counts=[4] * count, type="cubic", basis="bezier")
+    assert len(tessellate_curves(prim, DEFAULT, Skinning()).triangles) <= most
+
+
+def test_deforming_curves_keep_their_topology():
+    _, prim = make(vertices=ESS, widths=[0.004], type="cubic", basis="bezier")
+    points = prim.GetAttribute("points")
+    points.Set(Vt.Vec3fArray.FromNumpy(ESS.astype(np.float32)), 0)
+    points.Set(Vt.Vec3fArray.FromNumpy((ESS * (1, 0.01, 1)).astype(np.float32)), 10)
+    counts = {len(tessellate_curves(prim, Usd.TimeCode(time), Skinning()).triangles) for time in (0, 5, 10)}
+    assert len(counts) == 1
+
+
 def test_bent_tubes_keep_their_thickness():
     angle = np.linspace(0, np.pi, 50)
     arc = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)

@@ -110,9 +110,10 @@ def test_masks_with_the_camera_among_the_objects(seed):
     check(crowded(seed, count=20), view)
 
 
-def test_masks_of_orthographic_cameras():
-    scene = crowded(7)
-    check(scene, scenes.view_from((4, -5, 2), projection_type="orthographic", horizontal_aperture=50.0, size=(65, 40)))
+@pytest.mark.parametrize(("eye", "near"), [((4, -5, 2), 0.001), ((0.4, -0.5, 0.2), -10.0)])
+def test_masks_of_orthographic_cameras(eye, near):
+    orthographic = dict(projection_type="orthographic", horizontal_aperture=50.0, clipping_range=(near, 100.0))
+    check(crowded(7), scenes.view_from(eye, size=(65, 40), **orthographic))
 
 
 @pytest.mark.parametrize(("scale", "offset"), [(1e-3, 0.0), (1.0, 3000.0), (1e3, 1e5)])

@@ -71,6 +71,41 @@ def test_orthographic_pixels_unproject_to_their_hit_points():
     np.testing.assert_allclose(labels["distance_to_image_plane"][hit], depth * 0.01, rtol=1e-5)
 
 
+def inside_and_behind() -> tuple:
+    """Two orthographic cameras that see the same: one in the middle of the scene, whose near plane is behind it, and
+    one that is there.
+    """
+    values = dict(size=(61, 43), projection_type="orthographic", horizontal_aperture=50.0)
+    eye = np.array([0.5, -0.2, 0.1])
+    inside = scenes.view_from(eye, eye - (4, -5, 2), clipping_range=(-8.0, 12.0), **values)
+    back = inside.local_to_world[2, :3]
+    behind = scenes.view_from(eye + 8 * back, eye - (4, -5, 2), clipping_range=(0.0, 20.0), **values)
+    return inside, behind
+
+
+def test_an_orthographic_camera_sees_what_is_behind_it_up_to_its_near_plane():
+    inside, behind = inside_and_behind()
+    names = ["instance", "position", "distance_to_image_plane", "distance_to_camera"]
+    renderer = renderer_of(some_scene())
+    labels, expected = renderer.labels(inside, names), renderer.labels(behind, names)
+    np.testing.assert_array_equal(labels["instance"], expected["instance"])
+    hit = labels["instance"] != NO_INSTANCE
+    np.testing.assert_allclose(labels["position"], expected["position"], atol=5e-5)  # float32 of 20 units
+    _, depth = inside.project(expected["position"][hit].astype(float))
+    assert depth.min() < 0
+    for name in names[2:]:
+        np.testing.assert_allclose(labels[name][hit], depth, atol=5e-5)
+        assert np.isinf(labels[name][~hit]).all()
+
+
+def test_a_picture_from_within_is_that_of_a_camera_at_the_near_plane():
+    inside, behind = inside_and_behind()
+    within, expected = (radiance(some_scene(), view, samples=2, bounces=2) for view in (inside, behind))
+    # The same paths, but for the rounding of what begins them.
+    np.testing.assert_allclose(within.mean(axis=(0, 1)), expected.mean(axis=(0, 1)), rtol=1e-3)
+    assert np.isclose(within, expected, rtol=1e-3).all(axis=-1).mean() > 0.99
+
+
 def test_normals_are_unit_and_face_the_camera():
     view = some_view()
     labels = renderer_of(some_scene()).labels(view, ["instance", "normals", "position"])

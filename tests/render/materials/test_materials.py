@@ -131,6 +131,7 @@ def test_a_texture_comes_with_its_wraps_and_scale(tmp_path):
     loaded = textures[row["base_color_texture"]]
     assert (loaded.path, loaded.wrap_s, loaded.wrap_t) == (str(file), scene.WRAP_CLAMP, scene.WRAP_MIRROR)
     assert loaded.srgb
+    assert looks.read().uv_primvar == "st"  # docs/materials.md: where no reader is connected
 
 
 @pytest.mark.parametrize("wrap", ["useMetadata", None])
@@ -234,6 +235,39 @@ def test_normal_maps_with_green_turned_round(tmp_path):
     row, textures = looks.row()
     loaded = textures[row["normal_texture"]]
     assert (loaded.scale, loaded.bias) == ((1.0, -1.0, 1.0, 1.0), (0.0, 1.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("file", "inputs", "expected"),
+    [
+        ("n.hdr", {}, (0.5, 0.25, 0.875)),  # the numbers of the file
+        ("n.hdr", dict(scale=Gf.Vec4f(2, 2, 2, 1), bias=Gf.Vec4f(-1, -1, -1, 0)), (0.0, -0.5, 0.75)),
+        ("n.png", {}, (0.0, -0.5, 0.75)),
+        ("n.png", dict(scale=Gf.Vec4f(1), bias=Gf.Vec4f(0)), (0.5, 0.25, 0.875)),
+        ("n.png", dict(scale=Gf.Vec4f(2, 2, 2, 1)), (1.0, 0.5, 1.75)),  # the bias of UsdUVTexture is 0
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.*point all normals one way")
+def test_normals_are_those_of_floats_or_of_the_authored_scale_and_bias(file, inputs, expected, tmp_path):
+    save(tmp_path / "n.png", (128, 64, 223))
+    # Radiance: mantissas and the exponent 128 of 2^0.
+    (tmp_path / "n.hdr").write_bytes(b"#?RADIANCE\n\n-Y 1 +X 1\n" + bytes([128, 64, 224, 128]))
+    looks = Looks()
+    looks.connect("normal", looks.texture(tmp_path / file, **inputs))
+    row, textures = looks.row()
+    loaded = textures[row["normal_texture"]]
+    texel = loaded.texels[0, 0] / (255.0 if loaded.texels.dtype == np.uint8 else 1.0)
+    # Kernels take 2 * texel - 1.
+    found = 2.0 * (texel * loaded.scale + loaded.bias)[:3] - 1.0
+    np.testing.assert_allclose(found, expected, atol=0.005)
+
+
+def test_a_normal_map_whose_normals_all_point_one_way_is_named(tmp_path):
+    looks = Looks()
+    inputs = dict(scale=Gf.Vec4f(1), bias=Gf.Vec4f(0))
+    looks.connect("normal", looks.texture(save(tmp_path / "n.png", (128, 128, 255)), **inputs))
+    with pytest.warns(UserWarning, match=r"/Looks/M/Tex: .*\(2, 2, 2, 1\)"):
+        looks.read()
 
 
 @pytest.mark.parametrize("fallback", [None, (0.3, 0.6, 0.9, 1.0)])

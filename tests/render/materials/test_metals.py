@@ -94,6 +94,15 @@ def test_a_metal_may_be_white_at_grazing_angles():
     np.testing.assert_allclose(albedo(material, cosine), expected, rtol=0.03)
 
 
+@pytest.mark.parametrize("f0", [0.0, 0.005, 0.04])
+def test_dark_specular_colors_reflect_little_at_grazing_angles(f0):
+    """Schlick's formula with the F90 that docs/materials.md states: 50 times F0, at most 1."""
+    cosine = 0.2
+    material = scenes.material(base_color=0.0, specular=f0, roughness=0.15)
+    expected = f0 + (min(1.0, 50 * f0) - f0) * (1 - cosine) ** 5
+    np.testing.assert_allclose(albedo(material, cosine), expected, rtol=0.05, atol=1e-6)  # the lobe blurs it
+
+
 @pytest.mark.parametrize("ior", [1.3, 1.5, 2.0])
 def test_a_coat_reflects_by_its_index(ior):
     f0 = ((ior - 1) / (ior + 1)) ** 2

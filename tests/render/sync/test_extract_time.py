@@ -151,6 +151,70 @@ def test_point_instancers_follow_positions_and_velocities():
     assert at(extractor, 3)[0].instances.local_to_world[0, 3, 0] == pytest.approx(12.0)
 
 
+def moving_points(stage, kind):
+    """Three points (0 to 2 along x) with a sample at time code 0 and at 10: 24 units a second, twice that a second."""
+    prim = add_mesh(stage, "/Moving").GetPrim() if kind == "Mesh" else stage.DefinePrim("/Moving", kind)
+    stage.SetTimeCodesPerSecond(24)
+    rest = [Gf.Vec3f(0, 0, 0), Gf.Vec3f(1, 1, 0), Gf.Vec3f(2, 0, 0)]
+    prim.GetAttribute("points").Clear()
+    for time, shift in ((0, 0), (10, 100)):
+        prim.GetAttribute("points").Set([p + Gf.Vec3f(shift, 0, 0) for p in rest], time)
+        prim.GetAttribute("velocities").Set([Gf.Vec3f(24, 0, 0)] * 3, time)
+        prim.GetAttribute("accelerations").Set([Gf.Vec3f(0, 0, 2 * 24 * 24)] * 3, time)
+    if kind != "Mesh":
+        prim.GetAttribute("widths").Set([0.5] * 3)
+    if kind == "BasisCurves":
+        prim.GetAttribute("type").Set("linear")
+        prim.GetAttribute("curveVertexCounts").Set([3])
+    return prim
+
+
+@pytest.mark.parametrize("kind", ["Mesh", "Points", "BasisCurves"])
+def test_velocities_and_accelerations_move_points_from_the_last_sample_on(kind):
+    stage = make_stage()
+    prim = moving_points(stage, kind)
+    extractor = SceneExtractor(stage)
+    resting = at(extractor, 0)[0].prototypes[0].points.astype(float)
+    for code in (1, 2.5, 10, 12, 0, -1):
+        scene, _ = at(extractor, code)
+        since = code if code < 10 else code - 10
+        shift = (since + (0 if code < 10 else 100), 0, since**2)  # v t + a t2 / 2, in time codes
+        drawn = scene.prototypes[scene.instances.prototype[0]].points
+        np.testing.assert_allclose(drawn, resting + shift, atol=1e-4)
+        usds = np.array(UsdGeom.PointBased(prim).ComputePointsAtTime(code, code))
+        np.testing.assert_allclose(usds[0], shift, atol=1e-4)
+
+
+def test_one_sample_of_points_and_velocities_moves_them():
+    stage = make_stage()
+    prim = moving_points(stage, "Mesh")
+    for name in ("points", "velocities", "accelerations"):
+        prim.GetAttribute(name).ClearAtTime(10)
+    extractor = SceneExtractor(stage)
+    for code in (0, 3):
+        assert at(extractor, code)[0].prototypes[-1].points[0].tolist() == [code, 0, code**2]
+    prim.GetAttribute("velocities").Set([Gf.Vec3f(48, 0, 0)] * 3, 0)
+    assert at(extractor, 3)[0].prototypes[-1].points[0].tolist() == [6, 0, 9]
+
+
+@pytest.mark.parametrize(
+    ("velocities", "time", "said"),
+    [
+        (2, 0, "2 velocities at time code 0 do not fit 3 points"),
+        (3, 4, "its velocities have no sample at time code 0, at which its points have one"),
+    ],
+)
+def test_velocities_that_do_not_fit_are_named_and_move_nothing(velocities, time, said):
+    stage = make_stage()
+    prim = moving_points(stage, "Mesh")
+    prim.GetAttribute("velocities").Clear()
+    prim.GetAttribute("velocities").Set([Gf.Vec3f(24, 0, 0)] * velocities, time)
+    extractor = SceneExtractor(stage)
+    with pytest.warns(UserWarning, match=f"/Moving: {said}"):
+        scene, _ = at(extractor, 5)
+    assert scene.prototypes[0].points[0].tolist() == [50, 0, 0]  # between 0 and 100
+
+
 def test_skinned_meshes_bend_and_the_rest_stays():
     stage = make_stage()
     mesh = add_character(stage)

@@ -231,6 +231,7 @@ def test_other_prims_are_refused_with_a_list_of_cameras(stage):
         ({"clippingRange": Gf.Vec2f(1, 1)}, RESOLUTION, "clippingRange"),
         ({"clippingRange": Gf.Vec2f(0, 1)}, RESOLUTION, "clippingRange"),
         ({"clippingRange": Gf.Vec2f(2, 1), "projection": "orthographic"}, RESOLUTION, "clippingRange"),
+        ({"clippingRange": Gf.Vec2f(-math.inf, 1), "projection": "orthographic"}, RESOLUTION, "clippingRange"),
         ({"focalLength": math.inf}, RESOLUTION, "focalLength inf"),
         ({"horizontalAperture": math.inf}, RESOLUTION, "horizontalAperture inf"),
         ({"horizontalApertureOffset": math.nan}, RESOLUTION, "horizontalApertureOffset nan"),

@@ -70,7 +70,7 @@ def _fill_sight(frame: Frame, predicate: str | None, rows: np.ndarray, points: n
     pixels, depths = camera.project(points)
     rows["x"], rows["y"] = pixels.T
     origins, along, near, distances = _lines(camera, pixels, points)
-    rows["distance"] = distances * camera.meters_per_unit
+    rows["distance"] = (distances - _start(camera)) * camera.meters_per_unit
     with np.errstate(invalid="ignore"):
         inside = ((pixels >= 0) & (pixels < (camera.width, camera.height))).all(axis=1)
     depths = depths if _is_flat(camera) else distances
@@ -85,9 +85,11 @@ def _fill_sight(frame: Frame, predicate: str | None, rows: np.ndarray, points: n
 def _lines(camera: CameraView, pixels: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return the lines of sight to points of pixels: origins and unit directions (N, 3) in the world, and the distances
     (N,) to the near plane and to the points.
+
+    They begin at the camera, or at a near plane behind it.
     """
     rotation, position = camera.local_to_world[:3, :3], camera.local_to_world[3, :3]
-    origins = camera.rays(np.nan_to_num(pixels))[0] @ rotation + position
+    origins = camera.rays(np.nan_to_num(pixels))[0] @ rotation + position + _start(camera) * rotation[2]
     lines = points - origins
     distances = np.linalg.norm(lines, axis=1)
     along = lines / np.maximum(distances, 1e-300)[:, None]
@@ -95,6 +97,11 @@ def _lines(camera: CameraView, pixels: np.ndarray, points: np.ndarray) -> tuple[
     if _is_flat(camera):
         near /= np.maximum(along @ -rotation[2], 1e-6)
     return origins, along, near, distances
+
+
+def _start(camera: CameraView) -> float:
+    """Return how far behind the camera its near plane is, as that of an orthographic camera may be [stage units]."""
+    return max(-camera.clipping_range[0], 0.0)
 
 
 def _is_flat(camera: CameraView) -> bool:

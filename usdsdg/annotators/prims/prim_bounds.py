@@ -12,12 +12,14 @@ from usdsdg.annotators.ownership import Owner
 from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
 from usdsdg.errors import warn_once
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.geometry.point_velocities import VELOCITIES, have_velocities
 from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg.stage.poses.transforms import as_array
 
 # Attributes that determine the geometry of a gprim, or the transforms of point instances.
 _GEOMETRY = {"points", "faceVertexCounts", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width"}
 _GEOMETRY |= {"length", "widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
+_GEOMETRY |= set(VELOCITIES)
 _GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
 
 _Group = tuple[int, ...]  # indices into the gprims that are drawn
@@ -131,7 +133,7 @@ class PrimBounds:
             attribute.GetName() in _GEOMETRY and attribute.ValueMightBeTimeVarying()
             for attribute in prim.GetAuthoredAttributes()
         )
-        if varies or self._skinning.is_skinned(prim):
+        if varies or have_velocities(prim) or self._skinning.is_skinned(prim):
             self._static.discard(prim.GetPath())
         else:
             self._static.add(prim.GetPath())

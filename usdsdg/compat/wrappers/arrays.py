@@ -39,6 +39,23 @@ def rows(value: Values, width: int, count: int) -> np.ndarray:
     return np.broadcast_to(numbers.reshape(-1, width), (count, width))
 
 
+def grid(value: Values, shape: tuple[int, int]) -> np.ndarray:
+    """Return an array of a shape (n, d); one number, one row or one column serves for all, as NumPy broadcasts.
+
+    Raises:
+        ValueError: the numbers cannot be broadcast to that.
+    """
+    numbers = as_numpy(value)
+    if numbers.size == shape[0] * shape[1]:
+        return numbers.reshape(shape)
+    try:
+        return np.broadcast_to(numbers, shape)
+    except ValueError:
+        raise ValueError(
+            f"an array of shape {numbers.shape} does not fill {shape[0]} rows of {shape[1]} numbers"
+        ) from None
+
+
 def column(value: Values, count: int) -> list[float]:
     """Return one Python number (or bool) per prim; one serves for all."""
     return rows(value, 1, count)[:, 0].tolist()

@@ -1,25 +1,24 @@
-"""Joint positions, velocities, drives and limits of articulations, as arrays with one row per robot.
+"""Joint positions, velocities, limits and efforts of articulations, as arrays with one row per robot.
 
-Angles are in rad, distances in stage units; stiffness and damping per rad or stage unit.
+Angles are in rad, distances in stage units. `JointDrives` and `JointProperties` have what else joints have.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-from pxr import UsdPhysics
 
-from usdsdg.articulations.articulation import Articulation, limits_of, read_drive
+from usdsdg.articulations.articulation import Articulation, limits_of
 from usdsdg.articulations.articulations import get_articulations
-from usdsdg.articulations.joint_tree import drive_of
+from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.errors import BadValue
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.physics.joints import Joint
 
 WHY = (
-    "of the joints of an articulation there are positions, velocities, limits, drives and efforts that push them; set "
-    "what else there is on the prims of its joints and links"
+    "the solver does not tell the forces between links, and there are no tendons; positions, velocities, limits, "
+    "drives, efforts, Jacobians and mass matrices are available"
 )
 
 
@@ -37,12 +36,38 @@ class JointRows:
         counts = {len(robot.dofs) for robot in self.robots}
         if len(counts) > 1:
             raise BadValue(f"{', '.join(paths)}: these articulations have {sorted(counts)} joints; wrap them apart")
+        shape = (len(self.robots), counts.pop() if counts else 0)
+        self.efforts = np.zeros(shape)  # that were set last
+        self._pushes = np.zeros(shape)  # of the step that is next
+        self._steps = -1  # that the simulation had taken when efforts were set last
 
     @property
     def names(self) -> list[str]:
         """The names of the joints that have a position, in order."""
         return [joint.path.rsplit("/", 1)[1] for joint in self.robots[0].dofs]
 
+    @property
+    def branch_paths(self) -> list[list[str]]:
+        """The paths of all joints between links of each robot, breadth first from the base."""
+        return [[branch.joint.path for branch in robot.tree.branches] for robot in self.robots]
+
+    def is_angular(self) -> list[bool]:
+        """Return which joints turn."""
+        return [joint.kind == "Revolute" for joint in self.robots[0].dofs]
+
+    def of_joints(self, read: Callable[[Joint], float]) -> np.ndarray:
+        """Return a number of each joint (N, D) float32."""
+        return np.array([[read(joint) for joint in robot.dofs] for robot in self.robots], np.float32)
+
+    def chosen(
+        self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray
+    ) -> Iterator[tuple[int, int, Joint, float]]:
+        """Yield row, column, joint and number of each of the values (n, d)."""
+        for row, value in zip(rows, values, strict=True):
+            for column, number in zip(columns, value.tolist(), strict=True):
+                yield row, column, self.robots[row].dofs[column], number
+
+    # --- state ---
     def positions(self) -> np.ndarray:
         """Return (N, D) float32."""
         return np.array([robot.positions for robot in self.robots], np.float32)
@@ -50,27 +75,6 @@ class JointRows:
     def velocities(self) -> np.ndarray:
         """Return (N, D) float32."""
         return np.array([robot.velocities for robot in self.robots], np.float32)
-
-    def targets(self) -> np.ndarray:
-        """Return the drives' target positions (N, D) float32."""
-        return self._drives("target")
-
-    def gains(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return stiffness and damping (N, D) float32 of the drives."""
-        return self._drives("stiffness"), self._drives("damping")
-
-    def velocity_targets(self) -> np.ndarray:
-        """Return the drives' target velocities (N, D) float32."""
-        return self._drives("target_velocity")
-
-    def max_efforts(self) -> np.ndarray:
-        """Return the largest torques and forces (N, D) float32 of the drives."""
-        return self._drives("max_force")
-
-    def limits(self) -> np.ndarray:
-        """Return lower and upper limits (N, D, 2) float32."""
-        stage = current_stage()
-        return np.array([[limits_of(stage, joint) for joint in robot.dofs] for robot in self.robots], np.float32)
 
     def set_positions(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
         """Move joints at once: values (n, d)."""
@@ -86,51 +90,24 @@ class JointRows:
             velocities[list(columns)] = value
             self.robots[row].set_velocities(velocities)
 
-    def set_targets(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
-        """Set the target positions (n, d) of the drives, which joints without a drive do not have."""
-        for joint, drive, number in self._driven(rows, columns, values):
-            drive.CreateTargetPositionAttr().Set(number / joint.unit)
-
-    def set_velocity_targets(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
-        """Set the target velocities (n, d) of the drives."""
-        for joint, drive, number in self._driven(rows, columns, values):
-            drive.CreateTargetVelocityAttr().Set(number / joint.unit)
-
-    def set_stiffness(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
-        """Set the stiffness (n, d) of the drives."""
-        for joint, drive, number in self._driven(rows, columns, values):
-            drive.CreateStiffnessAttr().Set(number * joint.unit)
-
-    def set_damping(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
-        """Set the damping (n, d) of the drives."""
-        for joint, drive, number in self._driven(rows, columns, values):
-            drive.CreateDampingAttr().Set(number * joint.unit)
-
-    def set_max_efforts(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
-        """Set the largest torques and forces (n, d) of the drives."""
-        for _, drive, number in self._driven(rows, columns, values):
-            drive.CreateMaxForceAttr().Set(number)
-
-    def apply_efforts(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
-        """Push joints during the next physics step with torques and forces (n, d)."""
-        for row, value in zip(rows, values, strict=True):
-            efforts = np.zeros(len(self.robots[row].dofs))
-            efforts[list(columns)] = value
-            self.robots[row].apply_efforts(efforts)
-
-    def _driven(
-        self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray
-    ) -> Iterator[tuple[Joint, UsdPhysics.DriveAPI, float]]:
-        for row, value in zip(rows, values, strict=True):
-            for column, number in zip(columns, value.tolist(), strict=True):
-                joint = self.robots[row].dofs[column]
-                drive = drive_of(current_stage(), joint)
-                if not drive:
-                    raise BadValue(f"{joint.path} has no drive, so it has no target; set its position")
-                yield joint, drive, number
-
-    def _drives(self, name: str) -> np.ndarray:
+    def limits(self) -> np.ndarray:
+        """Return lower and upper limits (N, D, 2) float32."""
         stage = current_stage()
-        return np.array(
-            [[getattr(read_drive(stage, joint), name) for joint in robot.dofs] for robot in self.robots], np.float32
-        )
+        found = [[limits_of(stage, joint) for joint in robot.dofs] for robot in self.robots]
+        return np.array(found, np.float32).reshape(len(self.robots), -1, 2)
+
+    # --- efforts ---
+    def set_efforts(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
+        """Push joints during the next physics step with torques and forces (n, d), instead of what was set since.
+
+        Raises:
+            PhysicsError: physics does not play.
+        """
+        steps = simulation().steps
+        if steps != self._steps:
+            self._pushes[:], self._steps = 0.0, steps
+        for row, value in zip(rows, values, strict=True):
+            pushed = np.zeros(self.efforts.shape[1])
+            pushed[list(columns)] = value - self._pushes[row, list(columns)]
+            self.robots[row].apply_efforts(pushed)
+            self._pushes[row, list(columns)] = self.efforts[row, list(columns)] = value

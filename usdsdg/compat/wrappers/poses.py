@@ -78,6 +78,19 @@ def set_world_poses(
     set_local_poses(prims, *local_from_world(prims, positions, orientations), strict=strict)
 
 
+def move_to_local(
+    prims: Sequence[Usd.Prim],
+    frames: Sequence[Usd.Prim],
+    translations: np.ndarray | None,
+    orientations: np.ndarray | None,
+) -> None:
+    """Place prims at poses relative to the parents of `frames`: (N, 3) and (N, 4), None keeps what is there."""
+    now = local_from_world(frames, *world_poses(prims))
+    moves = now[0] if translations is None else translations
+    turns = now[1] if orientations is None else orientations
+    set_world_poses(prims, *_poses(compose(moves, xyzw(turns)) @ parents_to_world(frames), np.float64), strict=False)
+
+
 def local_scales(prims: Sequence[Usd.Prim], *, strict: bool = True) -> np.ndarray:
     """Return the values (N, 3) of the scale ops; 1 without one unless `strict`.
 

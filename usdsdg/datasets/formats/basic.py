@@ -12,6 +12,7 @@ import numpy as np
 
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
+from usdsdg.datasets.formats.basic_arrays import array_of
 from usdsdg.datasets.formats.basic_objects import objects
 from usdsdg.datasets.matching import truth_of
 from usdsdg.datasets.seen import Boxes, Camera, Color, Depth, Ids, Occlusions, Points, Seen, packed
@@ -137,7 +138,7 @@ def _meanings(table: Mapping[str, Any], colored: bool) -> tuple[dict[int, str], 
 
 def _read_boxes(folder: Folder, seen: Seen, parts: Parts, kind: str, short: str) -> None:
     file = parts.get(f"{kind}/npy")
-    rows = None if file is None else folder.array(file, seen.name)
+    rows = array_of(folder, seen, file, kind)
     if file is None or rows is None:
         return
     labels_file, paths_file = (parts.get(f"{kind}/{table}/json") for table in ("labels", "prim_paths"))
@@ -177,7 +178,7 @@ def _name(labels: Any) -> str:
 def _read_arrays(folder: Folder, seen: Seen, parts: Parts) -> None:
     for kind, short in _DEPTHS.items():
         file = parts.get(f"{kind}/npy")
-        values = None if file is None else folder.array(file, seen.name)
+        values = array_of(folder, seen, file, kind)
         if file is not None and values is not None:
             seen.depths.append(Depth(file, short, values))
             seen.arrays[kind] = (file, values)
@@ -186,11 +187,11 @@ def _read_arrays(folder: Folder, seen: Seen, parts: Parts) -> None:
         if drawn is not None and image is not None and values is not None:
             seen.extra.setdefault("drawn depth", []).append((drawn, image, values))
     file = parts.get("motion_vectors/npy")
-    values = None if file is None else folder.array(file, seen.name)
+    values = array_of(folder, seen, file, "motion_vectors")
     if file is not None and values is not None:
         seen.arrays["motion_vectors"] = (file, values)
     file = parts.get("occlusion/npy")
-    rows = None if file is None else folder.array(file, seen.name)
+    rows = array_of(folder, seen, file, "occlusion")
     if file is not None and rows is not None:
         seen.occlusions.append(Occlusions(file, rows, _filter(seen, "occlusion")))
 
@@ -213,18 +214,18 @@ def _camera(file: str, values: Mapping[str, Any]) -> Camera:
     center = ((1 - projection[2, 0]) * width / 2, (1 + projection[2, 1]) * height / 2)
     if values["cameraModel"] == "orthographic":
         center = ((1 + projection[3, 0]) * width / 2, (1 - projection[3, 1]) * height / 2)
-    return Camera(file, view, 1e-9, (width, height), focal, center, values)
+    return Camera(file, view, 1e-9, (width, height), focal, center, values, projection[1, 1] * height / 2)
 
 
 def _read_points(folder: Folder, seen: Seen, parts: Parts) -> None:
     file = parts.get("pointcloud/npy")
-    points = None if file is None else folder.array(file, seen.name)
+    points = array_of(folder, seen, file, "pointcloud")
     if file is None or points is None:
         return
     others = {}
     for kind in _CLOUD:
         other = parts.get(f"pointcloud_{kind}/npy")
-        values = None if other is None else folder.array(other, seen.name)
+        values = array_of(folder, seen, other, f"pointcloud_{kind}")
         if other is not None and values is not None:
             others[kind] = (other, values)
     whole = bool(seen.truth and seen.truth.parameter("pointcloud", "includeUnlabelled"))

@@ -25,6 +25,7 @@ from usdsdg.writers.formats.bop.bop_models import VARIANT, measures
 
 LOOKED_FOR = "BopWriter's train/000000/scene_gt.json"
 _KINDS = (names.RGB, names.DEPTH, names.MASK, names.MASK_VISIB)
+_SENSOR = ("fx", "fy", "cx", "cy", "depth_scale")
 _TABLES = (names.CAMERAS, names.POSES, names.INFOS)
 
 
@@ -57,13 +58,17 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
         if len(path.parts) == 4 and path.parts[2] in _KINDS and path.parts[1].isdigit():
             by_scene.setdefault("/".join(path.parts[:2]), {})[path.parts[2], path.stem] = file
     models = Models(folder, files)
+    sensors: dict[tuple[float, ...], str] = {}  # with one picture of each
     for root, parts in sorted(by_scene.items()):
         listed = [names.table_of(root, name) for name in _TABLES]
         tables: list[dict[str, Any]] = [table for name in listed if (table := folder.mapping(name, "all")) is not None]
         if len(tables) < len(listed):
             continue
         cameras, poses, infos = tables
-        pictures = sorted(stem for kind, stem in parts if kind == names.RGB)
+        pictures = sorted(stem for kind, stem in parts if kind == names.RGB and stem.isdecimal())
+        for (kind, stem), file in parts.items():
+            if kind == names.RGB and not stem.isdecimal():
+                folder.faults.append(Fault(file, "?", "is not called by the number of a picture"))
         for table, name in zip(tables, listed):
             if sorted(table) != sorted(str(int(stem)) for stem in pictures):
                 folder.faults.append(
@@ -80,7 +85,35 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
                     lambda r=root, s=stem, m=mine, v=values: _seen(folder, r, s, m, v, models),
                 )
                 if seen is not None:
+                    sensor = _sensor(seen.extra["scene"].camera, cameras[number]["depth_scale"])
+                    sensors.setdefault(sensor, seen.picture)
                     yield seen
+    if sensors and folder.has(names.CAMERA):
+        _check_sensor(folder, sensors)
+
+
+def _sensor(matrix: np.ndarray, depth_scale: float) -> tuple[float, ...]:
+    """Return what camera.json has of a camera, beside the size of its pictures."""
+    return float(matrix[0, 0]), float(matrix[1, 1]), float(matrix[0, 2]), float(matrix[1, 2]), float(depth_scale)
+
+
+def _check_sensor(folder: Folder, sensors: Mapping[tuple[float, ...], str]) -> None:
+    """Note a camera.json that is of no picture."""
+    values = folder.mapping(names.CAMERA, "all")
+    if values is None:
+        return
+    found = folder.parsed(names.CAMERA, "all", lambda: tuple(float(values[key]) for key in _SENSOR))
+    if found is None:
+        return
+    if found in sensors:
+        size = folder.image_size(sensors[found], "all")
+        given = (values.get("width"), values.get("height"))
+        if size is not None and given != size:
+            folder.faults.append(Fault(names.CAMERA, "all", "width and height", str(size), str(given)))
+    else:
+        expected = ", ".join(f"{key} {value:g}" for key, value in zip(_SENSOR, next(iter(sorted(sensors)))))
+        given = ", ".join(f"{key} {value:g}" for key, value in zip(_SENSOR, found))
+        folder.faults.append(Fault(names.CAMERA, "all", "is the camera of a picture", expected, given))
 
 
 class Models:
@@ -99,6 +132,22 @@ class Models:
         self.measures = lru_cache(maxsize=None)(self._measures)
         info = folder.mapping(names.MODELS_INFO, "all") if folder.has(names.MODELS_INFO) else None
         self.info: Mapping[str, Any] = info or {}
+        if folder.has(names.MODEL_NAMES):
+            self._check_names(folder)
+
+    def _check_names(self, folder: Folder) -> None:
+        """Note models without a name, names without a model, and those that are not of their class."""
+        file = names.MODEL_NAMES
+        found = folder.mapping(file, "all")
+        if found is None:
+            return
+        if sorted(found) != sorted(map(str, self._files)):
+            what = "has a name for each model"
+            folder.faults.append(Fault(file, "all", what, ", ".join(map(str, self._files)), ", ".join(found)))
+        for number in self._files if folder.classes else ():
+            name = self.label(number)
+            if (given := found.get(str(number), name)) != name:
+                folder.faults.append(Fault(file, "all", f"the name of model {number}", name, str(given)))
 
     def _mesh(self, number: int) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the points (N, 3) [mm] and triangles (T, 3) of a model; None where there is none."""
@@ -154,7 +203,8 @@ def _seen(
     view[:3, :3] = (TO_OPENCV @ np.array(camera["cam_R_w2c"], np.float64).reshape(3, 3)).T
     view[3, :3] = TO_OPENCV @ np.array(camera["cam_t_w2c"], np.float64) / MILLIMETERS / unit
     center = (matrix[0, 2] + 0.5, matrix[1, 2] + 0.5)
-    seen.cameras.append(Camera(names.table_of(root, names.CAMERAS), view, 1e-7, None, float(matrix[0, 0]), center))
+    file = names.table_of(root, names.CAMERAS)
+    seen.cameras.append(Camera(file, view, 1e-7, None, float(matrix[0, 0]), center, focal_down=float(matrix[1, 1])))
     kinds = (names.MASK, names.MASK_VISIB)
     named = [{kind: parts.get((kind, f"{stem}_{index:06d}")) for kind in kinds} for index in range(len(poses))]
     for index, pair in enumerate(named):

@@ -181,7 +181,7 @@ def _mask(values: Mapping[str, Any], size: tuple[int, int]) -> Mask:
     polygons = [np.array(each, np.float64).reshape(-1, 2) for each in encoded] if isinstance(encoded, list) else []
     return Mask(
         int(values["id"]), int(values["category_id"]), (x, y, width, height), float(values["area"]),
-        lambda: _decoded(encoded, polygons, size), not isinstance(encoded, list), polygons, points,
+        lambda: _decoded(encoded, polygons, size), not isinstance(encoded, list), polygons, points, values["iscrowd"],
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from usdsdg.datasets.seen_object import SeenObject
 
 NAME = "CosmosWriter"
 LOOKED_FOR = "CosmosWriter's clip_0000/rgb/rgb_0000.png"
+_COLORED = ("rgb", "segmentation", "shaded_seg")
 _CLIP, _FILE = re.compile(r"^clip_\d+$"), re.compile(r"^(?P<kind>[a-z_]+)_(?P<number>\d{4,})\.png$")
 
 
@@ -37,7 +38,9 @@ def objects(_seen: Seen) -> list[SeenObject]:
 
 
 def _read_images(folder: Folder, seen: Seen, parts: dict[str, str]) -> None:
-    images = {kind: folder.image(file, seen.name) for kind, file in parts.items()}
+    images = {
+        kind: (folder.color if kind in _COLORED else folder.image)(file, seen.name) for kind, file in parts.items()
+    }
     if (image := images.get("rgb")) is not None:
         seen.colors.append(Color(parts["rgb"], image))
     if (image := images.get("segmentation")) is not None:

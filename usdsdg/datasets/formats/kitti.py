@@ -145,5 +145,7 @@ def _camera(file: str, text: str) -> Camera:
         raise ValueError("Tr_velo_to_cam does not turn x ahead, y left, z up to the camera's axes")
     if (np.array(rows["R0_rect"].split(), np.float64) != np.eye(3).ravel()).any():
         raise ValueError("R0_rect turns")
+    if (np.array(rows["Tr_imu_to_velo"].split(), np.float64) != np.eye(3, 4).ravel()).any():
+        raise ValueError("Tr_imu_to_velo moves")
     focal, center = matrix[0, 0], (matrix[0, 2] + 0.5, matrix[1, 2] + 0.5)
-    return Camera(file, np.full((4, 4), np.nan), 1e-5, None, focal, center, {"matrix": matrix.tolist()})
+    return Camera(file, None, 1e-5, None, focal, center, {"matrix": matrix.tolist()})

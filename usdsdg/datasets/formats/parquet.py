@@ -26,18 +26,16 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     first: list[str] | None = None
     for file in (each for each in files if PurePosixPath(each).suffix == ".parquet"):
         arrow = pyarrow()
-        try:
-            table = arrow.parquet.ParquetFile(folder.path / file)
-            classes = classes_of(table.schema_arrow)
-        except (OSError, ValueError, KeyError, arrow.ArrowException) as error:
-            folder.faults.append(Fault(file, "all", f"cannot be read: {str(error).splitlines()[0]}"))
+        table = folder.opened(file, "all", arrow.parquet.ParquetFile)
+        classes = None if table is None else folder.parsed(file, "all", lambda t=table: classes_of(t.schema_arrow))
+        if table is None or classes is None:
             continue
         first = classes if first is None else first
         if classes != first:
             expected, found = ", ".join(first), ", ".join(classes)
             folder.faults.append(Fault(file, "all", "names of classes are those of the first shard", expected, found))
         for group in range(table.num_row_groups):
-            for row in table.read_row_group(group).to_pylist():
+            for row in folder.opened(file, "all", lambda _, t=table, g=group: t.read_row_group(g).to_pylist()) or ():
                 key = str(row.get("key"))
                 if key in known:
                     folder.faults.append(Fault(file, key, f"is in {known[key]}, too"))

@@ -108,7 +108,7 @@ def _read_objects(seen: Seen, file: str, values: Mapping[str, Any]) -> None:
         Camera(
             file, np.array(camera["camera_view_matrix"], np.float64), _ROUNDED,
             None if size is None else (int(size[0]), int(size[1])), float(intrinsics["fx"]),
-            (float(intrinsics["cx"]), float(intrinsics["cy"])), camera,
+            (float(intrinsics["cx"]), float(intrinsics["cy"])), camera, float(intrinsics["fy"]),
         )
     )  # fmt: skip
 

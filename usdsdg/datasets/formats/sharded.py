@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from usdsdg.datasets.attempt import UNREADABLE, attempt
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.seen import Boxes, Color, Depth, Seen
@@ -18,6 +19,7 @@ from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.writers.formats.shards.samples import BOXES
 from usdsdg.writers.formats.shards.shard_files import DEPTH, IMAGE, INSTANCES
 
+_OPTIONS = {INSTANCES: "masks", DEPTH: "depth"}  # of the writers, by the image that they ask for
 ROW = np.dtype([(name, "<i4") for name in ("x_min", "y_min", "x_max", "y_max")] + [("occlusionRatio", "<f4")])
 
 
@@ -47,6 +49,8 @@ def seen_of(
     """
     frame, view = int(facts["frame"]), str(facts["view"])
     seen = Seen(name, str(facts["key"]), "", [file], _truth(folder, name, frame, view))
+    if seen.truth is None and any(record.writer == name for record in folder.records):
+        folder.faults.append(Fault(file, seen.name, f"is of no recorded frame: {frame} of {view}"))
     seen.labels, seen.size = file, (int(facts["width"]), int(facts["height"]))
     seen.extra["sample"] = Stored(file, facts, objects, classes)
     seen.boxes.append(_boxes(file, objects, seen.truth))
@@ -88,14 +92,14 @@ def _read_images(folder: Folder, seen: Seen, load: Callable[[str], tuple[str, by
     for kind in (IMAGE, INSTANCES, DEPTH):
         member = load(kind)
         if member is None:
+            if kind == IMAGE or (seen.truth is not None and seen.truth.record.parameters.get(_OPTIONS[kind])):
+                folder.faults.append(Fault(stored.file, seen.name, f"the {kind} of the sample is missing"))
             continue
         name, data = member
-        try:
-            made = np.load(io.BytesIO(data)) if kind == DEPTH else np.array(Image.open(io.BytesIO(data)))
-        except (OSError, ValueError, SyntaxError, EOFError) as error:
-            folder.faults.append(Fault(stored.file, seen.name, f"{name} cannot be read: {error}"))
-            continue
-        decoded[kind] = name, made
+        what = f"{name} {UNREADABLE}"
+        made = attempt(folder.faults, stored.file, seen.name, what, lambda k=kind, d=data: _decoded(k, d))
+        if made is not None:
+            decoded[kind] = name, made
     if IMAGE in decoded:
         name, image = decoded[IMAGE]
         seen.colors.append(Color(f"{stored.file}:{name}", image, exact=name.endswith(".png")))
@@ -104,6 +108,12 @@ def _read_images(folder: Folder, seen: Seen, load: Callable[[str], tuple[str, by
         seen.extra["sample"] = Stored(stored.file, stored.facts, stored.objects, stored.classes, ids)
     if DEPTH in decoded:
         seen.depths.append(Depth(f"{stored.file}:{decoded[DEPTH][0]}", "plane", decoded[DEPTH][1]))
+
+
+def _decoded(kind: str, data: bytes) -> np.ndarray:
+    if kind == DEPTH:
+        return np.load(io.BytesIO(data), allow_pickle=False)
+    return np.array(Image.open(io.BytesIO(data)))
 
 
 def objects(seen: Seen) -> list[SeenObject]:

@@ -6,7 +6,7 @@ import json
 import tarfile
 from collections.abc import Iterator, Mapping
 from functools import partial
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from usdsdg.datasets.faults import Fault
@@ -51,9 +51,10 @@ def _counts(index: Mapping[str, Any]) -> dict[str, int]:
 def _samples(folder: Folder, file: str) -> dict[str, dict[str, tuple[int, int]]]:
     """Return where the members of each sample are: start and size of each, by extension."""
     found: dict[str, dict[str, tuple[int, int]]] = {}
-    last = ""
-    try:
-        with tarfile.open(folder.path / file) as tar:
+
+    def list_members(path: Path) -> None:
+        last = ""
+        with tarfile.open(path, "r:") as tar:
             for member in tar:
                 key, _, extension = member.name.partition(".")
                 if key != last and key in found:
@@ -61,8 +62,8 @@ def _samples(folder: Folder, file: str) -> dict[str, dict[str, tuple[int, int]]]
                 if extension in found.setdefault(key, {}):
                     folder.faults.append(Fault(file, key, f"has two members {member.name}"))
                 found[key][extension], last = (member.offset_data, member.size), key
-    except (OSError, tarfile.TarError) as error:
-        folder.faults.append(Fault(file, "all", f"cannot be read: {error}"))
+
+    folder.opened(file, "all", list_members)
     return found
 
 
@@ -70,7 +71,9 @@ def _seen(folder: Folder, file: str, key: str, members: Mapping[str, tuple[int, 
     values = json.loads(_bytes(folder, file, *members[JSON]))
     if values["key"] != key:
         raise ValueError(f"key is {values['key']!r}, not that of its members")
-    image = next(name for name in members if name in ("png", "jpg", "jpeg"))
+    image = next((name for name in members if name in ("png", "jpg", "jpeg")), None)
+    if image is None:
+        raise ValueError("there is no picture among its members")
 
     def load(kind: str) -> tuple[str, bytes] | None:
         extension = image if kind == IMAGE else MEMBERS[kind]

@@ -112,6 +112,7 @@ def _meta(file: str, data: bytes) -> Meta:
     indices = values["cls_indexes"].ravel().astype(int)
     # MATLAB drops the last dimension of one object.
     poses = poses.reshape(3, 4, -1) if poses.size else np.zeros((3, 4, 0))
+    to_camera = values.get("rotation_translation_matrix")
     return Meta(
         file,
         indices,
@@ -119,7 +120,7 @@ def _meta(file: str, data: bytes) -> Meta:
         values["center"].astype(np.float64).reshape(-1, 2),
         int(values["factor_depth"].ravel()[0]),
         values["intrinsic_matrix"].astype(np.float64).reshape(3, 3),
-        values.get("rotation_translation_matrix"),
+        None if to_camera is None else to_camera.astype(np.float64).reshape(3, 4),
         values.get("vertmap"),
     )
 

@@ -304,8 +304,8 @@ def _check(view: CameraView) -> None:
         problem = f"clippingRange {view.clipping_range} (near must be positive and below far)"
     elif view.clipping_range[0] < 0 and view.projection_type in LENS_MODELS:
         problem = f"clippingRange {view.clipping_range} (near must not be negative)"
-    elif not view.clipping_range[0] < view.clipping_range[1]:
-        problem = f"clippingRange {view.clipping_range} (near must be below far)"
+    elif not -np.inf < view.clipping_range[0] < view.clipping_range[1]:
+        problem = f"clippingRange {view.clipping_range} (near must be finite and below far)"
     elif (broken := _not_finite(view)) is not None:
         problem = broken
     elif abs(np.linalg.det(view.local_to_world[:3, :3])) < 1e-9:

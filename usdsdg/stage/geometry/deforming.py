@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 
 from pxr import Usd, UsdGeom, UsdSkel
 
+from usdsdg.stage.geometry.point_velocities import have_velocities
 from usdsdg.stage.time_code import transform_varies
 
 # Attributes of gprims and of point instancers that decide on triangles.
@@ -32,6 +33,8 @@ def deformations(prim: Usd.Prim, is_other: Callable[[Usd.Prim], bool]) -> Iterat
         path = part.GetPath()
         if part.IsA(UsdGeom.Mesh) and UsdSkel.BindingAPI(part).GetInheritedSkeleton() and UsdSkel.Root.Find(part):
             yield f"{path} is skinned"
+        if part.IsA(UsdGeom.PointBased) and have_velocities(part):
+            yield f"{path} has velocities"
         for name in SHAPE_ATTRIBUTES:
             if part.GetAttribute(name).ValueMightBeTimeVarying():
                 yield f"{name} of {path} has time samples"

@@ -102,7 +102,7 @@ def _matrix_of_one(x: float, y: float, z: float, w: float) -> list[list[float]]:
 
 def rotated(quat_xyzw: ArrayLike, vectors: ArrayLike) -> Array:
     """Return vectors (..., 3) rotated by quaternions (..., 4)."""
-    return np.einsum("...i,...ij->...j", vectors, matrix_from_quat(quat_xyzw))
+    return np.asarray(np.einsum("...i,...ij->...j", np.asarray(vectors), matrix_from_quat(quat_xyzw)))
 
 
 def matrix_from_euler(degrees: ArrayLike, order: str = "XYZ") -> Array:

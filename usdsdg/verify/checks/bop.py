@@ -10,8 +10,8 @@ from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.formats.bop import Posed, Scene
 from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.truth import Thing, Truth
-from usdsdg.verify.checks.compare import differs, of_pixels, text
-from usdsdg.writers.formats.bop.bop_files import INFOS, MILLIMETERS, MODELS_INFO, NAME, POSES, TO_OPENCV
+from usdsdg.verify.checks.compare import beyond, differs, is_rotation, of_pixels, text
+from usdsdg.writers.formats.bop.bop_files import CAMERAS, INFOS, MILLIMETERS, MODELS_INFO, NAME, POSES, TO_OPENCV
 from usdsdg.writers.formats.bop.bop_records import box_of
 from usdsdg.writers.formats.shapes.masks import extent
 
@@ -42,14 +42,14 @@ def _object(seen: Seen, scene: Scene, index: int, posed: Posed) -> Faults:
     """What the files say of one object agrees."""
     file, name, info = scene.file.replace(POSES, INFOS), f"object {index}", posed.info
     rotation = np.array(posed.pose["cam_R_m2c"], np.float64).reshape(3, 3)
-    if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-5 or np.linalg.det(rotation) < 0:
+    if not is_rotation(rotation, absolute=1e-5):
         yield Fault(scene.file, seen.name, f"cam_R_m2c of {name} is no rotation", "", text(rotation))
     if posed.whole is not None and posed.visible is not None:
         counts = {"px_count_visib": posed.visible.sum()}
         if seen.depths and seen.depths[0].values.shape == posed.whole.shape:
             counts["px_count_valid"] = (posed.whole & np.isfinite(seen.depths[0].values)).sum()
         for key, count in counts.items():
-            if int(info[key]) != int(count):
+            if differs(info[key], int(count), relative=0.0):
                 yield Fault(file, seen.name, f"{key} of {name}", str(int(count)), str(info[key]))
         if (posed.visible & ~posed.whole).any():
             yield Fault(scene.masks[2 * index], seen.name, f"the mask of {name} does not contain what is visible")
@@ -60,7 +60,7 @@ def _object(seen: Seen, scene: Scene, index: int, posed: Posed) -> Faults:
         if not _holds(info["bbox_obj"], inside, posed.whole.shape):
             found = str(info["bbox_obj"])
             yield Fault(file, seen.name, f"bbox_obj of {name} holds its mask's extent", str(box_of(inside)), found)
-        if int(info["px_count_all"]) < int(posed.whole.sum()):
+        if not int(posed.whole.sum()) <= info["px_count_all"] < np.inf:
             yield Fault(
                 file,
                 seen.name,
@@ -69,7 +69,7 @@ def _object(seen: Seen, scene: Scene, index: int, posed: Posed) -> Faults:
                 str(info["px_count_all"]),
             )
     fraction = float(info["px_count_visib"]) / max(float(info["px_count_all"]), 1.0)
-    if abs(float(info["visib_fract"]) - fraction) > 1e-6:
+    if differs(info["visib_fract"], fraction, relative=0.0, absolute=1e-6):
         yield Fault(file, seen.name, f"visib_fract of {name}", f"{fraction:.6f}", f"{float(info['visib_fract']):.6f}")
     yield from _projected(seen, scene, name, posed)
 
@@ -107,14 +107,14 @@ def _projected(seen: Seen, scene: Scene, name: str, posed: Posed) -> Faults:
     size = np.array(posed.whole.shape[::-1], np.float64)
     is_cut = bool((low < -size).any() or (high > 2 * size).any())
     low, high = np.maximum(low, -size), np.minimum(high, 2 * size)
-    beyond = np.array([*(low - (x, y)), *((x + width + 1, y + height + 1) - high)])
+    past = np.array([*(low - (x, y)), *((x + width + 1, y + height + 1) - high)])
     # Rays through the centers of pixels miss the ends of what is thinner than a pixel.
     is_thin = float(posed.info["px_count_all"]) < _THIN * (high - low).max()
     hit = pixels[triangles[_are_wide(pixels[triangles])]].reshape(-1, 2)
     missed = 0.0
     if len(hit) and not is_thin and not is_cut:
         missed = max(((x, y) - hit.min(axis=0)).max(), (hit.max(axis=0) - (x + width + 1, y + height + 1)).max())
-    if max(beyond.max(), missed) > _REACH:
+    if beyond([*past, missed], _REACH).any():
         found = text([x, y, width, height])
         yield Fault(scene.file, seen.name, f"{name} projects to its box", text([*low, *(high - low - 1)]), found)
 
@@ -131,6 +131,11 @@ def _recorded(seen: Seen, scene: Scene, truth: Truth) -> Faults:
     members = truth.members(truth.filter_of(_FILTERED))
     if members is None or truth.camera is None:
         return
+    camera = truth.camera
+    matrix = np.array([[camera.fx, 0, camera.cx - 0.5], [0, camera.fy, camera.cy - 0.5], [0, 0, 1]])
+    if camera.projection_type == "pinhole" and differs(scene.camera, matrix, relative=1e-6):
+        file = scene.file.replace(POSES, CAMERAS)
+        yield Fault(file, seen.name, "cam_K [pixels]", text(matrix), text(scene.camera))
     things = [each for each in truth.things(truth.filter_of(_FILTERED)) if each.amodal]
     order = {each.path: index for index, each in enumerate(truth.things(truth.filter_of(_FILTERED)))}
     left = list(things)

@@ -12,6 +12,7 @@ from usdsdg.verify.checks.compare import differs, pairs, text
 _CORNERS = ("x_min", "y_min", "x_max", "y_max")
 _SOLID = ("x_min", "y_min", "z_min", "x_max", "y_max", "z_max")
 _RATIO = 1e-6
+_UNLABELED = 1  # id of all that has no label
 
 
 def check(seen: Seen) -> Faults:
@@ -113,6 +114,7 @@ def _occlusions(seen: Seen, occlusions: Occlusions) -> Faults:
     things = {each.id: each for each in seen.truth.things(occlusions.filter) if each.amodal}
     if any(each.amodal is None for each in seen.truth.things(occlusions.filter)):
         return
+    yield from _ids_of_rows(seen, occlusions, {thing.id: thing for thing in seen.truth.things(occlusions.filter)})
     # What is out of view, or not measured, has no ratio.
     rows = occlusions.rows[~np.isnan(occlusions.rows["occlusionRatio"])]
     names = [str(int(row["instanceId"])) for row in rows]
@@ -121,12 +123,26 @@ def _occlusions(seen: Seen, occlusions: Occlusions) -> Faults:
     listed = list(things.values())
     for mine, theirs in matched:
         row, thing = rows[mine], listed[theirs]
-        if int(row["semanticId"]) != thing.class_id:
-            found = str(int(row["semanticId"]))
-            yield Fault(occlusions.file, seen.name, f"semanticId of {thing.path}", str(thing.class_id), found)
         if differs(row["occlusionRatio"], thing.occlusion, relative=0.0, absolute=_RATIO):
             expected, found = f"{thing.occlusion:.4f}", f"{float(row['occlusionRatio']):.4f}"
             yield Fault(occlusions.file, seen.name, f"occlusionRatio of {thing.path}", expected, found)
+
+
+def _ids_of_rows(seen: Seen, occlusions: Occlusions, things: dict[int, Thing]) -> Faults:
+    """Every row has the ids of an object, once; what has no label has one row, with its own for both."""
+    known: set[int] = set()
+    for row in occlusions.rows:
+        instance, semantic = int(row["instanceId"]), int(row["semanticId"])
+        thing = things.get(instance)
+        if instance in known:
+            yield Fault(occlusions.file, seen.name, f"several rows have the instanceId {instance}")
+        known.add(instance)
+        if thing is not None and semantic != thing.class_id:
+            what = f"semanticId of {thing.path}"
+            yield Fault(occlusions.file, seen.name, what, str(thing.class_id), str(semantic))
+        elif (instance == _UNLABELED) != (semantic == _UNLABELED) or not (instance and semantic):
+            what = "both ids of a row are of an object, or both of what has no label"
+            yield Fault(occlusions.file, seen.name, what, "", f"instanceId {instance}, semanticId {semantic}")
 
 
 def _agree(seen: Seen) -> Faults:

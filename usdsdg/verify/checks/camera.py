@@ -8,13 +8,19 @@ from typing import Any
 import numpy as np
 
 from usdsdg.datasets.faults import Fault, Faults
+from usdsdg.datasets.formats import basic
 from usdsdg.datasets.seen import Camera, Seen
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.lens_attributes import reported_lens
-from usdsdg.verify.checks.compare import differs, text
+from usdsdg.verify.checks.compare import beyond, differs, text
 
 # float32 of the file's numbers.
 _RELATIVE = 1e-6
+# What camera_params has had in every version.
+_ALWAYS = (
+    "cameraAperture", "cameraApertureOffset", "cameraFocalLength", "cameraNearFar", "cameraFStop",
+    "cameraFocusDistance", "metersPerSceneUnit",
+)  # fmt: skip
 
 
 def check(seen: Seen) -> Faults:
@@ -40,10 +46,11 @@ def check(seen: Seen) -> Faults:
 def _is_rigid(seen: Seen, camera: Camera) -> Faults:
     """A camera turns and moves, and nothing else."""
     view = camera.view
-    if np.isnan(view).any():
+    if view is None:
         return
     off = max(camera.digits * 10, 1e-6)
-    if np.abs(view[:3, :3] @ view[:3, :3].T - np.eye(3)).max() > off or np.abs(view[:, 3] - (0, 0, 0, 1)).max() > off:
+    turn = view[:3, :3] @ view[:3, :3].T
+    if differs(turn, np.eye(3), relative=0.0, absolute=off) or beyond(np.abs(view[:, 3] - (0, 0, 0, 1)), off).any():
         yield Fault(
             camera.file,
             seen.name,
@@ -54,19 +61,18 @@ def _is_rigid(seen: Seen, camera: Camera) -> Faults:
 
 
 def _recorded(seen: Seen, camera: Camera, view: CameraView) -> Faults:
-    if not np.isnan(camera.view).any() and differs(
-        camera.view, view.world_to_camera, relative=1e-9, absolute=camera.digits
-    ):
+    if camera.view is not None and differs(camera.view, view.world_to_camera, relative=1e-9, absolute=camera.digits):
         yield Fault(camera.file, seen.name, "the camera's matrix", text(view.world_to_camera), text(camera.view))
     if camera.size is not None and camera.size != (view.width, view.height):
         yield Fault(
             camera.file, seen.name, "the image's size", f"{view.width} x {view.height}", "{} x {}".format(*camera.size)
         )
     if view.projection_type == "pinhole":
-        expected = (view.fx, view.cx, view.cy)
-        found = (camera.focal, *(camera.center or ()))
+        expected = (view.fx, view.fy, view.cx, view.cy)
+        focal_down = camera.focal if camera.focal_down is None else camera.focal_down
+        found = (camera.focal, focal_down, *(camera.center or ()))
         if camera.focal is not None and differs(found, expected, relative=max(_RELATIVE, camera.digits)):
-            yield Fault(camera.file, seen.name, "focal length and center [pixels]", text(expected), text(found))
+            yield Fault(camera.file, seen.name, "focal lengths and center [pixels]", text(expected), text(found))
     for name in ("cameraProjection", "camera_projection_matrix"):
         if name in camera.values and view.projection_type == "pinhole" and math.isfinite(view.clipping_range[1]):
             found = np.reshape(camera.values[name], (4, 4))
@@ -78,9 +84,12 @@ def _recorded(seen: Seen, camera: Camera, view: CameraView) -> Faults:
             if isinstance(expected, str):
                 wrong = found != expected
             else:
-                wrong = differs(np.ravel(found), np.ravel(expected), relative=_RELATIVE)
+                wrong = differs(found, expected, relative=_RELATIVE)
             if wrong:
                 yield Fault(camera.file, seen.name, name, str(expected), str(found))
+    for name in _ALWAYS if seen.format == basic.NAME else ():
+        if name not in camera.values:
+            yield Fault(camera.file, seen.name, f"{name} is missing")
 
 
 def _values(view: CameraView) -> dict[str, Any]:
@@ -94,6 +103,7 @@ def _values(view: CameraView) -> dict[str, Any]:
         "cameraFStop": view.f_stop,
         "cameraFocusDistance": view.focus_distance,
         "aperture": [view.horizontal_aperture, view.vertical_aperture],
+        "aperture_offset": [view.horizontal_aperture_offset, view.vertical_aperture_offset],
         "focal_length": view.focal_length,
         "meters_per_scene_unit": view.meters_per_unit,
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -37,6 +38,23 @@ def differs(found: Any, expected: Any, *, relative: float, absolute: float = 0.0
     # Numbers of one matrix are as accurate as the largest of them.
     scale = np.abs(expected[np.isfinite(expected)]).max(initial=0.0)
     return not np.allclose(found, expected, rtol=0.0, atol=absolute + relative * scale, equal_nan=True)
+
+
+def beyond(off: Any, limit: Any) -> np.ndarray:
+    """Return where a deviation is larger than allowed, or no number."""
+    with np.errstate(invalid="ignore"):
+        return ~(np.asarray(off) <= limit)
+
+
+def is_rotation(axes: np.ndarray, *, absolute: float) -> bool:
+    """Return whether rows (3, 3) are perpendicular unit vectors, and not mirrored."""
+    return not differs(axes @ axes.T, np.eye(3), relative=0.0, absolute=absolute) and np.linalg.det(axes) > 0
+
+
+def angles_differ(found: float, expected: float, *, absolute: float) -> bool:
+    """Return whether two angles [radians] are farther apart than allowed, whole turns aside; or no numbers."""
+    off = found - expected
+    return not math.isfinite(off) or abs(math.remainder(off, math.tau)) > absolute
 
 
 def text(values: Any) -> str:

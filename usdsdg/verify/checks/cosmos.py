@@ -9,7 +9,7 @@ from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.formats.cosmos import NAME
 from usdsdg.datasets.seen import Seen
 from usdsdg.record import samples
-from usdsdg.verify.checks.compare import of_pixels
+from usdsdg.verify.checks.compare import of_pixels, shapes_agree
 
 _NEAR, _FAR = 0.1, 100.0
 # Of the share of each channel in a segment's color, which shading keeps; 8 bits lose some.
@@ -21,6 +21,9 @@ def check(seen: Seen) -> Faults:
     if seen.format != NAME:
         return
     truth = seen.truth
+    if truth is not None:
+        for file, image in seen.further_images().values():
+            yield from shapes_agree(seen, file, image.shape, truth.product.shape)
     if truth is not None and "depth" in seen.extra and truth.product.depth is not None:
         file, image = seen.extra["depth"]
         gray = samples.grid(image if image.ndim == 2 else image[..., 0]).astype(int)

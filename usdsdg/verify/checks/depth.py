@@ -62,7 +62,7 @@ def _wrong(found: np.ndarray, expected: np.ndarray, depth: Depth) -> np.ndarray:
     limit = depth.step * 0.501 + _RELATIVE * np.where(seen, np.abs(expected), 0)
     # At the end of its range a format may have either.
     near_the_end = np.abs(np.where(np.isfinite(expected), expected, 0) - depth.far) <= depth.step
-    return ((np.isfinite(found) != seen) | (seen & (off > limit))) & ~near_the_end
+    return (((np.isfinite(found) != seen) | (seen & (off > limit))) & ~near_the_end) | np.isnan(found)
 
 
 def _kinds_agree(seen: Seen) -> Faults:

@@ -8,7 +8,7 @@ from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.seen import Points, Seen
 from usdsdg.datasets.truth import points
 from usdsdg.record import samples
-from usdsdg.verify.checks.compare import differs, text
+from usdsdg.verify.checks.compare import beyond, differs, text
 
 _RELATIVE = 5e-5
 
@@ -66,18 +66,20 @@ def _recorded(seen: Seen, cloud: Points) -> Faults:
                 yield Fault(file, seen.name, f"{wrong} points have not the id of what they show")
     if "rgb" in cloud.others and seen.colors and seen.colors[0].exact and seen.colors[0].image.shape[:2] == kept.shape:
         file, values = cloud.others["rgb"]
-        if len(values) == len(cloud.points) and (values[:, :3] != seen.colors[0].image[kept][:, :3]).any():
+        channels = min(values.shape[1], seen.colors[0].image.shape[2])
+        mine, theirs = values[:, :channels], seen.colors[0].image[kept][:, :channels]
+        if len(values) == len(cloud.points) and (mine != theirs).any():
             yield Fault(file, seen.name, f"points have not the colors of {seen.colors[0].file}")
     if "normals" in cloud.others and truth.product.normals is not None:
         file, values = cloud.others["normals"]
         place, here = np.cumsum(kept.ravel()).reshape(kept.shape) - 1, kept[rows, columns]
         if len(values) == len(cloud.points):
             off = np.abs(values[place[rows, columns][here]][:, :3] - truth.product.normals[here] / 127.0)
-            if (off > 1 / 127).any():
+            if (wrong := beyond(off, 1 / 127)).any():
                 yield Fault(
                     file,
                     seen.name,
-                    f"normals of {int((off > 1 / 127).any(axis=1).sum())} points are not the recorded ones",
+                    f"normals of {int(wrong.any(axis=1).sum())} points are not the recorded ones",
                 )
 
 

@@ -12,7 +12,7 @@ from usdsdg.datasets.formats.pose import expected
 from usdsdg.datasets.seen import Posed, Poses, Seen
 from usdsdg.datasets.truth import Thing
 from usdsdg.stage.cameras.camera_view import CameraView
-from usdsdg.verify.checks.compare import differs, pairs, text
+from usdsdg.verify.checks.compare import beyond, differs, pairs, text
 
 _ORDER = ("Center", *(x + y + z for x in "LR" for y in "DU" for z in "BF"))
 _DOPE_FIRST = "LUF"
@@ -54,7 +54,7 @@ def _object(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: Camera
     if (truncated := truncation(thing, camera)) is not None and "truncation_ratio" in posed.values:
         found = float(posed.values["truncation_ratio"])
         # It is that of keypoints in whole pixels.
-        if abs(found - truncated) > 0.02 + 4.0 / max(_shortest(thing, camera), 1.0):
+        if differs(found, truncated, relative=0.0, absolute=0.02 + 4.0 / max(_shortest(thing, camera), 1.0)):
             yield Fault(poses.file, seen.name, f"truncation_ratio of {thing.path}", f"{truncated:.4f}", f"{found:.4f}")
 
 
@@ -155,7 +155,7 @@ def _pixels(seen: Seen, poses: Poses, posed: Posed, thing: Thing, camera: Camera
     world = moved(keypoints(thing.bounds, poses.order), thing.local_to_world)
     pixels, depth = camera.project(world)
     ahead = np.isfinite(pixels).all(axis=1) & (depth > max(camera.clipping_range[0], 1e-6))
-    if found.shape != pixels.shape or (np.abs(found - pixels)[ahead] > _PIXEL).any():
+    if found.shape != pixels.shape or differs(found[ahead], pixels[ahead], relative=0.0, absolute=_PIXEL):
         yield Fault(poses.file, seen.name, f"{name} of {thing.path}", text(np.rint(pixels)), text(found))
     elif ahead.all() and camera.lens is None and thing.amodal_box is not None:
         low, high = found.min(axis=0) - _REACH, found.max(axis=0) + _REACH
@@ -180,7 +180,7 @@ def _agrees(seen: Seen, poses: Poses, posed: Posed) -> Faults:
         if name not in posed.values:
             continue
         length = float(np.linalg.norm(posed.values[name]))
-        if abs(length - 1) > 1e-4:
+        if differs(length, 1.0, relative=0.0, absolute=1e-4):
             yield Fault(poses.file, seen.name, f"{name} of {posed.path} is no rotation", "length 1", f"{length:.6g}")
         if seen.truth is None and matrix in posed.values:
             axes = np.array(posed.values[matrix], np.float64)
@@ -208,7 +208,8 @@ def _projects(seen: Seen, poses: Poses, posed: Posed) -> Faults:
         ahead = z < -1e-3
         with np.errstate(divide="ignore", invalid="ignore"):
             projected = np.stack([cx + focal * x / -z, cy - focal * y / -z], axis=1)
-        if (np.abs(projected - np.array(posed.values[pixels]))[ahead] > _PIXEL).any():
+        written = np.array(posed.values[pixels], np.float64)
+        if written.shape != projected.shape or beyond(np.abs(projected - written)[ahead], _PIXEL).any():
             yield Fault(poses.file, seen.name, f"{points} of {posed.path} do not project to {pixels}")
 
 
@@ -221,7 +222,7 @@ def _locations(seen: Seen, poses: Poses, posed: Posed) -> Faults:
     if "location_world_frame" in values and differs(values["location_world_frame"], pose[3, :3], relative=_FLOAT32):
         what = f"location_world_frame of {posed.path} is that of local_to_world_transform"
         yield Fault(poses.file, seen.name, what, text(pose[3, :3]), text(values["location_world_frame"]))
-    if "location_camera_frame" not in values or not seen.cameras:
+    if "location_camera_frame" not in values or not seen.cameras or seen.cameras[0].view is None:
         return
     found, view = np.array(values["location_camera_frame"], np.float64), seen.cameras[0].view
     # Which of both a file has is not told in it: `exact_camera_frame` is an option of the writer.

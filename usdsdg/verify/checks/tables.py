@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from usdsdg.datasets.faults import Fault, Faults
-from usdsdg.datasets.seen import Ids, Seen, unpacked
+from usdsdg.datasets.seen import Ids, Occlusions, Seen, unpacked
 from usdsdg.datasets.truth import BACKGROUND, INVALID, UNLABELLED, text_of
 from usdsdg.record import CLASSES
 
+_UNLABELED = 1  # id of all that has no label
 _NOTHING = (BACKGROUND, UNLABELLED, INVALID)
 
 
@@ -30,6 +31,9 @@ class Tables:
                 continue
             for key, name in ids.meanings.items():
                 yield from self._entry(seen, ids, key, name)
+        for occlusions in seen.occlusions:
+            if self._classes and seen.truth is not None and seen.truth.record.stable_ids:
+                yield from _known_classes(seen, occlusions, self._classes)
 
     def _entry(self, seen: Seen, ids: Ids, key: int, name: str) -> Faults:
         what = (seen.format, ids.kind, ids.colored, ids.filter)
@@ -49,6 +53,17 @@ class Tables:
             yield Fault(ids.table, seen.name, f"{name} is black, as the background is")
         if ids.kind == "class" and self._classes:
             yield from _in_class_table(seen, ids, key, name, shown, self._classes)
+
+
+def _known_classes(seen: Seen, occlusions: Occlusions, classes: Mapping[str, Any]) -> Faults:
+    """The ids of classes beside occluded fractions are those of the dataset's table."""
+    rows = next((each["classes"] for each in classes["tables"] if (each["filter"] or "") == occlusions.filter), None)
+    if rows is None:
+        return
+    listed = {_UNLABELED, *(each["id"] for each in rows)}
+    if unknown := sorted(set(occlusions.rows["semanticId"].tolist()) - listed):
+        what = f"rows have the semanticId of no class in {CLASSES}"
+        yield Fault(occlusions.file, seen.name, what, str(sorted(listed)), str(unknown))
 
 
 def _noun(ids: Ids) -> str:

@@ -7,6 +7,7 @@ import re
 import stat
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -35,6 +36,7 @@ class Integrity:
     faults: list[Fault] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     compared: int = 0  # files, by hash
+    is_finished: bool = True  # the run, or all parts of it, which are joined
 
 
 def check(folder: Path, progress: Progress | None = None) -> Integrity | None:
@@ -45,7 +47,7 @@ def check(folder: Path, progress: Progress | None = None) -> Integrity | None:
     listing = read_listing(folder)
     if listing is None:
         return None
-    result = Integrity(frozenset(listing.files), list(listing.faults))
+    result = Integrity(frozenset(listing.files), list(listing.faults), is_finished=listing.is_complete)
     by_hash = {(each.size, each.sha256): name for name, each in listing.files.items()}
     with ThreadPoolExecutor(available_threads()) as pool:
         for fault in pool.map(partial(_compared, folder, by_hash=by_hash), listing.files, listing.files.values()):
@@ -101,8 +103,12 @@ def _check_unlisted(folder: Path, listing: Listing, by_hash: dict[tuple[int, str
         if not stat.S_ISREG(os.lstat(path).st_mode):
             result.faults.append(Fault(name, "?", f"no run wrote it: {_kind_of(os.lstat(path).st_mode)}"))
             continue
-        copied = by_hash.get(facts_of(path)) if path.stat().st_size else None
-        result.faults.append(Fault(name, "?", f"is a copy of {copied}" if copied else "no run wrote it"))
+        with suppress(OSError):  # such as of another user: nothing is known of it, but that it is there
+            copied = by_hash.get(facts_of(path)) if path.stat().st_size else None
+            if copied:
+                result.faults.append(Fault(name, "?", f"is a copy of {copied}"))
+                continue
+        result.faults.append(Fault(name, "?", "no run wrote it"))
 
 
 def _files(folder: Path) -> Iterator[str]:

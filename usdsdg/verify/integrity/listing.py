@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import IO
 
+from usdsdg.datasets.attempt import UNREADABLE, attempt
 from usdsdg.datasets.faults import Fault
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.writers.journal import lines, recipe
@@ -42,15 +44,16 @@ class Listing:
 def read_listing(folder: Path) -> Listing | None:
     """Return what is listed in a folder; None where no run has kept a journal."""
     parts, own = parts_of(folder), folder / JOURNAL
-    if not (own.exists() or parts or (folder / recipe.FILE).exists()):
+    if not (_is_there(own) or parts or _is_there(folder / recipe.FILE)):
         return None
     listing = Listing()
     recipe_hash = _check_recipe(folder, listing)
-    if own.is_file() and own.stat().st_size:
+    is_empty = os.path.isfile(own) and not own.stat().st_size
+    if _is_there(own) and not is_empty:
         _read_journal(own, JOURNAL, listing, recipe_hash)
     elif not parts:
         listing.is_damaged = True
-        listing.faults.append(Fault(JOURNAL, "all", "is missing" if not own.exists() else "is empty"))
+        listing.faults.append(Fault(JOURNAL, "all", "is empty" if is_empty else "is missing"))
     if parts:
         _read_parts(folder, parts, listing)
     return listing
@@ -58,12 +61,11 @@ def read_listing(folder: Path) -> Listing | None:
 
 def _check_recipe(folder: Path, listing: Listing) -> str | None:
     """Return the SHA-256 of the recipe; None if there is none."""
-    try:
-        data = (folder / recipe.FILE).read_bytes()
-    except OSError as error:
-        said = "is missing" if isinstance(error, FileNotFoundError) else f"cannot be read: {error.strerror}"
-        listing.faults.append(Fault(recipe.FILE, "all", said))
+    file = _opened(folder / recipe.FILE, recipe.FILE, listing)
+    if file is None:
         return None
+    with file:
+        data = file.read()
     try:
         values = json.loads(data)
     except (ValueError, RecursionError) as error:
@@ -77,8 +79,17 @@ def _check_recipe(folder: Path, listing: Listing) -> str | None:
 
 def _read_journal(path: Path, name: str, listing: Listing, recipe_hash: str | None) -> None:
     """Add the files of a journal; recipe_hash: of the dataset's recipe, where it has one."""
+    file = _opened(path, name, listing)
+    if file is None:
+        listing.is_damaged = True
+        return
+    with file:
+        _read_lines(file, name, listing, recipe_hash)
+
+
+def _read_lines(file: IO[bytes], name: str, listing: Listing, recipe_hash: str | None) -> None:
     digest, numbers, closing, closing_data = hashlib.sha256(), [], None, b""
-    for place, data in _lines(path):
+    for place, data in enumerate(file, 1):
         line = lines.parsed(data)
         if closing is not None:  # of a run that went on
             digest.update(closing_data)
@@ -129,10 +140,23 @@ def _read_parts(folder: Path, parts: list[Path], listing: Listing) -> None:
         listing.faults.append(Fault(PARTS, "all", f"shards {listed(missing)} are missing; make them with --shard"))
 
 
-def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
-    """Yield the lines with their numbers, from 1."""
-    with open(path, "rb") as file:
-        yield from enumerate(file, 1)
+def _is_there(path: Path) -> bool:
+    """Return whether anything is in a place, or hidden from this user."""
+    try:
+        os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except OSError:
+        return True
+    return True
+
+
+def _opened(path: Path, name: str, listing: Listing) -> IO[bytes] | None:
+    """Open a file; None, and a fault, where it cannot be read, as a pipe, which may never end."""
+    if os.path.exists(path) and not os.path.isfile(path):
+        listing.faults.append(Fault(name, "all", "is no file"))
+        return None
+    return attempt(listing.faults, name, "all", UNREADABLE, lambda: path.open("rb"))
 
 
 def _add(listing: Listing, files: dict[str, FileFacts], frame: str) -> None:

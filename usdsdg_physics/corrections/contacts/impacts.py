@@ -26,10 +26,11 @@ class Impacts:
         """`free` (N,) marks the bodies that move, and that no joint holds."""
         self._model, self._free, self._contacts = model, free, contacts
 
-    def center_contacts(self, state: newton.State, dt: float, visited: int) -> None:
+    def center_contacts(self, state: newton.State, surface_velocity: wp.array | None, dt: float, visited: int) -> None:
         """Move the contacts of impacts in the next `dt` seconds below the centers of mass of the bodies that fall.
 
-        There are at most `visited` contacts.
+        There are at most `visited` contacts; their shapes have the friction of both. surface_velocity: (C,) of the
+            contacts [m/s], None where no surface moves.
         """
         import warp as wp
 
@@ -41,6 +42,8 @@ class Impacts:
             inputs=[
                 self._model.shape_body,
                 self._model.shape_material_restitution,
+                self._model.shape_material_mu,
+                surface_velocity,
                 self._free,
                 self._model.body_com,
                 state.body_q,

@@ -12,6 +12,8 @@ from usdsdg_physics.corrections.contacts.contact_points import body_point, conta
 # fully. Bodies that tip over are slower, and what lies has the speed that gravity adds in a substep, 0.08 m/s.
 MIN_SPEED = wp.constant(0.25)
 FULL_SPEED = wp.constant(0.5)
+# Of the arm that friction needs; without any the whole load would be on the contacts ahead, and rounding turn the body.
+MARGIN = wp.constant(1.5)
 
 
 @wp.kernel(enable_backward=False)
@@ -19,6 +21,8 @@ def center_impacts(
     # scene
     shape_body: wp.array[wp.int32],
     restitution: wp.array[wp.float32],
+    friction: wp.array[wp.float32],
+    surface_velocity: wp.array[wp.vec3],
     # body
     free: wp.array[wp.int32],
     center: wp.array[wp.vec3],
@@ -32,7 +36,8 @@ def center_impacts(
 
     That is, where exactly one of the bodies is `free`, no restitution is asked for, and the surfaces meet within `dt`
     seconds. A body that turns into the surface faster than it falls keeps that part of the arm: only a contact at that
-    corner stops its turning.
+    corner stops its turning. One that slides keeps the part that its friction needs: a contact ahead, where the impulse
+    of both passes through the center of mass.
     """
     contact = wp.tid()
     if contact >= contacts.count[0]:
@@ -65,7 +70,19 @@ def center_impacts(
     if fall <= MIN_SPEED or gap > wp.max(fall, approach) * dt:
         return
 
+    tangent = arm - wp.dot(arm, normal) * normal
+    slide = velocity + wp.cross(wp.spatial_bottom(body_qd[body]), arm)
+    if surface_velocity:
+        slide += wp.where(moves1, surface_velocity[contact], -surface_velocity[contact])
+    slide -= wp.dot(slide, normal) * normal
+    mu = 0.5 * (friction[first] + friction[second])
+    height = -wp.dot(arm, normal)
+    needed = MARGIN * height * wp.min(mu * wp.length(slide), wp.length_sq(slide) / wp.max(fall, approach))
+    ahead = wp.dot(tangent, slide)
+    kept = 0.0
+    if ahead > 0.0:
+        kept = wp.clamp(needed / ahead, 0.0, 1.0)
     share = wp.min((fall - MIN_SPEED) / (FULL_SPEED - MIN_SPEED), 1.0) * fall / wp.max(fall, approach)
-    move = -share * (arm - wp.dot(arm, normal) * normal)
+    move = -share * (1.0 - kept) * tangent
     contacts.point0[contact] = body_point(body0, point0 + move, body_q)
     contacts.point1[contact] = body_point(body1, point1 + move, body_q)

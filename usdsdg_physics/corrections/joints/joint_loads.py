@@ -51,8 +51,11 @@ class JointLoads:
             self._more.zero_()
         self._has_more = wrenches is not None
 
-    def apply(self, after: newton.State, wrench: wp.array) -> None:
-        """Note which joints break under the `wrench` (N,) at each body's center of mass, and set friction by it."""
+    def apply(self, before: newton.State, wrench: wp.array) -> None:
+        """Note which joints break under the `wrench` (N,) at each body's center of mass, and set friction by it.
+
+        before: the state at the begin of the solver's step, where its forces act.
+        """
         import warp as wp
 
         from usdsdg_physics.corrections.joints.joint_loads_kernels import note_broken, set_friction
@@ -66,7 +69,7 @@ class JointLoads:
                 self._model.joint_child,
                 self._model.joint_X_c,
                 self._model.body_com,
-                after.body_q,
+                before.body_q,
                 wrench,
                 self._more,
             ],

@@ -42,6 +42,11 @@ class Substeps:
         moved = self._meshes or self._small or self._swinging or self._fast
         self.vary = bool(scene.bodies) and bool(moved)
 
+    @property
+    def triple_axes(self) -> np.ndarray:
+        """Where the axes of joints with three axes of rotation are in `joint_qd`."""
+        return self._swinging.triple_axes
+
     def least(self, dt: float) -> int:
         """Return how many substeps a step of `dt` seconds has at least."""
         return self._factor * ordinary_substeps(dt)
@@ -52,6 +57,7 @@ class Substeps:
         poses: np.ndarray,
         velocities: np.ndarray,
         *,
+        speeds: np.ndarray,
         targets: Mapping[int, np.ndarray],
         held: np.ndarray,
         is_pushed: bool,
@@ -59,6 +65,7 @@ class Substeps:
         """Return how many substeps a step of `dt` seconds takes, with poses (N, 7) and velocities (N, 6) of all bodies.
 
         Args:
+            speeds: (A,) of the `triple_axes` of joints [rad/s].
             targets: poses (7,) of kinematic bodies, by index, at the end of the step.
             held: (N,) which bodies are held at rest.
             is_pushed: whether a body moves by something else than its velocity and gravity.
@@ -71,7 +78,7 @@ class Substeps:
             count = self._meshes.substeps(dt, poses, velocities, targets, count)
         least = self.least(dt)
         if self._swinging:
-            least *= self._swinging.factor(dt / least, poses, velocities)
+            least *= self._swinging.factor(dt / least, poses, velocities, speeds)
         count = max(least, count)
         if self._fast:
             count = self._fast.substeps(dt, poses, _with_targets(velocities, poses, targets, dt), count)

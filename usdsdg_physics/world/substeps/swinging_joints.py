@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 MAX_TURN = 0.025
 MAX_FACTOR = 16  # so many substeps in place of one, at most
 SHORTEST_ARM = 1e-6  # m
+TRIPLE = 3
 
 
 class SwingingJoints:
@@ -38,18 +39,24 @@ class SwingingJoints:
         lengths = np.linalg.norm(arms, axis=1)
         long = lengths > SHORTEST_ARM
         self._bodies, self._arms = self._bodies[long], arms[long] / lengths[long, None]
+        # Where two of three axes nearly coincide, they turn faster than their body.
+        triple = np.flatnonzero(model.joint_dof_dim.numpy()[:, 1] == TRIPLE)
+        is_triple = (joint["type"][triple] == int(newton.JointType.D6)) if len(triple) else triple
+        ends = model.joint_qd_start.numpy()[triple[is_triple.astype(bool)] + 1]
+        self.triple_axes = (ends[:, None] - np.arange(1, TRIPLE + 1)).ravel()  # in joint_qd
 
     def __bool__(self) -> bool:
-        return len(self._bodies) > 0
+        return len(self._bodies) + len(self.triple_axes) > 0
 
-    def factor(self, substep: float, poses: np.ndarray, velocities: np.ndarray) -> int:
+    def factor(self, substep: float, poses: np.ndarray, velocities: np.ndarray, speeds: np.ndarray) -> int:
         """Return how many substeps to take in place of one of `substep` seconds: a power of two.
 
-        poses, velocities: (N, 7) and (N, 6) of all bodies.
+        poses, velocities: (N, 7) and (N, 6) of all bodies; speeds: (A,) of `triple_axes` [rad/s].
         """
         arms = rotated(poses[self._bodies, 3:].astype(np.float64), self._arms)
         rates = np.linalg.norm(np.cross(velocities[self._bodies, 3:], arms), axis=1)
-        turn, factor = float(np.nan_to_num(rates).max()) * substep, 1
+        fastest = np.nan_to_num(np.concatenate([rates, np.abs(speeds)])).max(initial=0.0)
+        turn, factor = float(fastest) * substep, 1
         while factor < MAX_FACTOR and turn > factor * MAX_TURN:
             factor *= 2
         return factor

@@ -71,12 +71,18 @@ def camera_ray(camera: Camera, column: float, row: float, lens: wp.vec2):
         return lens_ray(camera, column, row, lens)
     x = (column - camera.cx) / camera.fx
     y = (camera.cy - row) / camera.fy
+    if camera.orthographic != 0:
+        # Queries count from the origin on, so rays start at a near plane that is behind the camera.
+        behind = wp.max(-camera.near, 0.0)
+        return Ray(
+            origin=camera.origin + camera.rotation * wp.vec3(x, y, behind),
+            direction=camera.rotation * wp.vec3(0.0, 0.0, -1.0),
+            tmin=camera.near + behind,
+            tmax=camera.far + behind,
+        )
     offset = wp.vec3(0.0)
     direction = wp.vec3(x, y, -1.0)
-    if camera.orthographic != 0:
-        offset = wp.vec3(x, y, 0.0)
-        direction = wp.vec3(0.0, 0.0, -1.0)
-    elif camera.lens_radius > 0.0:
+    if camera.lens_radius > 0.0:
         offset = lens_sample(camera, lens)
         direction = direction * camera.focus_distance - offset
     direction = wp.normalize(direction)

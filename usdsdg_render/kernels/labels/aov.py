@@ -54,9 +54,12 @@ def uv(tables: SceneTables, hit: Hit) -> wp.vec2:
 
 
 @aov(HIT, miss=wp.inf)
-def distance_to_camera(tables: SceneTables, ray: Ray, hit: Hit, meters_per_unit: float) -> wp.float32:
-    """Distance from the camera's center [m]."""
-    return distance_of(tables, ray, hit) * meters_per_unit
+def distance_to_camera(tables: SceneTables, camera: Camera, ray: Ray, hit: Hit, meters_per_unit: float) -> wp.float32:
+    """Distance from the camera's center [m]; along its axis for an orthographic one, negative behind it."""
+    distance = distance_of(tables, ray, hit)
+    if camera.near < 0.0:  # the rays of an orthographic camera start there
+        return (distance + camera.near) * meters_per_unit
+    return distance * meters_per_unit
 
 
 @aov(HIT, miss=wp.inf)
@@ -66,7 +69,7 @@ def distance_to_image_plane(
     """Distance along the optical axis [m]."""
     back = wp.vec3(camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2])
     depth = distance_of(tables, ray, hit) * -wp.dot(ray.direction, back)
-    if camera.lens.eye_offset != 0.0:
+    if camera.lens.eye_offset != 0.0 or camera.near < 0.0:
         depth -= wp.dot(ray.origin - camera.origin, back)
     return depth * meters_per_unit
 

@@ -130,7 +130,8 @@ def bound_on_screen(
     for side in range(sides):
         normal = side_normal(side)
         bound = float(NOWHERE)
-        if deepest >= camera.near * 0.999 and nearest <= camera.far * 1.001:
+        near = camera.near - 1.0e-3 * wp.abs(camera.near)
+        if deepest >= near and nearest <= camera.far + 1.0e-3 * wp.abs(camera.far):
             if around:
                 bound = separating_offset(supports, instance, index, camera, normal, largest)
             else:

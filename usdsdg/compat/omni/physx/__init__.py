@@ -22,8 +22,9 @@ from usdsdg.compat.omni.physics.scene_query_hits import (
     physx_hit,
     physx_located_hit,
 )
+from usdsdg.compat.omni.physx.body_commands import BodyCommands, push_at, transformation_of
 from usdsdg.errors import Unsupported
-from usdsdg.session import engines
+from usdsdg.session import engines, stage_context
 
 Hit = TypeVar("Hit")
 Report = Callable[[Hit], bool]
@@ -70,12 +71,20 @@ class PhysxInterface:
         """Stop simulating, and restore poses and velocities from before."""
         engines.physics().stop()
 
+    def apply_force_at_pos(self, path: str, force: Any, pos: Any, mode: str = "Force") -> None:
+        """Push the body at a path during the next step; see `BodyCommands.apply_force_at_pos`."""
+        push_at(path, force, pos, mode)
+
+    def get_rigidbody_transformation(self, path: str) -> dict[str, Any]:
+        """Return "ret_val", whether a body is simulated, and its "position" (3,) and "rotation" (x, y, z, w)."""
+        return transformation_of(path)
+
     def force_load_physics_from_usd(self) -> None:
         """Do nothing: the stage is read when a simulation begins, and what changes before every step."""
 
 
-class PhysxSimulationInterface:
-    """Steps of physics without the timeline."""
+class PhysxSimulationInterface(BodyCommands):
+    """Steps of physics without the timeline, and commands for single bodies."""
 
     def simulate(self, elapsedStep: float, currentTime: float = 0.0) -> None:
         """Take one step of `elapsedStep` [s], also while the timeline is paused or stopped; the timeline stays."""
@@ -83,6 +92,19 @@ class PhysxSimulationInterface:
 
     def fetch_results(self) -> None:
         """Do nothing: a step has ended, and its result is on the stage, when `simulate` returns."""
+
+    def get_attached_stage(self) -> int:
+        """Return the id of the current stage, which is always the simulated one."""
+        return stage_context.stage_id()
+
+    def attach_stage(self, stage_id: int) -> bool:
+        """Begin to simulate the current stage, which is the only one that can be attached."""
+        engines.physics().play()
+        return True
+
+    def detach_stage(self) -> None:
+        """Stop simulating; bodies stay where they are."""
+        engines.physics().stop(restore=False)
 
     def flush_changes(self) -> None:
         """Do nothing: every step reads what has changed on the stage."""

@@ -87,6 +87,8 @@ def _masks(seen: Seen, masks: Masks) -> Faults:
         name = f"annotation {each.number}"
         if each.category not in masks.categories:
             yield Fault(masks.file, seen.name, f"{name} is of category {each.category}, which is not listed")
+        if each.crowd != 0:
+            yield Fault(masks.file, seen.name, f"iscrowd of {name}", "0", str(each.crowd))
         if each.mask is None or each.mask.shape != covered.shape:
             size = "none" if each.mask is None else str(each.mask.shape[::-1])
             yield Fault(masks.file, seen.name, f"{name} has a mask of the image's size", str(seen.size), size)

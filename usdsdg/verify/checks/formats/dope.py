@@ -12,7 +12,7 @@ from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.poses.rotations import matrix_from_euler
-from usdsdg.verify.checks.compare import differs, text
+from usdsdg.verify.checks.compare import beyond, differs, text
 from usdsdg.verify.checks.poses import is_straight, keypoints, moved, turned
 
 _BOXES, _NODE = "bounding_box_3d", "dope"
@@ -38,7 +38,7 @@ def check(seen: Seen) -> Faults:
 
 def _agrees(seen: Seen, poses: Poses, posed: Posed) -> Faults:
     """Whatever is recorded: a unit quaternion, a fraction, and keypoints that are those of a box with this pose."""
-    if abs(float(np.linalg.norm(posed.quaternion)) - 1) > 1e-4:
+    if differs(np.linalg.norm(posed.quaternion), 1.0, relative=0.0, absolute=1e-4):
         yield Fault(
             poses.file, seen.name, f"quaternion_wxyz of {posed.name} is no rotation", "", text(posed.quaternion)
         )
@@ -51,7 +51,7 @@ def _agrees(seen: Seen, poses: Poses, posed: Posed) -> Faults:
     if not poses.exact or seen.size is None or not ((posed.pixels > 0) & (posed.pixels < seen.size)).all():
         return
     off = _off_any_box(posed, poses.camera["intrinsics"])
-    if off > _PIXEL:
+    if beyond(off, _PIXEL):
         yield Fault(
             poses.file, seen.name, f"projected_cuboid of {posed.name} is of a box with its quaternion",
             "0 pixels off", f"{off:.2f}",
@@ -106,7 +106,7 @@ def _name(thing: Thing) -> str:
 
 def _object(seen: Seen, poses: Poses, posed: Posed, thing: Thing, truth: Truth, camera: CameraView) -> Faults:
     visibility = 1.0 - (thing.occlusion or 0.0)
-    if abs(posed.visibility - visibility) > 1e-5:
+    if differs(posed.visibility, visibility, relative=0.0, absolute=1e-5):
         found = f"{posed.visibility:.4f}"
         yield Fault(poses.file, seen.name, f"visibility of {thing.path}", f"{visibility:.4f}", found)
     pose = _pose(poses, truth, camera, thing)
@@ -153,7 +153,7 @@ def _pixels(seen: Seen, poses: Poses, posed: Posed, thing: Thing, truth: Truth, 
         with np.errstate(divide="ignore", invalid="ignore"):
             pixels = (clip[:, :2] / clip[:, 3:] + 1) / 2 * (size[0] or camera.width, size[1] or camera.height)
     ahead = (depth > max(camera.clipping_range[0], 1e-6)) & np.isfinite(pixels).all(axis=1)
-    off = np.abs(posed.pixels - pixels) > _PIXEL + _FLOAT32 * np.abs(pixels)
+    off = beyond(np.abs(posed.pixels - pixels), _PIXEL + _FLOAT32 * np.abs(pixels))
     if off[ahead].any():
         what = f"projected_cuboid of {thing.path}"
         yield Fault(poses.file, seen.name, what, text(pixels[ahead]), text(posed.pixels[ahead]))

@@ -12,7 +12,7 @@ from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.stage.cameras.camera_view import CameraView
-from usdsdg.verify.checks.compare import differs, text
+from usdsdg.verify.checks.compare import angles_differ, differs, text
 from usdsdg.verify.checks.poses import truncation
 from usdsdg.writers.formats.kitti import files
 
@@ -37,12 +37,12 @@ def check_lines(seen: Seen, file: str, lines: list[list[str]]) -> Faults:
             yield Fault(file, seen.name, f"line {number} has fields that are no numbers")
     for name, values in parsed:
         alpha, (x, _, z), rotation = values[2], values[10:13], values[13]
-        if abs(math.remainder(rotation - math.atan2(x, z) - alpha, math.tau)) > _ANGLE:
+        if angles_differ(rotation - math.atan2(x, z), alpha, absolute=_ANGLE):
             yield Fault(
                 file,
                 seen.name,
                 f"alpha of {name} is rotation_y as seen along the ray",
-                f"{math.remainder(rotation - math.atan2(x, z), math.tau):.4f}",
+                f"{rotation - math.atan2(x, z):.4f}",
                 f"{alpha:g}",
             )
     if seen.truth is not None and seen.truth.camera is not None:
@@ -103,7 +103,7 @@ def _line(seen: Seen, file: str, name: str, values: np.ndarray, thing: Thing, tr
         yield Fault(file, seen.name, f"height, width and length {what} [m]", text(sizes), text(values[7:10]))
     if differs(values[10:13], location, relative=_DIGITS):
         yield Fault(file, seen.name, f"the location {what} [m]", text(location), text(values[10:13]))
-    if abs(math.remainder(values[13] - rotation, math.tau)) > _ANGLE:
+    if angles_differ(values[13], rotation, absolute=_ANGLE):
         yield Fault(file, seen.name, f"rotation_y {what}", f"{rotation:.4f}", f"{values[13]:.4f}")
 
 

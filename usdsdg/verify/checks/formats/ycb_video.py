@@ -13,7 +13,7 @@ from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.record import samples
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.poses.rotations import matrix_from_euler
-from usdsdg.verify.checks.compare import differs, of_pixels, text
+from usdsdg.verify.checks.compare import differs, is_rotation, of_pixels, text
 from usdsdg.verify.checks.poses import is_straight
 
 _TIGHT, _CLASSES, _NODE, _BOXES = "bounding_box_2d_tight", "semantic_segmentation", "pose", "bounding_box_3d"
@@ -118,6 +118,8 @@ def _poses(seen: Seen, meta: Meta, indices: dict[str, int], truth: Truth, camera
         yield Fault(meta.file, seen.name, "intrinsic_matrix", text(own), text(meta.matrix))
     elif not meta.exact and isinstance(matrix, list) and differs(meta.matrix, matrix, relative=1e-9):
         yield Fault(meta.file, seen.name, "intrinsic_matrix", text(matrix), text(meta.matrix))
+    if meta.exact:
+        yield from _from_world(seen, meta, camera)
     factor = int(truth.record.parameters.get("factor_depth") or 10000)
     if meta.factor != factor:
         yield Fault(meta.file, seen.name, "factor_depth", str(factor), str(meta.factor))
@@ -131,6 +133,19 @@ def _poses(seen: Seen, meta: Meta, indices: dict[str, int], truth: Truth, camera
         yield from _object(seen, meta, pose, center, thing, truth, camera)
     for thing in left:
         yield Fault(meta.file, seen.name, f"{thing.path} is visible and has no pose")
+
+
+def _from_world(seen: Seen, meta: Meta, camera: CameraView) -> Faults:
+    """The camera of the file is the recorded one, from the world in meters."""
+    axes = matrix_from_euler(_OPENCV)
+    turned = (camera.world_to_camera[:3, :3] @ axes).T
+    moved = camera.world_to_camera[3, :3] @ axes * camera.meters_per_unit
+    expected = np.column_stack([turned, moved])
+    if meta.to_camera is None:
+        yield Fault(meta.file, seen.name, "rotation_translation_matrix is missing")
+    elif differs(meta.to_camera, expected, relative=1e-6, absolute=1e-9):
+        name = "rotation_translation_matrix"
+        yield Fault(meta.file, seen.name, name, text(expected), text(meta.to_camera))
 
 
 def _object(
@@ -150,7 +165,7 @@ def _object(
         pixel = pixel - 0.5
     elif not _is_opencv(truth) or truth.parameter(_NODE, "imageWidth") not in (0, None, camera.width):
         return
-    if np.abs(center - pixel).max() > _PIXEL + _FLOAT32 * np.abs(pixel).max():
+    if differs(center, pixel, relative=_FLOAT32, absolute=_PIXEL):
         yield Fault(meta.file, seen.name, f"center of {thing.path}", text(pixel), text(center))
 
 
@@ -185,7 +200,7 @@ def _agrees(seen: Seen, meta: Meta, file: str, label: np.ndarray | None) -> Faul
     if not meta.exact:
         return
     for index, pose in enumerate(meta.poses):
-        if np.abs(pose[:, :3] @ pose[:, :3].T - np.eye(3)).max() > 1e-5 or np.linalg.det(pose[:, :3]) < 0:
+        if not is_rotation(pose[:, :3], absolute=1e-5):
             yield Fault(meta.file, seen.name, f"pose {index} has no rotation", "", text(pose[:, :3]))
     projected = (meta.poses[:, :, 3] @ meta.matrix.T)[meta.poses[:, 2, 3] > 0]
     if differs(meta.centers[meta.poses[:, 2, 3] > 0], projected[:, :2] / projected[:, 2:], relative=1e-6):

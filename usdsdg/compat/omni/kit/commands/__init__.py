@@ -1,6 +1,6 @@
 """`omni.kit.commands`: commands by name, those that scripts use beside Replicator, and a script's own."""
 
-from usdsdg.compat.omni.kit.commands import materials, physics, prims, properties, transforms
+from usdsdg.compat.omni.kit.commands import materials, physics, prims, properties, sensors, transforms
 from usdsdg.compat.omni.kit.commands.registry import (
     Command,
     create,
@@ -14,5 +14,5 @@ from usdsdg.compat.omni.kit.commands.registry import (
 
 __all__ = [
     "Command", "create", "execute", "get_command_class", "get_commands_list", "materials", "physics", "prims",
-    "properties", "register", "register_all_commands_in_module", "transforms", "unregister",
+    "properties", "register", "register_all_commands_in_module", "sensors", "transforms", "unregister",
 ]  # fmt: skip

@@ -5,30 +5,34 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
 from pxr import Usd, UsdPhysics
 
-from usdsdg.compat.isaacsim.core.experimental.prims.xform_prim import XformPrim
-from usdsdg.compat.wrappers.arrays import chosen, rows
-from usdsdg.compat.wrappers.joints import WHY, JointRows
+from usdsdg.compat.isaacsim.core.experimental.prims.articulation_links import ArticulationLinks
+from usdsdg.compat.isaacsim.core.experimental.prims.articulation_settings import ArticulationSettings
+from usdsdg.compat.isaacsim.core.experimental.prims.xform_prim import _pose_rows
+from usdsdg.compat.wrappers import articulation_roots, bodies, poses
+from usdsdg.compat.wrappers.arrays import chosen, grid, rows
+from usdsdg.compat.wrappers.joints import WHY
+from usdsdg.compat.wrappers.prim_paths import prim_of
 from usdsdg.compat.wrappers.unsupported import RefusedNames
+from usdsdg.session import body_velocities
 
 if TYPE_CHECKING:
     import warp as wp
 
     from usdsdg.compat.wrappers.arrays import Indices, Values
 
+_STILL = (0.0, 0.0, 0.0)
 
-class Articulation(XformPrim):
+
+class Articulation(ArticulationSettings, ArticulationLinks):
     """Robots: poses, links and joints. Forces in joints and between links raise `Unsupported`.
 
-    Joint arrays have a row per robot and a column per joint with a position ("dof"), in rad and stage units.
+    While physics plays, poses and velocities are those of the bases. Quaternions are (w, x, y, z).
     """
 
-    __getattr__ = RefusedNames(
-        "Articulation",
-        ("get_", "set_", "apply_", "switch_", "num_shapes", "is_physics", "jacobian", "mass_matrix"),
-        WHY,
-    )
+    __getattr__ = RefusedNames("Articulation", ("get_", "set_", "apply_", "num_fixed"), WHY)
 
     def __init__(
         self,
@@ -47,160 +51,140 @@ class Articulation(XformPrim):
             paths, resolve_paths=resolve_paths, positions=positions, translations=translations,
             orientations=orientations, scales=scales, reset_xform_op_properties=reset_xform_op_properties,
         )  # fmt: skip
-        self._joint_rows: JointRows | None = None
 
-    # --- what there is ---
-    @property
-    def joint_names(self) -> list[str]:
-        """Return the names of the joints below the first prim, in the order of the stage."""
-        return [joint.GetName() for joint in self._below(UsdPhysics.Joint)]
+    @staticmethod
+    def fetch_articulation_root_api_prim_paths(paths: str | Sequence[str]) -> list[str | None]:
+        """Return the path of the first prim with the ArticulationRootAPI at or below each prim; None without one."""
+        existing, _ = ArticulationLinks.resolve_paths(paths)
+        roots = [articulation_roots.root_of(prim_of(path)) for path in existing]
+        return [str(root.GetPath()) if root.HasAPI(UsdPhysics.ArticulationRootAPI) else None for root in roots]
 
-    @property
-    def link_names(self) -> list[str]:
-        """Return the names of the rigid bodies at and below the first prim, in the order of the stage."""
-        return [prim.GetName() for prim in Usd.PrimRange(self.prims[0]) if prim.HasAPI(UsdPhysics.RigidBodyAPI)]
+    def is_physics_tensor_entity_valid(self) -> bool:
+        """Whether physics simulates."""
+        return bodies.is_simulating()
 
-    @property
-    def num_joints(self) -> int:
-        return len(self.joint_names)
+    is_physics_tensor_entity_initialized = is_physics_tensor_entity_valid
 
-    @property
-    def num_links(self) -> int:
-        return len(self.link_names)
+    # --- poses and velocities of the bases ---
+    def get_world_poses(self, *, indices: Indices = None) -> tuple[wp.array, wp.array]:
+        """Return positions (N, 3) and orientations (N, 4) in the world."""
+        if not bodies.is_simulating():
+            return super().get_world_poses(indices=indices)
+        positions, orientations = poses.world_poses(self._bases(indices))
+        return self._warp(positions), self._warp(orientations)
 
-    @property
-    def num_dofs(self) -> int:
-        return len(self.dof_names)
-
-    @property
-    def dof_names(self) -> list[str]:
-        """Return the names of the joints with a position, breadth first from the base."""
-        return self._joints().names
-
-    @property
-    def dof_paths(self) -> list[list[str]]:
-        """Return the paths of the joints with a position, of each robot."""
-        return [[joint.path for joint in robot.dofs] for robot in self._joints().robots]
-
-    def get_dof_indices(self, names: str | Sequence[str]) -> wp.array:
-        """Return the columns of joints by name.
-
-        Raises:
-            AssertionError: there is no such joint.
-        """
-        import numpy as np
-
-        known = self.dof_names
-        wanted = [names] if isinstance(names, str) else list(names)
-        if missing := [name for name in wanted if name not in known]:
-            raise AssertionError(f"{self.paths[0]} has no joint {missing[0]!r}; it has {', '.join(known)}")
-        return self._warp(np.array([known.index(name) for name in wanted], np.int32))
-
-    # --- positions and velocities ---
-    def get_dof_positions(self, *, indices: Indices = None, dof_indices: Indices = None) -> wp.array:
-        """Return (N, D)."""
-        return self._part(self._joints().positions(), indices, dof_indices)
-
-    def set_dof_positions(self, positions: Values, *, indices: Indices = None, dof_indices: Indices = None) -> None:
-        """Move joints at once, within their limits: (N, D)."""
-        self._set(self._joints().set_positions, positions, indices, dof_indices)
-
-    def get_dof_velocities(self, *, indices: Indices = None, dof_indices: Indices = None) -> wp.array:
-        """Return (N, D)."""
-        return self._part(self._joints().velocities(), indices, dof_indices)
-
-    def set_dof_velocities(self, velocities: Values, *, indices: Indices = None, dof_indices: Indices = None) -> None:
-        """Set velocities (N, D), which last until a limit, or as the joint's drive damps them."""
-        self._set(self._joints().set_velocities, velocities, indices, dof_indices)
-
-    def get_dof_position_targets(self, *, indices: Indices = None, dof_indices: Indices = None) -> wp.array:
-        """Return the targets (N, D) of the drives."""
-        return self._part(self._joints().targets(), indices, dof_indices)
-
-    def set_dof_position_targets(
-        self, positions: Values, *, indices: Indices = None, dof_indices: Indices = None
+    def set_world_poses(
+        self, positions: Values | None = None, orientations: Values | None = None, *, indices: Indices = None
     ) -> None:
-        """Set the targets (N, D) that drives move their joints to.
+        """Place robots in the world; what is not given stays.
 
         Raises:
-            BadValue: a joint has no drive.
+            AssertionError: neither is given.
         """
-        self._set(self._joints().set_targets, positions, indices, dof_indices)
+        if not bodies.is_simulating():
+            super().set_world_poses(positions, orientations, indices=indices)
+            return
+        prims = self._bases(indices)
+        poses.set_world_poses(prims, *_pose_rows(positions, orientations, len(prims)), strict=False)
 
-    def get_dof_velocity_targets(self, *, indices: Indices = None, dof_indices: Indices = None) -> wp.array:
-        """Return the target velocities (N, D) of the drives."""
-        return self._part(self._joints().velocity_targets(), indices, dof_indices)
+    def get_local_poses(self, *, indices: Indices = None) -> tuple[wp.array, wp.array]:
+        """Return translations (N, 3) and orientations (N, 4) relative to the parents of the robots' prims."""
+        if not bodies.is_simulating():
+            return super().get_local_poses(indices=indices)
+        world = poses.world_poses(self._bases(indices))
+        translations, orientations = poses.local_from_world(self._chosen(indices), *world)
+        return self._warp(translations.astype(np.float32)), self._warp(orientations.astype(np.float32))
 
-    def set_dof_velocity_targets(
-        self, velocities: Values, *, indices: Indices = None, dof_indices: Indices = None
+    def set_local_poses(
+        self, translations: Values | None = None, orientations: Values | None = None, *, indices: Indices = None
     ) -> None:
-        """Set the velocities (N, D) that drives give their joints.
+        """Place robots relative to the parents of their prims; what is not given stays.
 
         Raises:
-            BadValue: a joint has no drive.
+            AssertionError: neither is given.
         """
-        self._set(self._joints().set_velocity_targets, velocities, indices, dof_indices)
+        if not bodies.is_simulating():
+            super().set_local_poses(translations, orientations, indices=indices)
+            return
+        prims, bases = self._chosen(indices), self._bases(indices)
+        given = _pose_rows(translations, orientations, len(prims))
+        poses.move_to_local(bases, prims, *given)
 
-    def set_dof_efforts(self, efforts: Values, *, indices: Indices = None, dof_indices: Indices = None) -> None:
-        """Push joints during the next physics step: torques, and forces of prismatic joints (N, D).
+    def get_velocities(self, *, indices: Indices = None) -> tuple[wp.array, wp.array]:
+        """Return linear (N, 3) [stage units/s] and angular velocities (N, 3) [rad/s] in the world."""
+        linear, angular = body_velocities.velocities(self._bases(indices))
+        return self._warp(linear), self._warp(angular)
 
-        Raises:
-            PhysicsError: physics does not play.
-        """
-        self._set(self._joints().apply_efforts, efforts, indices, dof_indices)
-
-    def set_dof_gains(
+    def set_velocities(
         self,
-        stiffnesses: Values | None = None,
-        dampings: Values | None = None,
+        linear_velocities: Values | None = None,
+        angular_velocities: Values | None = None,
+        *,
+        indices: Indices = None,
+    ) -> None:
+        """Set linear [stage units/s] or angular velocities [rad/s]; links move along, and what is not given stays.
+
+        Raises:
+            AssertionError: neither is given.
+        """
+        if linear_velocities is None and angular_velocities is None:
+            raise AssertionError("give linear_velocities or angular_velocities")
+        prims = self._bases(indices)
+        both = (None if each is None else rows(each, 3, len(prims)) for each in (linear_velocities, angular_velocities))
+        bodies.set_velocities(prims, *both)
+
+    # --- default state ---
+    def set_default_state(
+        self,
+        positions: Values | None = None,
+        orientations: Values | None = None,
+        linear_velocities: Values | None = None,
+        angular_velocities: Values | None = None,
+        dof_positions: Values | None = None,
+        dof_velocities: Values | None = None,
+        dof_efforts: Values | None = None,
         *,
         indices: Indices = None,
         dof_indices: Indices = None,
-        update_default_gains: bool = True,
     ) -> None:
-        """Set stiffness and damping (N, D) of the drives on the stage, which keeps no others as default.
-
-        Raises:
-            BadValue: a joint has no drive.
-        """
-        if stiffnesses is not None:
-            self._set(self._joints().set_stiffness, stiffnesses, indices, dof_indices)
-        if dampings is not None:
-            self._set(self._joints().set_damping, dampings, indices, dof_indices)
-
-    def get_dof_max_efforts(self, *, indices: Indices = None, dof_indices: Indices = None) -> wp.array:
-        """Return the largest torques, and forces of prismatic joints, (N, D) of the drives."""
-        return self._part(self._joints().max_efforts(), indices, dof_indices)
-
-    def set_dof_max_efforts(self, max_efforts: Values, *, indices: Indices = None, dof_indices: Indices = None) -> None:
-        """Set the largest torques, and forces of prismatic joints, (N, D) of the drives.
-
-        Raises:
-            BadValue: a joint has no drive.
-        """
-        self._set(self._joints().set_max_efforts, max_efforts, indices, dof_indices)
-
-    def get_dof_limits(self, *, indices: Indices = None, dof_indices: Indices = None) -> tuple[wp.array, wp.array]:
-        """Return lower and upper limits (N, D)."""
-        limits = self._joints().limits()
-        return self._part(limits[..., 0], indices, dof_indices), self._part(limits[..., 1], indices, dof_indices)
-
-    def get_dof_gains(self, *, indices: Indices = None, dof_indices: Indices = None) -> tuple[wp.array, wp.array]:
-        """Return stiffness and damping (N, D) of the drives."""
-        stiffness, damping = self._joints().gains()
-        return self._part(stiffness, indices, dof_indices), self._part(damping, indices, dof_indices)
-
-    def _joints(self) -> JointRows:
-        if self._joint_rows is None:
-            self._joint_rows = JointRows(self.paths)
-        return self._joint_rows
-
-    def _part(self, values, indices: Indices, dof_indices: Indices) -> wp.array:
-        return self._warp(values[chosen(indices, len(self))][:, chosen(dof_indices, values.shape[1])])
-
-    def _set(self, setter, values: Values, indices: Indices, dof_indices: Indices) -> None:
+        """Remember states for `reset_to_default_state`; what is never set of a kind that is set is 0."""
+        if positions is not None or orientations is not None:
+            super().set_default_state(positions, orientations, indices=indices)
+        self._set_default("linear_velocities", linear_velocities, _STILL, indices)
+        self._set_default("angular_velocities", angular_velocities, _STILL, indices)
         where, columns = chosen(indices, len(self)), chosen(dof_indices, self.num_dofs)
-        setter(where, columns, rows(values, len(columns), len(where)))
+        given = (("dof_positions", dof_positions), ("dof_velocities", dof_velocities), ("dof_efforts", dof_efforts))
+        for name, values in given:
+            if values is not None:
+                table = self._defaults.setdefault(name, np.zeros((len(self), self.num_dofs), np.float32))
+                table[np.ix_(where, columns)] = grid(values, (len(where), len(columns)))
 
-    def _below(self, schema: type) -> list[Usd.Prim]:
-        return [prim for prim in Usd.PrimRange(self.prims[0]) if prim.IsA(schema)]
+    def get_default_state(self, *, indices: Indices = None, dof_indices: Indices = None) -> tuple[wp.array | None, ...]:
+        """Return default positions, orientations, linear and angular velocities, and positions, velocities and efforts
+        of joints; None where none have been set."""
+        velocities = (self._default(name, indices) for name in ("linear_velocities", "angular_velocities"))
+        tables = [self._defaults.get(name) for name in ("dof_positions", "dof_velocities", "dof_efforts")]
+        joints = (None if table is None else self._part(table, indices, dof_indices) for table in tables)
+        return (*super().get_default_state(indices=indices), *velocities, *joints)
+
+    def reset_to_default_state(self, *, warn_on_non_default_state: bool = False) -> None:
+        """Set states as `set_default_state` says; drives get the positions and velocities of joints as targets.
+
+        Raises:
+            PhysicsError: there are default efforts, and physics does not play.
+        """
+        super().reset_to_default_state(warn_on_non_default_state=warn_on_non_default_state)
+        linear, angular = self._defaults.get("linear_velocities"), self._defaults.get("angular_velocities")
+        if linear is not None or angular is not None:
+            self.set_velocities(linear, angular)
+        if (positions := self._defaults.get("dof_positions")) is not None:
+            self.set_dof_positions(positions)
+            self.set_dof_position_targets(positions)
+        if (velocities := self._defaults.get("dof_velocities")) is not None:
+            self.set_dof_velocities(velocities)
+            self.set_dof_velocity_targets(velocities)
+        if (efforts := self._defaults.get("dof_efforts")) is not None:
+            self.set_dof_efforts(efforts)
+
+    def _bases(self, indices: Indices) -> list[Usd.Prim]:
+        return self._links.bases(chosen(indices, len(self)))

@@ -1,0 +1,1 @@
+"""`omni.physx.scripts`: functions that author physics on a stage."""
