@@ -40,9 +40,9 @@ class SwingingJoints:
         long = lengths > SHORTEST_ARM
         self._bodies, self._arms = self._bodies[long], arms[long] / lengths[long, None]
         # Where two of three axes nearly coincide, they turn faster than their body.
-        triple = np.flatnonzero(model.joint_dof_dim.numpy()[:, 1] == TRIPLE)
-        is_triple = (joint["type"][triple] == int(newton.JointType.D6)) if len(triple) else triple
-        ends = model.joint_qd_start.numpy()[triple[is_triple.astype(bool)] + 1]
+        turning = model.joint_dof_dim.numpy().reshape(-1, 2)[:, 1]
+        triple = np.flatnonzero((joint["type"] == int(newton.JointType.D6)) & (turning == TRIPLE))
+        ends = model.joint_qd_start.numpy()[triple + 1]
         self.triple_axes = (ends[:, None] - np.arange(1, TRIPLE + 1)).ravel()  # in joint_qd
 
     def __bool__(self) -> bool:
