@@ -1,5 +1,6 @@
 """`usdsdg verify` finds every kind of damage to the files of a dataset, and invents none."""
 
+import hashlib
 import json
 import shutil
 import subprocess
@@ -9,6 +10,7 @@ import pytest
 
 from tests.verify import damage, damaged
 from usdsdg.verify import NothingRecognized, verify
+from usdsdg.writers.journal.journal import encoded
 
 
 @pytest.fixture(scope="module")
@@ -64,3 +66,23 @@ def test_a_file_of_another_size_is_named_with_both_sizes(whole, tmp_path):
     image.write_bytes(b"something else")
     (fault,) = verify(out, labels=False).faults
     assert fault.line().endswith(f": its size is not the one in the journal: expected {size} bytes, found 14")
+
+
+@pytest.mark.parametrize(
+    ("content", "what"),
+    [(b"one\n", None), (b"one\ntwo\n", None), (b"One\ntwo\n", "was changed"), (b"on", "its size is not the one in")],
+)
+def test_of_an_unfinished_run_a_spool_may_have_grown(tmp_path, content, what):
+    """A process that was killed has told only how it began; what an earlier end of the run told is outdated."""
+    spool = tmp_path / ".usdsdg/aggregates/Writer/index.jsonl"
+    spool.parent.mkdir(parents=True)
+    spool.write_bytes(content)
+    (tmp_path / ".usdsdg/recipe.json").write_text("{}")
+    told = [4, hashlib.sha256(b"one\n").hexdigest()]
+    shared = {".usdsdg/aggregates/Writer/index.jsonl": [99, "0" * 64]}
+    (tmp_path / ".usdsdg/journal.jsonl").write_bytes(
+        encoded({"shared": shared, "spools": {"Writer/index.jsonl": told}})
+    )
+    found = [fault.what for fault in verify(tmp_path, labels=False).faults]
+    assert found.pop(0).startswith("the run is unfinished")
+    assert [each.startswith(what or "?") for each in found] == [True] * bool(what)

@@ -87,9 +87,15 @@ def write_whole_with_hash(path: Path, data: Iterable[bytes | memoryview]) -> tup
     return size, digest.hexdigest()
 
 
-def facts_of(path: Path) -> tuple[int, str]:
-    """Return the size [bytes] of a file and its SHA-256 as hexadecimal digits; errors are those of `open`."""
+def facts_of(path: Path, size: int | None = None) -> tuple[int, str]:
+    """Return the size [bytes] of a file and its SHA-256 as hexadecimal digits; errors are those of `open`.
+
+    size: of its beginning, where only that counts.
+    """
     with open(path, "rb") as file:
+        if size is not None:
+            data = file.read(size)
+            return len(data), hashlib.sha256(data).hexdigest()
         digest = hashlib.file_digest(file, "sha256")
         return file.tell(), digest.hexdigest()
 

@@ -170,11 +170,9 @@ def _check_labels(
     report.faults += data.faults
     listed = whole.listed if whole is not None else frozenset()
     is_finished = whole is None or whole.is_finished
-    checks = [
-        coco_pictures.check(data, coco.pictures),
-        file_checks.check(data, read, listed=listed, is_finished=is_finished),
-    ]
-    checks += [class_table.check(data), samples.check(data)] if is_finished else []
+    checks = [file_checks.check(data, read, listed=listed, is_finished=is_finished)]
+    if is_finished:
+        checks += [class_table.check(data), samples.check(data), coco_pictures.check(data, coco.pictures)]
     for found in checks:
         report.faults += attempt_each(report.faults, FRAMES, "?", UNREADABLE, found)
     report.faults = list(dict.fromkeys(report.faults))

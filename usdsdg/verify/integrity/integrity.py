@@ -16,7 +16,7 @@ from usdsdg.datasets.faults import Fault
 from usdsdg.parallel import available_threads
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.whole_file import facts_of
-from usdsdg.verify.integrity.listing import ListedFile, Listing, read_listing
+from usdsdg.verify.integrity.listing import SPOOLS, ListedFile, Listing, read_listing
 
 Progress = Callable[[str, int, int | None], None]
 PAGE = "inspect.html"  # which `usdsdg inspect` puts beside the data
@@ -24,7 +24,6 @@ PAGE = "inspect.html"  # which `usdsdg inspect` puts beside the data
 _OWN = re.compile(
     rf"{re.escape(BESIDE)}/(recipe\.json|journal\.jsonl|.*\.lock|parts/.*|joined/.*|aggregates/samples/.*)"
 )
-_SPOOLS = f"{BESIDE}/aggregates/"
 _OF_SYSTEMS = re.compile(r"\.DS_Store|Thumbs\.db|desktop\.ini|\.nfs[0-9a-f]+|\.directory")
 
 
@@ -69,10 +68,10 @@ def _compared(folder: Path, name: str, listed: ListedFile, by_hash: dict[tuple[i
         status = os.lstat(path)
         if not stat.S_ISREG(status.st_mode):
             return Fault(name, listed.frame, "is no file", "a file", _kind_of(status.st_mode))
-        if status.st_size != listed.size:
+        if status.st_size < listed.size or (status.st_size > listed.size and not listed.has_grown):
             what = "its size is not the one in the journal" + _same_as(by_hash, facts_of(path), name)
             return Fault(name, listed.frame, what, f"{listed.size} bytes", f"{status.st_size}")
-        facts = facts_of(path)
+        facts = facts_of(path, listed.size if listed.has_grown else None)
     except OSError as error:
         is_missing = isinstance(error, (FileNotFoundError, NotADirectoryError))
         return Fault(name, listed.frame, "is missing" if is_missing else f"cannot be read: {error.strerror}")
@@ -91,7 +90,7 @@ def _check_unlisted(folder: Path, listing: Listing, by_hash: dict[tuple[int, str
     """Add the files that no line of a journal lists."""
     unlisted = [each for each in _files(folder) if each not in listing.files and not _OWN.fullmatch(each)]
     if not listing.is_complete:
-        unlisted = [each for each in unlisted if not each.startswith(_SPOOLS)]
+        unlisted = [each for each in unlisted if not each.startswith(SPOOLS)]
     if unlisted and (listing.is_damaged or not listing.is_complete):
         result.notes.append(
             f"{len(unlisted)} files are in no line of the journal, such as {unlisted[0]}; "

@@ -17,8 +17,10 @@ from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.merge import listed, missing_shards, parts_of
 from usdsdg.writers.journal.place import PARTS
+from usdsdg.writers.journal.spool_hashes import AGGREGATES
 
 JOURNAL = f"{BESIDE}/{NAME}"
+SPOOLS = f"{BESIDE}/{AGGREGATES}/"
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ class ListedFile:
     size: int  # bytes
     sha256: str
     frame: str  # its number, or "all" for a file about all frames
+    has_grown: bool = False  # perhaps, since: only how it began is listed
 
 
 @dataclass
@@ -89,8 +92,10 @@ def _read_journal(path: Path, name: str, listing: Listing, recipe_hash: str | No
 
 def _read_lines(file: IO[bytes], name: str, listing: Listing, recipe_hash: str | None) -> None:
     digest, numbers, closing, closing_data = hashlib.sha256(), [], None, b""
+    spools: dict[str, FileFacts] = {}
     for place, data in enumerate(file, 1):
         line = lines.parsed(data)
+        spools.update((line or {}).get(lines.SPOOLS, {}))
         if closing is not None:  # of a run that went on
             digest.update(closing_data)
             _add(listing, closing[lines.SHARED], "all")
@@ -111,6 +116,7 @@ def _read_lines(file: IO[bytes], name: str, listing: Listing, recipe_hash: str |
     if closing is None or not closing.get(lines.COMPLETE):
         listing.faults.append(Fault(name, "all", f"the run is unfinished: {len(numbers)} frames are whole (--resume)"))
         _add(listing, closing[lines.SHARED] if closing else {}, "all")
+        _list_beginnings(listing, spools)
         return
     _add(listing, closing[lines.SHARED], "all")
     listing.is_complete = True
@@ -123,6 +129,16 @@ def _read_lines(file: IO[bytes], name: str, listing: Listing, recipe_hash: str |
         listing.faults.append(Fault(name, "all", "its lines are not those that the run wrote"))
     if recipe_hash is not None and closing.get(lines.RECIPE) not in (None, recipe_hash):
         listing.faults.append(Fault(recipe.FILE, "all", "was changed after the run"))
+
+
+def _list_beginnings(listing: Listing, spools: dict[str, FileFacts]) -> None:
+    """List how the spools of an unfinished run began, by their paths below their folder; it may have gone on since."""
+    for name in [each for each in listing.files if each.startswith(SPOOLS)]:
+        told = spools.get(name.removeprefix(SPOOLS))
+        if told is None:
+            del listing.files[name]
+        else:
+            listing.files[name] = ListedFile(*told, "all", has_grown=True)
 
 
 def _read_parts(folder: Path, parts: list[Path], listing: Listing) -> None:
