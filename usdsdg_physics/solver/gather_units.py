@@ -25,7 +25,7 @@ from usdsdg_physics.solver.sweep_arrays import (
 )
 
 # Ratio of two masses from which more sweeps are needed until the lighter body carries the heavier one.
-UNEQUAL = wp.constant(10.0)
+HEAVIER = wp.constant(16.0)
 
 
 @wp.func
@@ -45,8 +45,8 @@ def gather(rows: Rows, islands: Islands, at: int, kind: int, row: int, island: i
     set_integer(islands.numbers, at + 2, wp.where(dof_a >= 0, dof_a, dof_b))
     set_integer(islands.numbers, at + 3, wp.max(dof_b, 0))
     if kind < FREE_FRICTION:
-        if dof_a >= 0 and dof_b >= 0 and are_unequal(rows, row):
-            islands.unequal[island] = 1
+        if dof_a >= 0 and dof_b >= 0 and carries_heavier(rows, row):
+            islands.burdened[island] = 1
         islands.numbers[at + AFTER_HEADER] = rows.free_inverse_diagonal[0, row]
         return gather_row(rows, islands, at + CONTACT_ROW, row)
     islands.numbers[at + AFTER_HEADER] = rows.free_mu[0, row]
@@ -56,14 +56,19 @@ def gather(rows: Rows, islands: Islands, at: int, kind: int, row: int, island: i
 
 
 @wp.func
-def are_unequal(rows: Rows, row: int):
-    """Return whether one of the two bodies of a contact is `UNEQUAL` times as heavy as the other."""
+def carries_heavier(rows: Rows, row: int):
+    """Return whether one of the two bodies of a contact lies on the other, and is `HEAVIER` times as heavy."""
     inverse_a = float(0.0)
     inverse_b = float(0.0)
+    weight = float(0.0)  # positive where gravity presses body A on body B
     for k in range(3):  # of the normal, which has length 1
-        inverse_a += rows.free_jacobian_a[0, row, k] * rows.free_response_a[0, row, k]
+        normal = rows.free_jacobian_a[0, row, k]
+        inverse_a += normal * rows.free_response_a[0, row, k]
         inverse_b += rows.free_jacobian_b[0, row, k] * rows.free_response_b[0, row, k]
-    return wp.max(inverse_a, inverse_b) > UNEQUAL * wp.min(inverse_a, inverse_b)
+        weight -= normal * rows.gravity[0][k]
+    below = wp.where(weight > 0.0, inverse_b, inverse_a)
+    above = wp.where(weight > 0.0, inverse_a, inverse_b)
+    return wp.abs(weight) > 0.5 * wp.length(rows.gravity[0]) and below > HEAVIER * above
 
 
 @wp.func

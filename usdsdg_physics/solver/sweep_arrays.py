@@ -41,6 +41,7 @@ SCHEDULE_STEPS = wp.constant(1024)
 class Rows:
     """The rows of one world, as the solver has built them: dense ones of joints, sparse ones of free bodies."""
 
+    gravity: wp.array[wp.vec3]  # m/s², of all bodies
     count: wp.array[int]  # (1,) dense rows
     type: wp.array2d[int]  # (1, M)
     parent: wp.array2d[int]  # (1, M)
@@ -80,7 +81,7 @@ class Islands:
     numbers: wp.array[float]
     blocks: wp.array[wp.vec4i]  # (M,) begin and end of two ranges of dofs; outside of them a dense row is zero
     changed: wp.array[int]  # (N,) whether a sweep changed something, by island
-    unequal: wp.array[int]  # (N,) whether bodies of unequal masses touch, by island
+    burdened: wp.array[int]  # (N,) whether a light body carries a heavy one, by island
     slide: wp.array[float]  # (3,) of friction that slides: residuals, and the largest impulse
     # Scratch.
     found: wp.array[wp.vec4i]  # (U,) kind, row, the first two nodes

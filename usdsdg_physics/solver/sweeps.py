@@ -94,6 +94,7 @@ class Sweeps:
         self._rows = sweep_arrays.Rows()
         for name, attribute in _ROWS.items():
             setattr(self._rows, name, getattr(solver, attribute))
+        self._rows.gravity = solver.model.gravity
 
         dense, free, dofs = self._rows.type.size, self._rows.free_type.size, solver._world_dof_indices.size
         # A dense row may be a drive, a clamp of its speed, and a limit of it.
@@ -114,7 +115,7 @@ class Sweeps:
         numbers = sweep_arrays.NUMBERS_PER_FREE_ROW * free + sweep_arrays.HEADER_SIZE * (3 * dense + 1)
         islands.numbers = wp.zeros(numbers, dtype=wp.float32, device=device)
         islands.blocks = wp.zeros(dense, dtype=wp.vec4i, device=device)
-        islands.changed, islands.unequal = integers(len(starts)), integers(len(starts))
+        islands.changed, islands.burdened = integers(len(starts)), integers(len(starts))
         islands.slide = wp.zeros(3, dtype=wp.float32, device=device)
         islands.found = wp.zeros(units, dtype=wp.vec4i, device=device)
         islands.root, islands.latest = integers(len(starts)), integers(len(starts))
