@@ -7,12 +7,18 @@ import textwrap
 from pathlib import Path
 
 
+def _heed_signals() -> None:
+    """Heed the signals that a process ignores which `nohup`, or a shell in its background, has started."""
+    for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+        signal.signal(number, signal.SIG_DFL)
+
+
 def run_and_signal(folder: Path, script: str, number: signal.Signals) -> tuple[int, str]:
     """Run a script in `folder`, send it the signal; return its exit code and what it printed to stderr."""
     (folder / "script.py").write_text(textwrap.dedent(script))
     process = subprocess.Popen(
         [sys.executable, "-m", "usdsdg", "run", "--quiet", "script.py"], cwd=folder, stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE, text=True, preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),
+        stderr=subprocess.PIPE, text=True, preexec_fn=_heed_signals,
     )  # fmt: skip
     try:
         assert process.stdout is not None
