@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -20,7 +19,7 @@ from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses.transforms import as_array
 from usdsdg.stage.semantics.labels import get_labels, is_labeled
-from usdsdg.writers.formats.bop.shape_edits import ShapeEdits
+from usdsdg.writers.formats.bop.shape_edits import ShapeEdits, own_path
 
 # Further shapes of a class have its id plus as many of these.
 VARIANT = 1000
@@ -207,7 +206,7 @@ def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
 
     stretch: linear map (3, 3), for row vectors, from the prim's frame to the model's.
     """
-    prim = stage.GetPrimAtPath(_own_path(path))
+    prim = stage.GetPrimAtPath(own_path(path))
     if not prim:
         return None
     to_local = np.linalg.inv(as_array(UsdGeom.XformCache().GetLocalToWorldTransform(prim)))
@@ -235,18 +234,13 @@ def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
 
 def warn_of_deformation(writer: str, stage: Usd.Stage, path: str) -> None:
     """Warn once, in the name of a writer, where a labeled prim deforms over time, of which its model has no part."""
-    prim = stage.GetPrimAtPath(_own_path(path))
+    prim = stage.GetPrimAtPath(own_path(path))
     deformation = next(deformations(prim, is_labeled), None)
     if deformation is not None:
         warn_once(
             f"{writer}: {path} deforms ({deformation}), and its model is rigid: it has the shape of the default time, "
             "without skins, so that masks differ from it. Label parts that are rigid, or leave the prim unlabeled."
         )
-
-
-def _own_path(path: str) -> str:
-    """Return the path of the prim of which a point instance, as `/Instancer[3]`, is one."""
-    return re.sub(r"(\[\d+\])+$", "", path)
 
 
 def _own_faces(owner: Usd.Prim, mesh: Usd.Prim) -> np.ndarray | None:

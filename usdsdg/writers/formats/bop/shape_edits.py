@@ -27,7 +27,7 @@ class ShapeEdits:
             return []
         edited = set(_edited(changes))
         roots = set(map(str, changes.resynced))
-        return [path for path in paths if _own(path) in edited or not roots.isdisjoint(_upwards(_own(path)))]
+        return [path for path in paths if own_path(path) in edited or not roots.isdisjoint(_upwards(own_path(path)))]
 
 
 def _edited(changes: Changes) -> Iterator[str]:
@@ -50,6 +50,6 @@ def _upwards(path: str) -> Iterator[str]:
     yield "/"
 
 
-def _own(path: str) -> str:
+def own_path(path: str) -> str:
     """Return the path of the prim of which a point instance, as `/Instancer[3]`, is one."""
     return path.split("[", 1)[0]
