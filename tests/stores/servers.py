@@ -37,11 +37,24 @@ def only_ours(monkeypatch: pytest.MonkeyPatch, nowhere: str) -> None:
 @functools.cache
 def moto_port() -> int:
     """Return the port of a moto server that runs until this process ends."""
+    from moto.s3.responses import S3Response
     from moto.server import ThreadedMotoServer
 
+    # moto checks the condition of a put and then stores, as two steps of one thread among others; in S3 it is one step.
+    S3Response.put_object = _one_at_a_time(S3Response.put_object)
     server = ThreadedMotoServer("127.0.0.1", 0, verbose=False)
     server.start()
     return server.get_host_and_port()[1]
+
+
+def _one_at_a_time(call: Callable[..., Any]) -> Callable[..., Any]:
+    lock = threading.Lock()
+
+    def locked(*args: Any, **options: Any) -> Any:
+        with lock:
+            return call(*args, **options)
+
+    return locked
 
 
 @functools.cache
