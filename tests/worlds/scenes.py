@@ -97,6 +97,32 @@ def orbits_and_nested_prims():
     return camera
 
 
+def other_intervals():
+    """Attributes that triggers of different intervals write, and a camera that looks where a shape was before."""
+    rep.create.light(light_type="dome", intensity=800)
+    sun = rep.create.light(light_type="distant", intensity=500)
+    ball = rep.create.sphere(semantics=[("class", "ball")], scale=0.4)
+    cubes = rep.create.cube(count=2, scale=0.3, semantics=[("class", "cube")])
+    camera = rep.create.camera(position=(6, 0, 2))
+    with rep.trigger.on_frame(), camera:
+        rep.modify.pose(position=uniform((5, -1, 1), (7, 1, 3)), look_at=ball)
+    with rep.trigger.on_frame():
+        with ball:
+            rep.modify.pose(position=uniform((-1, -1, -1), (1, 1, 1)))
+        with cubes:
+            rep.modify.pose(position=uniform((-1, -2, -1), (1, 2, 1)), rotation=uniform((0, 0, 0), (90, 90, 90)))
+        with sun:
+            rep.modify.pose(rotation=uniform((-60, 0, 0), (60, 0, 0)))
+    with rep.trigger.on_frame(interval=2), cubes:
+        rep.modify.pose(position_z=1.5, rotation_x=choice([0.0, 90.0]))
+        rep.modify.visibility(choice([True, False]))
+    with rep.trigger.on_frame(max_execs=2), ball:
+        rep.modify.attribute("xformOp:scale", uniform((0.3, 0.3, 0.3), (0.6, 0.6, 0.6)))
+    with rep.trigger.on_frame(interval=3), ball:
+        rep.modify.pose(scale=uniform(0.3, 0.6))
+    return camera
+
+
 def begin(build):
     """Open a new stage with a scene; return its render product."""
     session.restart()
@@ -134,3 +160,35 @@ def worlds_of(build, count, steps=1, names=NAMES):
 def plain(data):
     """The array of what `get_data` returns."""
     return np.asarray(data["data"] if isinstance(data, dict) else data)
+
+
+def boxes_of(frame):
+    """By prim path, the box of `bounding_box_2d_tight`."""
+    found = frame["bounding_box_2d_tight"]
+    rows = found["data"]
+    names = [f"{each}_{corner}" for corner in ("min", "max") for each in "xy"]
+    return {path: [int(row[name]) for name in names] for path, row in zip(found["info"]["primPaths"], rows)}
+
+
+def compared(build, count, steps):
+    """Compare worlds with the frames of their numbers; return the bytes of the pictures.
+
+    Raises:
+        AssertionError: they differ.
+    """
+    frames = frames_of(build, count * steps)
+    batches = worlds_of(build, count, steps)
+    assert [batch.frame for batch in batches] == [count * step for step in range(steps)]
+    pictures = []
+    for batch in batches:
+        arrays = {name: array.numpy() for name, array in batch.arrays.items()}
+        for world in range(count):
+            frame = frames[batch.frame + world]
+            for name in set(NAMES) - {"bounding_box_2d_tight"}:
+                message = f"{name} of frame {batch.frame + world}"
+                np.testing.assert_array_equal(arrays[name][world], plain(frame[name]), err_msg=message)
+            boxes = dict(zip(batch.prims, arrays["bounding_box_2d_tight"][world].tolist()))
+            assert {path: box[1:] for path, box in boxes.items() if box[0] > 0} == boxes_of(frame)
+            assert all(box == [0, -1, -1, -1, -1] for box in boxes.values() if box[0] == 0)
+            pictures.append(arrays["rgb"][world].tobytes())
+    return pictures

@@ -111,6 +111,7 @@ class WorldTap:
         self._reader: LabeledPrimReader | None = None
         self._stage: Usd.Stage | None = None
         self._checked: Usd.Stage | None = None  # whose frames do not follow from each other
+        self._drawn: WorldValues | None = None  # the last, of which that stage shows world 0
 
     def draw(self, frame: int) -> WorldValues:
         """Run the graph for the worlds that begin with `frame`.
@@ -123,10 +124,12 @@ class WorldTap:
             raise Unsupported(f"worlds: the timeline plays, and worlds have no physics and no time. {_REMEDY}")
         if self._checked is not current_stage():
             check_time_independent(_REMEDY)
-            self._checked = current_stage()
+            self._checked, self._drawn = current_stage(), None
         with _stage_lock:
+            if self._drawn is not None:
+                self._drawn.author_last(current_stage())
             draws = WorldDraws(graph(), frame, self.count)
-            values = draws.values()
+            values = self._drawn = draws.values()
             draws.count_triggers()
         return values
 

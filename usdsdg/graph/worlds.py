@@ -1,20 +1,24 @@
 """Draws for many worlds at once: world w shows what the graph would draw for the w-th frame from now on.
 
 World 0 is authored on the stage, by the actions of the nodes. What they would write in the other worlds, their twins
-for worlds compute as arrays, with one call for all worlds. A node without a twin is refused.
+for worlds compute as arrays, with one call for all worlds; where a node reads what others write in another frame, with
+one call for each. A node without a twin is refused.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import nullcontext, suppress
 
 import numpy as np
 from pxr import Usd
 
 from usdsdg.errors import GraphError, Unsupported, UsdsdgError
-from usdsdg.graph.evaluate import Graph, Trigger, run
+from usdsdg.graph.evaluate import Graph, run
+from usdsdg.graph.firings import REMEDY, Firings
 from usdsdg.graph.node import Node
+from usdsdg.graph.world_sequence import WorldSequence
+from usdsdg.graph.world_uses import WorldUses
 from usdsdg.session.stage_context import current_stage
 from usdsdg.session.timeline import stage_time
 from usdsdg.stage.world_values import WorldValues
@@ -23,7 +27,6 @@ from usdsdg.stage.world_values import WorldValues
 Twin = Callable[[Node, np.ndarray, WorldValues], None]
 
 _TWINS: dict[str, Twin] = {}
-_REMEDY = "Leave it out, or run without worlds."
 
 
 def in_worlds(kind: str) -> Callable[[Twin], Twin]:
@@ -39,7 +42,7 @@ def in_worlds(kind: str) -> Callable[[Twin], Twin]:
 class WorldDraws:
     """The draws of the graph for frame `frame` and those that follow, one for each of `count` worlds.
 
-    Making one runs pending nodes, and authors what frame `frame` shows.
+    Making one runs pending nodes, and authors what frame `frame` shows; the stage has to show the frame before.
 
     Raises:
         Unsupported: a trigger does not fire by frames; nothing has been run then.
@@ -48,18 +51,17 @@ class WorldDraws:
 
     def __init__(self, graph: Graph, frame: int, count: int) -> None:
         frames = frame + np.arange(count)
-        self._fired = [(trigger, executions_at(trigger, frames)) for trigger in graph.triggers]
+        self._firings = [Firings.of(trigger, frames) for trigger in graph.triggers]
         self.count = count
-        impulses, graph.impulses = graph.impulses, []
-        for node in impulses:
-            run(node)
-        for trigger, executions in self._fired:
-            for node in trigger.nodes:
-                if node.executions != executions[0] + 1:
-                    node.executions = int(executions[0])
+        graph.run_impulses()
+        for firings in self._firings:
+            if firings.fires[0]:
+                for node in firings.trigger.nodes:
                     run(node)
-            # Frame 0, the first execution, is what a preview draws.
-            trigger.executions, trigger.previews = int(executions[0]) + 1, 1
+                firings.trigger.executions += 1
+        # What follows counts from here.
+        self._executed = [firings.trigger.executions for firings in self._firings]
+        self._runs = [(firings, node, node.executions) for firings in self._firings for node in firings.trigger.nodes]
 
     def values(self) -> WorldValues:
         """Return what the worlds have instead of what the stage has.
@@ -68,48 +70,70 @@ class WorldDraws:
             Unsupported: a node has no twin for worlds, or its twin cannot do this; names the script line.
             GraphError: a node failed, likewise.
         """
+        uses = WorldUses()
+        try:
+            values = self._drawn_together(uses)
+        except GraphError:
+            # Of a node that reads what others write, in one of the frames or in none.
+            uses.are_in_order = False
+        return values if uses.are_in_order else self._drawn_in_turn()
+
+    def _drawn_together(self, uses: WorldUses) -> WorldValues:
+        """Return the values of all worlds by one call of each twin; note in `uses` what twins read and write."""
         values = WorldValues(self.count, stage_time(current_stage()))
-        for trigger, executions in self._fired:
-            differs = executions[-1] > executions[0]
-            for node in trigger.nodes:
-                # Where all worlds have one draw it is on the stage, and among the values for those who save a world.
-                with nullcontext() if differs else suppress(Unsupported):
-                    _run_twin(node, executions, values)
+        for firings, node, executed in self._runs:
+            executions = executed - 1 + firings.later()
+            if executions[0] < 0:
+                if executions[-1] < 0:
+                    continue
+                raise Unsupported(f"worlds: {node.describe()} has not run yet and is about to. {REMEDY}")
+            # Where all worlds have one draw it is on the stage, and among the values for those who save a world.
+            with nullcontext() if executions[-1] > executions[0] else suppress(Unsupported):
+                _run_twin(node, executions, values)
+            uses.note((*firings.cadence, executed), values)
         return values
 
-    def count_triggers(self) -> None:
-        """Count the firings of all worlds, of which the stage shows the first."""
-        for trigger, executions in self._fired:
-            trigger.executions = int(executions[-1]) + 1
+    def _drawn_in_turn(self) -> WorldValues:
+        """Return the values of all worlds by calls of twins for one world after the other."""
+        sequence = WorldSequence(current_stage(), self.count, stage_time(current_stage()))
+        for world in range(1, self.count):
+            for node, execution in self._runs_of(world):
+                _run_twin(node, np.array([execution]), sequence.now)
+            sequence.close(world)
+        for firings, node, executed in self._runs:
+            if executed and not firings.fires[1:].any():
+                scratch = WorldValues(1, sequence.now.time)
+                with suppress(Unsupported):
+                    _run_twin(node, np.array([executed - 1]), scratch)
+                sequence.keep(scratch)
+        return sequence.values()
+
+    def _runs_of(self, world: int) -> Iterator[tuple[Node, int]]:
+        """Go over the nodes that run in a world after the first, with the numbers of their executions."""
+        for firings, node, executed in self._runs:
+            if firings.fires[world]:
+                yield node, executed - 1 + int(firings.later()[world])
+
+    def count_triggers(self, world: int = -1) -> None:
+        """Count the firings up to a world, the last one by default."""
+        for firings, executed in zip(self._firings, self._executed):
+            firings.trigger.executions = executed + int(firings.later()[world])
+        for firings, node, executed in self._runs:
+            node.executions = executed + int(firings.later()[world])
 
     def author(self, values: WorldValues, stage: Usd.Stage, world: int) -> None:
         """Author what a world shows, and count firings and executions up to it."""
         values.author(stage, world)
-        for trigger, executions in self._fired:
-            trigger.executions = int(executions[world]) + 1
-            for node in trigger.nodes:
-                node.executions = trigger.executions
-
-
-def executions_at(trigger: Trigger, frames: np.ndarray) -> np.ndarray:
-    """Return the number of the last execution of a trigger's nodes at each frame.
-
-    Raises:
-        Unsupported: the trigger does not fire by frames.
-    """
-    if trigger.kind != "OgnOnFrame":
-        raise Unsupported(f"worlds: {trigger.node.describe()} does not fire by frames, as worlds need. {_REMEDY}")
-    last = frames // int(trigger.node.inputs["interval"])
-    return np.minimum(last, trigger.max_execs - 1) if trigger.max_execs > 0 else last
+        self.count_triggers(world)
 
 
 def _run_twin(node: Node, executions: np.ndarray, values: WorldValues) -> None:
     twin = _TWINS.get(node.kind)
     if twin is None:
-        raise Unsupported(f"worlds: {node.describe()} cannot be drawn for many worlds at once. {_REMEDY}")
+        raise Unsupported(f"worlds: {node.describe()} cannot be drawn for many worlds at once. {REMEDY}")
     try:
         twin(node, executions, values)
     except Unsupported as error:
-        raise Unsupported(f"worlds: {node.describe()}: {error}. {_REMEDY}") from error
+        raise Unsupported(f"worlds: {node.describe()}: {error}. {REMEDY}") from error
     except UsdsdgError as error:
         raise GraphError(f"{node.describe()}: {error}") from error

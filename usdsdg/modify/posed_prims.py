@@ -14,7 +14,7 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.look_at import look_at_rotations
 from usdsdg.stage.poses.pose_batch import Rotations
 from usdsdg.stage.poses.rotations import ROTATION_ORDERS, decompose, euler_xyz_from_quat
-from usdsdg.stage.poses.transforms import as_array, up_axis, up_vector
+from usdsdg.stage.poses.transforms import up_axis, up_vector
 from usdsdg.stage.poses.xform_ops import local_euler, local_translation
 from usdsdg.stage.world_values import WorldValues
 
@@ -31,12 +31,12 @@ class PosedPrim:
 
     def translation(self) -> Array:
         """(worlds or 1, 3) translation in the parent's space."""
-        held = self._values.of(self.prim.GetPath()).get("xformOp:translate")
+        held = self._values.held(self.prim, "xformOp:translate")
         return np.asarray(local_translation(self.prim) if held is None else held, np.float64).reshape(-1, 3)
 
     def euler(self, order: str) -> Array:
         """(worlds or 1, 3) angles of the prim's own rotation, for a rotate op of `order` [degrees]."""
-        held = self._values.of(self.prim.GetPath()).get(f"xformOp:rotate{order}")
+        held = self._values.held(self.prim, f"xformOp:rotate{order}")
         return np.asarray(local_euler(self.prim, order) if held is None else held, np.float64).reshape(-1, 3)
 
     def set_vectors(self, name: str, vectors: Array) -> None:
@@ -86,7 +86,7 @@ class PosedPrim:
         cameras = [child for child in self.prim.GetChildren() if child.IsA(UsdGeom.Camera)]
         if cameras:
             # The child camera of a Replicator camera object is rotated against the object.
-            local = as_array(UsdGeom.Xformable(cameras[0]).GetLocalTransformation())
+            local = self._values.local_matrices(cameras[0])
             matrices = np.linalg.inv(local) @ matrices
         self.set_rotation(euler_xyz_from_quat(decompose(matrices @ np.linalg.inv(to_world)).rotation))
 

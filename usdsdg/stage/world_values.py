@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.errors import Unsupported
-from usdsdg.stage.poses.rotations import ROTATION_ORDERS, matrix_from_euler, matrix_from_quat
+from usdsdg.stage.poses.rotations import ROTATION_ORDERS, matrix_from_quat
 from usdsdg.stage.poses.transforms import as_array
 
 Array = NDArray[Any]
@@ -73,6 +73,8 @@ class WorldValues:
         self.count, self.time = count, time
         self.values: dict[Sdf.Path, dict[str, Array]] = {}
         self.sources: dict[Sdf.Path, str] = {}
+        self._reads: set[tuple[Sdf.Path, str]] = set()
+        self._writes: set[tuple[Sdf.Path, str]] = set()
 
     def set(self, attribute: Usd.Attribute, values: Array, source: str) -> None:
         """Set the values of an attribute, (worlds, ...) in the shape that USD gives; later calls win.
@@ -86,20 +88,29 @@ class WorldValues:
             raise Unsupported(
                 f"{path}: values of type {attribute.GetTypeName()} cannot differ between worlds. Run without --worlds."
             )
-        self.values.setdefault(path.GetPrimPath(), {})[path.name] = np.asarray(values).astype(dtype)
-        self.sources[path.GetPrimPath()] = source
+        self._set(path.GetPrimPath(), path.name, np.asarray(values).astype(dtype), source)
 
     def set_block(self, targets: Targets, block: Array, source: str) -> None:
         """Set the values of many attributes, (worlds, attributes, ...), as `set` does."""
         rounded = block.astype(targets.dtype)
         for k, (path, name) in enumerate(zip(targets.paths, targets.names)):
-            self.values.setdefault(path, {})[name] = rounded[:, k]
-            self.sources[path] = source
+            self._set(path, name, rounded[:, k], source)
 
     def set_visible(self, prim: Usd.Prim, visible: Array, source: str) -> None:
         """Set in which worlds a prim is shown, (worlds,) bool."""
-        self.values.setdefault(prim.GetPath(), {})["visibility"] = visible
-        self.sources[prim.GetPath()] = source
+        self._set(prim.GetPath(), "visibility", visible, source)
+
+    def _set(self, path: Sdf.Path, name: str, values: Array, source: str) -> None:
+        self.values.setdefault(path, {})[name] = values
+        self.sources[path] = source
+        self._writes.add((path, name))
+
+    def take_uses(self) -> tuple[frozenset[tuple[Sdf.Path, str]], frozenset[tuple[Sdf.Path, str]]]:
+        """Return which attributes were read, and which were set, since the last call: (prim path, name) of each."""
+        uses = frozenset(self._reads), frozenset(self._writes)
+        self._reads.clear()
+        self._writes.clear()
+        return uses
 
     def refusal(self, path: Sdf.Path, error: Exception) -> Unsupported:
         """Return why values of a prim, or of one above it, cannot differ, with what has drawn them and the remedy."""
@@ -109,6 +120,11 @@ class WorldValues:
     def of(self, path: Sdf.Path) -> dict[str, Array]:
         """Return the values of a prim's attributes by name; none for a prim that is the same in all worlds."""
         return self.values.get(path, {})
+
+    def held(self, prim: Usd.Prim, name: str) -> Array | None:
+        """Return the values of one attribute of a prim; None where it is the same in all worlds."""
+        self._reads.add((prim.GetPath(), name))
+        return self.of(prim.GetPath()).get(name)
 
     def moved(self) -> list[Sdf.Path]:
         """Return the prims whose local transforms differ."""
@@ -123,9 +139,10 @@ class WorldValues:
         layouts = OpLayouts() if layouts is None else layouts
         groups: dict[tuple, list[tuple[int, list[Any]]]] = {}
         for row, prim in enumerate(prims):
-            own = self.of(prim.GetPath())
             ops = layouts.ops(prim)
-            drawn = [None if op.IsInverseOp() else own.get(op.GetName()) for op in ops]
+            drawn = [self.held(prim, str(op.GetAttr().GetName())) for op in ops]
+            if inverse := next((op for op, own in zip(ops, drawn) if op.IsInverseOp() and own is not None), None):
+                raise Unsupported(f"{prim.GetPath()}: {inverse.GetName()} cannot differ between worlds")
             kind = tuple((op.GetOpType(), values is not None) for op, values in zip(ops, drawn))
             given = [op.GetOpTransform(self.time) if values is None else values for op, values in zip(ops, drawn)]
             groups.setdefault(kind, []).append((row, given))
@@ -170,12 +187,32 @@ class WorldValues:
             for path, values in self.values.items():
                 prim = stage.GetPrimAtPath(path)
                 for name, column in values.items():
-                    attribute = prim.GetAttribute(name)
-                    value = column[world]
-                    if name == "visibility":
-                        attribute.Set(UsdGeom.Tokens.inherited if value else UsdGeom.Tokens.invisible)
-                    else:
-                        attribute.Set(_usd_value(attribute, value))
+                    _author(prim.GetAttribute(name), column[world])
+
+    def author_last(self, stage: Usd.Stage) -> None:
+        """Author the values of the last world where the stage has those of the first; what differs from these stays."""
+        changed = []
+        for path, values in self.values.items():
+            prim = stage.GetPrimAtPath(path)
+            for name, column in values.items():
+                if not np.array_equal(column[0], column[-1]) and (attribute := prim.GetAttribute(name)):
+                    found = number_of(attribute, self.time)
+                    # Actions and arrays round differently.
+                    if np.shape(found) == column[0].shape and np.allclose(found, column[0], rtol=1e-5, atol=1e-6):
+                        changed.append((attribute, column[-1]))
+        with Sdf.ChangeBlock():
+            for attribute, value in changed:
+                _author(attribute, value)
+
+
+def number_of(attribute: Usd.Attribute, time: Usd.TimeCode) -> Any:
+    """Return the value of an attribute as `WorldValues` holds it, of one world; None if it has none."""
+    if attribute.GetName() == "visibility":
+        return np.bool_(attribute.Get(time) != UsdGeom.Tokens.invisible)
+    value = attribute.Get(time)
+    if isinstance(value, (Gf.Quatd, Gf.Quatf, Gf.Quath)):
+        value = (*value.GetImaginary(), value.GetReal())
+    return None if value is None else np.asarray(value, dtype_of(attribute))
 
 
 def dtype_of(attribute: Usd.Attribute) -> Any:
@@ -186,6 +223,13 @@ def dtype_of(attribute: Usd.Attribute) -> Any:
         return _SCALARS[scalar]
     letter = scalar[-1:] if scalar.startswith("Gf") else ""
     return {"d": np.float64, "f": np.float32, "h": np.float16, "i": np.int32}.get(letter)
+
+
+def _author(attribute: Usd.Attribute, value: Array) -> None:
+    if attribute.GetName() == "visibility":
+        attribute.Set(UsdGeom.Tokens.inherited if value else UsdGeom.Tokens.invisible)
+    else:
+        attribute.Set(_usd_value(attribute, value))
 
 
 def _usd_value(attribute: Usd.Attribute, value: Array) -> Any:
@@ -233,17 +277,36 @@ def _rotations(kind: Any, values: Array) -> Array:
     if kind in _SINGLE:
         angles = np.zeros((*values.shape, 3))
         angles[..., _SINGLE[kind]] = values
-        return matrix_from_euler(angles)
-    if _EULER[kind] == "XYZ":
-        return _xyz_rotations(values)
-    return matrix_from_euler(values, _EULER[kind])
+        return _euler_rotations(angles, "XYZ")
+    return _euler_rotations(values, _EULER[kind])
 
 
-def _xyz_rotations(degrees: Array) -> Array:
-    """Return `matrix_from_euler`, but for the last bit, without products of matrices."""
-    angles = np.radians(np.moveaxis(degrees, -1, 0))
-    (cx, cy, cz), (sx, sy, sz) = np.cos(angles), np.sin(angles)
-    matrices = np.empty((*degrees.shape[:-1], 3, 3))
+def _euler_rotations(degrees: Array, order: str) -> Array:
+    """Return `matrix_from_euler` as USD computes it, by quaternions: what is left of the cosine of 90 degrees, too."""
+    half = np.moveaxis(np.radians(degrees) / 2.0, -1, 0)
+    real, imaginary = np.cos(half), np.sin(half)
+    inverse_length = 1.0 / np.sqrt(real * real + imaginary * imaginary)
+    real, imaginary = real * inverse_length, imaginary * inverse_length
+    cosines, sines = 1.0 - 2.0 * (imaginary * imaginary), 2.0 * (imaginary * real)
+    if order == "XYZ":
+        return _xyz_product(*cosines, *sines)
+    first, second, third = (_about(axis, cosines[axis], sines[axis]) for axis in map("XYZ".index, order))
+    return first @ second @ third
+
+
+def _about(axis: int, cosine: Array, sine: Array) -> Array:
+    """Return rotations (..., 3, 3) about an axis."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    matrices = np.zeros((*cosine.shape, 3, 3))
+    matrices[..., axis, axis] = 1.0
+    matrices[..., i, i] = matrices[..., j, j] = cosine
+    matrices[..., i, j], matrices[..., j, i] = sine, -sine
+    return matrices
+
+
+def _xyz_product(cx: Array, cy: Array, cz: Array, sx: Array, sy: Array, sz: Array) -> Array:
+    """Return the products of rotations about x, y and z by their cosines and sines."""
+    matrices = np.empty((*cx.shape, 3, 3))
     sxsy, cxsy = sx * sy, cx * sy
     matrices[..., 0, 0], matrices[..., 0, 1], matrices[..., 0, 2] = cy * cz, cy * sz, -sy
     matrices[..., 1, 0], matrices[..., 1, 1], matrices[..., 1, 2] = sxsy * cz - cx * sz, sxsy * sz + cx * cz, sx * cy

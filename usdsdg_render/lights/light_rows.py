@@ -67,26 +67,34 @@ def read_light(
     _warn_of_shear(prim, local_to_world, scale)
     with np.errstate(over="ignore", invalid="ignore"):
         if kind == structs.LIGHT_DISTANT:
-            light = _distant(prim, row, luminance, meters_per_unit)
-        else:
-            light = _area_light(prim, row, luminance, scale, meters_per_unit)
-    if light is None or np.isfinite(np.concatenate([light[name].reshape(-1) for name in _REALS])).all():
-        return light
+            _write_angle(prim, row)
+        elif not _write_area(prim, row, scale, meters_per_unit):
+            return None
+        row["radiance"], row["power"] = emission(prim, row, scale, luminance, meters_per_unit)
+    if np.isfinite(np.concatenate([row[name].reshape(-1) for name in _REALS])).all():
+        return row
     errors.warn_once(
         f"{prim.GetPath()}: the light is too bright or too large for 32-bit numbers; it is off. Correct it."
     )
     return None
 
 
-def radiance_factor(prim: Usd.Prim, row: np.ndarray, scale: np.ndarray) -> float:
-    """Return by what the color that a light emits is multiplied to give its radiance; `row` has its shape."""
+def emission(
+    prim: Usd.Prim, row: np.ndarray, scale: np.ndarray, color: np.ndarray, meters_per_unit: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return radiances (..., 3) float32 and powers (...) of a light that emits colors (..., 3); `row` has its shape."""
     if int(row["kind"]) == structs.LIGHT_DISTANT:
+        # From the kernel's float32: at small angles its rounding is a visible part of 1 - cos.
         cosine = float(row["cos_angle"])
-        return 1.0 if cosine == 1.0 else 1.0 / distant_size_factor(cosine)
+        radiance = color if cosine == 1.0 else color / distant_size_factor(cosine)
+        return radiance.astype(np.float32), _luminance(color) * math.pi * (NOMINAL_RADIUS / meters_per_unit) ** 2
     area, _ = _shape(prim, LIGHT_TYPES[str(prim.GetTypeName())], scale)
     rendered_area = _rendered_area(row)
-    factor = area / rendered_area if area > 0.0 else 1.0
-    return factor / (area if area > 0.0 else rendered_area) if light_value(prim, "normalize", False) else factor
+    if light_value(prim, "normalize", False):
+        color = color / (area if area > 0.0 else rendered_area)
+    # The rendered area may differ from the authored one (minimum size, points and lines): keep the flux.
+    radiance = (color * (area / rendered_area if area > 0.0 else 1.0)).astype(np.float32)
+    return radiance, _luminance(radiance.astype(np.float64)) * math.pi * rendered_area
 
 
 def light_axes(local_to_world: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -118,15 +126,9 @@ def _frame(local_to_world: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
     return np.stack([x, y / length, z]), scale
 
 
-def _distant(prim: Usd.Prim, row: np.ndarray, lux: np.ndarray, meters_per_unit: float) -> np.ndarray:
+def _write_angle(prim: Usd.Prim, row: np.ndarray) -> None:
     angle = min(max(light_number(prim, "angle", 0.53), 0.0), 360.0)
-    half_angle = math.radians(angle) / 2.0
-    row["cos_angle"] = math.cos(half_angle)
-    # From the kernel's float32: at small angles its rounding is a visible part of 1 - cos.
-    cosine = float(row["cos_angle"])
-    row["radiance"] = lux if cosine == 1.0 else lux / distant_size_factor(cosine)
-    row["power"] = _luminance(lux) * math.pi * (NOMINAL_RADIUS / meters_per_unit) ** 2
-    return row
+    row["cos_angle"] = math.cos(math.radians(angle) / 2.0)
 
 
 def distant_size_factor(cosine: float) -> float:
@@ -135,26 +137,17 @@ def distant_size_factor(cosine: float) -> float:
     return math.pi * (sine_squared if cosine >= 0.0 else 2.0 - sine_squared)
 
 
-def _area_light(
-    prim: Usd.Prim, row: np.ndarray, luminance: np.ndarray, scale: np.ndarray, meters_per_unit: float
-) -> np.ndarray | None:
-    kind = int(row["kind"])
-    normalize = bool(light_value(prim, "normalize", False))
-    area, half = _shape(prim, kind, scale)
+def _write_area(prim: Usd.Prim, row: np.ndarray, scale: np.ndarray, meters_per_unit: float) -> bool:
+    """Write the shape of an area light to the row; return whether it gives light, and say so if it does not."""
+    area, half = _shape(prim, int(row["kind"]), scale)
     _write_shape(prim, row, half, POINT_RADIUS / meters_per_unit)
-    rendered_area = _rendered_area(row)
-    if normalize:
-        luminance = luminance / (area if area > 0.0 else rendered_area)
-    elif area <= 0.0:
-        errors.warn_once(
-            f"{prim.GetPath()}: the light has no size, so it gives no light. Author a size, or inputs:normalize = true "
-            f"to keep its power at any size."
-        )
-        return None
-    # The rendered area may differ from the authored one (minimum size, points and lines): keep the flux.
-    row["radiance"] = luminance * (area / rendered_area if area > 0.0 else 1.0)
-    row["power"] = _luminance(np.asarray(row["radiance"], np.float64)) * math.pi * rendered_area
-    return row
+    if area > 0.0 or light_value(prim, "normalize", False):
+        return True
+    errors.warn_once(
+        f"{prim.GetPath()}: the light has no size, so it gives no light. Author a size, or inputs:normalize = true "
+        f"to keep its power at any size."
+    )
+    return False
 
 
 def _shape(prim: Usd.Prim, kind: int, scale: np.ndarray) -> tuple[float, np.ndarray]:
@@ -207,8 +200,10 @@ def _size(prim: Usd.Prim, name: str, default: float) -> float:
     return 0.0
 
 
-def _luminance(color: np.ndarray) -> float:
-    return max(float(color @ LUMINANCE), 1e-12)
+def _luminance(color: np.ndarray) -> np.ndarray:
+    # Not a product of matrices, whose rounding depends on how many colors there are.
+    red, green, blue = np.moveaxis(color, -1, 0)
+    return np.maximum(red * LUMINANCE[0] + green * LUMINANCE[1] + blue * LUMINANCE[2], 1e-12)
 
 
 def _read_shaping(prim: Usd.Prim, row: np.ndarray) -> None:

@@ -12,7 +12,7 @@ from usdsdg.errors import Unsupported
 from usdsdg.stage.colors import LUMINANCE
 from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.lights.domes import dome_frame
-from usdsdg_render.lights.light_rows import light_axes, radiance_factor, read_light
+from usdsdg_render.lights.light_rows import emission, light_axes, read_light
 from usdsdg_render.lights.light_values import light_number, light_value, temperature_color
 from usdsdg_render.scene.scene import LIGHT, Scene
 from usdsdg_render.usd.prim_kinds import DOME_TYPES
@@ -113,11 +113,8 @@ def _rows(
         rows["x_axis"], rows["y_axis"], rows["z_axis"] = axes[:, 0], axes[:, 1], axes[:, 2]
         rows["position"] = matrices[:, 3, :3]
     colors = emitted_colors(prim, own, count)
-    unit = white["radiance"].astype(np.float64)
-    rows["radiance"] = colors * radiance_factor(prim, white, scales[0])
-    brightness = np.maximum(rows["radiance"].astype(np.float64) @ LUMINANCE, 0.0)
-    rows["power"] = float(white["power"]) / float(unit @ LUMINANCE) * brightness
-    off = brightness <= 0.0
+    rows["radiance"], rows["power"] = emission(prim, white, scales[0], colors, meters_per_unit)
+    off = rows["radiance"].astype(np.float64) @ LUMINANCE <= 0.0
     rows["visible"][off], rows["power"][off] = 0, 0.0
     return rows
 

@@ -5,6 +5,8 @@ import warp as wp
 from usdsdg_render.kernels.scene.support_function import support
 from usdsdg_render.scene.structs import Instance
 
+# Of the largest number of a row.
+_NOISE = wp.constant(wp.float64(1.0e-14))
 _HALF = wp.constant(wp.float64(0.5))
 # A matrix counts as singular if the product of its rows' lengths is at most _MIN_SCALE, or its determinant is at most
 # the fraction _MIN_DETERMINANT of that product.
@@ -38,6 +40,20 @@ def is_invertible(matrix: wp.mat44d, linear: wp.mat33d):
     return scale > _MIN_SCALE and wp.abs(wp.determinant(linear)) > _MIN_DETERMINANT * scale
 
 
+@wp.func
+def without_noise(matrix: wp.mat33d):
+    """Return a matrix with zeros where terms have cancelled out but for their rounding.
+
+    Rays along faces tell zero from a number that depends on how the matrix was computed.
+    """
+    for row in range(3):
+        size = wp.max(wp.max(wp.abs(matrix[row, 0]), wp.abs(matrix[row, 1])), wp.abs(matrix[row, 2]))
+        for axis in range(3):
+            if wp.abs(matrix[row, axis]) < _NOISE * size:
+                matrix[row, axis] = wp.float64(0.0)
+    return matrix
+
+
 @wp.kernel(enable_backward=False)
 def set_instance_transforms(transforms: InstanceTransforms, first_instance: int):
     i = wp.tid() + first_instance
@@ -48,13 +64,14 @@ def set_instance_transforms(transforms: InstanceTransforms, first_instance: int)
         matrix[2, 0], matrix[2, 1], matrix[2, 2],
     )  # fmt: skip
     origin = wp.vec3d(matrix[3, 0], matrix[3, 1], matrix[3, 2])
+    linear = without_noise(linear)
     invertible = is_invertible(matrix, linear)
     if not invertible:
         linear = wp.identity(3, dtype=wp.float64)
         origin = wp.vec3d()
     # Matrices of the host are for row vectors, those of kernels for column vectors.
     transforms.instances[i].local_to_world = wp.mat33(wp.transpose(linear))
-    transforms.instances[i].world_to_local = wp.mat33(wp.transpose(wp.inverse(linear)))
+    transforms.instances[i].world_to_local = wp.mat33(wp.transpose(without_noise(wp.inverse(linear))))
     transforms.instances[i].world_origin = wp.vec3(origin)
     lower = wp.vec3()
     upper = wp.vec3()

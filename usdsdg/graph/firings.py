@@ -1,0 +1,47 @@
+"""Which of the next frames the nodes of a trigger run in, and how often they have run by then."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdsdg.errors import Unsupported
+from usdsdg.graph.evaluate import Trigger
+
+REMEDY = "Leave it out, or run without worlds."
+
+
+@dataclass(frozen=True)
+class Firings:
+    """The firings of a trigger in some frames that follow each other.
+
+    Attributes:
+        fires: (frames,) bool, in which frames it fires.
+        cadence: equal for triggers that have fired in the same frames so far, and will.
+    """
+
+    trigger: Trigger
+    fires: np.ndarray
+    cadence: tuple[int, ...]
+
+    @staticmethod
+    def of(trigger: Trigger, frames: np.ndarray) -> Firings:
+        """Return the firings of a trigger, as it is before the first of the frames.
+
+        Raises:
+            Unsupported: the trigger does not fire by frames.
+        """
+        if trigger.kind != "OgnOnFrame":
+            raise Unsupported(f"worlds: {trigger.node.describe()} does not fire by frames, as worlds need. {REMEDY}")
+        interval, remaining = int(trigger.node.inputs["interval"]), len(frames)
+        # The preview has drawn what frame 0 shows.
+        fires = (frames > 0) & (frames % interval == 0)
+        if trigger.max_execs > 0:
+            remaining = max(trigger.max_execs - (trigger.executions - trigger.counted_from), 0)
+            fires &= np.cumsum(fires) <= remaining
+        return Firings(trigger, fires, (interval, trigger.max_execs, trigger.executions, trigger.counted_from))
+
+    def later(self) -> np.ndarray:
+        """(frames,) how often it has fired since the first frame, that one left out."""
+        return np.cumsum(self.fires) - int(self.fires[0])

@@ -1,0 +1,44 @@
+"""What nodes read and write in worlds, and whether one call of each, in their order, gives what frames would show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from pxr import Sdf
+
+from usdsdg.stage.world_values import WorldValues
+
+Attributes = frozenset[tuple[Sdf.Path, str]]
+
+
+@dataclass(frozen=True)
+class _Use:
+    cadence: Any  # equal for nodes that run in the same frames
+    reads: Attributes
+    writes: Attributes
+
+
+class WorldUses:
+    """The uses of values by nodes, in the order in which they run.
+
+    Attributes:
+        are_in_order: whether each node reads what those before it write in the same frames, and none writes what
+            another one writes in other frames.
+    """
+
+    def __init__(self) -> None:
+        self.are_in_order = True
+        self._uses: list[_Use] = []
+
+    def note(self, cadence: Any, values: WorldValues) -> None:
+        """Note what a node has read and written since the last one.
+
+        cadence: equal for nodes that run in the same frames.
+        """
+        use = _Use(cadence, *values.take_uses())
+        for earlier in self._uses:
+            same = earlier.cadence == use.cadence
+            if earlier.reads & use.writes or (not same and earlier.writes & (use.writes | use.reads)):
+                self.are_in_order = False
+        self._uses.append(use)
