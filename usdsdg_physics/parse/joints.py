@@ -113,10 +113,11 @@ def _targets(prim: Usd.Prim) -> list[Sdf.Path]:
 
 
 def _owner(prim: Usd.Prim) -> Usd.Prim | None:
-    """Return the rigid body at or above the prim that a joint names."""
+    """Return the rigid body at or above the prim that a joint names; None where the nearest is disabled."""
     while prim and not prim.IsPseudoRoot():
-        if has_api(prim, "PhysicsRigidBodyAPI") and value(prim, "physics:rigidBodyEnabled", True):
-            return None if prim.IsInstanceProxy() else prim
+        if has_api(prim, "PhysicsRigidBodyAPI"):
+            enabled = value(prim, "physics:rigidBodyEnabled", True) and not prim.IsInstanceProxy()
+            return prim if enabled else None
         xformable = UsdGeom.Xformable(prim)
         if xformable and xformable.GetResetXformStack():
             return None
@@ -129,9 +130,12 @@ def _end(prim: Usd.Prim, number: int, cache: UsdGeom.XformCache, units: Units) -
     relation = prim.GetRelationship(f"physics:body{number}")
     targets = relation.GetTargets() if relation else []
     target = prim.GetStage().GetPrimAtPath(targets[0]) if targets else None
-    if targets and not target:
-        warn_once(f"{prim.GetPath()}: physics:body{number} names {targets[0]}, which is no prim; the joint is left out")
-        return None
+    if targets and not (target and target.IsActive()):
+        warn_once(
+            f"{prim.GetPath()}: physics:body{number} names {targets[0]}, which is no active prim, so as in PhysX the "
+            f"world takes its place, with physics:localPos{number} as a point of it. Name another, or remove the joint."
+        )
+        target = None
     owner = _owner(target) if target else None
     to_frame = frame_from_prim(target, owner, cache, units) if target else np.diag([units.meters] * 3 + [1.0])
     if not np.isfinite(to_frame).all():
