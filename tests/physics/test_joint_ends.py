@@ -26,7 +26,7 @@ def _fixed(stage: Usd.Stage, bodies=("", ""), at0=(0, 0, 0), at1=(0, 0, 0), kind
 
 
 @pytest.mark.parametrize("first", [True, False])
-@pytest.mark.parametrize("name", ["/World/nowhere", "/World/inactive"])
+@pytest.mark.parametrize("name", ["/nowhere", "/World/nowhere", "/World/inactive", "/World/inactive/below"])
 def test_the_world_takes_the_place_of_a_prim_that_is_missing(name, first):
     """A body of 0.2 m, fixed to what is none: held at the joint's point of the world, and said once."""
     stage = new_stage()
@@ -44,6 +44,28 @@ def test_the_world_takes_the_place_of_a_prim_that_is_missing(name, first):
     for _ in range(30):
         engine.step(STEP)
     assert position(body) == pytest.approx([1, 2, 3], abs=1e-5)
+
+
+@pytest.mark.parametrize("name", ["/World/group/gone", "/World/group/gone/below", "/World/body/gone"])
+def test_the_nearest_prim_above_takes_the_place_of_a_prim_that_is_missing(name):
+    """A group that is turned and scaled, or a body that is fixed to it; values are PhysX's."""
+    stage = new_stage()
+    group = UsdGeom.Xform.Define(stage, "/World/group")
+    group.AddTranslateOp().Set(Gf.Vec3d(0, 30, 0))
+    group.AddRotateXYZOp().Set(Gf.Vec3f(0, 0, 90))
+    group.AddScaleOp().Set(Gf.Vec3f(2))
+    base = add(stage, "/World/body", at=(18, 0, 3), gravity=False, scale=(1, 1, 1))
+    UsdPhysics.RigidBodyAPI(base).CreateKinematicEnabledAttr(True)
+    body = add(stage, "/World/held", at=(9, 0, 3))
+    made = UsdPhysics.FixedJoint.Define(stage, "/World/joint")
+    made.CreateBody0Rel().SetTargets([Sdf.Path(name)])
+    made.CreateBody1Rel().SetTargets([Sdf.Path("/World/held")])
+    made.CreateLocalPos0Attr(Gf.Vec3f(2, 0, 0))
+    nearest = "/World/group" if "group" in name else "/World/body"
+    with pytest.warns(match=f"{name}, which is no active prim, so as in PhysX {nearest} takes its place"):
+        engine = playing(stage)
+    engine.step(STEP)
+    assert position(body) == pytest.approx([0, 34, 0] if "group" in name else [20, 0, 3], abs=1e-5)
 
 
 def test_a_hinge_to_a_prim_that_is_missing_swings_about_the_world():

@@ -129,13 +129,7 @@ def _end(prim: Usd.Prim, number: int, cache: UsdGeom.XformCache, units: Units) -
     """Return the body at an end of a joint, and the joint's frame in its frame [m]."""
     relation = prim.GetRelationship(f"physics:body{number}")
     targets = relation.GetTargets() if relation else []
-    target = prim.GetStage().GetPrimAtPath(targets[0]) if targets else None
-    if targets and not (target and target.IsActive()):
-        warn_once(
-            f"{prim.GetPath()}: physics:body{number} names {targets[0]}, which is no active prim, so as in PhysX the "
-            f"world takes its place, with physics:localPos{number} as a point of it. Name another, or remove the joint."
-        )
-        target = None
+    target = _nearest(prim, number, targets[0]) if targets else None
     owner = _owner(target) if target else None
     to_frame = frame_from_prim(target, owner, cache, units) if target else np.diag([units.meters] * 3 + [1.0])
     if not np.isfinite(to_frame).all():
@@ -147,6 +141,23 @@ def _end(prim: Usd.Prim, number: int, cache: UsdGeom.XformCache, units: Units) -
     origin = (np.append(np.asarray(position, np.float64), 1.0) @ to_frame)[:3]
     turned = decompose(placed).rotation
     return str(owner.GetPath()) if owner else STATIC, (*origin.tolist(), *np.asarray(turned).tolist())
+
+
+def _nearest(joint: Usd.Prim, number: int, path: Sdf.Path) -> Usd.Prim | None:
+    """Return the prim that an end of a joint names; as in PhysX the nearest above where there is none.
+
+    None is the world.
+    """
+    found, stage = path, joint.GetStage()
+    while not found.IsAbsoluteRootPath() and not ((prim := stage.GetPrimAtPath(found)) and prim.IsActive()):
+        found = found.GetParentPath()
+    if found != path:
+        place = "the world" if found.IsAbsoluteRootPath() else str(found)
+        warn_once(
+            f"{joint.GetPath()}: physics:body{number} names {path}, which is no active prim, so as in PhysX {place} "
+            f"takes its place, with physics:localPos{number} in it. Name another, or remove the joint."
+        )
+    return None if found.IsAbsoluteRootPath() else stage.GetPrimAtPath(found)
 
 
 def _quat(rotation: Gf.Quatf | None) -> tuple[float, ...]:
