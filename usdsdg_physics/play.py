@@ -243,19 +243,32 @@ class PlaySession:
         with self._tracker.muted(), time_context(self._time):
             meters = self.units.meters
             bodies, velocities = self.scene.bodies, self.writes_velocities
-            self._writer, self._instances = (
-                writer(self._stage, bodies, self._backup, meters_per_unit=meters, velocities=velocities)
-                for writer in (StageWriter, InstancerWriter)
+            self._writer = StageWriter(
+                self._stage,
+                bodies,
+                self._backup,
+                meters_per_unit=meters,
+                velocities=velocities,
+                animated=self.scene.animated,
+            )
+            self._instances = InstancerWriter(
+                self._stage, bodies, self._backup, meters_per_unit=meters, velocities=velocities
             )
             joints = self.scene.joints.values()
             self._joint_writer = JointStateWriter(self._stage, joints, self._backup, meters_per_unit=meters)
             self._backup.hold()
         self._note_written()
 
-    def _note_written(self) -> None:
-        """Take the state of the world for that of the stage, of which it was read, unless it is steps ahead."""
+    def _note_written(self, edited: Mapping[str, np.ndarray] | None = None) -> None:
+        """Take the state of the world for that of the stage, of which it was read, unless it is steps ahead.
+
+        Poses (7,) that were `edited` on the stage are not the world's where joints put bodies back.
+        """
         if self.world is not None and not self._unwritten:
-            self._writer.set_written(self.world.poses(), self.world.velocities())
+            poses = self.world.poses().copy()
+            for path, pose in (edited or {}).items():
+                poses[self.world.body_index[path]] = pose
+            self._writer.set_written(poses, self.world.velocities())
 
     def _read_edits(self, changes: Changes) -> Edits:
         with time_context(self._time):
@@ -286,7 +299,7 @@ class PlaySession:
         if edits and self.world is not None:
             apply_edits(edits, self.world, self.scene, self._queries)
             self.poses = self.world.poses()
-            self._note_written()
+            self._note_written(edits.poses)
             self._told.note(edits.velocities)
         if self._writer.is_stale(changes):
             self._open_writer()

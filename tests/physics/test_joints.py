@@ -266,9 +266,13 @@ def test_jointed_bodies_do_not_collide_unless_they_say_so():
     assert door
 
 
-def test_a_disabled_joint_holds_nothing_and_can_be_enabled():
+@pytest.mark.parametrize("articulated", [False, True])
+def test_a_disabled_joint_holds_nothing_and_can_be_enabled(articulated):
+    """Where its body is, if that is the base of an articulation; else it takes the body back, as in PhysX."""
     stage = new_stage()
     body = add(stage, "/World/body", at=(0, 0, 5))
+    if articulated:
+        UsdPhysics.ArticulationRootAPI.Apply(body)
     made = joint(stage, "/World/fix", UsdPhysics.FixedJoint, "", "/World/body", (0, 0, 5))
     made.CreateJointEnabledAttr(False)
     engine = playing(stage)
@@ -279,7 +283,7 @@ def test_a_disabled_joint_holds_nothing_and_can_be_enabled():
     made.GetJointEnabledAttr().Set(True)
     for _ in range(30):
         engine.step(STEP)
-    assert position(body)[2] == pytest.approx(fallen, abs=1e-6)  # a fixed base stays where it is
+    assert position(body)[2] == pytest.approx(fallen if articulated else 5.0, abs=1e-6)
     engine.stop()
     assert position(body)[2] == 5
 
@@ -394,9 +398,13 @@ def test_states_of_joints_are_where_they_start_and_are_shown():
 
 
 def test_a_mechanism_that_is_moved_while_playing_keeps_its_joints():
-    """Two rods on a hinge, of which the first is fixed to the world: set elsewhere alone, and with all above it."""
+    """Two rods on a hinge, of which the first is fixed to the world: set elsewhere alone, and with all above it.
+
+    They are an articulation, whose base stays where it is put.
+    """
     stage = new_stage()
     group = UsdGeom.Xform.Define(stage, "/World/group")
+    UsdPhysics.ArticulationRootAPI.Apply(group.GetPrim())
     shift = group.AddTranslateOp()
     rod(stage, "/World/group/base", (0, 0, 1), (0, 0, 1.5))
     rod(stage, "/World/group/arm", (0, 0, 1.5), (0.5, 0, 1.5))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdPhysics
 
-from tests.physics.mechanisms import joint
+from tests.physics.mechanisms import free_axes, joint
 from tests.physics.scenes import add, new_stage, playing
 from usdsdg.errors import UsdsdgWarning
 
@@ -70,3 +70,37 @@ def test_a_limit_of_speed_on_a_body_that_joints_move_is_named():
     joint(stage, "/World/joint", UsdPhysics.PrismaticJoint, "", "/World/a", (0, 0, 0), axis="X")
     with pytest.warns(UsdsdgWarning, match="maxLinearVelocity has no effect on bodies that joints move: /World/a"):
         playing(stage).step(STEP)
+
+
+@pytest.mark.parametrize("slides", [("transX",), ("transX", "transY", "transZ")])
+@pytest.mark.parametrize("rate", [60.0, 240.0])
+def test_bodies_that_slide_on_each_other_while_they_turn_keep_their_momentum(slides, rate):
+    """In free space, without damping: the joint transmits forces across the slide, and momentum is m v of both."""
+    stage = new_stage()
+    prims = [damped_body(stage, f"/World/{name}", at=(x, 0, 0)) for name, x in (("a", -0.5), ("b", 0.5))]
+    spin = np.radians(rate)
+    for prim, x in zip(prims, (-0.5, 0.5)):
+        UsdPhysics.MassAPI.Apply(prim).CreateMassAttr(1.0)
+        api = UsdPhysics.RigidBodyAPI(prim)
+        api.CreateAngularVelocityAttr(Gf.Vec3f(0, 0, rate))
+        # They turn about the middle, slide apart, and fly off together.
+        api.CreateVelocityAttr(Gf.Vec3f(2.0 * x, spin * x + 1.0, 0))
+    made = joint(stage, "/World/joint", UsdPhysics.Joint, "/World/a", "/World/b", (0, 0, 0))
+    free_axes(made, *slides)
+    engine = playing(stage)
+    for _ in range(60):
+        engine.step(STEP)
+    velocities = engine.velocities(["/World/a", "/World/b"])
+    assert velocities[:, :3].sum(axis=0) == pytest.approx([0, 2, 0], abs=1e-3)
+
+
+def test_a_joint_whose_axes_are_all_free_holds_nothing():
+    """A cube that spins about x and z beside one that flies off: their velocities stay as they are."""
+    stage = new_stage()
+    spinning, flying = damped_body(stage, "/World/a"), damped_body(stage, "/World/b", at=(1, 0, 0))
+    UsdPhysics.RigidBodyAPI(spinning).CreateAngularVelocityAttr(Gf.Vec3f(50, 0, 50))
+    UsdPhysics.RigidBodyAPI(flying).CreateVelocityAttr(Gf.Vec3f(0, 1, 0))
+    joint(stage, "/World/joint", UsdPhysics.Joint, "/World/a", "/World/b", (0.5, 0, 0))
+    first, second = velocities_after(stage, "/World/a", "/World/b")
+    assert first == pytest.approx([0, 0, 0, *np.radians([50, 0, 50])], abs=1e-4)
+    assert second == pytest.approx([0, 1, 0, 0, 0, 0], abs=1e-4)

@@ -286,6 +286,7 @@ _OTHER_OF_JOINTS = {
     "physxMimicJoint:rotX:gearing": ("follower", 3.0),
     "physxMimicJoint:rotX:offset": ("follower", 3.0),
     "physxArticulation:enabledSelfCollisions": ("a", False),
+    "physxArticulation:articulationEnabled": ("a", False),
 }
 
 

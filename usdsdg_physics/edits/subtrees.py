@@ -62,7 +62,8 @@ class SubtreeReader:
             and now.reports == {p: report for p, report in scene.reports.items() if at_or_below(p, path)}
             and set(now.bodies) == set(before_bodies)
             and set(now.colliders) == set(before_colliders)
-            and now.joints == {path: scene.joints[path] for path in paths_below(self._joints, path)}
+            and now.joints
+            == {each: replace(scene.joints[each], articulated=False) for each in paths_below(self._joints, path)}
             and all(_same_body(now.bodies[p], scene.bodies[p]) for p in before_bodies)
             and all(_same_collider(now.colliders[p], scene.colliders[p]) for p in before_colliders)
         )

@@ -11,6 +11,7 @@ import numpy as np
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.poses.rotations import matrix_from_quat
+from usdsdg_physics.model.chain_armature import add_chain_armature
 from usdsdg_physics.scene.joint_trees import Branch, JointTree, joint_trees
 from usdsdg_physics.scene.records import STATIC, Axis, Drive, Joint, Scene, Vec3
 
@@ -50,7 +51,8 @@ class BuiltJoints:
     joint_of: dict[str, int] = field(default_factory=dict)  # Newton's joint by path
     links: dict[str, int] = field(default_factory=dict)  # by body: the tree that it belongs to
     bases: dict[str, tuple[int, int]] = field(default_factory=dict)  # by body: where it is in joint_q and joint_qd
-    fixed_bases: dict[str, int] = field(default_factory=dict)  # by body: Newton's joint that fixes it to the world
+    # By body that is the base of an articulation: Newton's joint that fixes it to the world.
+    fixed_bases: dict[str, int] = field(default_factory=dict)
     # Of joints that follow others from where both are: path of the joint and of the one that it follows, and gearing.
     in_gear: list[tuple[str, str, float]] = field(default_factory=list)
 
@@ -61,7 +63,7 @@ class BuiltJoints:
         return [
             (joint.path, self.joint_of[joint.path], joint.break_force, joint.break_torque)
             for joint in joints
-            if np.isfinite(joint.break_force) or np.isfinite(joint.break_torque)
+            if joint.breaks
         ]
 
     @property
@@ -100,6 +102,7 @@ def add_joints(
             added.append(builder.add_joint_free(body_index[tree.root], label=f"{tree.root} base"))
         for branch in tree.branches:
             added.append(_add_branch(builder, branch, scene, body_index, built))
+        add_chain_armature(builder, tree, scene, body_index, built.joint_of)
         built.ranges.append((first_q, builder.joint_coord_count, first_qd, builder.joint_dof_count))
         built.articulations.append(builder.articulation_count)
         builder.add_articulation(added, label=tree.root or tree.branches[0].joint.path)
@@ -125,8 +128,8 @@ def _add_branch(
     joint = branch.joint
     start_q, start_qd = builder.joint_coord_count, builder.joint_dof_count
     parent, child, frames = _ends(branch, body_index)
-    if joint.kind == "fixed" and parent < 0:
-        # As in PhysX, a fixed base stays where the body is.
+    if joint.kind == "fixed" and parent < 0 and joint.articulated:
+        # As in PhysX, the fixed base of an articulation stays where the body is.
         frames["parent_xform"] = _base_frame(scene.bodies[branch.child].pose, _frame(branch, child=True))
     axes = joint.axes
     if branch.is_reversed:
@@ -153,7 +156,7 @@ def _add_branch(
             _keep_regular(angular, _moved_inertia(builder, child, _frame(branch, child=True)))
         index = builder.add_joint_d6(parent, child, linear_axes=linear, angular_axes=angular, **frames)
     built.joint_of[joint.path] = index
-    if joint.kind == "fixed" and parent < 0:
+    if joint.kind == "fixed" and parent < 0 and joint.articulated:
         built.fixed_bases[branch.child] = index
     if any(axis.drive and (axis.static_friction or axis.friction) for axis in axes):
         warn_once(f"{joint.path}: a joint with a drive has no dry friction. Use the damping of its drive.")
@@ -288,7 +291,8 @@ def measured_drift(tree: JointTree, poses: Mapping[str, Sequence[float]]) -> tup
     worst, distance = "", 0.0
     for branch in tree.branches:
         joint = branch.joint
-        if any(not axis.angular for axis in joint.axes) or (STATIC in (joint.body0, joint.body1) and not joint.axes):
+        stays = joint.articulated and joint.kind == "fixed" and STATIC in (joint.body0, joint.body1)
+        if stays or any(not axis.angular for axis in joint.axes):
             continue
         ends = [
             _placed(poses.get(body), frame)

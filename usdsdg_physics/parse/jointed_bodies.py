@@ -70,6 +70,38 @@ def _unlocked(bodies: dict[str, Body], joints: Mapping[str, Joint]) -> dict[str,
     return bodies | {path: replace(bodies[path], locked_position=0, locked_rotation=0) for path in locked}
 
 
+def mark_articulated(found: PhysicsPrims, bodies: Mapping[str, Body], joints: Mapping[str, Joint]) -> dict[str, Joint]:
+    """Return the joints, with those marked that PhysX makes joints of an articulation.
+
+    These connect its bodies with each other and the world, whether below the prim with ArticulationRootAPI or not.
+    """
+    enabled = (prim for prim in found.articulations if value(prim, "physxArticulation:articulationEnabled", True))
+    roots = [str(prim.GetPath()) for prim in enabled]
+    if not roots:
+        return dict(joints)
+    kinematic = {path for path, body in bodies.items() if body.kinematic}
+    links = [
+        joint
+        for joint in joints.values()
+        if joint.in_articulation and joint.kind != "distance" and not {joint.body0, joint.body1} & kinematic
+    ]
+    start = [
+        body
+        for joint in links
+        for body in (joint.body0, joint.body1)
+        if any(at_or_below(path, root) for path in (joint.path, joint.body0, joint.body1) for root in roots)
+    ]
+    inside = connected_bodies(links, start, bodies)
+    marked = {joint.path for joint in links if {joint.body0, joint.body1} & inside}
+    unbroken = [path for path in sorted(marked) if joints[path].breaks]
+    if unbroken:
+        warn_once(
+            "as in PhysX, physics:breakForce and physics:breakTorque have no effect on the joints of an articulation: "
+            f"{listed(unbroken)}. Set physics:excludeFromArticulation on those that shall break."
+        )
+    return {path: replace(joint, articulated=path in marked) for path, joint in joints.items()}
+
+
 def read_jointed_pairs(
     found: PhysicsPrims, bodies: Mapping[str, Body], colliders: Mapping[str, Collider], joints: Mapping[str, Joint]
 ) -> frozenset[tuple[str, str]]:

@@ -113,10 +113,11 @@ def _targets(prim: Usd.Prim) -> list[Sdf.Path]:
 
 
 def _owner(prim: Usd.Prim) -> Usd.Prim | None:
-    """Return the rigid body at or above the prim that a joint names."""
+    """Return the rigid body at or above the prim that a joint names; None where the nearest is disabled."""
     while prim and not prim.IsPseudoRoot():
-        if has_api(prim, "PhysicsRigidBodyAPI") and value(prim, "physics:rigidBodyEnabled", True):
-            return None if prim.IsInstanceProxy() else prim
+        if has_api(prim, "PhysicsRigidBodyAPI"):
+            enabled = value(prim, "physics:rigidBodyEnabled", True) and not prim.IsInstanceProxy()
+            return prim if enabled else None
         xformable = UsdGeom.Xformable(prim)
         if xformable and xformable.GetResetXformStack():
             return None
@@ -128,10 +129,7 @@ def _end(prim: Usd.Prim, number: int, cache: UsdGeom.XformCache, units: Units) -
     """Return the body at an end of a joint, and the joint's frame in its frame [m]."""
     relation = prim.GetRelationship(f"physics:body{number}")
     targets = relation.GetTargets() if relation else []
-    target = prim.GetStage().GetPrimAtPath(targets[0]) if targets else None
-    if targets and not target:
-        warn_once(f"{prim.GetPath()}: physics:body{number} names {targets[0]}, which is no prim; the joint is left out")
-        return None
+    target = _nearest(prim, number, targets[0]) if targets else None
     owner = _owner(target) if target else None
     to_frame = frame_from_prim(target, owner, cache, units) if target else np.diag([units.meters] * 3 + [1.0])
     if not np.isfinite(to_frame).all():
@@ -143,6 +141,23 @@ def _end(prim: Usd.Prim, number: int, cache: UsdGeom.XformCache, units: Units) -
     origin = (np.append(np.asarray(position, np.float64), 1.0) @ to_frame)[:3]
     turned = decompose(placed).rotation
     return str(owner.GetPath()) if owner else STATIC, (*origin.tolist(), *np.asarray(turned).tolist())
+
+
+def _nearest(joint: Usd.Prim, number: int, path: Sdf.Path) -> Usd.Prim | None:
+    """Return the prim that an end of a joint names; as in PhysX the nearest above where there is none.
+
+    None is the world.
+    """
+    found, stage = path, joint.GetStage()
+    while not found.IsAbsoluteRootPath() and not ((prim := stage.GetPrimAtPath(found)) and prim.IsActive()):
+        found = found.GetParentPath()
+    if found != path:
+        place = "the world" if found.IsAbsoluteRootPath() else str(found)
+        warn_once(
+            f"{joint.GetPath()}: physics:body{number} names {path}, which is no active prim, so as in PhysX {place} "
+            f"takes its place, with physics:localPos{number} in it. Name another, or remove the joint."
+        )
+    return None if found.IsAbsoluteRootPath() else stage.GetPrimAtPath(found)
 
 
 def _quat(rotation: Gf.Quatf | None) -> tuple[float, ...]:

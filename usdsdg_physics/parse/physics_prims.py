@@ -39,12 +39,13 @@ class PhysicsPrims:
     animated: list[Usd.Prim] = field(default_factory=list)  # kinematic bodies and static colliders that samples move
     sampled: list[Sdf.Path] = field(default_factory=list)  # dynamic bodies of which xform ops have samples
     instanced_bodies: list[str] = field(default_factory=list)  # rigid bodies inside instances
+    left_behind: list[str] = field(default_factory=list)  # rigid bodies that are disabled, below others that move
     nonfinite: list[str] = field(default_factory=list)  # with a transform that is not finite
     unread: UnreadNames = field(default_factory=UnreadNames)  # schemas and attributes without effect
 
 
 def find_physics_prims(stage: Usd.Stage, root: Sdf.Path) -> PhysicsPrims:
-    """Find the prims at or below `root`; a collider belongs to the nearest rigid body at or above it."""
+    """Find the prims at or below `root`; a collider belongs to the nearest rigid body at or above it, if enabled."""
     found, cache = PhysicsPrims(), UsdGeom.XformCache(current_time())
     owners: dict[Sdf.Path, Usd.Prim | None] = {}
     start = stage.GetPrimAtPath(root)
@@ -57,7 +58,10 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path) -> PhysicsPrims:
         owner = owners.get(path.GetParentPath())
         applied = prim.GetAppliedSchemas()
         found.unread.visit(prim)
-        if owner is not None and _resets_xform_stack(prim):
+        disabled = _is_disabled(prim, applied)
+        if disabled and owner is not None and not value(owner, "physics:kinematicEnabled", False):
+            found.left_behind.append(str(path))
+        if disabled or (owner is not None and _resets_xform_stack(prim)):
             owner = None
         body = _is_body(prim, applied)
         if (body or COLLISION in applied) and not np.isfinite(cache.GetLocalToWorldTransform(prim)).all():
@@ -107,11 +111,12 @@ def _leave_out_prototypes(found: PhysicsPrims) -> None:
 
 
 def _owner_of(prim: Usd.Prim) -> Usd.Prim | None:
-    """Return the nearest rigid body at or above a prim."""
+    """Return the nearest rigid body at or above a prim; None where that is disabled."""
     while prim and not prim.IsPseudoRoot():
-        if _is_body(prim, prim.GetAppliedSchemas()) and not prim.IsInstanceProxy():
+        applied = prim.GetAppliedSchemas()
+        if _is_body(prim, applied) and not prim.IsInstanceProxy():
             return prim
-        if _resets_xform_stack(prim):
+        if _resets_xform_stack(prim) or _is_disabled(prim, applied):
             return None
         prim = prim.GetParent()
     return None
@@ -119,6 +124,11 @@ def _owner_of(prim: Usd.Prim) -> Usd.Prim | None:
 
 def _is_body(prim: Usd.Prim, applied: list[str]) -> bool:
     return RIGID_BODY in applied and bool(value(prim, "physics:rigidBodyEnabled", True))
+
+
+def _is_disabled(prim: Usd.Prim, applied: list[str]) -> bool:
+    """Return whether a prim is a rigid body that is switched off: as in PhysX its colliders are static."""
+    return RIGID_BODY in applied and not _is_body(prim, applied)
 
 
 def _resets_xform_stack(prim: Usd.Prim) -> bool:
@@ -175,6 +185,12 @@ def _warn_left_out(found: PhysicsPrims) -> None:
         warn_once(
             f"rigid bodies inside instances cannot be moved: {listed(found.instanced_bodies)}. Apply RigidBodyAPI to "
             "the instance itself, or clear its instanceable flag."
+        )
+    if found.left_behind:
+        warn_once(
+            "as in PhysX, colliders of rigid bodies that are disabled are static, and stay where they are when a body "
+            f"above them moves, though their prims go along: {listed(found.left_behind)}. Remove RigidBodyAPI from "
+            "them to make them part of the body above."
         )
     if found.static_belts:
         warn_once(

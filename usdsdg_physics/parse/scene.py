@@ -14,7 +14,7 @@ from usdsdg_physics.parse.colliders import read_collider, read_moving_collider
 from usdsdg_physics.parse.collision_filters import read_filtered_pairs
 from usdsdg_physics.parse.contact_reports import read_contact_report
 from usdsdg_physics.parse.forces import read_force
-from usdsdg_physics.parse.jointed_bodies import hold_unsupported, read_jointed_pairs, read_joints
+from usdsdg_physics.parse.jointed_bodies import hold_unsupported, mark_articulated, read_jointed_pairs, read_joints
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.physics_prims import (
     find_physics_prims,
@@ -62,6 +62,7 @@ def _parse(stage: Usd.Stage, hulls: HullCache, root: Sdf.Path, broken: Collectio
     joints = read_joints(found, cache, units, broken)
     if root == Sdf.Path.absoluteRootPath:
         bodies, joints = hold_unsupported(found, bodies, joints)
+        joints = mark_articulated(found, bodies, joints)
     materials = bound_materials([prim for prim, _ in found.colliders], units)
     colliders = {}
     for (prim, owner), material in zip(found.colliders, materials):

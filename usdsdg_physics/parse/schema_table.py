@@ -70,7 +70,7 @@ READ: dict[str, str] = {
     "PhysxJointAxisAPI": "physxJointAxis:*:armature physxJointAxis:*:maxJointVelocity "
     "physxJointAxis:*:viscousFrictionCoefficient physxJointAxis:*:staticFrictionEffort",
     "PhysxLimitAPI": "",
-    "PhysxArticulationAPI": "physxArticulation:enabledSelfCollisions",
+    "PhysxArticulationAPI": "physxArticulation:enabledSelfCollisions physxArticulation:articulationEnabled",
     "PhysxCookedDataAPI": "",
 }
 

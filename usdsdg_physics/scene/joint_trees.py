@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from operator import eq
 
-from usdsdg_physics.scene.records import STATIC, Body, Joint
+from usdsdg_physics.scene.records import STATIC, Axis, Body, Joint
 
 # Joints of these kinds can close a loop, though only their frames are held together: without limits and drive.
 LOOP_KINDS = frozenset({"fixed", "revolute", "ball", "weld"})
+FREE_AXES = 6
 
 
 @dataclass(frozen=True)
@@ -45,12 +47,15 @@ class JointTree:
 def joint_trees(bodies: Mapping[str, Body], joints: Collection[Joint]) -> list[JointTree]:
     """Return the trees of all bodies that joints connect.
 
-    Joints between kinematic bodies and the world are left out, and distance joints, which connect as contacts do.
+    Joints between kinematic bodies and the world are left out, those that hold nothing, and distance joints, which
+    connect as contacts do.
     What can close no loop is put into the tree before the rest, and what is in an articulation before what is not.
     """
     fixed = {STATIC} | {path for path, body in bodies.items() if body.kinematic}
     used = [
-        joint for joint in joints if joint.kind != "distance" and not (joint.body0 in fixed and joint.body1 in fixed)
+        joint
+        for joint in joints
+        if joint.kind != "distance" and not is_loose(joint) and not (joint.body0 in fixed and joint.body1 in fixed)
     ]
     # Of two ways to the world the second closes a loop: a tree starts there once.
     chosen, closing = _spanning(sorted(used, key=lambda j: (*_rank(j), j.body0 in fixed or j.body1 in fixed)), fixed)
@@ -118,6 +123,12 @@ def connected_bodies(joints: Collection[Joint], start: Collection[str], bodies: 
 def is_moved(joint: Joint) -> bool:
     """Return whether an axis of a joint has limits or a drive."""
     return any(axis.drive or axis.lower > float("-inf") or axis.upper < float("inf") for axis in joint.axes)
+
+
+def is_loose(joint: Joint) -> bool:
+    """Return whether a joint holds nothing: all of its six axes are free."""
+    free = (Axis(axis.name, axis.angular, axis.direction, instance=axis.instance) for axis in joint.axes)
+    return len(joint.axes) == FREE_AXES and all(map(eq, joint.axes, free))
 
 
 def _rank(joint: Joint) -> tuple[bool, bool, bool, bool]:

@@ -37,7 +37,7 @@ def _needs_cut(branch: Branch, tree: JointTree) -> bool:
     joint = branch.joint
     if joint.kind not in LOOP_KINDS:
         return True
-    if joint.mimic is not None or min(joint.break_force, joint.break_torque) < float("inf") or _rubs(joint):
+    if joint.mimic is not None or joint.breaks or _rubs(joint):
         return True
     # The second hinge of a door has the limits of the first.
     ends = {branch.parent, branch.child}

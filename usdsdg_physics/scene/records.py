@@ -198,13 +198,20 @@ class Joint:
     frame0: tuple[float, ...]  # 7 numbers in the frame of body 0, or the world [m]
     frame1: tuple[float, ...]
     axes: tuple[Axis, ...] = ()  # the linear ones first; none of a ball joint, which has no limits and drives
-    in_articulation: bool = True
+    in_articulation: bool = True  # if there is one: physics:excludeFromArticulation is not set
+    # Whether it is one of an articulation: as in PhysX, it does not break, and a base that it fixes to the world stays.
+    articulated: bool = False
     break_force: float = float("inf")  # N
     break_torque: float = float("inf")  # N m
     mimic: Mimic | None = None
     distance: tuple[float, float] = (0.0, float("inf"))  # between the frames of a distance joint [m]
     # Stiffness [N/m] and damping [N s/m] with which a distance joint keeps its distance; None where it is rigid.
     spring: tuple[float, float] | None = None
+
+    @property
+    def breaks(self) -> bool:
+        """Whether a force or torque breaks it."""
+        return not self.articulated and min(self.break_force, self.break_torque) < float("inf")
 
 
 @dataclass(frozen=True)

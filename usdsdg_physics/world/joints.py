@@ -5,12 +5,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.poses.rotations import rotated
 from usdsdg_physics.model.joint_inertia import axis_inertias, tree_inertia
 from usdsdg_physics.model.joints import BuiltJoints, measured_drift
 from usdsdg_physics.scene.records import Drive, Scene
@@ -46,15 +47,18 @@ class Joints:
 
     def start(self, state: newton.State) -> None:
         """Take coordinates from the poses and velocities of bodies, or from what joints start with."""
-        for tree in self._built.trees:
+        apart = []
+        for number, tree in enumerate(self._built.trees):
             joint, distance = measured_drift(tree, {path: body.pose for path, body in self._scene.bodies.items()})
             if distance > MAX_DRIFT:
+                apart.append(number)
                 warn_once(
                     f"{joint}: its frames are {distance:.3g} m apart, so its bodies jump together. Author poses of the "
                     "bodies, or physics:localPos0 and physics:localPos1, that meet."
                 )
         self._begin_within_limits(state)
         self.measure(state)
+        self._center(state, apart)
         positions = {key: self.axes[row].axis.position for key, row in self.rows.items()}
         velocities = {key: self.axes[row].axis.velocity for key, row in self.rows.items()}
         self.set_state(
@@ -71,6 +75,24 @@ class Joints:
         limits = np.array([(axis.axis.lower, axis.axis.upper) for axis in self.axes]).reshape(-1, 2)
         coordinates[self._coordinates] = np.clip(0.0, *limits.T)
         state.joint_q.assign(coordinates)
+
+    def _center(self, state: newton.State, trees: Iterable[int]) -> None:
+        """Move floating trees whose links jumped together to where the stage has their centers of mass."""
+        mass, centers = self._model.body_mass.numpy(), self._model.body_com.numpy()
+        coordinates, now = state.joint_q.numpy().copy(), state.body_q.numpy()
+        before = np.array([body.pose for body in self._scene.bodies.values()])
+        row_of, moved = {path: row for row, path in enumerate(self._scene.bodies)}, []
+        for tree in (self._built.trees[number] for number in trees):
+            if not tree.root or self._scene.bodies[tree.root].kinematic:
+                continue
+            rows = [row_of[path] for path in tree.bodies]
+            ends = [poses[rows, :3] + rotated(poses[rows, 3:], centers[rows]) for poses in (before, now)]
+            start, _ = self._built.bases[tree.root]
+            coordinates[start : start + 3] += mass[rows] @ (ends[0] - ends[1]) / mass[rows].sum()
+            moved.append(self._built.links[tree.root])
+        if moved:
+            state.joint_q.assign(coordinates)
+            self.place(state, moved)
 
     def measure(self, state: newton.State, trees: Sequence[int] | None = None) -> None:
         """Take the positions of trees (None: all) from the poses of their bodies; then place these."""

@@ -22,6 +22,7 @@ from usdsdg_physics.corrections.contacts.moving_surfaces import MovingSurfaces
 from usdsdg_physics.corrections.contacts.squeezes import Squeezes
 from usdsdg_physics.corrections.contacts.tunneling_guard import TunnelingGuard
 from usdsdg_physics.corrections.joints.distance_joints import DistanceJoints
+from usdsdg_physics.corrections.joints.floating_trees import FloatingTrees
 from usdsdg_physics.corrections.joints.joint_loads import JointLoads
 from usdsdg_physics.corrections.joints.link_damping import LinkDamping
 from usdsdg_physics.corrections.joints.links import Links
@@ -94,6 +95,18 @@ class StepCorrections:
         self.coefficients = self._coefficients_of(built)
         self.distances = self._distances_of(scene, built, free)
         self.links = self._links_of(built)
+        self.floating_trees = (
+            FloatingTrees(
+                model,
+                scene,
+                built.joints.trees,
+                body_index=built.body_index,
+                bases=built.joints.bases,
+                touched=self.free_flight.touched,
+            )
+            if built.joints.trees
+            else None
+        )
         self.link_damping = LinkDamping(model) if built.joints.trees else None
         joints = built.joints
         self.loads = (
@@ -162,6 +175,8 @@ class StepCorrections:
             self.distances.note_forces(observed.contact_f)
         if self.links is not None:
             self.links.revert_nonfinite(before, after)
+        if self.floating_trees:
+            self.floating_trees.keep_momentum(before, after, h)
         if self.loads is not None:
             self.loads.apply(before, observed.body_parent_f)
         if self.locked_axes is not None:

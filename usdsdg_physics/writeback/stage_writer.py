@@ -1,7 +1,7 @@
 """Write poses and velocities to the xform ops and velocity attributes that the prims have."""
 
 from collections import defaultdict, deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import compress
@@ -53,8 +53,16 @@ class StageWriter:
         *,
         meters_per_unit: float,
         velocities: bool = True,
+        animated: Collection[str] = (),
     ) -> None:
-        """`velocities`: whether those are written, too."""
+        """Open the attributes of the bodies that are written.
+
+        These are the dynamic bodies, and the kinematic ones below such a body, which it would take along.
+
+        Args:
+            velocities: whether those of dynamic bodies are written, too.
+            animated: bodies that follow time samples, which are not written.
+        """
         self._stage = stage
         self._has_velocities = velocities
         self._meters_per_unit = meters_per_unit
@@ -76,7 +84,9 @@ class StageWriter:
         self._moved_parents = MovedParents(stage)
         is_flat, written = self._matrices.is_flat, []
         for row, path in enumerate(bodies):
-            if bodies[path].kinematic or split_instance(path):
+            if path in animated or split_instance(path):
+                continue
+            if bodies[path].kinematic and not self._is_below_dynamic(path, bodies):
                 continue
             if is_flat[row]:
                 warn_once(f"{path} has a scale of zero, so its pose cannot be written; give it a scale above zero.")
@@ -86,7 +96,7 @@ class StageWriter:
             self._freeze(prim)
         cache = UsdGeom.XformCache(current_time())
         for row, prim in written:
-            self._add(row, prim, cache)
+            self._add(row, prim, cache, is_kinematic=bodies[str(prim.GetPath())].kinematic)
         self._matrices.finish()
         warn_if_deformed(list(compress(bodies, self._matrices.deforms)))
         self._poses = np.array([body.pose for body in bodies.values()], np.float32).reshape(-1, 7)
@@ -166,7 +176,7 @@ class StageWriter:
         for attribute in attributes:
             freeze(attribute, self._target, self._backup)
 
-    def _add(self, row: int, prim: Usd.Prim, cache: UsdGeom.XformCache) -> None:
+    def _add(self, row: int, prim: Usd.Prim, cache: UsdGeom.XformCache, *, is_kinematic: bool) -> None:
         path = str(prim.GetPath())
         for name in ("xformOpOrder", "xformOp:translate", "xformOp:orient"):  # which `choose_pose_ops` may make
             self._keep(prim, name)
@@ -177,12 +187,21 @@ class StageWriter:
         else:
             ancestor = self._ancestor_body(path)
             if ancestor is not None:
-                relative, _ = cache.ComputeRelativeTransform(prim.GetParent(), self._stage.GetPrimAtPath(ancestor))
-                self._matrices.set_ancestor(row, self._rows[ancestor], np.array(relative))
+                relative, resets = cache.ComputeRelativeTransform(prim.GetParent(), self._stage.GetPrimAtPath(ancestor))
+                if resets:  # the parent does not follow the body, then
+                    ancestor = None
+                else:
+                    self._matrices.set_ancestor(row, self._rows[ancestor], np.array(relative))
             self._moved_parents.add(row, prim, ancestor)
         self._matrices.set(row, ops, parent_to_world)
         self._written_ops[path] = {ops.translate, *ops.rotate}
-        self._open_channels(row, prim, ops)
+        self._open_channels(row, prim, ops, is_kinematic=is_kinematic)
+
+    def _is_below_dynamic(self, path: str, bodies: Mapping[str, Body]) -> bool:
+        while path := self._ancestor_body(path) or "":
+            if not bodies[path].kinematic:
+                return True
+        return False
 
     def _ancestor_body(self, path: str) -> str | None:
         """Return the path of the nearest rigid body above another."""
@@ -191,7 +210,7 @@ class StageWriter:
                 return path
         return None
 
-    def _open_channels(self, row: int, prim: Usd.Prim, ops: PoseOps) -> None:
+    def _open_channels(self, row: int, prim: Usd.Prim, ops: PoseOps, *, is_kinematic: bool) -> None:
         if ops.order == "matrix":
             self._open(row, prim, ops.translate, "matrix")
         else:
@@ -202,7 +221,7 @@ class StageWriter:
                 for axis, name in zip("XYZ", ops.rotate):
                     self._open(row, prim, name, f"{ops.order}:{axis}")
         for name in (VELOCITY, ANGULAR_VELOCITY):
-            if self._has_velocities:
+            if self._has_velocities and not is_kinematic:
                 self._open(row, prim, name, name)
             else:  # what a user sets while the scene plays is undone with the rest
                 self._keep(prim, name)
