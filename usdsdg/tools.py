@@ -11,7 +11,8 @@ from usdsdg.annotators.colors import colors_of_ids, hsv_to_rgb
 from usdsdg.annotators.kinds.amodal import run_lengths
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.errors import ArgumentError
-from usdsdg.writers.formats.writer_basic import colorize_depth, colorize_normals
+from usdsdg.writers.formats import writer_basic
+from usdsdg.writers.formats.writer_basic import colorize_normals
 
 __all__ = [
     "binary_mask_to_rle", "colorize_bbox_2d", "colorize_distance", "colorize_motion_vector", "colorize_normals",
@@ -52,13 +53,7 @@ def colorize_distance(distance_data: Any, near: float | None = 1e-5, far: float 
     None takes the smallest or the largest finite distance that there is. Warp arrays are taken too.
     """
     distance = distance_data.numpy() if hasattr(distance_data, "numpy") else np.asarray(distance_data)
-    finite = distance[np.isfinite(distance) & (distance > 0)]
-    if near is None:
-        near = float(finite.min()) if finite.size else 1e-5
-    if far is None:
-        far = float(finite.max()) if finite.size else 100.0
-    # All at one distance: any range above it gives white.
-    return colorize_depth(distance, near, far if far > near else near * 2.0)
+    return writer_basic.colorize_distance(distance, near, far)
 
 
 def colorize_motion_vector(data: np.ndarray) -> np.ndarray:

@@ -15,7 +15,6 @@ from usdsdg.annotators.colors import colors_of_ids
 from usdsdg.errors import ConfigError, WriterError
 from usdsdg.inspect.dataset import read_dataset
 from usdsdg.session.stage_context import set_stage
-from usdsdg.writers.formats.writer_basic import colorize_depth
 
 PRODUCT = "/Render/HydraTextures/rp1"
 ALL = [
@@ -151,9 +150,32 @@ def test_camera_params_are_flat_lists(everything):
     assert params["renderProductResolution"] == [64, 48]
 
 
-def test_colorized_depth_is_logarithmic_from_white_to_black():
-    depth = np.array([[0, 1e-5, 1e-5 * 1e7**0.5, 100.0, np.inf]], np.float32)
-    np.testing.assert_array_equal(colorize_depth(depth), [[255, 255, 127, 0, 0]])
+def test_colorized_depth_goes_from_white_to_black_over_the_distances_of_the_frame(everything, frame):
+    for name in ("distance_to_camera", "distance_to_image_plane"):
+        depth, gray = frame.aovs[name], image(everything, f"{name}_0000.png")
+        seen = np.isfinite(depth)
+        near, far = depth[seen].min(), depth[seen].max()
+        assert set(gray[depth == near]) == {255}
+        assert set(gray[depth == far]) == {0}
+        assert (gray[~seen] == 0).all()
+        # Equal ratios of distances are equal steps of gray.
+        expected = 255 * np.log(far / depth[seen]) / np.log(far / near)
+        assert np.abs(gray[seen] - expected).max() <= 1  # truncated, in float32
+
+
+def test_the_payload_names_annotators_as_replicator_does(frame, tmp_path):
+    """Scripts read `writer.get_data()["annotators"]["instance_segmentation_fast"][product]["idToSemantics"]`."""
+    writer = write(tmp_path, frame, colorize_instance_segmentation=False, **dict.fromkeys(ALL, True))
+    fast = {name: name + "_fast" for name in ALL if name.startswith(("bounding_box", "instance"))}
+    names = {fast.get(name, name) for name in ALL}
+    payload = writer.get_data()["annotators"]
+    assert set(payload) == names | {"camera", "resolution"}
+    assert set(writer.get_annotators()) == names
+    (seen,) = payload["instance_segmentation_fast"].values()
+    assert {"class": "apple"} in seen["idToSemantics"].values()
+    assert all(isinstance(key, int) for key in seen["idToLabels"])
+    (boxes,) = payload["bounding_box_2d_tight_fast"].values()
+    assert list(boxes["idToLabels"]) == list(range(len(boxes["idToLabels"])))
 
 
 def test_only_what_is_asked_for_is_read_and_written(frame, tmp_path):

@@ -19,6 +19,7 @@ from usdsdg.writers.options import label_params, typed
 Step = Callable[..., None]
 
 _BOXES = ("bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d")
+_FAST = "_fast"  # ends names of annotators, as in Replicator, but not of files
 _OWN_BOXES = ("bounding_box_2d_amodal", "oriented_bounding_box_2d", "oriented_bounding_box_2d_amodal")
 
 
@@ -81,7 +82,8 @@ class BasicWriter(Writer):
         s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
         semantic_types, semantic_filter_predicate: labels to use, as types or as a predicate; default "class:*".
         pointcloud_include_unlabelled: keep points of gprims without such labels.
-        colorize_depth: also write depth as a gray image, white near, on a logarithmic scale up to 100 m.
+        colorize_depth: also write depth as a gray image on a logarithmic scale, white at the smallest distance of the
+            frame and black at the largest, and where nothing is hit.
         use_common_output_dir: with several render products, `<annotator>/<product>_...` instead of
             `<product>/<annotator>/...`.
         amodal_instance_segmentation and the following: the annotators of these names, beyond Replicator's.
@@ -101,11 +103,15 @@ class BasicWriter(Writer):
             "distance_to_image_plane": (distance_to_image_plane, {}),
             "motion_vectors": (motion_vectors, {}),
             "semantic_segmentation": (semantic_segmentation, labels | {"colorize": colorize_semantic_segmentation}),
-            "instance_id_segmentation": (instance_id_segmentation, {"colorize": colorize_instance_id_segmentation}),
-            "instance_segmentation": (instance_segmentation, labels | {"colorize": colorize_instance_segmentation}),
-            "bounding_box_2d_tight": (bounding_box_2d_tight, labels),
-            "bounding_box_2d_loose": (bounding_box_2d_loose, labels),
-            "bounding_box_3d": (bounding_box_3d, labels),
+            "instance_id_segmentation_fast": (
+                instance_id_segmentation, {"colorize": colorize_instance_id_segmentation},
+            ),
+            "instance_segmentation_fast": (
+                instance_segmentation, labels | {"colorize": colorize_instance_segmentation},
+            ),
+            "bounding_box_2d_tight_fast": (bounding_box_2d_tight, labels),
+            "bounding_box_2d_loose_fast": (bounding_box_2d_loose, labels),
+            "bounding_box_3d_fast": (bounding_box_3d, labels),
             "occlusion": (occlusion, labels),
             "camera_params": (camera_params, {}),
             "pointcloud": (pointcloud, labels | {"includeUnlabelled": pointcloud_include_unlabelled}),
@@ -119,7 +125,7 @@ class BasicWriter(Writer):
             "object_coordinates": (object_coordinates, labels),
             "keypoints": (keypoints, labels),
             "dense_correspondence": (bool(dense_correspondence), _other_picture(dense_correspondence)),
-        }
+        }  # fmt: skip
         self.annotators = [named_annotators.get(name, params) for name, (asked, params) in wanted.items() if asked]
         self.backend = make_backend(
             "BasicWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
@@ -134,7 +140,8 @@ class BasicWriter(Writer):
         self._follow_sequence(data)
         number = f"{self._sequence}{self._frame_id:0{self._padding}d}"
         by_product: dict[str, list[Step]] = {}
-        for name, products in data["annotators"].items():
+        for annotator, products in data["annotators"].items():
+            name = annotator.removesuffix(_FAST)
             for product, seen in products.items():
                 if name not in _STEPS and not isinstance(seen, Mapping):
                     continue  # camera and resolution, which are listed next to the annotators
@@ -183,7 +190,7 @@ def _depth_steps(writer: BasicWriter, name: str, folder: str, number: str, seen:
     steps = _array_steps(writer, name, folder, number, seen)
     if writer._colorize_depth:
         path = f"{folder}{name}_{number}.png"
-        steps.append(partial(_write_converted, path=path, data=seen["data"], convert=colorize_depth))
+        steps.append(partial(_write_converted, path=path, data=seen["data"], convert=colorize_distance))
     return steps
 
 
@@ -202,7 +209,15 @@ def _segmentation_steps(
         tables["semantics_mapping"] = seen["idToSemantics"]
     return [
         partial(write_image, path=f"{folder}{name}_{number}.png", data=unpacked(seen)),
-        *(partial(write_json, path=f"{folder}{name}_{t}_{number}.json", data=table) for t, table in tables.items()),
+        *(
+            # Colors, which are tuples, are no keys of JSON.
+            partial(
+                write_json,
+                path=f"{folder}{name}_{t}_{number}.json",
+                data={str(key): each for key, each in table.items()},
+            )
+            for t, table in tables.items()
+        ),
     ]
 
 
@@ -293,8 +308,18 @@ def colorize_normals(normals: np.ndarray) -> np.ndarray:
     return ((normals * 0.5 + 0.5) * 255).astype(np.uint8)
 
 
-def colorize_depth(depth: np.ndarray, near: float = 1e-5, far: float = 100.0) -> np.ndarray:
-    """Colorize depth as uint8 (H, W): white at `near` [m], black at `far` and beyond, on a logarithmic scale."""
+def colorize_distance(distance: np.ndarray, near: float | None = None, far: float | None = None) -> np.ndarray:
+    """Return distances (H, W) [m] as uint8 (H, W), on a logarithmic scale: white at `near`, black at `far` and beyond.
+
+    None takes the smallest or the largest finite distance that there is.
+    """
+    finite = distance[np.isfinite(distance) & (distance > 0)]
+    if near is None:
+        near = float(finite.min()) if finite.size else 1e-5
+    if far is None:
+        far = float(finite.max()) if finite.size else 100.0
+    # All at one distance: any range above it gives white.
+    far = far if far > near else near * 2.0
     # The logarithm of a ratio, so that `near` is exactly white in float32.
-    fraction = np.log(np.clip(depth, near, far) / np.float32(near)) / np.log(far / near)
+    fraction = np.log(np.clip(distance, near, far) / np.float32(near)) / np.log(far / near)
     return (np.clip(1.0 - fraction, 0, 1) * 255).astype(np.uint8)
