@@ -10,7 +10,7 @@ from tests.annotators.kinds.test_skeleton import add_character
 from tests.annotators.ray_caster import known, make_frame, new_stage, place
 from tests.annotators.scenes import mask_of, street
 from tests.dataset_files import data_names
-from usdsdg import annotators, writers
+from usdsdg import annotators, functional, writers
 from usdsdg.annotators.colors import colors_of_ids
 from usdsdg.errors import ConfigError, WriterError
 from usdsdg.inspect.dataset import read_dataset
@@ -176,6 +176,41 @@ def test_the_payload_names_annotators_as_replicator_does(frame, tmp_path):
     assert all(isinstance(key, int) for key in seen["idToLabels"])
     (boxes,) = payload["bounding_box_2d_tight_fast"].values()
     assert list(boxes["idToLabels"]) == list(range(len(boxes["idToLabels"])))
+
+
+def test_subclasses_write_with_replicators_methods_and_attributes(frame, tmp_path):
+    # As isaacsim.replicator.agent's IRABasicWriter; names and first values of omni.replicator.core 1.12.27. There the
+    # sequence is 0 until BasicWriter's own `write` has set it, so that numbers have a digit more.
+    class ByCamera(writers.BasicWriter):
+        def __init__(self, **options):
+            super().__init__(**options)
+            self.data_structure = "renderProduct"
+
+        def write(self, data):
+            for seen in data["renderProducts"].values():
+                for name in ("rgb", "distance_to_camera", "normals", "semantic_segmentation", "camera_params"):
+                    getattr(self, f"_write_{name}")(seen[name], f"cam/{name}/")
+                self._write_bounding_box_data(seen["bounding_box_2d_tight_fast"], "2d_tight", "cam/boxes/")
+                path = f"cam/own_{self._sequence_id}{self._frame_id:0{self._frame_padding}}.json"
+                self._backend.schedule(functional.write_json, data={"dir": self._output_dir}, path=path)
+            self._frame_id += 1
+
+    asked = ["rgb", "distance_to_camera", "normals", "semantic_segmentation", "camera_params", "bounding_box_2d_tight"]
+    writer = ByCamera(output_dir=str(tmp_path), colorize_depth=True, frame_padding=3, **dict.fromkeys(asked, True))
+    assert (writer._image_output_format, writer.colorize_depth, writer.use_common_output_dir) == ("png", True, False)
+    assert writer.colorize_semantic_segmentation
+    writer.attach(known(PRODUCT))
+    writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))
+    writer.backend.wait_until_done()
+    assert [name for name in files(tmp_path) if name.startswith("cam/")] == [
+        "cam/boxes/bounding_box_2d_tight_0000.npy", "cam/boxes/bounding_box_2d_tight_labels_0000.json",
+        "cam/boxes/bounding_box_2d_tight_prim_paths_0000.json", "cam/camera_params/camera_params_0000.json",
+        "cam/distance_to_camera/distance_to_camera_0000.npy", "cam/distance_to_camera/distance_to_camera_0000.png",
+        "cam/normals/normals_0000.png", "cam/own_0000.json", "cam/rgb/rgb_0000.png",
+        "cam/semantic_segmentation/semantic_segmentation_0000.png",
+        "cam/semantic_segmentation/semantic_segmentation_labels_0000.json",
+    ]  # fmt: skip
+    assert read(tmp_path, "cam/own_0000.json") == {"dir": str(tmp_path)}
 
 
 def test_only_what_is_asked_for_is_read_and_written(frame, tmp_path):

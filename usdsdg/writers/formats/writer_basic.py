@@ -4,7 +4,7 @@ import json
 import os
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -130,15 +130,19 @@ class BasicWriter(Writer):
         self.backend = make_backend(
             "BasicWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
         )
-        self._image_format = checked_image_format(image_output_format)
-        self._colorize_depth = colorize_depth
-        self._padding = checked_padding(frame_padding)
-        self._common_dir = use_common_output_dir
-        self._frame_id, self._sequence = 0, ""
+        # Subclasses read these attributes, which have Replicator's names and first values.
+        self._backend, self._output_dir = self.backend, output_dir
+        self._image_output_format = checked_image_format(image_output_format)
+        self._frame_padding = checked_padding(frame_padding)
+        self._frame_id, self._sequence_id = 0, cast(str, 0)
+        self.colorize_semantic_segmentation = colorize_semantic_segmentation
+        self.colorize_instance_id_segmentation = colorize_instance_id_segmentation
+        self.colorize_instance_segmentation = colorize_instance_segmentation
+        self.colorize_depth = colorize_depth
+        self.use_common_output_dir = use_common_output_dir
 
     def write(self, data: dict[str, Any]) -> None:
         self._follow_sequence(data)
-        number = f"{self._sequence}{self._frame_id:0{self._padding}d}"
         by_product: dict[str, list[Step]] = {}
         for annotator, products in data["annotators"].items():
             name = annotator.removesuffix(_FAST)
@@ -148,13 +152,19 @@ class BasicWriter(Writer):
                 # Folders must not change when a product is disabled for a frame.
                 several = max(len(self.render_products), len(products)) > 1
                 folder = self._folder(name, product, several=several)
-                make = _STEPS.get(name, _array_steps)
-                by_product.setdefault(product, []).extend(make(self, name, folder, number, seen))
-        assert self.backend is not None
+                by_product.setdefault(product, []).extend(self._steps(name, folder, seen))
         for steps in by_product.values():
-            # JSON last, after the files that it describes.
-            self.backend.schedule_together(sorted(steps, key=lambda step: step.func is write_json))
+            self._schedule(steps)
         self._frame_id += 1
+
+    def _steps(self, name: str, folder: str, seen: Mapping[str, Any]) -> list[Step]:
+        number = f"{self._sequence_id}{self._frame_id:0{self._frame_padding}d}"
+        return _STEPS.get(name, _array_steps)(self, name, folder, number, seen)
+
+    def _schedule(self, steps: list[Step]) -> None:
+        assert self.backend is not None
+        # JSON last, after the files that it describes.
+        self.backend.schedule_together(sorted(steps, key=lambda step: step.func is write_json))
 
     def skip(self, data: dict[str, Any]) -> None:
         self._follow_sequence(data)
@@ -164,21 +174,63 @@ class BasicWriter(Writer):
         """Count frames from 0 again where a trigger of time has fired; file names begin with how often each has."""
         outputs = data.get("trigger_outputs") or {}
         sequence = "".join(f"{count}_" for name, count in reversed(outputs.items()) if "on_time" in name)
-        if sequence != self._sequence:
-            self._frame_id, self._sequence = 0, sequence
+        if sequence != self._sequence_id:
+            self._frame_id, self._sequence_id = 0, sequence
 
     def _folder(self, name: str, product: str, *, several: bool) -> str:
         """Return the prefix of the file name."""
         if not several:
             return ""
-        return f"{name}/{product}_" if self._common_dir else f"{product}/{name}/"
+        return f"{name}/{product}_" if self.use_common_output_dir else f"{product}/{name}/"
+
+    # Replicator's methods, for subclasses with a `write` of their own: each writes the files of one annotator of the
+    # current frame. `anno_rp_data` is what the payload has of it, `output_path` the beginning of the files' paths.
+
+    def _write_rgb(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("rgb", output_path, anno_rp_data))
+
+    def _write_normals(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("normals", output_path, anno_rp_data))
+
+    def _write_distance_to_camera(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("distance_to_camera", output_path, anno_rp_data))
+
+    def _write_distance_to_image_plane(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("distance_to_image_plane", output_path, anno_rp_data))
+
+    def _write_semantic_segmentation(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("semantic_segmentation", output_path, anno_rp_data))
+
+    def _write_instance_id_segmentation(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("instance_id_segmentation", output_path, anno_rp_data))
+
+    def _write_instance_segmentation(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("instance_segmentation", output_path, anno_rp_data))
+
+    def _write_motion_vectors(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("motion_vectors", output_path, anno_rp_data))
+
+    def _write_occlusion(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("occlusion", output_path, anno_rp_data))
+
+    def _write_camera_params(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("camera_params", output_path, anno_rp_data))
+
+    def _write_pointcloud(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("pointcloud", output_path, anno_rp_data))
+
+    def _write_skeleton(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("skeleton_data", output_path, anno_rp_data))
+
+    def _write_bounding_box_data(self, anno_rp_data: Mapping[str, Any], bbox_type: str, output_path: str) -> None:
+        self._schedule(self._steps(f"bounding_box_{bbox_type}", output_path, anno_rp_data))
 
 
 # One function per group of annotators: (writer, name, folder, number, flat annotation) → steps.
 
 
 def _rgb_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
-    return [partial(write_image, path=f"{folder}{name}_{number}.{writer._image_format}", data=seen["data"])]
+    return [partial(write_image, path=f"{folder}{name}_{number}.{writer._image_output_format}", data=seen["data"])]
 
 
 def _normals_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
@@ -188,7 +240,7 @@ def _normals_steps(writer: BasicWriter, name: str, folder: str, number: str, see
 
 def _depth_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
     steps = _array_steps(writer, name, folder, number, seen)
-    if writer._colorize_depth:
+    if writer.colorize_depth:
         path = f"{folder}{name}_{number}.png"
         steps.append(partial(_write_converted, path=path, data=seen["data"], convert=colorize_distance))
     return steps
