@@ -1,6 +1,8 @@
 """`rep.tools`: masks, boxes and distances as pictures."""
 
+import colorsys
 import hashlib
+import math
 
 import numpy as np
 import pytest
@@ -34,9 +36,21 @@ def test_distance_is_white_near_and_black_far():
     assert rep.tools.colorize_distance(np.full((2, 2), 3.0, np.float32), None, None).tolist() == [[255, 255]] * 2
 
 
-def test_motion_has_the_hue_of_its_direction():
-    image = rep.tools.colorize_motion_vector(np.array([[[1, 0, 0, 0], [-0.5, 0, 0, 0], [0, 0, 0, 0]]], np.float32))
-    assert image.tolist() == [[[255, 0, 0, 255], [0, 127, 127, 255], [0, 0, 0, 255]]]
+def test_motion_has_replicators_colors():
+    # omni.replicator.core 1.12.27, writers_default/tools.py: polar angles as hue and lightness of HLS.
+    directions = [(1, 0, 0), (-0.5, 0, 0), (0, 2, 0), (0, -2, 0), (0, 0, 0), (0.3, -0.4, 0.5), (3, 4, -2)]
+
+    def color(x, y, z):
+        hue = (math.degrees(math.atan2(y, x)) + 180) / 360
+        lightness = math.degrees(math.atan2(math.sqrt(x * x + y * y), z)) / 180
+        return [*colorsys.hls_to_rgb(hue, lightness, 1.0), 1.0]
+
+    image = rep.tools.colorize_motion_vector(np.array([[(*each, 0) for each in directions]], np.float32))
+    assert image.dtype == np.uint8
+    assert image.shape == (1, 7, 4)
+    np.testing.assert_allclose(image[0], [np.multiply(color(*each), 255) for each in directions], atol=1)
+    assert image[0, 0].tolist() == [0, 255, 255, 255]
+    assert image[0, 4].tolist() == [0, 0, 0, 255]
 
 
 def box(left, top, right, bottom):
@@ -74,7 +88,16 @@ def test_random_colours_repeat():
     assert first.shape == (7, 4)
     assert (first == second).all()
     assert len(np.unique(first, axis=0)) == 7
-    assert rep.tools.random_colours(1, enable_random=False, num_channels=3).tolist() == [[255, 25, 25]]
+
+
+def test_colors_in_order_are_those_of_ids_as_in_replicator():
+    # omni.replicator.core 1.12.27: the colors of segmentations, with a hue of 0 turns, 0.7 and 0.8 for id 0.
+    assert rep.tools.random_colours_id(0) == (204, 61, 61, 255)
+    assert rep.tools.random_colours_id(0, num_channels=3) == (204, 61, 61)
+    colors = rep.tools.random_colours(4, enable_random=False, start=2)
+    assert colors.dtype == np.uint8
+    assert [tuple(color) for color in colors.tolist()] == [rep.tools.random_colours_id(each) for each in (2, 3, 4, 5)]
+    assert rep.tools.random_colours(2, False, 3).tolist() == [list(rep.tools.random_colours_id(n, 3)) for n in (0, 1)]
 
 
 def test_run_lengths_are_by_columns():

@@ -7,15 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.annotators.colors import colors_of_ids, hsv_to_rgb
+from usdsdg.annotators.colors import colors_of_ids, hashed_colors, hsv_to_rgb
 from usdsdg.annotators.kinds.amodal import run_lengths
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.errors import ArgumentError
-from usdsdg.writers.formats.writer_basic import colorize_depth, colorize_normals
+from usdsdg.writers.formats import writer_basic
+from usdsdg.writers.formats.writer_basic import colorize_normals
 
 __all__ = [
     "binary_mask_to_rle", "colorize_bbox_2d", "colorize_distance", "colorize_motion_vector", "colorize_normals",
-    "colorize_segmentation", "data_to_colour", "random_colours",
+    "colorize_segmentation", "data_to_colour", "random_colours", "random_colours_id",
 ]  # fmt: skip
 
 _CLEAR = (0, 0, 0, 0)
@@ -52,27 +53,24 @@ def colorize_distance(distance_data: Any, near: float | None = 1e-5, far: float 
     None takes the smallest or the largest finite distance that there is. Warp arrays are taken too.
     """
     distance = distance_data.numpy() if hasattr(distance_data, "numpy") else np.asarray(distance_data)
-    finite = distance[np.isfinite(distance) & (distance > 0)]
-    if near is None:
-        near = float(finite.min()) if finite.size else 1e-5
-    if far is None:
-        far = float(finite.max()) if finite.size else 100.0
-    # All at one distance: any range above it gives white.
-    return colorize_depth(distance, near, far if far > near else near * 2.0)
+    return writer_basic.colorize_distance(distance, near, far)
 
 
 def colorize_motion_vector(data: np.ndarray) -> np.ndarray:
-    """Return motion (H, W, 3 or 4) as uint8 (H, W, 4): the hue tells the direction, the brightness the distance.
+    """Return motion (H, W, 3 or 4) as uint8 (H, W, 4), with Replicator's colors: full ones of the direction's hue.
 
-    The farthest motion of the picture has full brightness, none is black.
+    Motion along +x is cyan and along -x red, whatever its length; none is black. A third component makes the color
+    darker where it is positive and lighter where it is negative.
     """
-    motion = np.asarray(data, np.float64)[..., :2]
-    length = np.linalg.norm(motion, axis=-1)
-    hue = (np.arctan2(motion[..., 1], motion[..., 0]) / (2 * np.pi)) % 1.0
-    brightness = length / max(float(length.max(initial=0.0)), 1e-12)
-    image = np.full((*length.shape, 4), 255, np.uint8)
-    rgb = hsv_to_rgb(hue.ravel(), np.ones(hue.size), brightness.ravel())
-    image[..., :3] = (rgb * 255).astype(np.uint8).reshape(*length.shape, 3)
+    motion = np.asarray(data, np.float64)
+    x, y, z = motion[..., 0], motion[..., 1], motion[..., 2]
+    hue = (np.arctan2(y, x) + np.pi) / (2 * np.pi)
+    lightness = np.arctan2(np.hypot(x, y), z) / np.pi
+    # The HSV color of an HLS color of full saturation.
+    value = np.minimum(2 * lightness, 1.0)
+    saturation = np.minimum(2 - 2 * lightness, 1.0)
+    image = np.full((*hue.shape, 4), 255, np.uint8)
+    image[..., :3] = (hsv_to_rgb(hue.ravel(), saturation.ravel(), value.ravel()) * 255).reshape(*hue.shape, 3)
     return image
 
 
@@ -120,16 +118,22 @@ def data_to_colour(data: Any) -> tuple[int, int, int]:
     return int(red * scale), int(green * scale), int(blue * scale)
 
 
-def random_colours(N: int, enable_random: bool = True, num_channels: int = 4) -> np.ndarray:
-    """Return uint8 (N, num_channels) colors of evenly spaced hues, the same ones every time.
+def random_colours(N: int, enable_random: bool = True, num_channels: int = 4, start: int = 0) -> np.ndarray:
+    """Return uint8 (N, num_channels) colors, the same ones every time: those of the ids from `start` on.
 
-    With `enable_random` they begin at another hue and come in another order.
+    With `enable_random` they are of evenly spaced hues, in a shuffled order, and `start` does not count. (Replicator
+    1.12.27 raises TypeError there.)
     """
-    order = np.arange(N)
-    if enable_random:
-        order = np.random.default_rng(10).permutation(N)
-    rgb = [(*colorsys.hsv_to_rgb((each / N + 0.57 * enable_random) % 1.0, 0.9, 1.0), 1.0) for each in order]
+    if not enable_random:
+        return hashed_colors(np.arange(start, start + N))[:, :num_channels]
+    order = np.random.default_rng(10).permutation(N)
+    rgb = [(*colorsys.hsv_to_rgb((each / N + 0.57) % 1.0, 0.9, 1.0), 1.0) for each in order]
     return (np.array(rgb).reshape(-1, 4)[:, :num_channels] * 255).astype(np.uint8)
+
+
+def random_colours_id(input_id: int, num_channels: int = 4) -> tuple[int, ...]:
+    """Return the color of a segmentation's id from 0 to 255, RGBA or with `num_channels` 3 RGB."""
+    return tuple(hashed_colors([input_id])[0, :num_channels].tolist())
 
 
 def binary_mask_to_rle(binary_mask: np.ndarray) -> dict[str, list[int]]:

@@ -159,6 +159,27 @@ def test_writers_backends_and_annotators_are_where_scripts_import_them_from():
     )
 
 
+def test_copies_of_replicators_writers_find_what_they_import():
+    # The head and the constructor of omni.replicator.core 1.12.27's BasicWriter, of which projects keep changed copies.
+    run(
+        """
+        import tempfile
+        import usdsdg.compat; usdsdg.compat.install()
+        import omni.replicator.core as rep
+        from omni.replicator.core.backends.base import BaseBackend
+        from omni.replicator.core.backends.dispatcher import BackendDispatch
+        from omni.replicator.core.bindings._omni_replicator_core import Schema_omni_replicator_extinfo_1_0
+        from omni.replicator.core.scripts.backends.disk import DiskBackend
+        assert (BaseBackend, BackendDispatch) == (rep.backends.BaseBackend, rep.backends.BackendDispatch)
+        folders = tempfile.mkdtemp(), tempfile.mkdtemp()
+        given, own = DiskBackend(folders[0]), BackendDispatch(output_dir=folders[1])
+        group = rep.backends.BackendGroup([given, *own._backends])
+        assert [each.output_dir for each in group._backends] == list(folders)
+        assert Schema_omni_replicator_extinfo_1_0().any_event(1, name="x") is None
+        """
+    )
+
+
 def test_utilities_are_where_scripts_import_them_from():
     run(
         """

@@ -141,6 +141,19 @@ def test_a_script_registers_its_own_commands(stage):
         execute("Twice", value=4)
 
 
+def test_commands_are_made_first_and_executed_later(stage):
+    # As omni.replicator.core's own test moves a prim: omni.kit.commands.create("MovePrim", ...).do().
+    UsdGeom.Xform.Define(stage, "/World/a")
+    move = commands.create("MovePrimCommand", path_from="/World/a", path_to="/World/b")
+    assert isinstance(move, commands.Command)
+    assert stage.GetPrimAtPath("/World/a")
+    move.do()
+    assert not stage.GetPrimAtPath("/World/a")
+    assert stage.GetPrimAtPath("/World/b")
+    with pytest.raises(Unsupported, match=r"no command 'MovePrimm'; did you mean .*MovePrim"):
+        commands.create("MovePrimm", path_from="/World/b", path_to="/World/c")
+
+
 def test_an_unknown_command_is_named_with_those_that_are_like_it(stage):
     with pytest.raises(Unsupported, match=r"no command 'CreatePrimm'; did you mean .*CreatePrim"):
         execute("CreatePrimm", prim_type="Cube")

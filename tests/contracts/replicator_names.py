@@ -697,55 +697,51 @@ block(
 
 # ---------------------------------------------------------------------------------------------------- immediate mode
 
-SHAPE = (
-    "position=None, scale=None, rotation=None, look_at=None, look_at_up_axis=None, pivot=None, relative_to=None, "
-    "semantics=None, visible=True, as_mesh=True, name=None, parent=None, material=None"
-)
-REFERENCE = (
-    f"usd_path, prim_path=None, {POSE}, pivot=None, relative_to=None, semantics=None, visible=True, name=None, "
-    "parent=None"
-)
-XFORM = f"{POSE}, relative_to=None, pivot=None, semantics=None, visible=True, name=None, parent=None"
+PLACE = f"{POSE}, pivot=None, relative_to=None, semantics=None, visible=True"
+PLACE_OF_CYLINDER = f"{POSE}, pivot=None, relative_to=None, semantics=None, as_mesh=True, visible=True"
 LIGHT = (
     "color=(1, 1, 1), intensity=30000.0, exposure=None, color_temperature=6500, enable_color_temperature=False, "
     "diffuse=1.0, specular=1.0, shaping_cone_angle=180.0, shaping_cone_softness=0.0, shaping_focus_tint=(1, 1, 1)"
 )
 DOME = (
-    "*, color=..., texture=None, texture_format='latlong', intensity=1000.0, exposure=1.0, diffuse=..., specular=..., "
-    "color_temperature=6500, enable_color_temperature=False, rotation=..., name=None, parent=None"
+    "color=(1, 1, 1), texture=None, texture_format='latlong', intensity=1000.0, exposure=1.0, diffuse=1.0, "
+    "specular=1.0, color_temperature=6500, enable_color_temperature=False"
 )
 
 
 def immediate(count: str, returns: str) -> str:
-    """The lines of functional.create, or of functional.create_batch with its `count`, whose place is not given."""
-    star, last = ("*, " if count else ""), (", *, count=..." if count else "")
+    """The lines of functional.create, or of functional.create_batch, which has `count` before `name`.
+
+    Orders are those of Replicator's sources, 1.12.27.
+    """
+    end = f"{count}name=None, parent=None"
+    places = {
+        **dict.fromkeys(["plane", "torus", "disk"], PLACE),
+        **dict.fromkeys(["sphere", "cube", "cone", "capsule"], f"{PLACE}, as_mesh=True"),
+        "cylinder": PLACE_OF_CYLINDER,
+    }
     shapes = "".join(
-        f"{version}{shape}({SHAPE}{last}) -> {returns}\n"
-        for version, shape in [
-            *(("", shape) for shape in ("plane", "sphere", "torus", "disk", "cube", "cylinder", "cone")),
-            ("6.0 ", "capsule"),
-        ]
+        f"{'6.0 ' if shape == 'capsule' else ''}{shape}({place}, {end}, material=None) -> {returns}\n"
+        for shape, place in places.items()
     )
     sizes = {
-        "sphere_light": "radius=...",
-        "disk_light": "radius=...",
-        "rect_light": "width=..., height=...",
-        "cylinder_light": "radius=..., length=...",
+        "sphere_light": "radius=1.0",
+        "disk_light": "radius=1.0",
+        "rect_light": "height=1.0, width=1.0",
+        "cylinder_light": "radius=1.0, length=1.0",
         "distant_light": "angle=1.0",
     }
-    lights = "".join(
-        f"{light}(*, {POSE}, {LIGHT}, {size}, name=None, parent=None{count}) -> {returns}\n"
-        for light, size in sizes.items()
-    )
+    lights = "".join(f"{light}({PLACE}, {LIGHT}, {size}, {end}) -> {returns}\n" for light, size in sizes.items())
+    of_clones, dome = ("semantics=None, visible=True, ", f"{POSE}, {DOME}") if count else ("", f"{DOME}, {POSE}")
     return (
         f"""
-        scope({star}name=None, parent=None{count}) -> {returns}
-        clone(path, *, parent=None, name=None{count}) -> {returns}
-        xform({XFORM}{last}) -> {returns}
-        camera(*, {CAMERA}, scale=None, relative_to=None, name=None, parent=None{count}) -> {returns}
-        reference({REFERENCE}{last}) -> {returns}
-        dome_light({DOME}{count}) -> {returns}
-        material(mdl, bind_prims=None, name=None, parent=None{last}, **inputs) -> {returns}
+        scope({end}) -> {returns}
+        clone(path, {POSE}, pivot=None, relative_to=None, {of_clones}{end}) -> {returns}
+        xform({PLACE}, {end}, material=None) -> {returns}
+        camera({POSE}, relative_to=None, {LENS}, {end}) -> {returns}
+        reference(usd_path, prim_path=None, {PLACE}, {end}) -> {returns}
+        dome_light({dome}, {end}) -> {returns}
+        material(mdl, bind_prims=None, {end}, **inputs) -> {returns}
         """
         + shapes
         + lights
@@ -753,7 +749,7 @@ def immediate(count: str, returns: str) -> str:
 
 
 block("a.15", "functional.create", immediate("", "prim") + "omni_lidar\nomni_radar\n")
-block("a.15", "functional.create_batch", immediate(", count=...", "list"))
+block("a.15", "functional.create_batch", immediate("count=1, ", "list"))
 block(
     "a.15",
     "functional",

@@ -396,3 +396,34 @@ def test_one_prim_takes_no_more_positional_arguments_than_its_signature_has(stag
         create.scope("Parts", None, 1)
     with pytest.raises(TypeError, match="multiple values for keyword argument 'name'"):
         create.scope("Parts", name="Others")
+
+
+def test_arguments_in_order_are_those_of_replicator(stage):
+    # omni.replicator.core 1.12.27, functional/create.py and create_batch.py.
+    red = create.material("OmniPBR.mdl", None, "Red")
+    placed = ((1, 2, 3), 2, (0, 0, 90), None, None, None, None, {"class": "part"}, False)
+    inside = ("inner", "/group")
+
+    group = create.xform(*placed, "group", None, red)
+    light = create.rect_light(*placed, (1, 0, 0), 5, 6, 3000, True, 0.5, 0.25, 30, 0.75, (0, 1, 0), 7, 8, *inside)
+    tube = create.cylinder(*placed[:-1], False, False, "tube", "/group", red)
+    balls = create_batch.sphere(*placed, False, 2, "ball", "/group", red)
+    sheets = create_batch.plane(*placed, 2, "sheet", "/group", red)
+    copied = create.clone(group, *placed[:7], "copy", None)
+    sky = create.dome_light((1, 0, 0), None, "angular", 5, 6, 0.5, 0.25, 3000, True, *placed[:5], "sky", "/group")
+    skies = create_batch.dome_light(*placed[:5], (1, 0, 0), None, "angular", 5, 6, 0.5, 0.25, 3000, True, 2, "sky")
+
+    assert [str(prim.GetPath()) for prim in (group, light, tube, *balls, *sheets, copied, sky, *skies)] == [
+        "/group", "/group/inner", "/group/tube", "/group/ball", "/group/ball_01", "/group/sheet", "/group/sheet_01",
+        "/copy", "/group/sky", "/sky", "/sky_01",
+    ]  # fmt: skip
+    np.testing.assert_allclose(local(sky), compose_euler((1, 2, 3), (0, 0, 90), (2, 2, 2)), atol=1e-6)
+    np.testing.assert_allclose(local(copied), local(group), atol=1e-6)
+    assert [prim.GetTypeName() for prim in (tube, *balls, *sheets)] == ["Cylinder", "Sphere", "Sphere", "Mesh", "Mesh"]
+    assert get_labels(group) == get_labels(light) == {"class": ["part"]}
+    assert all(value(prim, "visibility") == "invisible" for prim in (group, light, tube, *balls))
+    for prim in (group, tube, *balls, *sheets):
+        assert UsdShade.MaterialBindingAPI(prim).GetDirectBinding().GetMaterialPath() == red.GetPath()
+    assert [value(light, f"inputs:{name}") for name in ("intensity", "diffuse", "height", "width")] == [5, 0.5, 7, 8]
+    for prim in (light, sky, *skies):
+        assert (value(prim, "inputs:exposure"), value(prim, "inputs:colorTemperature")) == (6, 3000)

@@ -14,6 +14,15 @@ def colors_of_ids(ids: ArrayLike) -> np.ndarray:
     Ids of labeled prims start at 2; 0 is transparent black and 1 opaque black.
     """
     ids = np.asarray(ids, np.uint64)
+    colors = hashed_colors(ids)
+    colors[ids == UNLABELLED] = (0, 0, 0, 255)
+    colors[ids == BACKGROUND] = 0
+    return colors
+
+
+def hashed_colors(ids: ArrayLike) -> np.ndarray:
+    """Return (N, 4) uint8 RGBA of N ids, as `colors_of_ids` but with opaque colors for 0 and 1 too."""
+    ids = np.asarray(ids, np.uint64)
     hashed = _hash(ids)
     turn = (ids.astype(np.float64) / _GOLDEN_RATIO) % 1.0
     hue = (turn + 0.1 * (hashed & 0xFFFF) / 65536) % 1.0
@@ -22,8 +31,6 @@ def colors_of_ids(ids: ArrayLike) -> np.ndarray:
     colors = np.empty((len(ids), 4), np.uint8)
     colors[:, :3] = hsv_to_rgb(hue, saturation, value) * 255
     colors[:, 3] = 255
-    colors[ids == UNLABELLED] = (0, 0, 0, 255)
-    colors[ids == BACKGROUND] = 0
     return colors
 
 

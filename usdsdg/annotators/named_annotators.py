@@ -105,24 +105,24 @@ def augment(
     device: Any = None,
     **kwargs: Any,
 ) -> Annotator:
-    """Return a new annotator: `source_annotator` (object or name) with `augmentation` applied to its array.
+    """Apply `augmentation` to the array of an annotator, and return it: the object itself, or a new one for a name.
 
-    See `Annotator.augment` for the arguments and errors; the source does not change.
+    See `Annotator.augment` for the arguments and errors. An attached annotator stays attached.
     """
-    return _copied(source_annotator).augment(augmentation, data_out_shape, name, device, **kwargs)
+    return _found(source_annotator).augment(augmentation, data_out_shape, name, device, **kwargs)
 
 
 def augment_compose(
     source_annotator: Annotator | str, augmentations: Sequence[Any], name: str | None = None
 ) -> Annotator:
-    """Return a new annotator: `source_annotator` (object or name) with several augmentations applied in turn.
+    """Apply several augmentations in turn, and return the annotator: the object itself, or a new one for a name.
 
-    See `Annotator.augment_compose` for errors; the source does not change.
+    See `Annotator.augment_compose` for errors. An attached annotator stays attached.
     """
-    return _copied(source_annotator).augment_compose(augmentations, name)
+    return _found(source_annotator).augment_compose(augmentations, name)
 
 
-def _copied(source: Annotator | str) -> Annotator:
+def _found(source: Annotator | str) -> Annotator:
     if not isinstance(source, (str, Annotator)):
         raise AnnotatorError(f"{source!r} is no annotator: give a name, or what annotators.get(name) returns.")
-    return get(source) if isinstance(source, str) else source.copy()
+    return get(source) if isinstance(source, str) else source

@@ -45,6 +45,14 @@ ALIASES = (
     ("omni.replicator.core.functional.io_functions", "usdsdg.writers.files"),
     ("omni.replicator.core.scripts.utils.rng", "usdsdg.rng"),
     ("omni.replicator.core.utils.rng", "usdsdg.rng"),
+    ("omni.replicator.core.bindings._omni_replicator_core", "usdsdg.compat.omni.replicator.telemetry"),
+    ("omni.replicator.core.bindings", "usdsdg.compat.omni.replicator"),
+    # The modules of the backends are one.
+    *(
+        (f"omni.replicator.core{part}.backends.{name}", "usdsdg.backends")
+        for part in (".scripts", "")
+        for name in ("base", "disk", "dispatcher", "group", "registry", "s3", "sequential")
+    ),
     ("omni.replicator.core.scripts", "usdsdg"),
     ("omni.replicator.core", "usdsdg"),
     ("omni.replicator.replicator_yaml", "usdsdg.replicator_yaml"),

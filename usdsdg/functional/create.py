@@ -15,10 +15,18 @@ from usdsdg.arguments.parameters import name_parameters
 from usdsdg.functional import create_batch
 
 
-def _single(batch: Callable[..., list[Usd.Prim]], doc: str) -> Callable[..., Usd.Prim]:
-    """Return a function that creates one prim by `batch` and takes the same arguments, without `count`."""
+def _single(
+    batch: Callable[..., list[Usd.Prim]], doc: str, last: tuple[str, ...] = (), named: tuple[str, ...] = ()
+) -> Callable[..., Usd.Prim]:
+    """Return a function that creates one prim by `batch` and takes the same arguments, without `count`.
+
+    last: parameters that come after the others; named: those that are given by name only.
+    """
     signature = inspect.signature(batch)
-    parameters = [each for each in signature.parameters.values() if each.name != "count"]
+    every = {name: each for name, each in signature.parameters.items() if name != "count"}
+    every |= {name: every[name].replace(kind=inspect.Parameter.KEYWORD_ONLY) for name in named}
+    # Sorting keeps the order of equals.
+    parameters = sorted(every.values(), key=lambda each: (each.kind, each.name in last))
     positional = [each.name for each in parameters if each.kind is each.POSITIONAL_OR_KEYWORD]
 
     @functools.wraps(batch, assigned=("__name__", "__qualname__"))
@@ -34,7 +42,9 @@ def _single(batch: Callable[..., list[Usd.Prim]], doc: str) -> Callable[..., Usd
 
 scope = _single(create_batch.scope, "A Scope, which groups prims and has no transform.")
 xform = _single(create_batch.xform, "An empty transform.")
-clone = _single(create_batch.clone, "A copy of the prim at `path` with everything below it.")
+clone = _single(
+    create_batch.clone, "A copy of the prim at `path` with everything below it.", named=("semantics", "visible")
+)
 reference = _single(create_batch.reference, "A reference to a USD file or to a prim of this stage.")
 camera = _single(create_batch.camera, "A camera that looks along its own -Z with +Y up, whatever the stage's up axis.")
 plane = _single(create_batch.plane, "A square with edges of one meter that faces the stage's up axis.")
@@ -53,7 +63,11 @@ disk_light = _single(create_batch.disk_light, "A light that emits from a disk, t
 rect_light = _single(create_batch.rect_light, "A light that emits from a rectangle, towards -Z.")
 cylinder_light = _single(create_batch.cylinder_light, "A light that emits from a cylinder along x.")
 distant_light = _single(create_batch.distant_light, "A light with parallel rays towards -Z.")
-dome_light = _single(create_batch.dome_light, "An environment light, optionally with the image `texture`.")
+dome_light = _single(
+    create_batch.dome_light,
+    "An environment light, optionally with the image `texture`.",
+    last=("position", "scale", "rotation", "look_at", "look_at_up_axis", "name", "parent"),
+)
 material = _single(
     create_batch.material,
     'An MDL material such as "OmniPBR.mdl" with the given `inputs`, bound to any number of prims.',

@@ -9,15 +9,15 @@ def scope(name: str | None = None, parent: Any = None) -> Usd.Prim:
 
 def xform(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    relative_to: Any = None, pivot: Any = None, semantics: Any = None, visible: Any = True, name: str | None = None,
-    parent: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, name: str | None = None,
+    parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
     """An empty transform."""
 
 def clone(
-    path: Any, parent: Any = None, name: str | None = None, *, position: Any = None, scale: Any = None,
-    rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None, pivot: Any = None, relative_to: Any = None,
-    semantics: Any = None, visible: Any = True,
+    path: Any, position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None,
+    look_at_up_axis: Any = None, pivot: Any = None, relative_to: Any = None, name: str | None = None,
+    parent: Any = None, *, semantics: Any = None, visible: Any = True,
 ) -> Usd.Prim:  # fmt: skip
     """A copy of the prim at `path` with everything below it."""
 
@@ -45,8 +45,8 @@ def camera(
 
 def plane(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, name: str | None = None,
+    parent: Any = None, material: Any = None, *, as_mesh: bool = True,
 ) -> Usd.Prim:  # fmt: skip
     """A square with edges of one meter that faces the stage's up axis."""
 
@@ -59,15 +59,15 @@ def sphere(
 
 def torus(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, name: str | None = None,
+    parent: Any = None, material: Any = None, *, as_mesh: bool = True,
 ) -> Usd.Prim:  # fmt: skip
     """A ring around the stage's up axis, one and a half meters across; always a mesh."""
 
 def disk(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
-    name: str | None = None, parent: Any = None, material: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, name: str | None = None,
+    parent: Any = None, material: Any = None, *, as_mesh: bool = True,
 ) -> Usd.Prim:  # fmt: skip
     """A flat disk of one meter diameter that faces the stage's up axis; always a mesh."""
 
@@ -80,7 +80,7 @@ def cube(
 
 def cylinder(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
-    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True, as_mesh: bool = True,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, as_mesh: bool = True, visible: Any = True,
     name: str | None = None, parent: Any = None, material: Any = None,
 ) -> Usd.Prim:  # fmt: skip
     """A cylinder of one meter height and diameter along the stage's up axis."""
@@ -101,59 +101,59 @@ def capsule(
 
 def sphere_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True,
     color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
     enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), radius: Any = 1.0,
-    name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
-    visible: Any = True,
+    name: str | None = None, parent: Any = None,
 ) -> Usd.Prim:  # fmt: skip
     """A light that emits from the surface of a sphere."""
 
 def disk_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True,
     color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
     enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), radius: Any = 1.0,
-    name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
-    visible: Any = True,
+    name: str | None = None, parent: Any = None,
 ) -> Usd.Prim:  # fmt: skip
     """A light that emits from a disk, towards -Z."""
 
 def rect_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True,
     color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
     enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), height: Any = 1.0, width: Any = 1.0,
-    name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
-    visible: Any = True,
+    name: str | None = None, parent: Any = None,
 ) -> Usd.Prim:  # fmt: skip
     """A light that emits from a rectangle, towards -Z."""
 
 def cylinder_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True,
     color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
     enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), radius: Any = 1.0, length: Any = 1.0,
-    name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
-    visible: Any = True,
+    name: str | None = None, parent: Any = None,
 ) -> Usd.Prim:  # fmt: skip
     """A light that emits from a cylinder along x."""
 
 def distant_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True,
     color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
     enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), angle: Any = 1.0,
-    name: str | None = None, parent: Any = None, *, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
-    visible: Any = True,
+    name: str | None = None, parent: Any = None,
 ) -> Usd.Prim:  # fmt: skip
     """A light with parallel rays towards -Z."""
 
 def dome_light(
     color: Any = (1.0, 1.0, 1.0), texture: Any = None, texture_format: Any = "latlong", intensity: Any = 1000.0,
     exposure: Any = 1.0, diffuse: Any = 1.0, specular: Any = 1.0, color_temperature: Any = 6500,
-    enable_color_temperature: Any = False, rotation: Any = None, name: str | None = None, parent: Any = None, *,
-    position: Any = None, scale: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    enable_color_temperature: Any = False, position: Any = None, scale: Any = None, rotation: Any = None,
+    look_at: Any = None, look_at_up_axis: Any = None, name: str | None = None, parent: Any = None,
 ) -> Usd.Prim:  # fmt: skip
     """An environment light, optionally with the image `texture`."""
 

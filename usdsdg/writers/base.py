@@ -297,9 +297,9 @@ class Writer(ABC):
             WriterError: the writer reads no such annotator.
         """
         index = self._index_of(annotator_name)
-        self.add_annotator(
-            named_annotators.augment(self.annotators[index], augmentation, name=annotator_name, **kwargs)
-        )
+        # A copy: the annotator may be a script's own, or shared with another writer.
+        copied = self.annotators[index].copy()
+        self.add_annotator(copied.augment(augmentation, name=annotator_name, **kwargs))
 
     def _annotator_called(self, name: str) -> Annotator:
         return self.annotators[self._index_of(name)]

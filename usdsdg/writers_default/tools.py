@@ -9,9 +9,10 @@ from usdsdg.tools import (
     colorize_segmentation,
     data_to_colour,
     random_colours,
+    random_colours_id,
 )
 
 __all__ = [
     "binary_mask_to_rle", "colorize_bbox_2d", "colorize_distance", "colorize_motion_vector", "colorize_normals",
-    "colorize_segmentation", "data_to_colour", "random_colours",
+    "colorize_segmentation", "data_to_colour", "random_colours", "random_colours_id",
 ]  # fmt: skip

@@ -90,6 +90,25 @@ def test_augmenting_from_outside_leaves_the_source_alone(frame):
     np.testing.assert_array_equal(dark.compute(frame).data, frame.aovs["LdrColor"] // 3)
 
 
+@pytest.mark.parametrize(
+    "more",
+    [
+        lambda source: annotators.augment(source, darker, name="dark", amount=3),
+        lambda source: annotators.augment_compose(
+            source, [annotators.Augmentation.from_function(darker, amount=3)], name="dark"
+        ),
+    ],
+)
+def test_augment_changes_an_annotator_itself_as_in_replicator(frame, more):
+    # omni.replicator.core 1.12.27, annotators.py: `augment` calls `source_annotator.augment` and returns it.
+    source = annotators.get("rgb").attach(PRODUCT)
+    assert more(source) is source
+    assert source.is_attached
+    assert source.get_name() == "dark"
+    np.testing.assert_array_equal(source.compute(frame).data, frame.aovs["LdrColor"] // 3)
+    np.testing.assert_array_equal(annotators.get("rgb").compute(frame).data, frame.aovs["LdrColor"])
+
+
 def test_a_composed_annotator_can_be_registered(frame):
     annotators.register("dark_rgb", annotators.augment("rgb", darker))
     try:

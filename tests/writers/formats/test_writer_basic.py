@@ -10,12 +10,11 @@ from tests.annotators.kinds.test_skeleton import add_character
 from tests.annotators.ray_caster import known, make_frame, new_stage, place
 from tests.annotators.scenes import mask_of, street
 from tests.dataset_files import data_names
-from usdsdg import annotators, writers
+from usdsdg import annotators, functional, writers
 from usdsdg.annotators.colors import colors_of_ids
 from usdsdg.errors import ConfigError, WriterError
 from usdsdg.inspect.dataset import read_dataset
 from usdsdg.session.stage_context import set_stage
-from usdsdg.writers.formats.writer_basic import colorize_depth
 
 PRODUCT = "/Render/HydraTextures/rp1"
 ALL = [
@@ -151,9 +150,67 @@ def test_camera_params_are_flat_lists(everything):
     assert params["renderProductResolution"] == [64, 48]
 
 
-def test_colorized_depth_is_logarithmic_from_white_to_black():
-    depth = np.array([[0, 1e-5, 1e-5 * 1e7**0.5, 100.0, np.inf]], np.float32)
-    np.testing.assert_array_equal(colorize_depth(depth), [[255, 255, 127, 0, 0]])
+def test_colorized_depth_goes_from_white_to_black_over_the_distances_of_the_frame(everything, frame):
+    for name in ("distance_to_camera", "distance_to_image_plane"):
+        depth, gray = frame.aovs[name], image(everything, f"{name}_0000.png")
+        seen = np.isfinite(depth)
+        near, far = depth[seen].min(), depth[seen].max()
+        assert set(gray[depth == near]) == {255}
+        assert set(gray[depth == far]) == {0}
+        assert (gray[~seen] == 0).all()
+        # Equal ratios of distances are equal steps of gray.
+        expected = 255 * np.log(far / depth[seen]) / np.log(far / near)
+        assert np.abs(gray[seen] - expected).max() <= 1  # truncated, in float32
+
+
+def test_the_payload_names_annotators_as_replicator_does(frame, tmp_path):
+    """Scripts read `writer.get_data()["annotators"]["instance_segmentation_fast"][product]["idToSemantics"]`."""
+    writer = write(tmp_path, frame, colorize_instance_segmentation=False, **dict.fromkeys(ALL, True))
+    fast = {name: name + "_fast" for name in ALL if name.startswith(("bounding_box", "instance"))}
+    names = {fast.get(name, name) for name in ALL}
+    payload = writer.get_data()["annotators"]
+    assert set(payload) == names | {"camera", "resolution"}
+    assert set(writer.get_annotators()) == names
+    (seen,) = payload["instance_segmentation_fast"].values()
+    assert {"class": "apple"} in seen["idToSemantics"].values()
+    assert all(isinstance(key, int) for key in seen["idToLabels"])
+    (boxes,) = payload["bounding_box_2d_tight_fast"].values()
+    assert list(boxes["idToLabels"]) == list(range(len(boxes["idToLabels"])))
+
+
+def test_subclasses_write_with_replicators_methods_and_attributes(frame, tmp_path):
+    # As isaacsim.replicator.agent's IRABasicWriter; names and first values of omni.replicator.core 1.12.27. There the
+    # sequence is 0 until BasicWriter's own `write` has set it, so that numbers have a digit more.
+    class ByCamera(writers.BasicWriter):
+        def __init__(self, **options):
+            super().__init__(**options)
+            self.data_structure = "renderProduct"
+
+        def write(self, data):
+            for seen in data["renderProducts"].values():
+                for name in ("rgb", "distance_to_camera", "normals", "semantic_segmentation", "camera_params"):
+                    getattr(self, f"_write_{name}")(seen[name], f"cam/{name}/")
+                self._write_bounding_box_data(seen["bounding_box_2d_tight_fast"], "2d_tight", "cam/boxes/")
+                path = f"cam/own_{self._sequence_id}{self._frame_id:0{self._frame_padding}}.json"
+                self._backend.schedule(functional.write_json, data={"dir": self._output_dir}, path=path)
+            self._frame_id += 1
+
+    asked = ["rgb", "distance_to_camera", "normals", "semantic_segmentation", "camera_params", "bounding_box_2d_tight"]
+    writer = ByCamera(output_dir=str(tmp_path), colorize_depth=True, frame_padding=3, **dict.fromkeys(asked, True))
+    assert (writer._image_output_format, writer.colorize_depth, writer.use_common_output_dir) == ("png", True, False)
+    assert writer.colorize_semantic_segmentation
+    writer.attach(known(PRODUCT))
+    writer.receive(annotators.build_payload(writer, {PRODUCT: frame}))
+    writer.backend.wait_until_done()
+    assert [name for name in files(tmp_path) if name.startswith("cam/")] == [
+        "cam/boxes/bounding_box_2d_tight_0000.npy", "cam/boxes/bounding_box_2d_tight_labels_0000.json",
+        "cam/boxes/bounding_box_2d_tight_prim_paths_0000.json", "cam/camera_params/camera_params_0000.json",
+        "cam/distance_to_camera/distance_to_camera_0000.npy", "cam/distance_to_camera/distance_to_camera_0000.png",
+        "cam/normals/normals_0000.png", "cam/own_0000.json", "cam/rgb/rgb_0000.png",
+        "cam/semantic_segmentation/semantic_segmentation_0000.png",
+        "cam/semantic_segmentation/semantic_segmentation_labels_0000.json",
+    ]  # fmt: skip
+    assert read(tmp_path, "cam/own_0000.json") == {"dir": str(tmp_path)}
 
 
 def test_only_what_is_asked_for_is_read_and_written(frame, tmp_path):

@@ -19,7 +19,8 @@ class Augmentation(ArrayTransform):
         """
         if not isinstance(annotator, (str, Annotator)):
             raise AugmentationError(f"{annotator!r} is no annotator: give a name, or what annotators.get returns.")
-        return augment(annotator, self, name=name, **kwargs)
+        source = annotator.copy() if isinstance(annotator, Annotator) else annotator
+        return augment(source, self, name=name, **kwargs)
 
 
 def get_augmentation(name: str) -> Augmentation:

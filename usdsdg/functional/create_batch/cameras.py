@@ -24,7 +24,7 @@ def camera(
     fisheye_polynomial_c: Any = 0.0, fisheye_polynomial_d: Any = 0.0, fisheye_polynomial_e: Any = 0.0,
     fisheye_polynomial_f: Any = 0.0, fisheye_p0: Any = -0.00037, fisheye_p1: Any = -0.00074,
     fisheye_s0: Any = -0.00058, fisheye_s1: Any = -0.00022, fisheye_s2: Any = 0.00019, fisheye_s3: Any = -0.0002,
-    cross_camera_reference_name: Any = None, name: str | None = None, parent: Any = None, count: int = 1, *,
+    cross_camera_reference_name: Any = None, count: int = 1, name: str | None = None, parent: Any = None, *,
     tick_rate: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
     """Cameras that look along their own -Z with +Y up, whatever the stage's up axis.

@@ -18,7 +18,7 @@ from usdsdg.stage.paths import prim_path as checked_path
 def reference(
     usd_path: Any = None, prim_path: Any = None, position: Any = None, scale: Any = None, rotation: Any = None,
     look_at: Any = None, look_at_up_axis: Any = None, pivot: Any = None, relative_to: Any = None,
-    semantics: Any = None, visible: Any = True, name: str | None = None, parent: Any = None, count: int = 1,
+    semantics: Any = None, visible: Any = True, count: int = 1, name: str | None = None, parent: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
     """Create references to a USD file (`usd_path`: a file, or a URL below the assets root) or to a prim of this stage.
 
@@ -46,9 +46,9 @@ def reference(
 
 
 def clone(
-    path: Any, parent: Any = None, name: str | None = None, count: int = 1, *, position: Any = None,
-    scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None, pivot: Any = None,
-    relative_to: Any = None, semantics: Any = None, visible: Any = True,
+    path: Any, position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None,
+    look_at_up_axis: Any = None, pivot: Any = None, relative_to: Any = None, semantics: Any = None,
+    visible: Any = True, count: int = 1, name: str | None = None, parent: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
     """Copy a prim with all descendants; references stay references. By default the copies are root prims.
 

@@ -53,10 +53,10 @@ def _lights(kind: str, arguments: dict[str, Any]) -> list[Usd.Prim]:
 
 
 def dome_light(
+    position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
     color: Any = (1.0, 1.0, 1.0), texture: Any = None, texture_format: Any = "latlong", intensity: Any = 1000.0,
     exposure: Any = 1.0, diffuse: Any = 1.0, specular: Any = 1.0, color_temperature: Any = 6500,
-    enable_color_temperature: Any = False, rotation: Any = None, name: str | None = None, parent: Any = None,
-    count: int = 1, *, position: Any = None, scale: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    enable_color_temperature: Any = False, count: int = 1, name: str | None = None, parent: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
     """Environment lights, optionally with the image `texture` (a file or a URL below the assets root).
 
@@ -81,11 +81,11 @@ def dome_light(
 
 def sphere_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True,
     color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
     enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), radius: Any = 1.0,
-    name: str | None = None, parent: Any = None, count: int = 1, *, pivot: Any = None, relative_to: Any = None,
-    semantics: Any = None, visible: Any = True,
+    count: int = 1, name: str | None = None, parent: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
     """Lights that emit from the surfaces of spheres."""
     return _lights("SphereLight", locals())
@@ -93,11 +93,11 @@ def sphere_light(
 
 def disk_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True,
     color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
     enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), radius: Any = 1.0,
-    name: str | None = None, parent: Any = None, count: int = 1, *, pivot: Any = None, relative_to: Any = None,
-    semantics: Any = None, visible: Any = True,
+    count: int = 1, name: str | None = None, parent: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
     """Lights that emit from disks, towards -Z."""
     return _lights("DiskLight", locals())
@@ -105,11 +105,11 @@ def disk_light(
 
 def rect_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True,
     color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
     enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), height: Any = 1.0, width: Any = 1.0,
-    name: str | None = None, parent: Any = None, count: int = 1, *, pivot: Any = None, relative_to: Any = None,
-    semantics: Any = None, visible: Any = True,
+    count: int = 1, name: str | None = None, parent: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
     """Lights that emit from rectangles in the xy plane, towards -Z."""
     return _lights("RectLight", locals())
@@ -117,11 +117,11 @@ def rect_light(
 
 def cylinder_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True,
     color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
     enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), radius: Any = 1.0, length: Any = 1.0,
-    name: str | None = None, parent: Any = None, count: int = 1, *, pivot: Any = None, relative_to: Any = None,
-    semantics: Any = None, visible: Any = True,
+    count: int = 1, name: str | None = None, parent: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
     """Lights that emit from cylinders along x."""
     return _lights("CylinderLight", locals())
@@ -129,11 +129,11 @@ def cylinder_light(
 
 def distant_light(
     position: Any = None, scale: Any = None, rotation: Any = None, look_at: Any = None, look_at_up_axis: Any = None,
+    pivot: Any = None, relative_to: Any = None, semantics: Any = None, visible: Any = True,
     color: Any = (1.0, 1.0, 1.0), intensity: Any = 30000.0, exposure: Any = None, color_temperature: Any = 6500,
     enable_color_temperature: Any = False, diffuse: Any = 1.0, specular: Any = 1.0, shaping_cone_angle: Any = 180.0,
     shaping_cone_softness: Any = 0.0, shaping_focus_tint: Any = (1.0, 1.0, 1.0), angle: Any = 1.0,
-    name: str | None = None, parent: Any = None, count: int = 1, *, pivot: Any = None, relative_to: Any = None,
-    semantics: Any = None, visible: Any = True,
+    count: int = 1, name: str | None = None, parent: Any = None,
 ) -> list[Usd.Prim]:  # fmt: skip
     """Distant lights towards -Z with an angular diameter of `angle` degrees."""
     return _lights("DistantLight", locals())

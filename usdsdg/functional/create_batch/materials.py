@@ -14,7 +14,7 @@ from usdsdg.stage import materials
 
 
 def material(
-    mdl: str, bind_prims: Any = None, name: str | None = None, parent: Any = None, count: int = 1, **inputs: Any
+    mdl: str, bind_prims: Any = None, count: int = 1, name: str | None = None, parent: Any = None, **inputs: Any
 ) -> list[Usd.Prim]:
     """Create materials of an MDL module such as "OmniPBR.mdl" with the given `inputs`.
 

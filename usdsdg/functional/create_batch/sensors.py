@@ -8,7 +8,7 @@ from usdsdg.errors import Unsupported
 
 
 def omni_lidar(
-    position: Any = None, rotation: Any = None, name: str | None = None, parent: Any = None, count: int = 1,
+    position: Any = None, rotation: Any = None, count: int = 1, name: str | None = None, parent: Any = None,
     **attributes: Any,
 ) -> list[Usd.Prim]:  # fmt: skip
     """Unsupported: usdsdg has no lidar model."""
@@ -18,7 +18,7 @@ def omni_lidar(
 
 
 def omni_radar(
-    position: Any = None, rotation: Any = None, name: str | None = None, parent: Any = None, count: int = 1,
+    position: Any = None, rotation: Any = None, count: int = 1, name: str | None = None, parent: Any = None,
     **attributes: Any,
 ) -> list[Usd.Prim]:  # fmt: skip
     """Unsupported: usdsdg has no radar model."""

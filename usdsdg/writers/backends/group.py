@@ -27,6 +27,11 @@ class BackendGroup(BaseBackend):
         self.__init__(*args, **kwargs)
 
     @property
+    def _backends(self) -> list[BaseBackend]:
+        """Replicator's name of `backends`, which copies of its writers read."""
+        return self.backends
+
+    @property
     def output_dir(self) -> str:
         """The output folder of the first backend that has one."""
         for backend in self.backends:

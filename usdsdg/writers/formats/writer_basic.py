@@ -4,7 +4,7 @@ import json
 import os
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from usdsdg.writers.options import label_params, typed
 Step = Callable[..., None]
 
 _BOXES = ("bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d")
+_FAST = "_fast"  # ends names of annotators, as in Replicator, but not of files
 _OWN_BOXES = ("bounding_box_2d_amodal", "oriented_bounding_box_2d", "oriented_bounding_box_2d_amodal")
 
 
@@ -81,7 +82,8 @@ class BasicWriter(Writer):
         s3_bucket, s3_region, s3_endpoint: write to a bucket, below `output_dir` as a prefix; see `S3Backend`.
         semantic_types, semantic_filter_predicate: labels to use, as types or as a predicate; default "class:*".
         pointcloud_include_unlabelled: keep points of gprims without such labels.
-        colorize_depth: also write depth as a gray image, white near, on a logarithmic scale up to 100 m.
+        colorize_depth: also write depth as a gray image on a logarithmic scale, white at the smallest distance of the
+            frame and black at the largest, and where nothing is hit.
         use_common_output_dir: with several render products, `<annotator>/<product>_...` instead of
             `<product>/<annotator>/...`.
         amodal_instance_segmentation and the following: the annotators of these names, beyond Replicator's.
@@ -101,11 +103,15 @@ class BasicWriter(Writer):
             "distance_to_image_plane": (distance_to_image_plane, {}),
             "motion_vectors": (motion_vectors, {}),
             "semantic_segmentation": (semantic_segmentation, labels | {"colorize": colorize_semantic_segmentation}),
-            "instance_id_segmentation": (instance_id_segmentation, {"colorize": colorize_instance_id_segmentation}),
-            "instance_segmentation": (instance_segmentation, labels | {"colorize": colorize_instance_segmentation}),
-            "bounding_box_2d_tight": (bounding_box_2d_tight, labels),
-            "bounding_box_2d_loose": (bounding_box_2d_loose, labels),
-            "bounding_box_3d": (bounding_box_3d, labels),
+            "instance_id_segmentation_fast": (
+                instance_id_segmentation, {"colorize": colorize_instance_id_segmentation},
+            ),
+            "instance_segmentation_fast": (
+                instance_segmentation, labels | {"colorize": colorize_instance_segmentation},
+            ),
+            "bounding_box_2d_tight_fast": (bounding_box_2d_tight, labels),
+            "bounding_box_2d_loose_fast": (bounding_box_2d_loose, labels),
+            "bounding_box_3d_fast": (bounding_box_3d, labels),
             "occlusion": (occlusion, labels),
             "camera_params": (camera_params, {}),
             "pointcloud": (pointcloud, labels | {"includeUnlabelled": pointcloud_include_unlabelled}),
@@ -119,35 +125,46 @@ class BasicWriter(Writer):
             "object_coordinates": (object_coordinates, labels),
             "keypoints": (keypoints, labels),
             "dense_correspondence": (bool(dense_correspondence), _other_picture(dense_correspondence)),
-        }
+        }  # fmt: skip
         self.annotators = [named_annotators.get(name, params) for name, (asked, params) in wanted.items() if asked]
         self.backend = make_backend(
             "BasicWriter", output_dir, backend, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
         )
-        self._image_format = checked_image_format(image_output_format)
-        self._colorize_depth = colorize_depth
-        self._padding = checked_padding(frame_padding)
-        self._common_dir = use_common_output_dir
-        self._frame_id, self._sequence = 0, ""
+        # Subclasses read these attributes, which have Replicator's names and first values.
+        self._backend, self._output_dir = self.backend, output_dir
+        self._image_output_format = checked_image_format(image_output_format)
+        self._frame_padding = checked_padding(frame_padding)
+        self._frame_id, self._sequence_id = 0, cast(str, 0)
+        self.colorize_semantic_segmentation = colorize_semantic_segmentation
+        self.colorize_instance_id_segmentation = colorize_instance_id_segmentation
+        self.colorize_instance_segmentation = colorize_instance_segmentation
+        self.colorize_depth = colorize_depth
+        self.use_common_output_dir = use_common_output_dir
 
     def write(self, data: dict[str, Any]) -> None:
         self._follow_sequence(data)
-        number = f"{self._sequence}{self._frame_id:0{self._padding}d}"
         by_product: dict[str, list[Step]] = {}
-        for name, products in data["annotators"].items():
+        for annotator, products in data["annotators"].items():
+            name = annotator.removesuffix(_FAST)
             for product, seen in products.items():
                 if name not in _STEPS and not isinstance(seen, Mapping):
                     continue  # camera and resolution, which are listed next to the annotators
                 # Folders must not change when a product is disabled for a frame.
                 several = max(len(self.render_products), len(products)) > 1
                 folder = self._folder(name, product, several=several)
-                make = _STEPS.get(name, _array_steps)
-                by_product.setdefault(product, []).extend(make(self, name, folder, number, seen))
-        assert self.backend is not None
+                by_product.setdefault(product, []).extend(self._steps(name, folder, seen))
         for steps in by_product.values():
-            # JSON last, after the files that it describes.
-            self.backend.schedule_together(sorted(steps, key=lambda step: step.func is write_json))
+            self._schedule(steps)
         self._frame_id += 1
+
+    def _steps(self, name: str, folder: str, seen: Mapping[str, Any]) -> list[Step]:
+        number = f"{self._sequence_id}{self._frame_id:0{self._frame_padding}d}"
+        return _STEPS.get(name, _array_steps)(self, name, folder, number, seen)
+
+    def _schedule(self, steps: list[Step]) -> None:
+        assert self.backend is not None
+        # JSON last, after the files that it describes.
+        self.backend.schedule_together(sorted(steps, key=lambda step: step.func is write_json))
 
     def skip(self, data: dict[str, Any]) -> None:
         self._follow_sequence(data)
@@ -157,21 +174,63 @@ class BasicWriter(Writer):
         """Count frames from 0 again where a trigger of time has fired; file names begin with how often each has."""
         outputs = data.get("trigger_outputs") or {}
         sequence = "".join(f"{count}_" for name, count in reversed(outputs.items()) if "on_time" in name)
-        if sequence != self._sequence:
-            self._frame_id, self._sequence = 0, sequence
+        if sequence != self._sequence_id:
+            self._frame_id, self._sequence_id = 0, sequence
 
     def _folder(self, name: str, product: str, *, several: bool) -> str:
         """Return the prefix of the file name."""
         if not several:
             return ""
-        return f"{name}/{product}_" if self._common_dir else f"{product}/{name}/"
+        return f"{name}/{product}_" if self.use_common_output_dir else f"{product}/{name}/"
+
+    # Replicator's methods, for subclasses with a `write` of their own: each writes the files of one annotator of the
+    # current frame. `anno_rp_data` is what the payload has of it, `output_path` the beginning of the files' paths.
+
+    def _write_rgb(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("rgb", output_path, anno_rp_data))
+
+    def _write_normals(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("normals", output_path, anno_rp_data))
+
+    def _write_distance_to_camera(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("distance_to_camera", output_path, anno_rp_data))
+
+    def _write_distance_to_image_plane(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("distance_to_image_plane", output_path, anno_rp_data))
+
+    def _write_semantic_segmentation(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("semantic_segmentation", output_path, anno_rp_data))
+
+    def _write_instance_id_segmentation(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("instance_id_segmentation", output_path, anno_rp_data))
+
+    def _write_instance_segmentation(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("instance_segmentation", output_path, anno_rp_data))
+
+    def _write_motion_vectors(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("motion_vectors", output_path, anno_rp_data))
+
+    def _write_occlusion(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("occlusion", output_path, anno_rp_data))
+
+    def _write_camera_params(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("camera_params", output_path, anno_rp_data))
+
+    def _write_pointcloud(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("pointcloud", output_path, anno_rp_data))
+
+    def _write_skeleton(self, anno_rp_data: Mapping[str, Any], output_path: str) -> None:
+        self._schedule(self._steps("skeleton_data", output_path, anno_rp_data))
+
+    def _write_bounding_box_data(self, anno_rp_data: Mapping[str, Any], bbox_type: str, output_path: str) -> None:
+        self._schedule(self._steps(f"bounding_box_{bbox_type}", output_path, anno_rp_data))
 
 
 # One function per group of annotators: (writer, name, folder, number, flat annotation) → steps.
 
 
 def _rgb_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
-    return [partial(write_image, path=f"{folder}{name}_{number}.{writer._image_format}", data=seen["data"])]
+    return [partial(write_image, path=f"{folder}{name}_{number}.{writer._image_output_format}", data=seen["data"])]
 
 
 def _normals_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
@@ -181,9 +240,9 @@ def _normals_steps(writer: BasicWriter, name: str, folder: str, number: str, see
 
 def _depth_steps(writer: BasicWriter, name: str, folder: str, number: str, seen: Mapping[str, Any]) -> list[Step]:
     steps = _array_steps(writer, name, folder, number, seen)
-    if writer._colorize_depth:
+    if writer.colorize_depth:
         path = f"{folder}{name}_{number}.png"
-        steps.append(partial(_write_converted, path=path, data=seen["data"], convert=colorize_depth))
+        steps.append(partial(_write_converted, path=path, data=seen["data"], convert=colorize_distance))
     return steps
 
 
@@ -202,7 +261,15 @@ def _segmentation_steps(
         tables["semantics_mapping"] = seen["idToSemantics"]
     return [
         partial(write_image, path=f"{folder}{name}_{number}.png", data=unpacked(seen)),
-        *(partial(write_json, path=f"{folder}{name}_{t}_{number}.json", data=table) for t, table in tables.items()),
+        *(
+            # Colors, which are tuples, are no keys of JSON.
+            partial(
+                write_json,
+                path=f"{folder}{name}_{t}_{number}.json",
+                data={str(key): each for key, each in table.items()},
+            )
+            for t, table in tables.items()
+        ),
     ]
 
 
@@ -293,8 +360,18 @@ def colorize_normals(normals: np.ndarray) -> np.ndarray:
     return ((normals * 0.5 + 0.5) * 255).astype(np.uint8)
 
 
-def colorize_depth(depth: np.ndarray, near: float = 1e-5, far: float = 100.0) -> np.ndarray:
-    """Colorize depth as uint8 (H, W): white at `near` [m], black at `far` and beyond, on a logarithmic scale."""
+def colorize_distance(distance: np.ndarray, near: float | None = None, far: float | None = None) -> np.ndarray:
+    """Return distances (H, W) [m] as uint8 (H, W), on a logarithmic scale: white at `near`, black at `far` and beyond.
+
+    None takes the smallest or the largest finite distance that there is.
+    """
+    finite = distance[np.isfinite(distance) & (distance > 0)]
+    if near is None:
+        near = float(finite.min()) if finite.size else 1e-5
+    if far is None:
+        far = float(finite.max()) if finite.size else 100.0
+    # All at one distance: any range above it gives white.
+    far = far if far > near else near * 2.0
     # The logarithm of a ratio, so that `near` is exactly white in float32.
-    fraction = np.log(np.clip(depth, near, far) / np.float32(near)) / np.log(far / near)
+    fraction = np.log(np.clip(distance, near, far) / np.float32(near)) / np.log(far / near)
     return (np.clip(1.0 - fraction, 0, 1) * 255).astype(np.uint8)

@@ -79,16 +79,39 @@ def get_commands_list() -> list[str]:
     return sorted({*_functions, *_classes})
 
 
+class _BuiltIn(Command):
+    """A command of Kit with its arguments."""
+
+    def __init__(self, function: Callable[..., Any], arguments: dict[str, Any]) -> None:
+        self._function = function
+        self._arguments = arguments
+
+    def do(self) -> Any:
+        """Execute it; return its result.
+
+        Raises:
+            TypeError: an argument is missing.
+        """
+        return self._function(**self._arguments)
+
+
 def create(name: str, **kwargs: Any) -> Command:
-    """Return the object of a script's own command.
+    """Return the object of a command, which `do` executes; names may have "Command" at their end.
 
     Raises:
         Unsupported: there is no such command.
     """
-    known = get_command_class(name)
-    if known is None:
+    own = get_command_class(name)
+    if own is not None:
+        return own(**kwargs)
+    function = _functions.get(name) or _functions.get(name.removesuffix(_SUFFIX))
+    if function is None:
         raise _unknown(name)
-    return known(**kwargs)
+    known = inspect.signature(function).parameters
+    ignored = sorted(set(kwargs) - set(known) - _IGNORED)
+    if ignored:
+        warn_once(f"omni.kit.commands {name}: ignored {', '.join(ignored)}; it takes {', '.join(known)}")
+    return _BuiltIn(function, {key: value for key, value in kwargs.items() if key in known})
 
 
 def execute(name: str, **kwargs: Any) -> tuple[bool, Any]:
@@ -100,16 +123,7 @@ def execute(name: str, **kwargs: Any) -> tuple[bool, Any]:
         Unsupported: there is no such command.
         TypeError: an argument is missing.
     """
-    if get_command_class(name) is not None:
-        return True, create(name, **kwargs).do()
-    function = _functions.get(name) or _functions.get(name.removesuffix(_SUFFIX))
-    if function is None:
-        raise _unknown(name)
-    known = inspect.signature(function).parameters
-    ignored = sorted(set(kwargs) - set(known) - _IGNORED)
-    if ignored:
-        warn_once(f"omni.kit.commands {name}: ignored {', '.join(ignored)}; it takes {', '.join(known)}")
-    return True, function(**{key: value for key, value in kwargs.items() if key in known})
+    return True, create(name, **kwargs).do()
 
 
 def _unknown(name: str) -> Unsupported:
