@@ -94,6 +94,7 @@ OUT_OF_SCOPE = (
         "isaacsim.sensors.experimental.rtx isaacsim.sensors.experimental.physics omni.isaac.range_sensor "
         "omni.isaac.RangeSensorSchema omni.isaac.isaac_sensor omni.isaac.IsaacSensorSchema "
         "omni.isaac.proximity_sensor omni.isaac.sensor.EffortSensor "
+        "omni.isaac.sensor.LidarRtx omni.isaac.sensor.RotatingLidarPhysX "
         "omni.isaac.sensor.scripts.lidar_rtx omni.sensors omni.drivesim",
     ),
     _row(

@@ -1,13 +1,15 @@
 """Scripts are read without running them: aliases are resolved, and the modules beside them are read as well."""
 
+import importlib
 import textwrap
 from pathlib import Path
 
 import pytest
 
 from usdsdg.compat.coverage.used_names import GETTERS, Use, uses_of
-from usdsdg.compat.coverage.verdicts import MISSING, SUPPORTED, verdict
-from usdsdg.errors import ConfigError
+from usdsdg.compat import finder
+from usdsdg.compat.coverage.verdicts import MISSING, OUT_OF_SCOPE, SUPPORTED, verdict
+from usdsdg.errors import ConfigError, Unsupported
 
 
 @pytest.fixture
@@ -156,3 +158,15 @@ def test_the_class_of_what_a_function_returns_is_known_by_its_name(getter):
 
 def test_members_of_values_that_have_none_are_missing():
     assert verdict("omni.kit.app.GLOBAL_EVENT_UPDATE.flight").state == MISSING
+
+
+@pytest.mark.parametrize("name", ["RtxCamera", "some.deeper.Thing"])
+def test_judging_a_name_out_of_scope_leaves_it_a_class_for_the_script(name):
+    finder.install()
+    assert verdict(f"isaacsim.sensors.experimental.rtx.{name}").state == OUT_OF_SCOPE
+    made = importlib.import_module("isaacsim.sensors.experimental.rtx")
+    for part in name.split("."):
+        made = getattr(made, part)
+    assert issubclass(type("Derived", (made,), {}), made)
+    with pytest.raises(Unsupported, match=f"isaacsim.sensors.experimental.rtx.{name}"):
+        made("/World/camera")
