@@ -2,6 +2,7 @@
 
 import importlib
 import textwrap
+import types
 from pathlib import Path
 
 import pytest
@@ -160,13 +161,19 @@ def test_members_of_values_that_have_none_are_missing():
     assert verdict("omni.kit.app.GLOBAL_EVENT_UPDATE.flight").state == MISSING
 
 
-@pytest.mark.parametrize("name", ["RtxCamera", "some.deeper.Thing"])
-def test_judging_a_name_out_of_scope_leaves_it_a_class_for_the_script(name):
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [
+        ("isaacsim.sensors.experimental.rtx", "RtxCamera"),  # of a module that is out of scope
+        ("omni.isaac.sensor", "LidarRtx"),  # of one that is here
+    ],
+)
+def test_judging_a_name_out_of_scope_leaves_it_a_class_for_the_script(module, name):
     finder.install()
-    assert verdict(f"isaacsim.sensors.experimental.rtx.{name}").state == OUT_OF_SCOPE
-    made = importlib.import_module("isaacsim.sensors.experimental.rtx")
-    for part in name.split("."):
-        made = getattr(made, part)
-    assert issubclass(type("Derived", (made,), {}), made)
-    with pytest.raises(Unsupported, match=f"isaacsim.sensors.experimental.rtx.{name}"):
-        made("/World/camera")
+    assert verdict(f"{module}.{name}").state == OUT_OF_SCOPE
+    made = getattr(importlib.import_module(module), name)
+    derived = types.new_class("Derived", (made,))
+    assert not isinstance(3, made)
+    for called in (made, derived):
+        with pytest.raises(Unsupported, match=f"{module}.{name}"):
+            called("/World/camera")

@@ -2,6 +2,7 @@
 
 import io
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -156,6 +157,23 @@ def test_the_last_frame_is_told_once(product, tmp_path):
     orchestrator.wait_until_complete()
     orchestrator.wait_until_complete()
     assert writer.ended == 1
+
+
+class SyncedWriter(BoxWriter):
+    """Ends as writers for older versions do, whose files are all there then."""
+
+    def on_final_frame(self):
+        self.backend.sync_pending_paths()
+        self.found = sorted(path.name for path in Path(self._output_dir).glob("rgb_*.png"))
+
+
+def test_a_writer_that_syncs_its_backend_at_the_last_frame_finds_all_its_files(product, tmp_path):
+    writer = SyncedWriter(str(tmp_path), bounding_box_2d_tight=True)
+    writer.attach([product])
+    for _ in range(3):
+        orchestrator.step()
+    orchestrator.wait_until_complete()
+    assert writer.found == ["rgb_0.png", "rgb_1.png", "rgb_2.png"]
 
 
 @pytest.mark.parametrize("how", ["callable", "none", "item"])
