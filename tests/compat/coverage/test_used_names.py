@@ -20,7 +20,7 @@ def used(tmp_path):
     def read(text, helpers=None):
         for name, code in (helpers or {}).items():
             path = tmp_path / name
-            path.parent.mkdir(exist_ok=True)
+            path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(textwrap.dedent(code))
         script = tmp_path / "script.py"
         script.write_text(textwrap.dedent(text))
@@ -53,6 +53,26 @@ def test_aliases_stand_for_what_they_were_made_from(used):
         "omni.timeline.get_timeline_interface", "omni.timeline.ITimeline.play",
     }  # fmt: skip
     assert found["omni.replicator.core.create.sphere"] == [("script.py", 8)]
+
+
+def test_packages_of_the_script_may_have_names_of_omniverse(used):
+    found = used(
+        """
+        import omni.usd, omni.acme.tools
+        from isaacsim.ocean.sensors.sonar import Sonar
+        from isaacsim.other import thing
+        Sonar().ping(omni.acme.tools.size)
+        """,
+        {
+            "isaacsim/ocean/sensors/sonar.py": "import omni.timeline",
+            "omni/acme/tools.py": "size = 3",
+        },
+    )
+    assert found == {
+        "omni.usd": [("script.py", 2)],
+        "isaacsim.other.thing": [("script.py", 4)],
+        "omni.timeline": [("isaacsim/ocean/sensors/sonar.py", 1)],
+    }
 
 
 def test_imports_inside_functions_count_and_other_packages_do_not(used):
