@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from usdsdg.compat.coverage.used_names import GETTERS, Use, uses_of
 from usdsdg.compat import finder
+from usdsdg.compat.coverage.used_names import GETTERS, Use, uses_of
 from usdsdg.compat.coverage.verdicts import MISSING, OUT_OF_SCOPE, SUPPORTED, verdict
 from usdsdg.errors import ConfigError, Unsupported
 

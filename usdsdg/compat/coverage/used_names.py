@@ -220,4 +220,3 @@ def _dotted(node: ast.AST) -> str | None:
     """Return the text of a name or a chain of attributes of a name; None for anything else."""
     root = _root(node)
     return ast.unparse(node) if isinstance(root, ast.Name) else None
-
