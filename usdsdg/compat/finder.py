@@ -48,6 +48,10 @@ ALIASES = (
     ("omni.replicator.core.scripts", "usdsdg"),
     ("omni.replicator.core", "usdsdg"),
     ("omni.replicator.replicator_yaml", "usdsdg.replicator_yaml"),
+    *(
+        (f"{extension}.scripts.utils", "usdsdg.compat.isaacsim.replicator.writer_utils")
+        for extension in ("isaacsim.replicator.writers", "omni.replicator.isaac")
+    ),
     # The modules of the writers, one per class, and their packages are one module.
     *((f"{package}.{name}", _WRITERS) for package in _WRITER_PACKAGES for name in _WRITER_MODULES),
     *((package, _WRITERS) for package in _WRITER_PACKAGES),
