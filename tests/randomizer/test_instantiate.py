@@ -318,7 +318,7 @@ def test_a_drawn_size_is_how_many_point_instances_an_execution_shows(stage, file
              lambda: rep.distribution.choice([-1, 2])],
 )  # fmt: skip
 def test_a_drawn_size_that_is_no_number_of_objects_is_an_error(stage, files, size):
-    with pytest.raises(GraphError, match="size|count"):
+    with pytest.raises(GraphError, match=r"size|count"):
         rep.randomizer.instantiate(files, size=size())
 
 

@@ -55,7 +55,7 @@ def test_the_path_of_a_scripts_own_extension_is_the_folder_of_its_package(tmp_pa
     monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
     assert extensions.get_extension_path_from_name("omni.acme") == str(tmp_path)
     assert extensions.get_extension_path("omni.acme-1.2.0") == str(tmp_path)
-    with pytest.raises(Unsupported, match="holds a package 'omni.importer.urdf'"):
+    with pytest.raises(Unsupported, match=r"holds a package 'omni\.importer\.urdf'"):
         extensions.get_extension_path_from_name("omni.importer.urdf")
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg import demo
-from usdsdg.compat.isaacsim.core.api.sensors.base_sensor import BaseSensor
 from usdsdg.compat.isaacsim.core.api.materials import PhysicsMaterial
 from usdsdg.compat.isaacsim.core.api.objects import GroundPlane
 from usdsdg.compat.isaacsim.core.api.objects.shape import PHYSICS_MATERIALS, free_path
+from usdsdg.compat.isaacsim.core.api.sensors.base_sensor import BaseSensor
 from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage, remove_prim
 from usdsdg.compat.wrappers import bounds
 from usdsdg.demo.asset_urls import GRID_STAGE
