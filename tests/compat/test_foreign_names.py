@@ -154,7 +154,8 @@ def test_rows_of_the_table_are_names_that_the_finder_resolves_and_are_there_once
         ("omni.ui", "windows"), ("omni.ui.scene", "windows"), ("omni.uix", None), ("omni", None),
         ("isaacsim.ros2.bridge", "ROS"), ("isaacsim.replicator.behavior.ui", "windows"), ("isaacsim.core.utils", None),
         ("omni.isaac.sensor.LidarRtx", "lidar"), ("omni.isaac.sensor.RotatingLidarPhysX", "lidar"),
-        ("omni.isaac.sensor.Camera", None),
+        ("omni.isaac.sensor.Camera", None), ("isaacsim.sensors.experimental.rtx.RtxCamera", "the"),
+        ("isaacsim.sensors.experimental.rtx.LidarSensor", "lidar"),
     ],
 )  # fmt: skip
 def test_a_row_stands_for_a_module_and_all_below_it(module, subject):

@@ -98,6 +98,14 @@ OUT_OF_SCOPE = (
         "omni.isaac.sensor.scripts.lidar_rtx omni.sensors omni.drivesim",
     ),
     _row(
+        "the cameras of isaacsim.sensors.experimental.rtx are",
+        "Use Camera or CameraView of isaacsim.sensors.camera, or annotators on a render product of a Camera prim, which "
+        "has the lens.",
+        "isaacsim.sensors.experimental.rtx.RtxCamera isaacsim.sensors.experimental.rtx.CameraSensor "
+        "isaacsim.sensors.experimental.rtx.TiledCameraSensor isaacsim.sensors.experimental.rtx.StructuredLightCamera "
+        "isaacsim.sensors.experimental.rtx.SingleViewDepthCameraSensor",
+    ),
+    _row(
         "neural reconstructions (NuRec) are",
         "Scenes are USD prims: meshes, curves, points, volumes of boxes.",
         "isaacsim.replicator.nurec_utils omni.nurec omni.rtx.nre",

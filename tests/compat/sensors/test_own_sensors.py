@@ -107,5 +107,5 @@ def test_a_world_can_be_reset_before_the_first_update_of_a_camera(world):
     camera.initialize()
     world.reset()
     world.step()
-    assert camera.get_rgba().shape == (8, 16, 4)
+    assert np.shape(camera.get_rgba()) == (8, 16, 4)
     assert camera.get_current_frame()["rendering_time"] > 0
