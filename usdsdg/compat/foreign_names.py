@@ -99,8 +99,8 @@ OUT_OF_SCOPE = (
     ),
     _row(
         "the cameras of isaacsim.sensors.experimental.rtx are",
-        "Use Camera or CameraView of isaacsim.sensors.camera, or annotators on a render product of a Camera prim, which "
-        "has the lens.",
+        "Use Camera or CameraView of isaacsim.sensors.camera, or annotators on a render product of a Camera prim, "
+        "which has the lens.",
         "isaacsim.sensors.experimental.rtx.RtxCamera isaacsim.sensors.experimental.rtx.CameraSensor "
         "isaacsim.sensors.experimental.rtx.TiledCameraSensor isaacsim.sensors.experimental.rtx.StructuredLightCamera "
         "isaacsim.sensors.experimental.rtx.SingleViewDepthCameraSensor",
