@@ -34,6 +34,7 @@ from .notebook.preview import preview
 from .orchestrator import run_until_complete_async
 from .session.stage_context import current_stage as get_stage
 from .session.stage_context import new_stage, open_stage, save_stage
+from .tools import random_colours
 from .writers import (
     BasicWriter,
     CocoWriter,
@@ -61,5 +62,5 @@ __all__ = [
     "get_stage", "new_stage", "open_stage", "save_stage", "get_graph", "preview", "open_dataset",
     # what runs it
     "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "new_layer",
-    "run_until_complete_async", "errors", "example", "tools",
+    "run_until_complete_async", "errors", "example", "tools", "random_colours",
 ]  # fmt: skip

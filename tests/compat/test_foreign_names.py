@@ -88,6 +88,33 @@ def test_a_module_that_is_elsewhere_says_where():
     assert "isaacsim.replicator.domain_randomization" in second
 
 
+def test_a_script_imports_its_own_packages_with_names_of_omniverse(tmp_path):
+    for file, text in {
+        "isaacsim/ocean/sensors/sonar.py": "from isaacsim.core.utils.stage import get_current_stage\nrange_of = 7",
+        "isaacsim/ocean/__init__.py": "from .sensors import sonar",
+        "omni/acme/tools.py": "import omni.usd\nfrom omni.acme.other import size",
+        "omni/acme/other.py": "size = 3",
+        "omni/isaac/empty/notes.txt": "no module",
+    }.items():
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).write_text(text)
+    told = run(
+        f"""
+        import sys; sys.path.insert(0, {str(tmp_path)!r})
+        import isaacsim.ocean, omni.acme.tools
+        from isaacsim.ocean.sensors.sonar import range_of
+        print(range_of, isaacsim.ocean.sonar.range_of, omni.acme.tools.size, omni.usd.get_context().get_stage_id() > 0)
+        told("import omni.isaac.empty")
+        told("import omni.acme.missing")
+        told("from omni.acme.tools import size2")
+        """
+    ).splitlines()
+    assert told[0] == "7 7 3 True"
+    assert told[1].startswith("ModuleNotFoundError omni.isaac.empty: this module of Isaac Sim or Omniverse")
+    assert told[2].startswith("ModuleNotFoundError omni.acme.missing")
+    assert told[3].startswith("ImportError cannot import name 'size2' from 'omni.acme.tools'")
+
+
 def test_a_module_that_nobody_knows_is_an_error_with_similar_names():
     told = run("told('import isaacsim.core.util.stage'); told('import omni.foo'); told('import isaacsim.xyz.y')")
     first, second, third = told.splitlines()
@@ -126,6 +153,9 @@ def test_rows_of_the_table_are_names_that_the_finder_resolves_and_are_there_once
     [
         ("omni.ui", "windows"), ("omni.ui.scene", "windows"), ("omni.uix", None), ("omni", None),
         ("isaacsim.ros2.bridge", "ROS"), ("isaacsim.replicator.behavior.ui", "windows"), ("isaacsim.core.utils", None),
+        ("omni.isaac.sensor.LidarRtx", "lidar"), ("omni.isaac.sensor.RotatingLidarPhysX", "lidar"),
+        ("omni.isaac.sensor.Camera", None), ("isaacsim.sensors.experimental.rtx.RtxCamera", "the"),
+        ("isaacsim.sensors.experimental.rtx.LidarSensor", "lidar"),
     ],
 )  # fmt: skip
 def test_a_row_stands_for_a_module_and_all_below_it(module, subject):

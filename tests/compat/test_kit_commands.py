@@ -1,8 +1,10 @@
 """`omni.kit.commands`: commands by name."""
 
 import pytest
+from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
+from usdsdg.compat.omni import usd
 from usdsdg.compat.omni.kit import commands
 from usdsdg.compat.omni.kit.commands import execute
 from usdsdg.compat.omni.kit.viewport.utility import get_active_viewport
@@ -105,6 +107,41 @@ def test_materials_are_created_and_bound(stage):
         strength="strongerThanDescendants",
     )
     assert binding.ComputeBoundMaterial()[0].GetPath() == "/World/Looks/plain"
+
+
+def test_inputs_of_materials_are_set_as_omni_usd_sets_them(stage, tmp_path):
+    texture = tmp_path / "spots.png"
+    Image.new("RGB", (2, 2)).save(texture)
+    path = execute("CreateMdlMaterialPrim", mtl_url="OmniPBR.mdl", mtl_name="OmniPBR", mtl_path="/World/Looks/a")[1]
+    material = stage.GetPrimAtPath(path)
+    usd.create_material_input(material, "metallic_constant", 0.25, Sdf.ValueTypeNames.Float)
+    usd.create_material_input(material, "diffuse_texture", str(texture), Sdf.ValueTypeNames.Asset, color_space="sRGB")
+    shader = usd.get_shader_from_material(material)
+    assert usd.get_shader_from_material(material, get_prim=True) == shader.GetPrim() == material.GetChild("Shader")
+    assert shader.GetInput("metallic_constant").Get() == 0.25
+    assert shader.GetInput("diffuse_texture").Get().path == str(texture)
+    assert shader.GetInput("diffuse_texture").GetAttr().GetColorSpace() == "sRGB"
+    assert material.GetChild("PreviewSurface").GetAttribute("inputs:metallic").Get() == 0.25
+    with pytest.raises(BadPrim, match="OmniPBR has no input 'metallic_konstant'"):
+        usd.create_material_input(material, "metallic_konstant", 0.5, Sdf.ValueTypeNames.Float)
+
+    execute("CreatePreviewSurfaceMaterialPrim", mtl_path="/World/Looks/plain")
+    plain = stage.GetPrimAtPath("/World/Looks/plain")
+    usd.create_material_input(plain, "roughness", 0.75, Sdf.ValueTypeNames.Float)
+    assert UsdShade.Material(plain).ComputeSurfaceSource()[0].GetInput("roughness").Get() == 0.75
+    cube = UsdGeom.Cube.Define(stage, "/World/cube").GetPrim()
+    assert usd.get_shader_from_material(cube) is None
+    with pytest.raises(BadPrim, match="/World/cube is no material"):
+        usd.create_material_input(cube, "roughness", 0.75, Sdf.ValueTypeNames.Float)
+
+
+def test_local_transforms_leave_the_parents_out(stage):
+    UsdGeom.Xform.Define(stage, "/World/a").AddTranslateOp().Set((5, 0, 0))
+    UsdGeom.Cube.Define(stage, "/World/a/b").AddTranslateOp().Set((0, 2, 0))
+    matrix = usd.get_local_transform_matrix(stage.GetPrimAtPath("/World/a/b"))
+    assert matrix.Transform(Gf.Vec3d(0)) == Gf.Vec3d(0, 2, 0)
+    scope = UsdGeom.Scope.Define(stage, "/World/scope").GetPrim()
+    assert usd.get_local_transform_matrix(scope) == Gf.Matrix4d(1)
 
 
 def test_physics_is_added(stage):

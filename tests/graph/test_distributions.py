@@ -7,7 +7,7 @@ from scipy import stats
 
 import usdsdg as rep
 from usdsdg import distribution
-from usdsdg.errors import GraphError
+from usdsdg.errors import GraphError, UnknownInput
 from usdsdg.graph import evaluate
 from usdsdg.graph.sampling import set_global_seed
 
@@ -227,6 +227,9 @@ def test_what_was_drawn_last_is_an_output(stage):
 
 def test_targets_of_nodes_may_be_the_children_of_objects(stage):
     spheres = rep.create.sphere(count=2)
-    assert rep.utils.get_node_targets(spheres.node, "outputs:prims") == list(spheres.prims)
+    for name in ("prims", "inputs:prims", "outputs:prims", "outputs_prims"):  # the last as in Omniverse's own examples
+        assert rep.utils.get_node_targets(spheres.node, name) == list(spheres.prims)
+    with pytest.raises(UnknownInput, match="has no input 'outputs:prim'; it has prims"):
+        rep.utils.get_node_targets(spheres.node, "outputs:prim")
     inner = rep.utils.get_node_targets(spheres.node, "inputs:prims", replicatorXform=False)
     assert inner == [f"{path}/Sphere" for path in spheres.prims]

@@ -245,3 +245,83 @@ def test_instances_of_prims_of_the_stage_are_visible_whether_these_are_or_not(st
     is_shown = visible and mode == "point_instance"
     assert (UsdGeom.Imageable(stage.GetPrimAtPath(cube.prims[0])).ComputeVisibility() == "inherited") == is_shown
     assert len(np.unique(masks.get_data()["data"])) == 1 + 3 + is_shown
+
+
+SIZES = {
+    "choice": (lambda: rep.distribution.choice([0, 2, 5]), {0, 2, 5}),
+    "sequence": (lambda: rep.distribution.sequence([1, 3]), {1, 3}),
+    "uniform": (lambda: rep.distribution.uniform(1, 4), {1, 2, 3}),
+}
+
+
+def shapes_on(stage):
+    """Return the gprims that a renderer would show, outside of prototypes and classes."""
+    shown = Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))
+    return [prim for prim in shown if prim.IsA(UsdGeom.Gprim)]
+
+
+@pytest.mark.parametrize("mode", ["scene_instance", "reference"])
+@pytest.mark.parametrize("kind", SIZES)
+def test_a_drawn_size_is_how_many_objects_an_execution_shows(stage, files, mode, kind):
+    make, possible = SIZES[kind]
+    with rep.trigger.on_custom_event("go"):
+        item = rep.randomizer.instantiate(files, size=make(), mode=mode)
+        with item:
+            rep.modify.pose(position=rep.distribution.uniform((0, 0, 0), (9, 9, 9)))
+            rep.modify.semantics([("class", "toy")])
+    counts = []
+    for _ in range(30):
+        fire()
+        counts.append(len(shapes_on(stage)))
+    assert set(counts) == possible
+    assert len(item.prims) >= max(possible)
+    if kind == "sequence":
+        assert counts[:4] == [1, 3, 1, 3]
+
+
+def test_objects_that_a_drawn_size_shows_again_are_posed_labeled_and_bodies(stage, files):
+    with rep.trigger.on_custom_event("go"):
+        item = rep.randomizer.instantiate(files, size=rep.distribution.sequence([1, 3]))
+        with item:
+            rep.modify.semantics([("class", "toy")])
+            rep.modify.pose(position=rep.distribution.sequence([(1, 0, 0), (2, 0, 0), (3, 0, 0)]))
+            rep.physics.rigid_body(velocity=(0, 0, 1))
+    for count in (1, 3, 1, 3):
+        fire()
+        prims = [stage.GetPrimAtPath(path) for path in item.prims]
+        shown = [prim for prim in prims if prim.IsActive()]
+        assert shown == prims[:count]
+        assert [labels.get_labels(prim) for prim in shown] == [{"class": ["toy"]}] * count
+        assert [prim.GetAttribute("xformOp:translate").Get()[0] for prim in shown] == [1, 2, 3][:count]
+        assert [prim.GetAttribute("physics:velocity").Get() for prim in shown] == [(0, 0, 1)] * count
+        assert all(prim.HasAPI(UsdPhysics.RigidBodyAPI) for prim in shown)
+        assert all(prim.HasAPI(UsdPhysics.CollisionAPI) for prim in shapes_on(stage))
+
+
+def test_a_drawn_size_is_how_many_point_instances_an_execution_shows(stage, files):
+    with rep.trigger.on_custom_event("go"):
+        item = rep.randomizer.instantiate(files, size=rep.distribution.sequence([4, 2, 0]), mode="point_instance")
+        with item:
+            rep.modify.pose(position=rep.distribution.uniform((1, 1, 1), (9, 9, 9)))
+    instancer = UsdGeom.PointInstancer(stage.GetPrimAtPath(item.prims[0]))
+    for count in (4, 2, 0, 4):
+        fire()
+        assert len(instancer.GetProtoIndicesAttr().Get()) == count
+        placed = instancer.ComputeInstanceTransformsAtTime(Usd.TimeCode.Default(), Usd.TimeCode.Default())
+        assert len({tuple(each.ExtractTranslation()) for each in placed}) == count
+        assert all(min(each.ExtractTranslation()) >= 1 for each in placed)
+
+
+@pytest.mark.parametrize(
+    "size", [lambda: rep.distribution.normal(3, 1), lambda: rep.distribution.uniform(-2, 2),
+             lambda: rep.distribution.uniform((1, 1), (2, 2)), lambda: rep.distribution.choice([1, 2.5]),
+             lambda: rep.distribution.choice([-1, 2])],
+)  # fmt: skip
+def test_a_drawn_size_that_is_no_number_of_objects_is_an_error(stage, files, size):
+    with pytest.raises(GraphError, match=r"size|count"):
+        rep.randomizer.instantiate(files, size=size())
+
+
+def test_sampling_without_replacement_needs_as_many_paths_as_the_largest_size(stage, files):
+    with pytest.raises(GraphError, match="size=4 without replacements, but only 3 paths"):
+        rep.randomizer.instantiate(files, size=rep.distribution.choice([1, 4]), with_replacements=False)

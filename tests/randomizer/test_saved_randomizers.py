@@ -23,6 +23,7 @@ def build():
         toys = rep.randomizer.instantiate(cones, size=4, weights=[1, 2, 1])
         with toys:
             rep.modify.pose(position_x=rep.distribution.uniform(0, 1), pivot=(0, 0, -1), rotation_z=[1, 2, 3, 4])
+        rep.randomizer.instantiate(cones, size=rep.distribution.choice([1, 3]))
         rep.modify.pose_orbit((0, 0, 0), 5, rep.distribution.uniform(0, 360), 30, input_prims=camera)
         rep.modify.pose_camera_relative(camera, product, 2.0, input_prims=floor)
         rep.create.material_omnipbr(roughness=rep.distribution.uniform(0, 1))

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.annotators.default_filter import DefaultFilter
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.pixels.launch import Pixels, is_image
 from usdsdg.arguments.registry import Registry
@@ -120,6 +121,8 @@ def define(
 def predicate_of(params: Mapping[str, Any]) -> str | None:
     """Return the label filter of `semanticTypes` or `semanticFilter`, else the session's; None lets every label pass.
 
+    The session's also takes the place of a `DefaultFilter` that is older.
+
     Raises:
         AnnotatorError: both are given, or one has the wrong type.
     """
@@ -133,4 +136,6 @@ def predicate_of(params: Mapping[str, Any]) -> str | None:
         raise AnnotatorError("semanticTypes and semanticFilter exclude each other; give one.")
     if types:
         return ";".join(f"{kind}:*" for kind in names)
+    if isinstance(predicate, DefaultFilter):
+        return predicate.in_force()
     return predicate or current().label_filter

@@ -56,10 +56,16 @@ ALIASES = (
     ("omni.replicator.core.scripts", "usdsdg"),
     ("omni.replicator.core", "usdsdg"),
     ("omni.replicator.replicator_yaml", "usdsdg.replicator_yaml"),
+    *(
+        (f"{extension}.scripts.utils", "usdsdg.compat.isaacsim.replicator.writer_utils")
+        for extension in ("isaacsim.replicator.writers", "omni.replicator.isaac")
+    ),
     # The modules of the writers, one per class, and their packages are one module.
     *((f"{package}.{name}", _WRITERS) for package in _WRITER_PACKAGES for name in _WRITER_MODULES),
     *((package, _WRITERS) for package in _WRITER_PACKAGES),
     ("omni.replicator.isaac", "usdsdg.compat.isaacsim.replicator.domain_randomization"),
+    ("omni.usd._impl.utils", "usdsdg.compat.omni.usd"),
+    ("omni.usd._impl", "usdsdg.compat.omni.usd"),
     ("omni.kit.scripting", "usdsdg.compat.omni.behavior.scripting.core"),
     ("omni.isaac.sensor._sensor", "usdsdg.compat.isaacsim.sensors.physics._sensor"),
     ("omni.isaac.sensor", "usdsdg.compat.omni.isaac.sensor"),
@@ -138,6 +144,8 @@ class _Finder(importlib.abc.MetaPathFinder):
             note_old_import()
         if _exists(real):
             return importlib.machinery.ModuleSpec(name, _Loader(name, real), is_package=True)
+        if own := _of_the_script(name):
+            return own
         if subject := foreign_names.out_of_scope(name):
             return _made(PlaceholderModule(name, subject))
         if foreign_names.holds_out_of_scope(name):
@@ -162,6 +170,19 @@ def _exists(real: str) -> bool:
     except ModuleNotFoundError:
         return False
     return _is_file_of(package, real)
+
+
+def _of_the_script(name: str) -> importlib.machinery.ModuleSpec | None:
+    """Return the script's own module of this name: extensions have names such as `omni.mine` and `isaacsim.mine`."""
+    parents = name.split(".")[:-1]
+    if not parents:
+        return None
+    found = importlib.machinery.PathFinder.find_spec(name, [str(Path(entry, *parents)) for entry in sys.path])
+    if found is None or found.loader is not None:
+        return found
+    # A folder without __init__.py is a package too, but only with modules in it one that is meant.
+    holds_modules = any(any(Path(folder).rglob("*.py")) for folder in found.submodule_search_locations or ())
+    return found if holds_modules else None
 
 
 def _is_file_of(package: ModuleType, name: str) -> bool:

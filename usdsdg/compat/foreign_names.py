@@ -94,7 +94,16 @@ OUT_OF_SCOPE = (
         "isaacsim.sensors.experimental.rtx isaacsim.sensors.experimental.physics omni.isaac.range_sensor "
         "omni.isaac.RangeSensorSchema omni.isaac.isaac_sensor omni.isaac.IsaacSensorSchema "
         "omni.isaac.proximity_sensor omni.isaac.sensor.EffortSensor "
+        "omni.isaac.sensor.LidarRtx omni.isaac.sensor.RotatingLidarPhysX "
         "omni.isaac.sensor.scripts.lidar_rtx omni.sensors omni.drivesim",
+    ),
+    _row(
+        "the cameras of isaacsim.sensors.experimental.rtx are",
+        "Use Camera or CameraView of isaacsim.sensors.camera, or annotators on a render product of a Camera prim, "
+        "which has the lens.",
+        "isaacsim.sensors.experimental.rtx.RtxCamera isaacsim.sensors.experimental.rtx.CameraSensor "
+        "isaacsim.sensors.experimental.rtx.TiledCameraSensor isaacsim.sensors.experimental.rtx.StructuredLightCamera "
+        "isaacsim.sensors.experimental.rtx.SingleViewDepthCameraSensor",
     ),
     _row(
         "neural reconstructions (NuRec) are",

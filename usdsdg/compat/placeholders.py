@@ -14,7 +14,11 @@ from usdsdg.errors import Unsupported
 
 
 class PlaceholderModule(ModuleType):
-    """A module that is out of scope; each of its names is a placeholder."""
+    """A module that is out of scope; each of its names is a placeholder.
+
+    Python cannot tell a module from a class by its name, so a module stands for a class, too, where a script uses it
+    as one.
+    """
 
     def __init__(self, name: str, subject: OutOfScope) -> None:
         super().__init__(name, f"Out of scope: {subject.message(name)}")
@@ -24,6 +28,18 @@ class PlaceholderModule(ModuleType):
         if name.startswith("__"):
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
         return placeholder(f"{self.__name__}.{name}", self.__dict__["_subject"])
+
+    def __call__(self, *args: Any, **kwargs: Any) -> NoReturn:
+        _refuse(self._as_class())
+
+    def __mro_entries__(self, bases: tuple[Any, ...]) -> tuple[type]:
+        return (self._as_class(),)
+
+    def __instancecheck__(self, instance: object) -> bool:
+        return False
+
+    def _as_class(self) -> Any:
+        return placeholder(self.__name__, self.__dict__["_subject"])
 
 
 @functools.cache

@@ -83,7 +83,9 @@ def rigid_body(
         create_physics_scene(**DEFAULTS_PHYSICS_SCENE)
     for path in item.prims:
         prim = prim_at(path)
-        if overwrite or not (existing := _colliders(prim)):
+        if not prim.IsActive():
+            pass  # its asset gets colliders when it is shown
+        elif overwrite or not (existing := _colliders(prim)):
             _add_colliders(prim, "convexHull", collisionEnabled=True, **offsets)
         elif any(offset is not None for offset in offsets.values()):
             for shape in existing:
@@ -103,7 +105,7 @@ def _add_colliders_to_sampled(node: Node) -> None:
     """Make members of populations colliders that have changed to another asset."""
     offsets = {name: node.inputs.get(name) for name in ("contactOffset", "restOffset")}
     for path in node.prims:
-        if _is_sampled(path) and not _colliders(prim_at(path)):
+        if _is_sampled(path) and prim_at(path).IsActive() and not _colliders(prim_at(path)):
             _add_colliders(prim_at(path), "convexHull", collisionEnabled=True, **offsets)
 
 

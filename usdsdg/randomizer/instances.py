@@ -6,13 +6,13 @@ from typing import Any
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from usdsdg import modify
-from usdsdg.arguments.values import count_of
 from usdsdg.distribution import Choice, Distribution, choice, draw, one_of, options_of
 from usdsdg.errors import ArgumentError, AssetError, BadPrim
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.label_sources import LabelSources, brings_labels
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
+from usdsdg.randomizer.population_size import checked_size, drawn_size, largest_size
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, paths
 from usdsdg.stage.geometry.instancers import POPULATION, SAMPLED_ASSETS
@@ -22,7 +22,7 @@ CACHE = f"{SAMPLED_ASSETS}/Cache"
 
 
 def instantiate(
-    paths: Any, size: int, weights: Any = None, mode: str = "scene_instance", with_replacements: bool = True,
+    paths: Any, size: Any, weights: Any = None, mode: str = "scene_instance", with_replacements: bool = True,
     seed: int | None = None, name: str | None = None, use_cache: bool = True, semantics: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
     """Create `size` objects, each of which references an asset that is sampled from `paths` at every execution.
@@ -37,7 +37,9 @@ def instantiate(
 
     Args:
         paths: USD files (paths or URLs), prims of the stage, an item, or a distribution over these.
-        size: how many objects.
+        size: how many objects: a whole number, or a distribution of which each execution draws one value, a choice or
+            sequence of whole numbers or a uniform between two numbers, which rounds down. The item then has as many
+            prims as are shown at most, of which the rest is inactive.
         weights: relative probabilities of the paths, by default equal.
         mode: "scene_instance": instances that share their prototype's geometry and whose descendants cannot be
             edited; "reference": references that can be edited; "point_instance": one PointInstancer.
@@ -48,13 +50,14 @@ def instantiate(
         semantics: labels of each object; default for mesh files their names as class.
 
     Raises:
-        ArgumentError: an unknown mode, no paths, or `seed` and `weights` beside a distribution.
+        ArgumentError: an unknown mode, no paths, a size that is none, or `seed` and `weights` beside a distribution.
         AssetNotFound: a path is neither a prim nor a file. AssetError: a file cannot be opened.
     """
     if mode not in MODES:
         raise ArgumentError(f"randomizer.instantiate: mode={mode!r}; known: {', '.join(MODES)}")
     drawn = _choice(paths, weights, with_replacements, seed)
-    count = count_of(size)
+    size = checked_size(size, seed)
+    count = largest_size(size)
     if not with_replacements and isinstance(drawn, Choice) and count > len(drawn.node.inputs["choices"]):
         raise ArgumentError(
             f"randomizer.instantiate: size={count} without replacements, but only "
@@ -62,7 +65,7 @@ def instantiate(
         )
     root = _new_root(name)
     slots = [root] if mode == "point_instance" else [_slot(root) for _ in range(count)]
-    inputs = dict(attribute="prims", paths=drawn, mode=mode, size=count, useCache=bool(use_cache))
+    inputs = dict(attribute="prims", paths=drawn, mode=mode, size=size, useCache=bool(use_cache))
     if semantics is None:
         inputs["labelMeshes"] = True
     node = Node(kind="OgnInstantiate", inputs=inputs, prims=tuple(slots), name=name)
@@ -120,11 +123,28 @@ def _instantiate(node: Node, execution: int) -> None:
         return
     shared = node.inputs["mode"] == "scene_instance"
     shown: dict[str, str] = node.state
-    for slot, chosen in zip(node.prims, draw(node.inputs["paths"], node, execution, "paths")):
+    count = _activate(node, execution)
+    for slot, chosen in zip(node.prims[:count], draw(node.inputs["paths"], node, execution, "paths")):
         path = prim_paths(chosen)[0]
         if shown.get(slot) != path:
             _show(slot, _asset(node, path), shared, node.inputs["useCache"])
             shown[slot] = path
+
+
+def _activate(node: Node, execution: int) -> int:
+    """Activate as many objects as an execution shows, and return their number.
+
+    The others are inactive rather than invisible, as bodies that are invisible would still be hit.
+    """
+    if not node.prims:
+        return 0
+    stage, root = current_stage(), str(Sdf.Path(node.prims[0]).GetParentPath())
+    count = drawn_size(node, root, execution)
+    for index, slot in enumerate(node.prims):
+        prim = stage.GetPrimAtPath(slot)
+        if prim.IsActive() != (index < count):
+            prim.SetActive(index < count)
+    return count
 
 
 @brings_labels("OgnInstantiate")
@@ -189,7 +209,8 @@ def _cached(file: str) -> str:
 
 
 def _fill_instancer(node: Node, execution: int) -> None:
-    stage, root, size = current_stage(), node.prims[0], node.inputs["size"]
+    stage, root = current_stage(), node.prims[0]
+    size = drawn_size(node, root, execution)
     instancer = UsdGeom.PointInstancer.Define(stage, root)
     instancer.GetPrim().SetCustomDataByKey(POPULATION, True)
     # One sample per instance, as for prims.

@@ -103,6 +103,7 @@ class Session:
             1  # frames that are drawn and path-traced together, where the graph alone decides on them
         )
         self.label_filter: str | None = None  # of annotators without one of their own; None: all labels
+        self.label_filter_sets = 0  # how often a script set it
         self.metadata_seed: int | None = None  # the global seed of the latest captured frame
         # Where output may go while a file that is no program says where, such as a YAML graph; None: anywhere.
         self.confined_to: Path | None = None

@@ -13,7 +13,7 @@ from pxr import Usd
 
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.registry import near_misses
-from usdsdg.errors import Unsupported, warn_once
+from usdsdg.errors import UnknownInput, Unsupported, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.graph.actions import action_of
 from usdsdg.graph.evaluate import graph
@@ -97,13 +97,20 @@ def get_node_targets(node: Any, attribute: str, replicatorXform: bool = True) ->
     """Return the paths of a node's prims (`inputs:prims`, `outputs:prims`), or of the prims in another of its inputs.
 
     replicatorXform: False returns for the Xform of a Replicator object its children.
+
+    Raises:
+        UnknownInput: (a GraphError) the node has no such input.
     """
     node = _node(node)
-    if attribute in ("prims", "inputs:prims", "outputs:prims"):
+    name = attribute.removeprefix("inputs:")
+    # OmniGraph names a bundle with a colon, and the prim that stands for it with an underscore.
+    if name in ("prims", "outputs:prims", "outputs_prims", "inputs_prims"):
         found = list(node.prims)
+    elif name in node.inputs:
+        found = list(prim_paths(node.inputs[name]))
     else:
-        value = node.get_attribute(attribute)
-        found = list(prim_paths(value)) if value is not None else []
+        known = ", ".join(["prims", *node.inputs])
+        raise UnknownInput(f"get_node_targets: {node.describe()} has no input {attribute!r}; it has {known}")
     return found if replicatorXform else get_non_xform_prims(found)
 
 

@@ -11,6 +11,7 @@ from typing import Any, TypedDict
 
 import numpy as np
 
+from usdsdg.annotators.default_filter import DefaultFilter
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import WriterArgumentError, WriterError
 from usdsdg.writers.backends.backend import BaseBackend
@@ -66,7 +67,7 @@ def check_names(writer: str, init: Callable[..., None], options: Collection[str]
 def label_params(
     writer: str, semantic_types: Sequence[str] | str | None, semantic_filter_predicate: str | None
 ) -> dict[str, Any]:
-    """Return the init parameters of annotators for the two options that choose labels; default the filter "class:*".
+    """Return the init parameters of annotators for the two options that choose labels; default a `DefaultFilter`.
 
     Raises:
         WriterError: both are given.
@@ -77,7 +78,7 @@ def label_params(
         )
     if semantic_types:
         return {"semanticTypes": semantic_types}
-    return {"semanticFilter": semantic_filter_predicate or "class:*"}
+    return {"semanticFilter": semantic_filter_predicate or DefaultFilter()}
 
 
 def common_labels(writer: str, common: CommonOptions) -> dict[str, Any]:

@@ -1,13 +1,16 @@
 """Scripts are read without running them: aliases are resolved, and the modules beside them are read as well."""
 
+import importlib
 import textwrap
+import types
 from pathlib import Path
 
 import pytest
 
+from usdsdg.compat import finder
 from usdsdg.compat.coverage.used_names import GETTERS, Use, uses_of
-from usdsdg.compat.coverage.verdicts import MISSING, SUPPORTED, verdict
-from usdsdg.errors import ConfigError
+from usdsdg.compat.coverage.verdicts import MISSING, OUT_OF_SCOPE, SUPPORTED, verdict
+from usdsdg.errors import ConfigError, Unsupported
 
 
 @pytest.fixture
@@ -17,7 +20,7 @@ def used(tmp_path):
     def read(text, helpers=None):
         for name, code in (helpers or {}).items():
             path = tmp_path / name
-            path.parent.mkdir(exist_ok=True)
+            path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(textwrap.dedent(code))
         script = tmp_path / "script.py"
         script.write_text(textwrap.dedent(text))
@@ -50,6 +53,26 @@ def test_aliases_stand_for_what_they_were_made_from(used):
         "omni.timeline.get_timeline_interface", "omni.timeline.ITimeline.play",
     }  # fmt: skip
     assert found["omni.replicator.core.create.sphere"] == [("script.py", 8)]
+
+
+def test_packages_of_the_script_may_have_names_of_omniverse(used):
+    found = used(
+        """
+        import omni.usd, omni.acme.tools
+        from isaacsim.ocean.sensors.sonar import Sonar
+        from isaacsim.other import thing
+        Sonar().ping(omni.acme.tools.size)
+        """,
+        {
+            "isaacsim/ocean/sensors/sonar.py": "import omni.timeline",
+            "omni/acme/tools.py": "size = 3",
+        },
+    )
+    assert found == {
+        "omni.usd": [("script.py", 2)],
+        "isaacsim.other.thing": [("script.py", 4)],
+        "omni.timeline": [("isaacsim/ocean/sensors/sonar.py", 1)],
+    }
 
 
 def test_imports_inside_functions_count_and_other_packages_do_not(used):
@@ -156,3 +179,21 @@ def test_the_class_of_what_a_function_returns_is_known_by_its_name(getter):
 
 def test_members_of_values_that_have_none_are_missing():
     assert verdict("omni.kit.app.GLOBAL_EVENT_UPDATE.flight").state == MISSING
+
+
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [
+        ("isaacsim.sensors.experimental.rtx", "RtxCamera"),  # of a module that is out of scope
+        ("omni.isaac.sensor", "LidarRtx"),  # of one that is here
+    ],
+)
+def test_judging_a_name_out_of_scope_leaves_it_a_class_for_the_script(module, name):
+    finder.install()
+    assert verdict(f"{module}.{name}").state == OUT_OF_SCOPE
+    made = getattr(importlib.import_module(module), name)
+    derived = types.new_class("Derived", (made,))
+    assert not isinstance(3, made)
+    for called in (made, derived):
+        with pytest.raises(Unsupported, match=f"{module}.{name}"):
+            called("/World/camera")

@@ -2,18 +2,20 @@
 
 import io
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 import warp as wp
 from PIL import Image
-from pxr import Usd
+from pxr import Usd, UsdGeom
 
 import usdsdg as rep
 from tests.annotators.ray_caster import RayCaster, add_cube, known, make_frame
 from tests.annotators.scenes import add_camera, street
 from tests.dataset_files import data_names
 from usdsdg import AnnotatorRegistry, annotators, orchestrator, writers
+from usdsdg.compat.omni.syntheticdata import SyntheticData
 from usdsdg.errors import AnnotatorRegistryError, AugmentationError, BadPrim, WriterError
 from usdsdg.session import engines
 from usdsdg.session.session import current
@@ -156,6 +158,52 @@ def test_the_last_frame_is_told_once(product, tmp_path):
     orchestrator.wait_until_complete()
     orchestrator.wait_until_complete()
     assert writer.ended == 1
+
+
+class SyncedWriter(BoxWriter):
+    """Ends as writers for older versions do, whose files are all there then."""
+
+    def on_final_frame(self):
+        self.backend.sync_pending_paths()
+        self.found = sorted(path.name for path in Path(self._output_dir).glob("rgb_*.png"))
+
+
+def test_a_writer_that_syncs_its_backend_at_the_last_frame_finds_all_its_files(product, tmp_path):
+    writer = SyncedWriter(str(tmp_path), bounding_box_2d_tight=True)
+    writer.attach([product])
+    for _ in range(3):
+        orchestrator.step()
+    orchestrator.wait_until_complete()
+    assert writer.found == ["rgb_0.png", "rgb_1.png", "rgb_2.png"]
+
+
+@pytest.mark.parametrize(
+    ("before", "predicate", "options", "expected"),
+    [
+        (False, "class:!box", {}, {"ball"}),
+        (False, "class:box", {}, {"box"}),
+        (True, "class:!box", {}, {"box", "ball"}),
+        (False, "class:!box", {"semantic_types": ["class"]}, {"box", "ball"}),
+    ],
+)
+def test_a_filter_that_a_script_sets_after_a_writer_without_one_applies_to_it(
+    product, tmp_path, before, predicate, options, expected
+):
+    add_cube(current_stage(), "/World/Ball", "ball")
+    UsdGeom.XformCommonAPI(current_stage().GetPrimAtPath("/World/Ball")).SetTranslate((1.2, 0, 0))
+    if before:
+        SyntheticData.Get().set_instance_mapping_semantic_filter(predicate)
+    writer = WriterRegistry.get("BasicWriter")
+    writer.initialize(output_dir=str(tmp_path), bounding_box_2d_tight=True, semantic_segmentation=True, **options)
+    if not before:
+        SyntheticData.Get().set_instance_mapping_semantic_filter(predicate)
+    writer.attach([product])
+    orchestrator.step()
+    orchestrator.wait_until_complete()
+    boxes = json.loads((tmp_path / "bounding_box_2d_tight_labels_0000.json").read_text())
+    pixels = json.loads((tmp_path / "semantic_segmentation_labels_0000.json").read_text())
+    assert {each["class"] for each in boxes.values()} == expected
+    assert {each["class"] for each in pixels.values()} - {"BACKGROUND", "UNLABELLED"} == expected
 
 
 @pytest.mark.parametrize("how", ["callable", "none", "item"])

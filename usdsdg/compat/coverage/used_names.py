@@ -1,6 +1,7 @@
 """Read which foreign names scripts use, with their lines, without running them."""
 
 import ast
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,7 +66,7 @@ def uses_of(scripts: Sequence[Path]) -> list[Use]:
         if path.resolve() in seen:
             continue
         seen.add(path.resolve())
-        reader = _Reader(str(path))
+        reader = _Reader(str(path), (folder, path.parent, *map(Path, sys.path)))
         reader.visit(_parsed(path))
         uses |= reader.uses
         own |= reader.definitions
@@ -98,8 +99,9 @@ def _helpers(folder: Path, beside: Path, name: str) -> Iterator[Path]:
 class _Reader(ast.NodeVisitor):
     """Collects the uses, the other imports and the definitions of one file."""
 
-    def __init__(self, file: str) -> None:
+    def __init__(self, file: str, folders: Sequence[Path]) -> None:
         self._file = file
+        self._folders = {root: [base for base in folders if (base / root).is_dir()] for root in ROOTS}
         self._aliases: dict[str, str] = {}
         self._called: set[ast.AST] = set()
         self.uses: set[Use] = set()
@@ -108,7 +110,7 @@ class _Reader(ast.NodeVisitor):
 
     def visit_Import(self, node: ast.Import) -> None:
         for each in node.names:
-            if _is_foreign(each.name):
+            if self._is_foreign(each.name):
                 first = each.name.partition(".")[0]
                 self._aliases[each.asname or first] = each.name if each.asname else first
                 self._use(each.name, node)
@@ -119,7 +121,7 @@ class _Reader(ast.NodeVisitor):
         module = node.module or ""
         for each in node.names:
             name = module if each.name == "*" else f"{module}.{each.name}"
-            if node.level == 0 and _is_foreign(name):
+            if node.level == 0 and self._is_foreign(name):
                 self._aliases[each.asname or each.name] = name
                 self._use(name, node)
             else:
@@ -191,7 +193,18 @@ class _Reader(ast.NodeVisitor):
             alias = GETTERS.get(self._resolved(node.func) or "")
         return None if alias is None else ".".join([alias, *parts])
 
+    def _is_foreign(self, name: str) -> bool:
+        """Whether a name is of Omniverse, and not of a package of the script's own, as `omni.mine` of an extension."""
+        parts = name.split(".")
+        if parts[0] not in ROOTS:
+            return parts[0] == "pxr" and len(parts) > 1 and parts[1] in PXR
+        ends = range(2, len(parts) + 1)
+        modules = (base.joinpath(*parts[:end]) for base in self._folders[parts[0]] for end in ends)
+        return not any(module.with_suffix(".py").is_file() or (module / "__init__.py").is_file() for module in modules)
+
     def _use(self, name: str, node: ast.AST) -> None:
+        if not self._is_foreign(name.partition("(")[0]) and name.partition(".")[0] in ROOTS:
+            return
         place = getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
         self.uses.add(Use(name, self._file, *place, called=node in self._called))
 
@@ -207,8 +220,3 @@ def _dotted(node: ast.AST) -> str | None:
     """Return the text of a name or a chain of attributes of a name; None for anything else."""
     root = _root(node)
     return ast.unparse(node) if isinstance(root, ast.Name) else None
-
-
-def _is_foreign(name: str) -> bool:
-    first, _, rest = name.partition(".")
-    return first in ROOTS or (first == "pxr" and rest.partition(".")[0] in PXR)

@@ -119,6 +119,8 @@ def _imported(name: str) -> tuple[ModuleType | None, list[str]]:
             module, count = importlib.import_module(".".join(parts[:end])), end
         except (ImportError, ValueError):
             break
+        if isinstance(module, PlaceholderModule):
+            break  # its names are classes; as a module, one would take the class's place for the script
     return module, parts[count:]
 
 

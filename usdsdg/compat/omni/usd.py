@@ -6,11 +6,12 @@ import asyncio
 from collections.abc import Iterable
 from typing import Any
 
-from pxr import Usd
+from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.app.app import get_app
 from usdsdg.compat import stage_events as events
 from usdsdg.compat.carb.events import IEvent, IEventStream
+from usdsdg.compat.material_shaders import create_material_input, get_shader_from_material
 from usdsdg.compat.stage_events import (
     StageEventType,
     StageRenderingEventType,
@@ -25,9 +26,9 @@ from usdsdg.session.session import current
 from usdsdg.stage.paths import next_free_path
 
 __all__ = [
-    "Selection", "StageEventType", "StageRenderingEventType", "StageState", "UsdContext", "get_context",
-    "get_prim_at_path", "get_stage_next_free_path", "get_world_transform_matrix", "stage_event_name",
-    "stage_event_type",
+    "Selection", "StageEventType", "StageRenderingEventType", "StageState", "UsdContext", "create_material_input",
+    "get_context", "get_local_transform_matrix", "get_prim_at_path", "get_shader_from_material",
+    "get_stage_next_free_path", "get_world_transform_matrix", "stage_event_name", "stage_event_type",
 ]  # fmt: skip
 
 
@@ -235,3 +236,10 @@ def get_world_transform_matrix(prim: Usd.Prim, time_code: Usd.TimeCode | None = 
     from usdsdg.stage.poses.transforms import local_to_world
 
     return local_to_world(prim, Usd.TimeCode.Default() if time_code is None else time_code)
+
+
+def get_local_transform_matrix(prim: Usd.Prim, time_code: Usd.TimeCode | None = None) -> Gf.Matrix4d:
+    """Return the matrix from a prim's space to its parent's, for row vectors: identity if it has no transform."""
+    xform = UsdGeom.Xformable(prim)
+    time = Usd.TimeCode.Default() if time_code is None else time_code
+    return xform.GetLocalTransformation(time) if xform else Gf.Matrix4d(1)

@@ -120,6 +120,11 @@ class BackendDispatch(BackendGroup):
         current().io_queue.wait_until_done()
 
     @staticmethod
+    def sync_pending_paths() -> None:
+        """As `wait_until_done`: writers for older versions of Replicator end with it in `on_final_frame`."""
+        current().io_queue.wait_until_done()
+
+    @staticmethod
     def set_max_queue_size(jobs: int) -> None:
         """Set how many jobs of all backends may wait before `schedule` blocks."""
         current().io_queue.set_max_queue_size(jobs)

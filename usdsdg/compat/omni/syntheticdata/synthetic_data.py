@@ -208,8 +208,12 @@ class SyntheticData:
         return {f"outputs:{name}": outputs[name] for name in wanted if name in outputs}
 
     def set_instance_mapping_semantic_filter(self, predicate: str = "*:*") -> None:
-        """Select the labels that annotators without a filter of their own read; "*:*" selects all."""
+        """Select the labels that annotators without a filter of their own read; "*:*" selects all.
+
+        Writers that were initialized before with neither types nor a predicate read them as well.
+        """
         current().label_filter = None if predicate in ("", "*", "*:*") else predicate
+        current().label_filter_sets += 1
 
     def get_instance_mapping_semantic_filter(self) -> str:
         return current().label_filter or "*:*"

@@ -51,7 +51,7 @@ class World(SimulationContext):
 
     # --- the clock ---
     def reset(self, soft: bool = False) -> None:
-        """Set up tasks, stop and play, and give all objects of the scene their default poses and velocities.
+        """Set up tasks, stop and play, initialize the objects of the scene, and give them their default poses.
 
         `soft` only resets objects and tasks.
         """
@@ -61,7 +61,7 @@ class World(SimulationContext):
         for task in self._tasks.values():
             task.cleanup()
         super().reset(soft)
-        self._post_reset()
+        self._post_reset(soft)
 
     async def reset_async(self, soft: bool = False) -> None:
         """Do what `reset` does, and wait for its updates."""
@@ -71,7 +71,7 @@ class World(SimulationContext):
         for task in self._tasks.values():
             task.cleanup()
         await super().reset_async(soft)
-        self._post_reset()
+        self._post_reset(soft)
 
     def step(self, render: bool = True, step_sim: bool = True, update_fabric: bool = False) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Prepare tasks, then step: see `SimulationContext.step`; without `step_sim` nothing else."""
@@ -91,7 +91,9 @@ class World(SimulationContext):
             task.set_up_scene(self._scene)
         self._tasks_are_set_up = True
 
-    def _post_reset(self) -> None:
+    def _post_reset(self, soft: bool) -> None:
+        if not soft:
+            self._scene.initialize()
         get_eventdispatcher().dispatch_event(IsaacEvents.POST_RESET.value)
         self._scene.post_reset()
         for task in self._tasks.values():

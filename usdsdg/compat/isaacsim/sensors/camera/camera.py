@@ -14,7 +14,7 @@ from pxr import UsdGeom
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.app.app import get_app
-from usdsdg.compat.isaacsim.core.prims.single_xform_prim import SingleXFormPrim
+from usdsdg.compat.isaacsim.core.api.sensors.base_sensor import BaseSensor
 from usdsdg.compat.isaacsim.sensors.camera import camera_axes as axes
 from usdsdg.compat.isaacsim.sensors.camera.camera_axes import (  # noqa: F401 - scripts import them from here
     R_U_TRANSFORM,
@@ -35,7 +35,7 @@ from usdsdg.stage.cameras import default_view
 RATE = "/app/runLoops/main/rateLimitFrequency"
 
 
-class Camera(CameraImages, SingleXFormPrim):
+class Camera(CameraImages, BaseSensor):
     """A camera prim, defined if there is none, and after `initialize` its images.
 
     Images show the stage at the latest update of the application, and are rendered when they are read; before the first
@@ -78,13 +78,13 @@ class Camera(CameraImages, SingleXFormPrim):
         if not existing:
             UsdGeom.Camera.Define(stage, prim_path)
             orientation = (1.0, 0.0, 0.0, 0.0) if orientation is None else orientation
-        SingleXFormPrim.__init__(self, prim_path, name, position=position, translation=translation)
+        BaseSensor.__init__(self, prim_path, name, position=position, translation=translation)
         if orientation is not None and position is not None:
             self.set_world_pose(position, orientation)
         elif orientation is not None:
             self.set_local_pose(translation, orientation)
         self._square_pixels("vertical")
-        self._render_product_path, self._device = render_product_path, annotator_device
+        self._render_product_path, self._annotator_device = render_product_path, annotator_device
         self._own_product: HydraTexture | None = None
         self._time_annotator: Annotator | None = None
         self._custom_annotators: dict[str, Annotator] = {}
@@ -99,12 +99,18 @@ class Camera(CameraImages, SingleXFormPrim):
 
     # --- life ---
     def initialize(self, physics_sim_view: object = None, attach_rgb_annotator: bool = True) -> None:
-        """Make the render product, and begin to take frames; to be called once, after a world is reset.
+        """Make the render product, and begin to take frames, unless that was done; after a world is reset.
+
+        A world does it when it is reset, for a camera in its scene.
 
         Raises:
             BadPrim: the render product that was given does not exist.
         """
-        SingleXFormPrim.initialize(self, physics_sim_view)
+        BaseSensor.initialize(self, physics_sim_view)
+        if self._ends:
+            if attach_rgb_annotator and "rgb" not in self._custom_annotators:
+                self.attach_annotator("rgb")
+            return
         if self._render_product_path:
             product = product_at(self._render_product_path)
             product.set_resolution(self._resolution)
@@ -139,7 +145,7 @@ class Camera(CameraImages, SingleXFormPrim):
 
     def post_reset(self) -> None:
         """Restore the default pose, and begin to count the time to the next frame anew."""
-        SingleXFormPrim.post_reset(self)
+        BaseSensor.post_reset(self)
         self._elapsed, self._previous_time = 0.0, None
 
     def get_render_product_path(self) -> str | None:
@@ -195,7 +201,7 @@ class Camera(CameraImages, SingleXFormPrim):
         if self._paused or self._time_annotator is None:
             return
         time = self._time_annotator.get_data()
-        if not time:  # there was no update yet
+        if not time or not time["referenceTimeDenominator"]:  # there was no update yet
             return
         frame = {name: annotator.get_data() for name, annotator in self._custom_annotators.items()}
         seconds = time["referenceTimeNumerator"] / time["referenceTimeDenominator"]
@@ -251,7 +257,7 @@ class Camera(CameraImages, SingleXFormPrim):
         Raises:
             ArgumentError: there are no such axes.
         """
-        position, orientation = SingleXFormPrim.get_world_pose(self)
+        position, orientation = BaseSensor.get_world_pose(self)
         return position, self._turned(orientation, camera_axes)
 
     def set_world_pose(
@@ -265,7 +271,7 @@ class Camera(CameraImages, SingleXFormPrim):
         Raises:
             ArgumentError: there are no such axes.
         """
-        SingleXFormPrim.set_world_pose(self, position, _usd_orientation(orientation, camera_axes))
+        BaseSensor.set_world_pose(self, position, _usd_orientation(orientation, camera_axes))
 
     def get_local_pose(self, camera_axes: str = "world") -> tuple[np.ndarray, np.ndarray]:
         """Return translation (3,) and orientation (4,) relative to the parent.
@@ -273,7 +279,7 @@ class Camera(CameraImages, SingleXFormPrim):
         Raises:
             ArgumentError: there are no such axes.
         """
-        translation, orientation = SingleXFormPrim.get_local_pose(self)
+        translation, orientation = BaseSensor.get_local_pose(self)
         return translation, self._turned(orientation, camera_axes)
 
     def set_local_pose(
@@ -287,7 +293,7 @@ class Camera(CameraImages, SingleXFormPrim):
         Raises:
             ArgumentError: there are no such axes.
         """
-        SingleXFormPrim.set_local_pose(self, translation, _usd_orientation(orientation, camera_axes))
+        BaseSensor.set_local_pose(self, translation, _usd_orientation(orientation, camera_axes))
 
     def _turned(self, orientation: Any, camera_axes: str) -> np.ndarray:
         return self._out(axes.from_usd(as_numpy(orientation), camera_axes)[0], None)

@@ -23,7 +23,7 @@ class FrameAnnotators:
 
     prim_path: str
     _render_product_path: str | None
-    _device: str | None
+    _annotator_device: str | None
     _custom_annotators: dict[str, Annotator]
     _current_frame: dict[str, Any]
 
@@ -49,7 +49,7 @@ class FrameAnnotators:
         if key in self._custom_annotators:
             warn_once(f"Camera {self.prim_path}: annotator {key} is attached already")
             return
-        annotator = named_annotators.get(annotator_name, kwargs, device=self._device)
+        annotator = named_annotators.get(annotator_name, kwargs, device=self._annotator_device)
         self._custom_annotators[key] = annotator.attach(self._render_product_path)
         self._current_frame[key] = None
 

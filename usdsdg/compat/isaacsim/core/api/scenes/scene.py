@@ -12,6 +12,7 @@ from usdsdg import demo
 from usdsdg.compat.isaacsim.core.api.materials import PhysicsMaterial
 from usdsdg.compat.isaacsim.core.api.objects import GroundPlane
 from usdsdg.compat.isaacsim.core.api.objects.shape import PHYSICS_MATERIALS, free_path
+from usdsdg.compat.isaacsim.core.api.sensors.base_sensor import BaseSensor
 from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage, remove_prim
 from usdsdg.compat.wrappers import bounds
 from usdsdg.demo.asset_urls import GRID_STAGE
@@ -119,6 +120,13 @@ class Scene:
         """Forget all objects, and unless `registry_only` remove their prims."""
         for name in list(self._members):
             self.remove_object(name, registry_only)
+
+    def initialize(self) -> None:
+        """Initialize sensors, and objects of classes that scripts define; others have nothing to prepare."""
+        for member in list(self._members.values()):
+            is_own = not type(member).initialize.__module__.startswith("usdsdg.")
+            if member.is_valid() and (is_own or isinstance(member, BaseSensor)):
+                member.initialize(None)
 
     def post_reset(self) -> None:
         """Give all objects their default poses and velocities; those without prims are forgotten."""
