@@ -1,6 +1,7 @@
 """Options that all commands refuse before any work, and the texts of their help."""
 
 import re
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -8,6 +9,7 @@ from typer.testing import CliRunner
 import usdsdg as rep
 from tests.scripts.conftest import ROOT, usdsdg
 from usdsdg.cli.commands import app
+from usdsdg.cli.options.home_folder import without_tilde
 
 
 def output_of(*arguments: str) -> str:
@@ -72,3 +74,29 @@ def test_frames_that_a_job_does_not_have_are_refused_and_an_earlier_run_stays(tm
     done = usdsdg("generate", "job.yaml", "--frames", "3:9", "--overwrite", cwd=tmp_path, expect=1)
     assert "--frames 3:9: the run has 3 frames, counted from 0; give some of them" in done.stderr
     assert (tmp_path / "out/kept.txt").exists()
+
+
+@pytest.mark.parametrize("root", ["", "nowhere", "in.usda"])
+def test_an_assets_root_that_is_no_folder_is_refused_before_any_work(tmp_path, monkeypatch, root):
+    """As of a variable that is not set; stand-ins for the assets would be made without a word."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in.usda").write_text("#usda 1.0\n")
+    result = CliRunner().invoke(app, ["render", "in.usda", "out", "--device", "cpu", f"--assets-root={root}"])
+    assert result.exit_code == 1
+    assert f"error: --assets-root {root!r} is no folder" in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_tilde_in_quotes_is_the_home_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert without_tilde(Path("~/a")) == tmp_path / "a"
+    assert without_tilde(Path("~nobody-of-this-name/a")) == Path("~nobody-of-this-name/a")
+    assert without_tilde(Path("a/~")) == Path("a/~")
+
+
+def test_a_time_code_that_has_no_time_stamp_is_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in.usda").write_text("#usda 1.0\n")
+    result = CliRunner().invoke(app, ["render", "in.usda", "out", "--device", "cpu", "--time", "1e308"])
+    assert result.exit_code == 1
+    assert "error: --time 1e+308 is more than 1e+12 s from 0" in result.output

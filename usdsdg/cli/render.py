@@ -11,6 +11,7 @@ import typer
 
 from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, Seed, command_context, seed_everything
 from usdsdg.cli.options.file_kinds import FileKind, check_kind
+from usdsdg.cli.options.home_folder import without_tilde
 from usdsdg.cli.options.thread_limit import Threads
 from usdsdg.errors import StageError
 
@@ -32,7 +33,7 @@ def render(
     time: Annotated[
         float | None, typer.Option(help="Time code to render.", show_default="where the stage's animation begins")
     ] = None,
-    spp: Annotated[int, typer.Option(min=1, help="Samples per pixel.")] = 64,
+    spp: Annotated[int, typer.Option(min=1, max=1 << 20, help="Samples per pixel.")] = 64,
     assets_root: AssetsRoot = None,
     device: Device = None,
     threads: Threads = None,
@@ -43,16 +44,21 @@ def render(
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet):
         import usdsdg as rep
         from usdsdg.session import stage_context
+        from usdsdg.session.stage_times import MOST_SECONDS
         from usdsdg.session.timeline import get_timeline
         from usdsdg.stage.cameras import default_view
 
         if time is not None and not math.isfinite(time):
             raise StageError(f"--time {time} is not a time code: give a number")
         check_kind(stage, FileKind.STAGE)
+        output = without_tilde(output)
         seed_everything(seed)
         opened = stage_context.open_stage(stage)
         if time is not None:
-            get_timeline().set_current_time(time / opened.GetTimeCodesPerSecond())
+            seconds = time / get_timeline().get_time_codes_per_seconds()
+            if abs(seconds) > MOST_SECONDS:
+                raise StageError(f"--time {time} is more than {MOST_SECONDS:g} s from 0: give a time code of the stage")
+            get_timeline().set_current_time(seconds)
         path = _camera(opened, width / height, time) if camera is None else camera
         if not default_view.has_light(opened):
             print("the stage has no light: a plain sky and a sun are added for this image", file=sys.stderr)
