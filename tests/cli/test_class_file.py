@@ -8,8 +8,9 @@ from usdsdg.cli.options.class_file import class_file
 
 
 @pytest.mark.parametrize(
-    "given", ["mug", "mug,bowl", "bolt_m3.5", "bolt_m3.5,nut", "tv/monitor,mug", ",".join(f"class_{n}" for n in range(99))]
-)  # fmt: skip
+    "given",
+    ["mug", "mug,bowl", "bolt_m3.5", "bolt_m3.5,nut", "tv/monitor,mug", ",".join(f"class_{n}" for n in range(99))],
+)
 def test_names_are_names_even_where_they_are_longer_than_a_path(given):
     assert class_file(given) is None
 
