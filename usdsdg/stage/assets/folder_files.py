@@ -10,7 +10,7 @@ from usdsdg.errors import AssetUnreadable
 def files_in(folder: str | os.PathLike[str], suffixes: tuple[str, ...], *, recursive: bool = True) -> list[str]:
     """Return the sorted paths of the files with one of the suffixes, which are in lower case.
 
-    Links to folders are followed, to each folder once. Links to files that are gone are files too, for a reader to name.
+    Links to folders are followed, to each folder once. Links to files that are gone are files too, which readers name.
 
     Args:
         recursive: also search the subfolders. Those that are removed meanwhile are left out.
