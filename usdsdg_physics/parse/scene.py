@@ -3,9 +3,10 @@
 from collections.abc import Collection
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd
 
 from usdsdg.stage.physics.scenes import simulated_scene
+from usdsdg.stage.poses.transforms import up_axis
 from usdsdg.stage.time_code import time_context
 from usdsdg_physics.parse.attributes import finite, value
 from usdsdg_physics.parse.bodies import read_body
@@ -110,7 +111,7 @@ def _bounce_threshold(scene: Usd.Prim | None, units: Units) -> float:
 def read_gravity(stage: Usd.Stage, scene: Usd.Prim | None, units: Units) -> Vec3:
     """Return gravity [m/s²]: the PhysicsScene's, or 9.81 against the stage's up axis."""
     down = np.zeros(3)
-    down["XYZ".index(str(UsdGeom.GetStageUpAxis(stage)))] = -1.0
+    down["XYZ".index(up_axis(stage))] = -1.0
     if scene is None:
         return scaled_vector(down, GRAVITY)
     direction = np.asarray(value(scene, "physics:gravityDirection", (0.0, 0.0, 0.0)), np.float64)
