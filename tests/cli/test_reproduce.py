@@ -8,7 +8,6 @@ import pytest
 from tests.cli.datasets import generate, run, write_job
 from tests.verify import damaged
 
-
 INTERRUPTED = """
 import os, sys
 import omni.replicator.core as rep
