@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 import usdsdg as rep
 from tests.scripts.conftest import ROOT, usdsdg
 from usdsdg.cli.commands import app
-from usdsdg.cli.options.home_folder import without_tilde
+from usdsdg.cli.options.output_path import output_path
+from usdsdg.errors import OutputNotWritable
 
 
 def output_of(*arguments: str) -> str:
@@ -89,9 +90,25 @@ def test_an_assets_root_that_is_no_folder_is_refused_before_any_work(tmp_path, m
 
 def test_a_tilde_in_quotes_is_the_home_folder(tmp_path, monkeypatch):
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert without_tilde(Path("~/a")) == tmp_path / "a"
-    assert without_tilde(Path("~nobody-of-this-name/a")) == Path("~nobody-of-this-name/a")
-    assert without_tilde(Path("a/~")) == Path("a/~")
+    assert output_path(Path("~/a")) == tmp_path / "a"
+    assert output_path(Path("~nobody-of-this-name/a")) == Path("~nobody-of-this-name/a")
+    assert output_path(Path("a/~")) == Path("a/~")
+
+
+@pytest.mark.parametrize("url", ["s3://bucket/a.usd", "https://host/a.usd", "omniverse://localhost/a.usd"])
+def test_a_url_is_no_path_to_write_to(url):
+    """It was written to a folder called `s3:`."""
+    with pytest.raises(OutputNotWritable, match="is a URL"):
+        output_path(Path(url))
+    assert output_path(Path("a:b/c")) == Path("a:b/c")
+
+
+def test_an_empty_output_is_not_this_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in.usda").write_text("#usda 1.0\n")
+    result = CliRunner().invoke(app, ["render", "in.usda", "", "--device", "cpu"])
+    assert result.exit_code == 1
+    assert "error: OUTPUT is empty" in result.output
 
 
 def test_a_time_code_that_has_no_time_stamp_is_refused(tmp_path, monkeypatch):

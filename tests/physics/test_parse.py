@@ -9,8 +9,10 @@ from scipy.spatial import ConvexHull
 
 from tests.physics.scenes import add, collide, fallen, make_body, mesh, new_stage, physics_material, playing, position
 from usdsdg import errors
-from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.physics_prims import find_physics_prims, warn_unsupported
+from usdsdg_physics.parse.scene import parse, read_gravity
 from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
+from usdsdg_physics.parse.units import Units
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 
@@ -357,6 +359,32 @@ def test_filtered_pairs_and_groups_pass_through_each_other():
     assert position(pair)[2] < -1
     assert position(grouped)[2] < -1
     assert position(other)[2] == pytest.approx(0.1, abs=2e-3)
+
+
+@pytest.mark.parametrize("far", [1e16, 1e300, float("inf"), float("nan")])
+def test_a_body_too_far_away_is_named_and_the_others_are_simulated(far):
+    """A rotation beside 1e18 was a singular matrix for NumPy, and ended everything."""
+    stage = new_stage()
+    add(stage, "/World/far", at=(far, 0, 0), rotate=(10, 20, 30))
+    add(stage, "/World/near")
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning, match=r"above 1e\+15, and are not simulated: /World/far"):
+        warn_unsupported(find_physics_prims(stage, Sdf.Path.absoluteRootPath))
+    assert list(_parse(stage).bodies) == ["/World/near"]
+
+
+@pytest.mark.parametrize("direction", [(float("nan"), 0, 0), (float("inf"), 0, -1)])
+def test_a_direction_of_gravity_that_is_none_is_named(direction):
+    stage = new_stage()
+    scene = UsdPhysics.Scene.Define(stage, "/World/physics")
+    scene.CreateGravityDirectionAttr(Gf.Vec3f(*direction))
+    scene.CreateGravityMagnitudeAttr(float("nan"))
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning) as said:
+        assert read_gravity(stage, scene.GetPrim(), Units(meters=1.0, kilograms=1.0)) == (0.0, 0.0, -9.81)
+    texts = [str(each.message) for each in said]
+    assert any("/World/physics: physics:gravityDirection is" in text and "down" in text for text in texts)
+    assert any("/World/physics: physics:gravityMagnitude is nan, so 9.81 m/s² is used" in text for text in texts)
 
 
 def _joint(stage):

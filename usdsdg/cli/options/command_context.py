@@ -18,7 +18,7 @@ import typer
 
 from usdsdg.cli.interrupts import INTERRUPTED, let_commands_be_interrupted
 from usdsdg.cli.options.class_file import class_file
-from usdsdg.cli.options.home_folder import without_tilde
+from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.thread_limit import limit_threads
 from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning
 from usdsdg.session import progress, termination
@@ -271,7 +271,7 @@ class _StageSnapshot:
         from usdsdg.orchestrator import get_orchestrator
         from usdsdg.stage import flatten
 
-        self._path = without_tilde(path).absolute()
+        self._path = output_path(path).absolute()
         flatten.check_writable(self._path)
         self._layer: Sdf.Layer | None = None
         get_orchestrator().on_captured(self._take)
