@@ -387,6 +387,23 @@ def test_a_direction_of_gravity_that_is_none_is_named(direction):
     assert any("/World/physics: physics:gravityMagnitude is nan, so 9.81 m/s² is used" in text for text in texts)
 
 
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [("localPos0", Gf.Vec3f(float("nan"), 0, 0)), ("localRot1", Gf.Quatf(float("inf"), 0, 0, 0))],
+)
+def test_a_joint_whose_frame_is_not_finite_is_left_out(name, given):
+    """NumPy found no singular values of it, and ended everything."""
+    stage = new_stage()
+    joint = UsdPhysics.FixedJoint.Define(stage, "/World/joint")
+    for number, body in enumerate(("/World/one", "/World/other")):
+        add(stage, body, at=(number, 0, 0))
+        joint.GetPrim().GetRelationship(f"physics:body{number}").SetTargets([body])
+    joint.GetPrim().GetAttribute(f"physics:{name}").Set(given)
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning, match=rf"/World/joint: .*physics:localRot{name[-1]} is not finite"):
+        assert not _parse(stage).joints
+
+
 def _joint(stage):
     add(stage, "/World/box")
     joint = stage.DefinePrim("/World/joint", "PhysxPhysicsGearJoint")

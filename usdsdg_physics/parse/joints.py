@@ -137,7 +137,14 @@ def _end(prim: Usd.Prim, number: int, cache: UsdGeom.XformCache, units: Units) -
     if not np.isfinite(to_frame).all():
         return None
     position = value(prim, f"physics:localPos{number}", (0.0, 0.0, 0.0))
-    rotation = _quat(value(prim, f"physics:localRot{number}", None))
+    authored = value(prim, f"physics:localRot{number}", None)
+    if not np.isfinite([*position, *(_components(authored) if authored is not None else ())]).all():
+        warn_once(
+            f"{prim.GetPath()}: physics:localPos{number} or physics:localRot{number} is not finite; the joint is left "
+            "out. Author finite numbers."
+        )
+        return None
+    rotation = _quat(authored)
     # The frame turns with the prim, and only its origin is scaled.
     placed = compose(rotation=rotation) @ compose(rotation=decompose(to_frame).rotation)
     origin = (np.append(np.asarray(position, np.float64), 1.0) @ to_frame)[:3]
@@ -145,11 +152,14 @@ def _end(prim: Usd.Prim, number: int, cache: UsdGeom.XformCache, units: Units) -
     return str(owner.GetPath()) if owner else STATIC, (*origin.tolist(), *np.asarray(turned).tolist())
 
 
+def _components(rotation: Gf.Quatf) -> tuple[float, ...]:
+    return (*rotation.GetImaginary(), rotation.GetReal())
+
+
 def _quat(rotation: Gf.Quatf | None) -> tuple[float, ...]:
     if rotation is None or not rotation.GetLength() > 0:
         return 0.0, 0.0, 0.0, 1.0
-    unit = rotation.GetNormalized()
-    return (*unit.GetImaginary(), unit.GetReal())
+    return _components(rotation.GetNormalized())
 
 
 def _is_rope(prim: Usd.Prim) -> bool:
