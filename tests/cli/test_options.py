@@ -1,5 +1,6 @@
 """Options that all commands refuse before any work, and the texts of their help."""
 
+import importlib.util
 import re
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from typer.testing import CliRunner
 import usdsdg as rep
 from tests.scripts.conftest import ROOT, usdsdg
 from usdsdg.cli.commands import app
+from usdsdg.cli.options.optional_values import completed
 from usdsdg.cli.options.output_path import output_path
 from usdsdg.errors import OutputNotWritable
 
@@ -117,3 +119,21 @@ def test_a_time_code_that_has_no_time_stamp_is_refused(tmp_path, monkeypatch):
     result = CliRunner().invoke(app, ["render", "in.usda", "out", "--device", "cpu", "--time", "1e308"])
     assert result.exit_code == 1
     assert "error: --time 1e+308 is more than 1e+12 s from 0" in result.output
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [(["--ray"], "--ray needs Ray: pip install"), (["--gpus-per-worker", "2"], "--gpus-per-worker is of the actors")],
+)
+def test_an_earlier_run_stays_where_options_cannot_work(tmp_path, monkeypatch, options, said):
+    """It was removed before Ray was looked for."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    (tmp_path / "job.yaml").write_text("{job: detection, num_frames: 3, output_dir: out, formats: {yolo: {}}}")
+    (tmp_path / "out/yolo").mkdir(parents=True)
+    (tmp_path / "out/yolo/kept.txt").touch()
+    arguments = completed(["generate", "job.yaml", "--device", "cpu", "--overwrite", *options])
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 1
+    assert said in result.output
+    assert [each.name for each in (tmp_path / "out/yolo").iterdir()] == ["kept.txt"]
