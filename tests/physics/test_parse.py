@@ -404,6 +404,23 @@ def test_a_joint_whose_frame_is_not_finite_is_left_out(name, given):
         assert not _parse(stage).joints
 
 
+@pytest.mark.parametrize("axis", ["x", "Q", ""])
+@pytest.mark.parametrize("kind", [UsdPhysics.RevoluteJoint, UsdPhysics.PrismaticJoint, UsdPhysics.SphericalJoint])
+def test_an_axis_of_a_joint_that_is_none_is_x(kind, axis):
+    stage = new_stage()
+    add(stage, "/World/body")
+    joint = kind.Define(stage, "/World/joint")
+    joint.CreateBody1Rel().SetTargets(["/World/body"])
+    joint.CreateAxisAttr(axis)
+    if kind is UsdPhysics.SphericalJoint:
+        joint.CreateConeAngle0LimitAttr(30.0)
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning, match=f"/World/joint: physics:axis '{axis}' is none of X, Y, Z"):
+        found = _parse(stage)
+    joint.CreateAxisAttr("X")
+    assert found.joints["/World/joint"].axes == _parse(stage).joints["/World/joint"].axes
+
+
 def _joint(stage):
     add(stage, "/World/box")
     joint = stage.DefinePrim("/World/joint", "PhysxPhysicsGearJoint")

@@ -181,7 +181,7 @@ def _read_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
     if _is_rope(prim):
         return ()
     if kind in ("Revolute", "Prismatic"):
-        letter = str(value(prim, "physics:axis", "X"))
+        letter = _axis_letter(prim)
         lower, upper = (value(prim, f"physics:{end}Limit", None) for end in ("lower", "upper"))
         angular = kind == "Revolute"
         name = ("rot" if angular else "trans") + letter
@@ -189,6 +189,15 @@ def _read_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
     if kind == "Spherical":
         return _spherical_axes(prim, units)
     return () if kind in ("Fixed", "Distance") else _d6_axes(prim, units)
+
+
+def _axis_letter(prim: Usd.Prim) -> str:
+    """Return the axis of a joint, "X", "Y" or "Z"; "X", with a warning, of any other word."""
+    letter = str(value(prim, "physics:axis", "X"))
+    if letter in ("X", "Y", "Z"):
+        return letter
+    warn_once(f"{prim.GetPath()}: physics:axis {letter!r} is none of X, Y, Z; X is used. Correct it.")
+    return "X"
 
 
 def _d6_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
@@ -209,7 +218,7 @@ def _spherical_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
     cone = [finite(value(prim, f"physics:coneAngle{number}Limit", -1.0), -1.0) for number in (0, 1)]
     if max(cone) < 0.0:
         return ()
-    twist = "XYZ".index(str(value(prim, "physics:axis", "X")))
+    twist = "XYZ".index(_axis_letter(prim))
     swings = ("XYZ"[(twist + 1) % 3], "XYZ"[(twist + 2) % 3])
     found = [
         _axis(
