@@ -12,7 +12,8 @@ from tests.scripts.conftest import ROOT, usdsdg
 from usdsdg.cli.commands import app
 from usdsdg.cli.options.optional_values import completed
 from usdsdg.cli.options.output_path import output_path
-from usdsdg.errors import OutputNotWritable
+from usdsdg.errors import AssetUnreadable, OutputNotWritable
+from usdsdg.stage import assets, flatten
 
 
 def output_of(*arguments: str) -> str:
@@ -137,3 +138,12 @@ def test_an_earlier_run_stays_where_options_cannot_work(tmp_path, monkeypatch, o
     assert result.exit_code == 1
     assert said in result.output
     assert [each.name for each in (tmp_path / "out/yolo").iterdir()] == ["kept.txt"]
+
+
+def test_paths_of_stages_that_are_no_utf8_are_named(tmp_path):
+    """USD takes no others; the name of the file was a traceback."""
+    with pytest.raises(AssetUnreadable, match=r"'scene\\udcff.usda' is not UTF-8"):
+        assets.locate("scene\udcff.usda")
+    with pytest.raises(OutputNotWritable, match=r"saved\\udcff.usda' is not UTF-8"):
+        flatten.check_writable(tmp_path / "saved\udcff.usda")
+    assert not list(tmp_path.iterdir())
