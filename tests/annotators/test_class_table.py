@@ -123,6 +123,10 @@ def test_fifty_frames_of_things_that_come_and_go_have_one_id_and_one_color_for_e
         ({"pear": {"color": (0, 0)}}, "expected .r, g, b."),
         ([3], "is not a class"),
         (17, "expected names"),
+        ({"apple": "red"}, "'apple' has 'red'; expected names"),
+        ({"apple": [2]}, r"'apple' has \[2\]; expected names"),
+        ({"tables": [{"labels": {}}]}, "a table without classes"),
+        ("x" * 300, "File name too long"),
         ("/nowhere/classes.json", "cannot be read"),
     ],
 )

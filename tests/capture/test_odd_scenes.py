@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 
 import usdsdg as rep
-from usdsdg.errors import UsdsdgWarning
+from usdsdg.errors import UsdsdgWarning, forget_warnings
+from usdsdg.session.stage_context import current_stage
 from usdsdg.session.timeline import get_timeline
+from usdsdg.stage.poses.transforms import up_axis
+from usdsdg_physics.parse.scene import read_gravity
+from usdsdg_physics.parse.units import Units
 
 CAMERA = """def Camera "Cam" {
     float focalLength = 50
@@ -95,3 +99,50 @@ def test_the_exposure_of_a_camera_is_named_where_there_is_a_color_image(attach, 
     attach(CAMERA % "float exposure:iso = 800" + light + CUBE % ("A", ""), "rgb")
     with pytest.warns(UsdsdgWarning, match="/Cam: color images do not follow exposure:iso: .*/rtx/post/tonemap"):
         step()
+
+
+@pytest.mark.parametrize(
+    ("words", "said", "boxes_of"),
+    [
+        ('uniform token purpose = "renders"', "/Odd: purpose 'renders' is none of default, render, proxy, guide", []),
+        ('uniform token orientation = "lefthanded"', "/Odd: orientation 'lefthanded' is none of rightHanded", ["/Odd"]),
+        ('uniform token subdivisionScheme = "catmull"', "/Odd: subdivisionScheme 'catmull' is none of", ["/Odd"]),
+    ],
+)
+def test_a_word_that_usd_does_not_know_is_named(attach, words, said, boxes_of):
+    plate = f"""def Mesh "Odd" (prepend apiSchemas = ["SemanticsLabelsAPI:class"]) {{
+        token[] semantics:labels:class = ["plate"]
+        int[] faceVertexCounts = [3]
+        int[] faceVertexIndices = [0, 1, 2]
+        point3f[] points = [(-1, -1, 0), (1, -1, 0), (0, 1, 0)]
+        {words}
+    }}\n"""
+    (boxes,) = attach(CAMERA % "" + plate, "bounding_box_3d")
+    with pytest.warns(UsdsdgWarning, match=said):
+        step()
+    assert boxes.get_data()["info"]["primPaths"] == boxes_of
+
+
+def test_a_projection_that_usd_does_not_know_is_perspective_and_named(attach):
+    (depth,) = attach(CAMERA % 'token projection = "orthografic"' + CUBE % ("Cube", ""), "distance_to_camera")
+    with pytest.warns(UsdsdgWarning, match="/Cam: projection 'orthografic' is neither perspective nor orthographic"):
+        step()
+    assert depth.get_data()[16, 16] == pytest.approx(0.095, rel=1e-3)  # of centimeters
+
+
+@pytest.mark.parametrize(("authored", "used"), [("z", "Z"), ("X", "Y"), ("", "Y"), ("up", "Y")])
+def test_an_up_axis_that_is_none_is_named(attach, authored, used):
+    """Python's "XYZ".index raised for "z", and took the first axis for the empty word."""
+    attach(CAMERA % "" + CUBE % ("Cube", ""), "rgb", head=f'upAxis = "{authored}"')
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match=f"upAxis '{authored}' is neither 'Y' nor 'Z'; '{used}' is used"):
+        assert up_axis(current_stage()) == used
+    gravity = read_gravity(current_stage(), None, Units(meters=1.0, kilograms=1.0))
+    assert gravity == ((0.0, 0.0, -9.81) if used == "Z" else (0.0, -9.81, 0.0))
+
+
+@pytest.mark.parametrize("value", ["0", "-2", "nan", "inf"])
+def test_a_unit_of_mass_that_is_none_is_named(attach, value):
+    attach(CAMERA % "" + CUBE % ("Cube", ""), "rgb", head=f"kilogramsPerUnit = {value}")
+    with pytest.warns(UsdsdgWarning, match="kilogramsPerUnit .* is not a mass; 1 is used"):
+        assert Units.of(current_stage()).kilograms == 1.0

@@ -1,6 +1,8 @@
 """Options that all commands refuse before any work, and the texts of their help."""
 
+import importlib.util
 import re
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -8,6 +10,10 @@ from typer.testing import CliRunner
 import usdsdg as rep
 from tests.scripts.conftest import ROOT, usdsdg
 from usdsdg.cli.commands import app
+from usdsdg.cli.options.optional_values import completed
+from usdsdg.cli.options.output_path import output_path
+from usdsdg.errors import AssetUnreadable, OutputNotWritable
+from usdsdg.stage import assets, flatten
 
 
 def output_of(*arguments: str) -> str:
@@ -72,3 +78,72 @@ def test_frames_that_a_job_does_not_have_are_refused_and_an_earlier_run_stays(tm
     done = usdsdg("generate", "job.yaml", "--frames", "3:9", "--overwrite", cwd=tmp_path, expect=1)
     assert "--frames 3:9: the run has 3 frames, counted from 0; give some of them" in done.stderr
     assert (tmp_path / "out/kept.txt").exists()
+
+
+@pytest.mark.parametrize("root", ["", "nowhere", "in.usda"])
+def test_an_assets_root_that_is_no_folder_is_refused_before_any_work(tmp_path, monkeypatch, root):
+    """As of a variable that is not set; stand-ins for the assets would be made without a word."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in.usda").write_text("#usda 1.0\n")
+    result = CliRunner().invoke(app, ["render", "in.usda", "out", "--device", "cpu", f"--assets-root={root}"])
+    assert result.exit_code == 1
+    assert f"error: --assets-root {root!r} is no folder" in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_tilde_in_quotes_is_the_home_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert output_path(Path("~/a")) == tmp_path / "a"
+    assert output_path(Path("~nobody-of-this-name/a")) == Path("~nobody-of-this-name/a")
+    assert output_path(Path("a/~")) == Path("a/~")
+
+
+@pytest.mark.parametrize("url", ["s3://bucket/a.usd", "https://host/a.usd", "omniverse://localhost/a.usd"])
+def test_a_url_is_no_path_to_write_to(url):
+    """It was written to a folder called `s3:`."""
+    with pytest.raises(OutputNotWritable, match="is a URL"):
+        output_path(Path(url))
+    assert output_path(Path("a:b/c")) == Path("a:b/c")
+
+
+def test_an_empty_output_is_not_this_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in.usda").write_text("#usda 1.0\n")
+    result = CliRunner().invoke(app, ["render", "in.usda", "", "--device", "cpu"])
+    assert result.exit_code == 1
+    assert "error: OUTPUT is empty" in result.output
+
+
+def test_a_time_code_that_has_no_time_stamp_is_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "in.usda").write_text("#usda 1.0\n")
+    result = CliRunner().invoke(app, ["render", "in.usda", "out", "--device", "cpu", "--time", "1e308"])
+    assert result.exit_code == 1
+    assert "error: --time 1e+308 is more than 1e+12 s from 0" in result.output
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [(["--ray"], "--ray needs Ray: pip install"), (["--gpus-per-worker", "2"], "--gpus-per-worker is of the actors")],
+)
+def test_an_earlier_run_stays_where_options_cannot_work(tmp_path, monkeypatch, options, said):
+    """It was removed before Ray was looked for."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    (tmp_path / "job.yaml").write_text("{job: detection, num_frames: 3, output_dir: out, formats: {yolo: {}}}")
+    (tmp_path / "out/yolo").mkdir(parents=True)
+    (tmp_path / "out/yolo/kept.txt").touch()
+    arguments = completed(["generate", "job.yaml", "--device", "cpu", "--overwrite", *options])
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 1
+    assert said in result.output
+    assert [each.name for each in (tmp_path / "out/yolo").iterdir()] == ["kept.txt"]
+
+
+def test_paths_of_stages_that_are_no_utf8_are_named(tmp_path):
+    """USD takes no others; the name of the file was a traceback."""
+    with pytest.raises(AssetUnreadable, match=r"'scene\\udcff.usda' is not UTF-8"):
+        assets.locate("scene\udcff.usda")
+    with pytest.raises(OutputNotWritable, match=r"saved\\udcff.usda' is not UTF-8"):
+        flatten.check_writable(tmp_path / "saved\udcff.usda")
+    assert not list(tmp_path.iterdir())

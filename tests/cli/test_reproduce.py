@@ -8,6 +8,20 @@ import pytest
 from tests.cli.datasets import generate, run, write_job
 from tests.verify import damaged
 
+INTERRUPTED = """
+import os, sys
+import omni.replicator.core as rep
+rep.create.light(light_type="Dome")
+rep.create.cube()
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir=sys.argv[1], rgb=True)
+writer.attach(rep.create.render_product(rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)), (32, 24)))
+for _ in range(4):
+    rep.orchestrator.step()
+if os.environ.get("ENDS_EARLY"):
+    raise KeyboardInterrupt
+"""
+
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
@@ -58,6 +72,19 @@ def test_other_versions_are_told_and_compared_within_a_tolerance(made, tmp_path)
     assert done.returncode == 1, done.stdout
     assert "versions.warp-lang" in done.stderr
     assert "1 within the tolerance, 1 different" in done.stdout
+
+
+def test_an_interrupted_run_says_nothing_of_its_temporary_folder(tmp_path, monkeypatch):
+    """Files that waited to be written there were errors of a removed folder."""
+    script = tmp_path / "script.py"
+    script.write_text(INTERRUPTED)
+    done = run(["-m", "usdsdg", "run", "-q", "--device", "cpu", str(script), str(tmp_path / "out")])
+    assert done.returncode == 0, done.stderr
+    monkeypatch.setenv("ENDS_EARLY", "yes")
+    done = reproduce(tmp_path / "out")
+    assert done.returncode == 130
+    assert "interrupted" in done.stderr
+    assert "cannot be written" not in done.stderr
 
 
 def test_a_script_with_arguments_is_run_again(tmp_path):

@@ -155,7 +155,7 @@ LATE = {
     "usdsdg.cli.options.file_kinds": ("usdsdg.arguments usdsdg.scenarios", COMMAND),
     "usdsdg.cli.generate": ("usdsdg.parallel usdsdg.scenarios usdsdg.workers", COMMAND),
     "usdsdg.cli.inspect": ("usdsdg.datasets usdsdg.inspect", COMMAND),
-    "usdsdg.cli.render": ("usdsdg.__init__", COMMAND),
+    "usdsdg.cli.render": ("usdsdg.stores usdsdg.__init__", COMMAND),
     "usdsdg.cli.run": ("usdsdg.replicator_yaml usdsdg.writers", COMMAND),
     "usdsdg.cli.options.rerun_option": ("usdsdg.writers", COMMAND),
     "usdsdg.cli.script.missing_names": ("usdsdg.compat", COMMAND),

@@ -9,8 +9,10 @@ from scipy.spatial import ConvexHull
 
 from tests.physics.scenes import add, collide, fallen, make_body, mesh, new_stage, physics_material, playing, position
 from usdsdg import errors
-from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.physics_prims import find_physics_prims, warn_unsupported
+from usdsdg_physics.parse.scene import parse, read_gravity
 from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
+from usdsdg_physics.parse.units import Units
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 
@@ -357,6 +359,66 @@ def test_filtered_pairs_and_groups_pass_through_each_other():
     assert position(pair)[2] < -1
     assert position(grouped)[2] < -1
     assert position(other)[2] == pytest.approx(0.1, abs=2e-3)
+
+
+@pytest.mark.parametrize("far", [1e16, 1e300, float("inf"), float("nan")])
+def test_a_body_too_far_away_is_named_and_the_others_are_simulated(far):
+    """A rotation beside 1e18 was a singular matrix for NumPy, and ended everything."""
+    stage = new_stage()
+    add(stage, "/World/far", at=(far, 0, 0), rotate=(10, 20, 30))
+    add(stage, "/World/near")
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning, match=r"above 1e\+15, and are not simulated: /World/far"):
+        warn_unsupported(find_physics_prims(stage, Sdf.Path.absoluteRootPath))
+    assert list(_parse(stage).bodies) == ["/World/near"]
+
+
+@pytest.mark.parametrize("direction", [(float("nan"), 0, 0), (float("inf"), 0, -1)])
+def test_a_direction_of_gravity_that_is_none_is_named(direction):
+    stage = new_stage()
+    scene = UsdPhysics.Scene.Define(stage, "/World/physics")
+    scene.CreateGravityDirectionAttr(Gf.Vec3f(*direction))
+    scene.CreateGravityMagnitudeAttr(float("nan"))
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning) as said:
+        assert read_gravity(stage, scene.GetPrim(), Units(meters=1.0, kilograms=1.0)) == (0.0, 0.0, -9.81)
+    texts = [str(each.message) for each in said]
+    assert any("/World/physics: physics:gravityDirection is" in text and "down" in text for text in texts)
+    assert any("/World/physics: physics:gravityMagnitude is nan, so 9.81 m/s² is used" in text for text in texts)
+
+
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [("localPos0", Gf.Vec3f(float("nan"), 0, 0)), ("localRot1", Gf.Quatf(float("inf"), 0, 0, 0))],
+)
+def test_a_joint_whose_frame_is_not_finite_is_left_out(name, given):
+    """NumPy found no singular values of it, and ended everything."""
+    stage = new_stage()
+    joint = UsdPhysics.FixedJoint.Define(stage, "/World/joint")
+    for number, body in enumerate(("/World/one", "/World/other")):
+        add(stage, body, at=(number, 0, 0))
+        joint.GetPrim().GetRelationship(f"physics:body{number}").SetTargets([body])
+    joint.GetPrim().GetAttribute(f"physics:{name}").Set(given)
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning, match=rf"/World/joint: .*physics:localRot{name[-1]} is not finite"):
+        assert not _parse(stage).joints
+
+
+@pytest.mark.parametrize("axis", ["x", "Q", ""])
+@pytest.mark.parametrize("kind", [UsdPhysics.RevoluteJoint, UsdPhysics.PrismaticJoint, UsdPhysics.SphericalJoint])
+def test_an_axis_of_a_joint_that_is_none_is_x(kind, axis):
+    stage = new_stage()
+    add(stage, "/World/body")
+    joint = kind.Define(stage, "/World/joint")
+    joint.CreateBody1Rel().SetTargets(["/World/body"])
+    joint.CreateAxisAttr(axis)
+    if kind is UsdPhysics.SphericalJoint:
+        joint.CreateConeAngle0LimitAttr(30.0)
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning, match=f"/World/joint: physics:axis '{axis}' is none of X, Y, Z"):
+        found = _parse(stage)
+    joint.CreateAxisAttr("X")
+    assert found.joints["/World/joint"].axes == _parse(stage).joints["/World/joint"].axes
 
 
 def _joint(stage):

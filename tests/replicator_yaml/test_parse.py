@@ -322,6 +322,8 @@ def test_nodes_keep_their_line_also_in_a_saved_stage(parsed, tmp_path):
         ("a:\n  randomizer.register:\n    two words:\n      create.cube: null\n", 3, "'two words' cannot be the name"),
         ("a:\n  randomizer.register:\n    f:\n      inputs:\n        b.c: 3\n", 5, "'b.c' cannot be the name"),
         ("- 1\n", 1, "the file must be a mapping"),
+        ('a:\n  create.cube:\n    count: !!int ""\n', 3, "'' is no int"),
+        ("a:\n  create.cube:\n    count: !!python/name:os.system\n", 3, "could not determine a constructor"),
         ("profiles: [nowhere.yaml]\n", 1, "no profile .*nowhere.yaml"),
         ("a: {value: x, property: file}\n", 1, "expected file_path or nucleus_path"),
         ("a:\n  create.cube:\n    count: -1\n", 2, "create.cube: count is -1"),

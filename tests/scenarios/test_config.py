@@ -123,6 +123,9 @@ def test_all_mistakes_are_reported_at_once_with_their_lines(written):
             "camera_properties_kwargs: {clippingRange: 3}",
             "clippingRange: 3 does not fit; expected a value of type float2",
         ),
+        ("simulation_duration_between_captures: 1e300", "less than or equal to 3600"),
+        ("working_area_size: [1, 1, 1e300]", "less than or equal to 1000000"),
+        ("path_tracing: {spp: 10000000000}", "less than or equal to 1048576"),
         ("num_frames: 3\nnum_frames: 4", "num_frames: given twice (also on line 1)"),
     ],
 )
@@ -182,6 +185,7 @@ def test_a_bad_override_is_named_instead_of_a_line():
         ("a.yaml", "seed: 0\nwriter_kwargs: &again {deeper: [*again]}", "line 2: not valid YAML: it contains itself"),
         ("a.yaml", "a: " + "[" * 5000, "nested too deeply"),
         ("a.json", "[" * 100_000, "nested too deeply"),
+        ("a.yaml", 'seed: 0\nnum_frames: !!int ""', "line 2: not valid YAML: '' is no int"),
         ("a.toml", "", "a configuration is a .yaml, .yml or .json file"),
     ],
 )
@@ -205,6 +209,25 @@ def test_a_missing_file_suggests_files_of_similar_names():
         load_config(CONFIGS / "objekt_based.yaml")
     with pytest.raises(ConfigError, match="there is no folder"):
         load_config(CONFIGS / "nowhere" / "job.yaml")
+
+
+@pytest.mark.parametrize(
+    ("override", "expected"),
+    [
+        ("env_url=\udcff", "override 'env_url=\\udcff': it is not UTF-8 text"),
+        ("resolution[²]=3", "resolution: has entries 0 to 1, no ²"),
+        ("num_frames=" + "x" * 5000, f"num_frames: '{'x' * 75} ... is not a whole number"),
+    ],
+)
+def test_odd_text_of_the_command_line_is_named_and_shortened(written, override, expected):
+    messages = problems(written(f"resolution: [32, 24]\n{TARGET}"), override)
+    assert expected.replace("resolution: has", "resolution has") in messages[0]
+    assert len(messages[0]) < 400
+
+
+def test_a_mark_of_the_byte_order_is_no_part_of_json(written):
+    values = {"num_frames": 3, "labeled_assets_and_properties": [{"url": "/a.usd"}]}
+    assert load_config(written("\ufeff" + json.dumps(values), "job.json")).num_frames == 3
 
 
 def test_json_indented_with_tabs_is_read(written):

@@ -72,7 +72,22 @@ def test_a_new_stage_has_the_usual_rate_again():
     assert stage.GetTimeCodesPerSecond() == get_timeline().get_time_codes_per_second() == 60.0
 
 
-@pytest.mark.parametrize("rate", [0, -1, math.nan, math.inf])
+@pytest.mark.parametrize("seconds", [math.nan, -math.inf, 1e300])
+def test_a_time_that_has_no_time_stamp_is_an_error(seconds):
+    with pytest.raises(BadValue, match="set_current_time"):
+        get_timeline().set_current_time(seconds)
+    assert get_timeline().get_current_time() == 0.0
+
+
+def test_a_range_of_a_stage_that_has_no_time_stamps_is_an_error():
+    stage = new_stage()
+    stage.SetStartTimeCode(0.0)
+    stage.SetEndTimeCode(1e300)
+    with pytest.raises(BadValue, match="startTimeCode and endTimeCode"):
+        get_timeline().get_end_time()
+
+
+@pytest.mark.parametrize("rate", [0, -1, 1e-300, math.nan, math.inf])
 def test_a_rate_that_is_no_rate_is_an_error(rate):
     stage = new_stage()
     with pytest.raises(BadValue, match="finite number > 0"):

@@ -108,7 +108,7 @@ def test_attach_and_detach(recorder, handle):
 
 
 def test_a_writer_that_was_not_initialized_cannot_be_attached():
-    with pytest.raises(WriterError, match="initialize"):
+    with pytest.raises(WriterError, match=r"initialize.*such as rgb=True.*lists them in self\.annotators"):
         writers.get("Recorder").attach(PRODUCT)
 
 

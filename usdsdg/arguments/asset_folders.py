@@ -5,6 +5,7 @@ from pathlib import Path
 
 from usdsdg.errors import ArgumentError, AssetNotFound
 from usdsdg.stage import assets
+from usdsdg.stage.assets.folder_files import files_in
 
 USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz", *assets.MESHES)
 
@@ -18,6 +19,7 @@ def usd_files(folder: str, *, recursive: bool = False, path_filter: str | None =
 
     Raises:
         AssetNotFound: there is no such folder.
+        AssetUnreadable: this user may not read it, or a folder in it.
         ArgumentError: `path_filter` is not a regular expression.
     """
     root = Path(assets.resolve(folder))
@@ -27,5 +29,4 @@ def usd_files(folder: str, *, recursive: bool = False, path_filter: str | None =
         wanted = re.compile(path_filter or "")
     except re.error as error:
         raise ArgumentError(f"path_filter is {path_filter!r}, which is not a regular expression: {error}") from error
-    found = [path for path in root.glob("**/*" if recursive else "*") if path.suffix.lower() in USD_SUFFIXES]
-    return sorted(str(path) for path in found if wanted.search(str(path)))
+    return [path for path in files_in(root, USD_SUFFIXES, recursive=recursive) if wanted.search(path)]

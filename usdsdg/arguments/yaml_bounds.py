@@ -49,7 +49,7 @@ def read_bounded(path: Path) -> str:
 
 
 def read_small(path: Path) -> str:
-    """Return the UTF-8 text of a file of settings.
+    """Return the UTF-8 text of a file of settings, without a mark of the byte order.
 
     Raises:
         AssetUnreadable: it is a device or a pipe, which may never end or never begin.
@@ -61,7 +61,8 @@ def read_small(path: Path) -> str:
         data = file.read(MAX_BYTES + 1)
     if len(data) > MAX_BYTES:
         raise TooLarge(f"{path} has more than {MAX_BYTES >> 20} MB, too much for a file of settings")
-    return data.decode("utf-8")
+    # Editors of Windows begin files with a mark of their byte order, of which JSON knows nothing.
+    return data.decode("utf-8-sig")
 
 
 def check_yaml(text: str, name: str) -> None:

@@ -59,7 +59,7 @@ def read_rig(path: str | os.PathLike[str]) -> Rig:
     Raises:
         ConfigError: as for `read_calibration`, or a place is no rigid pose.
     """
-    file = Path(path).expanduser()
+    file = Path(os.path.expanduser(path))
     values = _values(file)
     if "rig" in values:
         return _listed(file, values["rig"])

@@ -11,6 +11,7 @@ import typer
 
 from usdsdg.cli.options.command_context import Quiet, command_context
 from usdsdg.cli.options.file_kinds import no_file
+from usdsdg.cli.options.output_path import output_path
 
 
 class OriginOption(enum.StrEnum):
@@ -71,6 +72,7 @@ def convert(
             source_up_axis=source_up.value.upper() if source_up else None,
             source_unit=None if unit is None else meters_of(unit), collider=None if collider == "none" else collider,
         )  # fmt: skip
+        target = output_path(target)
         report, _ = convert_file(source, target, options)
         for line in report.notes:
             print(f"warning: {line}", file=sys.stderr)

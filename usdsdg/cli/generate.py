@@ -77,6 +77,12 @@ def generate(
         from usdsdg.scenarios import jobs, saved_pipeline
 
         check_kind(config, FileKind.CONFIGURATION, FileKind.STAGE)
+        if ray is not None:  # before an earlier run is removed
+            from usdsdg.workers import ray_cluster
+
+            ray_cluster.check_installed()
+        elif gpus_per_worker:
+            raise BadValue("--gpus-per-worker is of the actors of --ray: give both, or neither")
         overrides = [*(set_ or []), *([f"seed={seed}"] if seed is not None else [])]
         is_stage = config.suffix.lower() in saved_pipeline.SUFFIXES
         loaded = None if is_stage else jobs.load_job(config, overrides)

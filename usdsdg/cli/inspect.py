@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from usdsdg.cli.options.command_context import command_context
+from usdsdg.cli.options.output_path import output_path
 from usdsdg.errors import DatasetError
 from usdsdg.session.next_commands import next_commands, written_datasets
 from usdsdg.session.progress import say
@@ -28,7 +29,7 @@ def inspect(
     Prints a line for each problem, such as an image without labels.
     """
     with command_context(quiet=True):
-        _make_page(folder, output)
+        _make_page(folder, output and output_path(output))
 
 
 def _make_page(folder: str, output: Path | None = None) -> None:

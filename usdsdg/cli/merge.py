@@ -39,4 +39,6 @@ def _datasets(place: str) -> list[str]:
     if is_url(place) or Path(place, FILE).is_file():
         return [place]
     inside = sorted(each.parents[1] for each in Path(place).glob(f"*/{FILE}"))
-    return [str(each) for each in inside if any((each / name).is_dir() for name in (PARTS, JOINED))] or [place]
+    # Where none has parts, each says why.
+    in_parts = [each for each in inside if any((each / name).is_dir() for name in (PARTS, JOINED))] or inside
+    return [str(each) for each in in_parts] or [place]

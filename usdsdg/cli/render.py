@@ -11,8 +11,9 @@ import typer
 
 from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, Seed, command_context, seed_everything
 from usdsdg.cli.options.file_kinds import FileKind, check_kind
+from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.thread_limit import Threads
-from usdsdg.errors import StageError
+from usdsdg.errors import OutputNotWritable, StageError
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -22,7 +23,7 @@ BLACK = 2  # highest pixel value of an image that counts as black
 
 def render(
     stage: Annotated[Path, typer.Argument(help="A USD file.")],
-    output: Annotated[Path, typer.Argument(help="Folder for the images and label arrays.")],
+    output: Annotated[str, typer.Argument(help="Folder or URL for the images and label arrays.")],
     camera: Annotated[
         str | None,
         typer.Option(help="Path of the camera.", show_default="the stage's first, else one that sees everything"),
@@ -32,7 +33,7 @@ def render(
     time: Annotated[
         float | None, typer.Option(help="Time code to render.", show_default="where the stage's animation begins")
     ] = None,
-    spp: Annotated[int, typer.Option(min=1, help="Samples per pixel.")] = 64,
+    spp: Annotated[int, typer.Option(min=1, max=1 << 20, help="Samples per pixel.")] = 64,
     assets_root: AssetsRoot = None,
     device: Device = None,
     threads: Threads = None,
@@ -43,16 +44,24 @@ def render(
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet):
         import usdsdg as rep
         from usdsdg.session import stage_context
+        from usdsdg.session.stage_times import MOST_SECONDS
         from usdsdg.session.timeline import get_timeline
         from usdsdg.stage.cameras import default_view
+        from usdsdg.stores.addresses import is_url
 
         if time is not None and not math.isfinite(time):
             raise StageError(f"--time {time} is not a time code: give a number")
         check_kind(stage, FileKind.STAGE)
+        if not output:  # as of a variable that is not set
+            raise OutputNotWritable("OUTPUT is empty: give a folder, or . for this one")
+        place = output if is_url(output) else str(output_path(Path(output)).absolute())
         seed_everything(seed)
         opened = stage_context.open_stage(stage)
         if time is not None:
-            get_timeline().set_current_time(time / opened.GetTimeCodesPerSecond())
+            seconds = time / get_timeline().get_time_codes_per_seconds()
+            if abs(seconds) > MOST_SECONDS:
+                raise StageError(f"--time {time} is more than {MOST_SECONDS:g} s from 0: give a time code of the stage")
+            get_timeline().set_current_time(seconds)
         path = _camera(opened, width / height, time) if camera is None else camera
         if not default_view.has_light(opened):
             print("the stage has no light: a plain sky and a sun are added for this image", file=sys.stderr)
@@ -60,7 +69,7 @@ def render(
         rep.settings.set_render_pathtraced(spp)
         writer = rep.writers.get("BasicWriter")
         writer.initialize(
-            output_dir=str(output.absolute()), rgb=True, distance_to_camera=True, distance_to_image_plane=True,
+            output_dir=place, rgb=True, distance_to_camera=True, distance_to_image_plane=True,
             normals=True, semantic_segmentation=True, instance_id_segmentation=True, bounding_box_2d_tight=True,
             bounding_box_3d=True, camera_params=True,
         )  # fmt: skip
@@ -74,7 +83,7 @@ def render(
                 "Author a camera where there is light and pass it as --camera; labels need no light",
                 file=sys.stderr,
             )
-    print(output.absolute())
+    print(place)
 
 
 def _camera(stage: Usd.Stage, aspect: float, time: float | None) -> str:

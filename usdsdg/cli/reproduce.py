@@ -7,7 +7,7 @@ import runpy
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import ExitStack, redirect_stdout
+from contextlib import ExitStack, contextmanager, redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -124,7 +124,7 @@ def _reproduce(
     for said in differences:
         print(f"note: made with {said.replace(' there', '')}", file=sys.stderr)
     run = current().run
-    with tempfile.TemporaryDirectory(prefix="usdsdg-reproduce-") as scratch:
+    with tempfile.TemporaryDirectory(prefix="usdsdg-reproduce-") as scratch, _dropped_on_failure():
         run.scratch = Path(scratch).resolve()
         run.begin(_now(recipe), Mode.OVERWRITE, portion, file)
         shown = sys.stderr if recipe.command != GENERATE else StringIO()  # which names its folder
@@ -143,6 +143,19 @@ def _reproduce(
             each.fetch(files_of(each.path, portion).__contains__)
             results.append(compare(each.path, made, portion, exact=not differences))
         return results
+
+
+@contextmanager
+def _dropped_on_failure() -> Iterator[None]:
+    """Where what makes the frames fails or is interrupted, drop the files that wait: their folder goes."""
+    from usdsdg.session.session import current
+
+    try:
+        yield
+    except BaseException:
+        current().io_queue.stop()
+        current().run.release()
+        raise
 
 
 def _recipe_of(folder: Path) -> Recipe:

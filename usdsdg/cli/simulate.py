@@ -7,6 +7,7 @@ import typer
 
 from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, command_context
 from usdsdg.cli.options.file_kinds import FileKind, check_kind
+from usdsdg.cli.options.output_path import output_path
 from usdsdg.warp_start import quiet_warp
 
 
@@ -30,6 +31,7 @@ def simulate(
         from usdsdg_physics import simulate as simulate_stage
 
         check_kind(stage, FileKind.STAGE)
+        output = output_path(output)
         if output.resolve() == stage.resolve():
             raise OutputNotWritable(f"{output} is the input stage; give the result another name")
         flatten.check_writable(output.absolute())

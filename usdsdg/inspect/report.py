@@ -26,6 +26,8 @@ from usdsdg.inspect.records import Dataset, Problem
 _SHARP = "image/png"
 # Number of problems of one kind that are listed; the rest is only counted.
 LISTED = 200
+# What a page is called, so that an argument in the wrong place replaces nothing else.
+PAGES = (".html", ".htm")
 
 
 def inspect(
@@ -202,6 +204,8 @@ def _rounded(values: Any) -> Any:
 
 def _write(target: Path, text: str) -> None:
     """Write the file atomically."""
+    if target.exists() and target.suffix.lower() not in PAGES:
+        raise OutputNotWritable(f"{target} exists and is no {PAGES[0]}, so it is not replaced; give another output")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, draft = tempfile.mkstemp(prefix=f".{target.name}-", dir=target.parent)

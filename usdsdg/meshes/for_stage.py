@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pxr import Usd, UsdGeom
+from pxr import Usd
 
 from usdsdg.errors import warn_once
 from usdsdg.meshes.cache import converted
@@ -12,6 +12,7 @@ from usdsdg.meshes.conversion import Options
 from usdsdg.meshes.readers import usd
 from usdsdg.session.session import current
 from usdsdg.stage import assets
+from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 
 
 def converted_for_stage(file: str, label: str | None) -> str:
@@ -43,4 +44,4 @@ def _is_captured(file: str, up_axis: str, unit: float) -> bool:
 
 
 def _axes(stage: Usd.Stage) -> tuple[str, float]:
-    return str(UsdGeom.GetStageUpAxis(stage)), float(UsdGeom.GetStageMetersPerUnit(stage))
+    return up_axis(stage), meters_per_unit(stage)

@@ -117,10 +117,16 @@ def items(node: yaml.Node | None, what: str) -> list[yaml.Node]:
 
 
 def plain(node: yaml.Node) -> Any:
-    """Return the Python value of a node."""
-    loader = yaml.SafeLoader("")
+    """Return the Python value of a node.
+
+    Raises:
+        ParserError: it has none, as `!!int ""` and tags of other languages.
+    """
+    loader = NumbersLoader("")
     try:
         return loader.construct_object(node, deep=True)
+    except yaml.MarkedYAMLError as error:
+        fail(node, str(error.problem or error.context))
     finally:
         loader.dispose()
 

@@ -10,6 +10,8 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from usdsdg.arguments.values import shown
+
 KeyPath = tuple[str | int, ...]
 
 _HINTS = 100  # a search for similar names takes a millisecond
@@ -76,12 +78,12 @@ def _problem(detail: ErrorDetails, model: type[BaseModel], *, hints: bool) -> Pr
         prefix = f"{key}: " if key else ""
         return Problem(key_path, f"{prefix}{detail['ctx']['error']}")
     if detail["type"] in _KINDS:
-        return Problem(key_path, f"{key}: {detail['input']!r} is not {_KINDS[detail['type']]}{wanted}")
+        return Problem(key_path, f"{key}: {shown(detail['input'])} is not {_KINDS[detail['type']]}{wanted}")
     if detail["type"] == "too_long":
-        return Problem(key_path, f"{key}: {detail['input']!r} has too many entries{wanted}")
+        return Problem(key_path, f"{key}: {shown(detail['input'])} has too many entries{wanted}")
     requirement = detail["msg"].removeprefix("Input should be ")
     verb = "must be " if requirement != detail["msg"] else ""
-    return Problem(key_path, f"{key}: {detail['input']!r}: {verb}{requirement}{wanted}")
+    return Problem(key_path, f"{key}: {shown(detail['input'])}: {verb}{requirement}{wanted}")
 
 
 def _section(model: type[BaseModel], key_path: KeyPath) -> type[BaseModel] | None:

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import yaml
 from pydantic import BaseModel, ValidationError
 
+from usdsdg.arguments.values import shown
 from usdsdg.arguments.yaml_bounds import check_yaml, load_json, read_bounded
 from usdsdg.arguments.yaml_numbers import NumbersLoader
 from usdsdg.errors import ConfigError
@@ -179,16 +180,20 @@ def _note_lines(node: yaml.Node | None, key_path: KeyPath, source: _Source) -> N
 def _override(source: _Source, override: str) -> None:
     """Apply one override "a.b.0.c=value"; the key may also be written `a.b[0].c`."""
     key, equals, text = override.partition("=")
-    origin = f"override {override!r}"
+    origin = f"override {shown(override)}"
     key_path: KeyPath = tuple(
-        int(part) if part.isdigit() else part for part in re.split(r"[.\[\]]+", key.strip().rstrip("]")) if part
+        int(part) if part.isdecimal() else part for part in re.split(r"[.\[\]]+", key.strip().rstrip("]")) if part
     )
     if not equals or not key_path:
         source.problems.append(Problem((), "expected key=value, for example num_frames=3", origin))
         return
     try:
+        override.encode()  # bytes of the command line that are no UTF-8 are lone surrogates here
         check_yaml(text, origin)
         value = text if _has_comment(text) else _load_yaml(text)
+    except UnicodeEncodeError:
+        source.problems.append(Problem(key_path, "it is not UTF-8 text", origin))
+        return
     except yaml.YAMLError:
         value = text
     except ConfigError as too_large:

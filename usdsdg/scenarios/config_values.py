@@ -9,6 +9,10 @@ from usdsdg.arguments.values import MOST_PRIMS, TOO_MANY_PRIMS
 # Numbers are strict: "3" and true are not numbers.
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+# Lengths of a scene, and times: physics and its matrices end at numbers that no scene has.
+Length = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1e6)]
+Seconds = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=3600)]
+SomeSeconds = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=3600)]
 NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
 
 
@@ -25,6 +29,8 @@ Seed = Annotated[int, Field(strict=True, ge=0, lt=1 << 63)]
 # Of frames and drops that are all planned before the first one: a million takes some 40 seconds and 1 GB of memory.
 PlannedCount = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
 SomeCount = Annotated[Count, Field(ge=1)]
+# Of a pixel: with fewer of them no noise is left that 8 bits show.
+Samples = Annotated[int, Field(strict=True, ge=1, le=1 << 20)]
 AtLeastOne = Annotated[int, Field(strict=True, ge=1)]
 Text = Annotated[str, Field(strict=True, min_length=1)]
 Flag = Annotated[bool, Field(strict=True)]

@@ -220,7 +220,7 @@ class Session:
                 f"a file that is no program sets /omni/replicator/backends/disk/root_dir to {folder!r}, out of "
                 f"{self.confined_to}. {errors.ALLOW_OUTSIDE}"
             )
-        self.disk_root = Path(folder).expanduser() if folder else None
+        self.disk_root = Path(os.path.expanduser(folder)) if folder else None
 
 
 _session = Session()

@@ -7,6 +7,11 @@ from pxr import Usd
 
 from usdsdg.errors import BadValue
 
+# Of a time, in seconds. Time stamps of frames are whole numbers, which larger times would not have.
+MOST_SECONDS = 1e12
+# Of a rate, in 1/s: its inverse is what one update of the app simulates.
+LEAST_RATE = 1e-3
+
 
 class StageTimes(NamedTuple):
     """What the layers of a stage say of time; `start` and `end` are time codes, both None where no end is authored."""
@@ -27,13 +32,20 @@ def of_stage(stage: Usd.Stage) -> StageTimes:
     """Read the time metadata of a stage.
 
     Raises:
-        BadValue: its time codes are not finite, or their rate is not above 0.
+        BadValue: its time codes are not finite or too far from 0, or their rate is below LEAST_RATE.
     """
     rate, codes = stage.GetTimeCodesPerSecond(), (stage.GetStartTimeCode(), stage.GetEndTimeCode())
-    if not (math.isfinite(rate) and rate > 0.0):
-        raise BadValue(f"{_file(stage)}: timeCodesPerSecond {rate} is not a finite number > 0. Author one.")
+    if not (math.isfinite(rate) and rate >= LEAST_RATE):
+        raise BadValue(
+            f"{_file(stage)}: timeCodesPerSecond {rate} is not a finite number > 0, or below {LEAST_RATE}. Author one."
+        )
     if not all(map(math.isfinite, codes)):
         raise BadValue(f"{_file(stage)}: startTimeCode and endTimeCode {codes} are not finite. Author finite numbers.")
+    if max(map(abs, codes)) > MOST_SECONDS * rate:
+        raise BadValue(
+            f"{_file(stage)}: startTimeCode and endTimeCode {codes} are more than {MOST_SECONDS:g} s from 0 at "
+            f"timeCodesPerSecond {rate}. Author others."
+        )
     return StageTimes(rate, *(codes if stage.HasAuthoredMetadata("endTimeCode") else (None, None)))
 
 

@@ -103,6 +103,13 @@ class Timeline:
             self._notify("stop")
 
     def set_current_time(self, seconds: float) -> None:
+        """Go to a time.
+
+        Raises:
+            BadValue: it is not finite, or more than `stage_times.MOST_SECONDS` from 0.
+        """
+        if not abs(float(seconds)) <= stage_times.MOST_SECONDS:
+            raise BadValue(f"timeline.set_current_time({seconds}): expected at most {stage_times.MOST_SECONDS:g} s")
         self._time, self._looped = float(seconds), 0.0
 
     def set_start_time(self, seconds: float) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from pxr import Ar, Sdf, Tf, Usd, UsdUtils
 
 from usdsdg import errors
+from usdsdg.stage.assets.url import is_utf8
 from usdsdg.stage.usd_errors import reason
 
 EXTENSIONS = (".usd", ".usda", ".usdc")
@@ -49,6 +50,8 @@ def check_writable(path: Path) -> None:
         OutputNotWritable: the folder or file cannot be written.
     """
     check_extension(path)
+    if not is_utf8(str(path)):
+        raise errors.OutputNotWritable(f"{str(path)!r} is not UTF-8, as USD needs paths to be. Choose another path.")
     probe = _temporary(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

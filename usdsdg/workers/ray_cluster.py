@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import time
 from collections import deque
@@ -169,16 +170,25 @@ def _room(ray: Any, resources: Resources) -> int:
     return sum(rooms)
 
 
+def check_installed() -> None:
+    """Check that Ray is there.
+
+    Raises:
+        Unsupported: it is not.
+    """
+    if importlib.util.find_spec("ray") is None:
+        raise Unsupported("--ray needs Ray: pip install 'usdsdg[ray]'")
+
+
 @contextmanager
 def _cluster(address: str, *, cpus: float | None) -> Iterator[Any]:
     """Connect to a cluster, and leave it afterwards.
 
     cpus: that a cluster of this machine alone has for actors; None: as many as the machine.
     """
-    try:
-        import ray  # type: ignore[import-not-found]
-    except ImportError:
-        raise Unsupported("--ray needs Ray: pip install 'usdsdg[ray]'") from None
+    check_installed()
+    import ray  # type: ignore[import-not-found]
+
     # In a job of `ray job submit`, and below a process that has joined a cluster, the environment names it.
     wanted = None if address == LOCAL and os.environ.get("RAY_ADDRESS") else address
     options = {"include_dashboard": False, "num_cpus": cpus} if wanted == LOCAL else {}

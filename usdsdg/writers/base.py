@@ -133,7 +133,10 @@ class Writer(ABC):
             BadPrim: one of the render products does not exist.
         """
         if not self.annotators:
-            raise WriterError(f"{type(self).__name__} has no annotators; call initialize(...) before attach().")
+            raise WriterError(
+                f"{type(self).__name__} has no annotators; call initialize(...) before attach(), with what it shall "
+                "write, such as rgb=True. A writer of your own lists them in self.annotators."
+            )
         check_layout(self.data_structure, type(self).__name__)
         self.annotators = [_annotator(each) for each in self.annotators]
         self._render_products = tuple(dict.fromkeys(existing_products(render_products)))

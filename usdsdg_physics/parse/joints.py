@@ -135,7 +135,14 @@ def _end(prim: Usd.Prim, number: int, cache: UsdGeom.XformCache, units: Units) -
     if not np.isfinite(to_frame).all():
         return None
     position = value(prim, f"physics:localPos{number}", (0.0, 0.0, 0.0))
-    rotation = _quat(value(prim, f"physics:localRot{number}", None))
+    authored = value(prim, f"physics:localRot{number}", None)
+    if not np.isfinite([*position, *(_components(authored) if authored is not None else ())]).all():
+        warn_once(
+            f"{prim.GetPath()}: physics:localPos{number} or physics:localRot{number} is not finite; the joint is left "
+            "out. Author finite numbers."
+        )
+        return None
+    rotation = _quat(authored)
     # The frame turns with the prim, and only its origin is scaled.
     placed = compose(rotation=rotation) @ compose(rotation=decompose(to_frame).rotation)
     origin = (np.append(np.asarray(position, np.float64), 1.0) @ to_frame)[:3]
@@ -160,11 +167,14 @@ def _nearest(joint: Usd.Prim, number: int, path: Sdf.Path) -> Usd.Prim | None:
     return None if found.IsAbsoluteRootPath() else stage.GetPrimAtPath(found)
 
 
+def _components(rotation: Gf.Quatf) -> tuple[float, ...]:
+    return (*rotation.GetImaginary(), rotation.GetReal())
+
+
 def _quat(rotation: Gf.Quatf | None) -> tuple[float, ...]:
     if rotation is None or not rotation.GetLength() > 0:
         return 0.0, 0.0, 0.0, 1.0
-    unit = rotation.GetNormalized()
-    return (*unit.GetImaginary(), unit.GetReal())
+    return _components(rotation.GetNormalized())
 
 
 def _is_rope(prim: Usd.Prim) -> bool:
@@ -186,7 +196,7 @@ def _read_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
     if _is_rope(prim):
         return ()
     if kind in ("Revolute", "Prismatic"):
-        letter = str(value(prim, "physics:axis", "X"))
+        letter = _axis_letter(prim)
         lower, upper = (value(prim, f"physics:{end}Limit", None) for end in ("lower", "upper"))
         angular = kind == "Revolute"
         name = ("rot" if angular else "trans") + letter
@@ -194,6 +204,15 @@ def _read_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
     if kind == "Spherical":
         return _spherical_axes(prim, units)
     return () if kind in ("Fixed", "Distance") else _d6_axes(prim, units)
+
+
+def _axis_letter(prim: Usd.Prim) -> str:
+    """Return the axis of a joint, "X", "Y" or "Z"; "X", with a warning, of any other word."""
+    letter = str(value(prim, "physics:axis", "X"))
+    if letter in ("X", "Y", "Z"):
+        return letter
+    warn_once(f"{prim.GetPath()}: physics:axis {letter!r} is none of X, Y, Z; X is used. Correct it.")
+    return "X"
 
 
 def _d6_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
@@ -214,7 +233,7 @@ def _spherical_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
     cone = [finite(value(prim, f"physics:coneAngle{number}Limit", -1.0), -1.0) for number in (0, 1)]
     if max(cone) < 0.0:
         return ()
-    twist = "XYZ".index(str(value(prim, "physics:axis", "X")))
+    twist = "XYZ".index(_axis_letter(prim))
     swings = ("XYZ"[(twist + 1) % 3], "XYZ"[(twist + 2) % 3])
     found = [
         _axis(

@@ -4,7 +4,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.physics.joints import ARTICULATION_ROOT
@@ -19,6 +19,8 @@ from usdsdg_physics.parse.attributes import (
 )
 from usdsdg_physics.parse.point_instancers import prototype_paths
 from usdsdg_physics.parse.unread import UnreadNames, listed
+
+_LARGEST = 1e15  # of what is in the transform of a prim; numbers of 64 bits lose a rotation beside larger ones
 
 
 @dataclass
@@ -40,7 +42,7 @@ class PhysicsPrims:
     sampled: list[Sdf.Path] = field(default_factory=list)  # dynamic bodies of which xform ops have samples
     instanced_bodies: list[str] = field(default_factory=list)  # rigid bodies inside instances
     left_behind: list[str] = field(default_factory=list)  # rigid bodies that are disabled, below others that move
-    nonfinite: list[str] = field(default_factory=list)  # with a transform that is not finite
+    nonfinite: list[str] = field(default_factory=list)  # with a transform that is not finite, or too large
     unread: UnreadNames = field(default_factory=UnreadNames)  # schemas and attributes without effect
 
 
@@ -64,7 +66,7 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path) -> PhysicsPrims:
         if disabled or (owner is not None and _resets_xform_stack(prim)):
             owner = None
         body = _is_body(prim, applied)
-        if (body or COLLISION in applied) and not np.isfinite(cache.GetLocalToWorldTransform(prim)).all():
+        if (body or COLLISION in applied) and not _is_numeric(cache.GetLocalToWorldTransform(prim)):
             found.nonfinite.append(str(path))
             prims.PruneChildren()
             continue
@@ -175,11 +177,16 @@ def warn_filled(paths: list[str]) -> None:
         )
 
 
+def _is_numeric(matrix: Gf.Matrix4d) -> bool:
+    """Whether a matrix can be inverted as one of numbers; NaN is no number."""
+    return bool((np.abs(matrix) <= _LARGEST).all())
+
+
 def _warn_left_out(found: PhysicsPrims) -> None:
     if found.nonfinite:
         warn_once(
-            f"these have a transform that is not a number and are not simulated: {listed(found.nonfinite)}. Author a "
-            "finite translation, rotation and scale on them and above them."
+            f"these have a transform that is not a number, or has one above {_LARGEST:g}, and are not simulated: "
+            f"{listed(found.nonfinite)}. Author a finite translation, rotation and scale on them and above them."
         )
     if found.instanced_bodies:
         warn_once(

@@ -3,9 +3,11 @@
 from collections.abc import Collection
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd
 
+from usdsdg.errors import warn_once
 from usdsdg.stage.physics.scenes import simulated_scene
+from usdsdg.stage.poses.transforms import up_axis
 from usdsdg.stage.time_code import time_context
 from usdsdg_physics.parse.attributes import finite, value
 from usdsdg_physics.parse.bodies import read_body
@@ -111,11 +113,21 @@ def _bounce_threshold(scene: Usd.Prim | None, units: Units) -> float:
 def read_gravity(stage: Usd.Stage, scene: Usd.Prim | None, units: Units) -> Vec3:
     """Return gravity [m/s²]: the PhysicsScene's, or 9.81 against the stage's up axis."""
     down = np.zeros(3)
-    down["XYZ".index(str(UsdGeom.GetStageUpAxis(stage)))] = -1.0
+    down["XYZ".index(up_axis(stage))] = -1.0
     if scene is None:
         return scaled_vector(down, GRAVITY)
     direction = np.asarray(value(scene, "physics:gravityDirection", (0.0, 0.0, 0.0)), np.float64)
     magnitude = value(scene, "physics:gravityMagnitude", -1.0)
+    if not np.isfinite(direction).all():
+        warn_once(
+            f"{scene.GetPath()}: physics:gravityDirection is {tuple(direction.tolist())}, so down is "
+            "that of the stage. Author finite numbers."
+        )
+        direction = np.zeros(3)
+    if np.isnan(magnitude) or magnitude == np.inf:  # that of the schema is -inf
+        warn_once(
+            f"{scene.GetPath()}: physics:gravityMagnitude is {magnitude}, so {GRAVITY:g} m/s² is used. Author a number."
+        )
     length = np.linalg.norm(direction)
     magnitude = GRAVITY if not np.isfinite(magnitude) or magnitude < 0 else float(magnitude) * units.meters
     return scaled_vector(direction / length if length > 0 else down, magnitude)

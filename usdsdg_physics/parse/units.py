@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from pxr import Usd, UsdGeom, UsdPhysics
+from pxr import Usd, UsdPhysics
 
+from usdsdg.errors import warn_once
+from usdsdg.stage.poses.transforms import meters_per_unit
 from usdsdg_physics.scene.records import Vec3
 
 
@@ -19,8 +22,15 @@ class Units:
 
     @classmethod
     def of(cls, stage: Usd.Stage) -> Units:
-        """Read a stage's metersPerUnit and kilogramsPerUnit."""
-        return cls(float(UsdGeom.GetStageMetersPerUnit(stage)), float(UsdPhysics.GetStageKilogramsPerUnit(stage)))
+        """Read a stage's metersPerUnit and kilogramsPerUnit; of what is no unit 1 is used, with a warning."""
+        kilograms = float(UsdPhysics.GetStageKilogramsPerUnit(stage))
+        if not (math.isfinite(kilograms) and kilograms > 0.0):
+            warn_once(
+                f"{stage.GetRootLayer().identifier}: kilogramsPerUnit {kilograms} is not a mass; 1 is used. "
+                "Author a value > 0."
+            )
+            kilograms = 1.0
+        return cls(meters_per_unit(stage), kilograms)
 
     @property
     def density(self) -> float:

@@ -12,6 +12,7 @@ from pxr import Usd, UsdGeom
 from usdsdg import errors
 from usdsdg_render.geometry.curve_widths import element_widths, interpolate_linearly, read_widths, sample_widths
 from usdsdg_render.geometry.mesh_source import Primvar, read_array, read_points
+from usdsdg_render.usd.tokens import token
 
 # Rows: powers 1, t, t2, t3 of the parameter; columns: the four vertices of a segment.
 BASES = {
@@ -137,8 +138,8 @@ def _cubic(values: np.ndarray, basis: np.ndarray, vertices: np.ndarray, t: np.nd
 def _sample_basis(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int) -> list[Polylines]:
     schema = UsdGeom.BasisCurves(prim)
     linear = schema.GetTypeAttr().Get(time) == UsdGeom.Tokens.linear
-    basis = "linear" if linear else _token(prim, "basis", time, tuple(BASES))
-    wrap = _token(prim, "wrap", time, ("nonperiodic", "periodic", "pinned"))
+    basis = "linear" if linear else token(prim, "basis", time, tuple(BASES))
+    wrap = token(prim, "wrap", time, ("nonperiodic", "periodic", "pinned"))
     closed = wrap == "periodic"
     count = group.vertices.shape[1]
     least = 2 if linear or (wrap == "pinned" and basis != "bezier") else 3 if closed else 4
@@ -164,17 +165,6 @@ def _sample_basis(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int)
         samples = _cubic(values, BASES[basis], vertices, t)
     radii = sample_widths(samples, widths, kind, segment, t) / 2.0
     return [Polylines(samples[..., :3], radii, closed, group.numbers, steps)]
-
-
-def _token(prim: Usd.Prim, name: str, time: Usd.TimeCode, known: tuple[str, ...]) -> str:
-    """Value of a token attribute; the first of `known` (with a warning) in place of an unknown one."""
-    value = str(prim.GetAttribute(name).Get(time) or known[0])
-    if value in known:
-        return value
-    errors.warn_once(
-        f"{prim.GetPath()}: {name} {value!r} is none of {', '.join(known)}; {known[0]} is used. Correct it."
-    )
-    return known[0]
 
 
 def _varying_counts(basis: str, wrap: str, counts: np.ndarray) -> np.ndarray:

@@ -8,10 +8,12 @@ from pxr import Usd, UsdGeom
 from usdsdg import errors
 from usdsdg.stage.geometry.point_velocities import moved_points
 from usdsdg_render.usd.authored_values import as_array
+from usdsdg_render.usd.tokens import token
 
 # Names of texture coordinates in use, tried in this order when the material names none.
 UV_NAMES = ("st", "st0", "st_0", "UVMap", "map1", "uv", "st1", "UVW")
 EMPTY = np.zeros(0, np.int32)
+_SCHEMES = ("catmullClark", "loop", "bilinear", "none")
 _SHARPNESS = ("creaseIndices", "creaseLengths", "creaseSharpnesses", "cornerIndices", "cornerSharpnesses")
 
 
@@ -99,7 +101,7 @@ def read_mesh(
         )
         return None
     holes = read_array(prim, "holeIndices", time, ())
-    scheme = str(prim.GetAttribute("subdivisionScheme").Get(time) or "catmullClark")
+    scheme = token(prim, "subdivisionScheme", time, _SCHEMES)
     return MeshSource(
         points=points,
         counts=counts,
@@ -108,7 +110,7 @@ def read_mesh(
         normals=_normals(prim, time),
         uvs=None if colored else _uvs(prim, time, uv_name),
         subsets=tuple(_subset_faces(subset, time) for subset in subsets or ()),
-        left_handed=prim.GetAttribute("orientation").Get(time) == "leftHanded",
+        left_handed=token(prim, "orientation", time, ("rightHanded", "leftHanded")) == "leftHanded",
         scheme=scheme,
         refinement=None if scheme == "none" else _refinement(prim, time),
         colors=read_primvar(prim, "primvars:displayColor", time, (3,)) if colored else None,

@@ -54,7 +54,7 @@ def shape_key(prim: Usd.Prim, time: Usd.TimeCode) -> ShapeKey | None:
         names = ", ".join(f"{name} = {value}" for name, value in zip(SHAPE_PARAMETERS[kind], values))
         errors.warn_once(
             f"{prim.GetPath()}: a {kind} with {names}, axis = {axis} has no surface and is not drawn. "
-            f"Author positive sizes up to {LARGEST:.0e}."
+            f"Author positive sizes up to {LARGEST:.0e}, and X, Y or Z as the axis."
         )
         return None
     return kind, axis, tuple(values)

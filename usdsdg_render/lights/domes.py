@@ -10,9 +10,10 @@ Longitudes are UsdLux's: with a Y pole the center of the texture lies towards +Z
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Usd
 
 from usdsdg import errors
+from usdsdg.stage.poses.transforms import up_axis
 from usdsdg_render.images import image_files
 from usdsdg_render.lights.light_rows import warn_of_filters
 from usdsdg_render.lights.light_textures import layout_of, linear_rgb, resample, to_latlong
@@ -99,7 +100,7 @@ def _warn_of_unsupported(prim: Usd.Prim) -> None:
 
 
 def _pole(prim: Usd.Prim) -> str:
-    up = "Y" if UsdGeom.GetStageUpAxis(prim.GetStage()) == UsdGeom.Tokens.y else "Z"
+    up = up_axis(prim.GetStage())
     if prim.GetTypeName() == "DomeLight_1":
         pole = str(prim.GetAttribute("poleAxis").Get())
         return pole if pole in POLE_FRAMES else up

@@ -12,6 +12,7 @@ MESH, SHAPE, CURVES, POINTS, LIGHT, DOME, INSTANCER, SUBSET, SHADING, OTHER = ra
 UNSUPPORTED_GPRIM, UNSUPPORTED_LIGHT = 10, 11
 GPRIMS = (MESH, SHAPE, CURVES, POINTS)
 DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+_PURPOSES = ("", *DRAWN_PURPOSES, UsdGeom.Tokens.proxy, UsdGeom.Tokens.guide)
 
 # Handle of a property from which no image is read; see `Changes.handles`.
 UNREAD = -1
@@ -92,7 +93,13 @@ def purpose_of(prim: Usd.Prim, inherited: str) -> str:
     """Return the purpose authored on the prim, else the inherited one; "" stands for none authored."""
     attribute = prim.GetAttribute("purpose")
     if attribute and attribute.HasAuthoredValue():
-        return str(attribute.Get())
+        purpose = str(attribute.Get())
+        if purpose not in _PURPOSES:
+            errors.warn_once(
+                f"{prim.GetPath()}: purpose {purpose!r} is none of {', '.join(_PURPOSES[1:])}, so it and what is below "
+                "it is not drawn. Correct it."
+            )
+        return purpose
     return inherited
 
 

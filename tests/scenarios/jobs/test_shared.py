@@ -112,6 +112,8 @@ def test_all_mistakes_are_reported_at_once_with_what_is_expected(tmp_path):
         "backgrounds.pictures": str(tmp_path),
         "camera.calibration": str(tmp_path / "none.yaml"),
         "rendering.samples": 1,
+        "min_pixels": 2000,
+        "resolution": "[40, 30]",
     }
     with pytest.raises(ConfigError) as caught:
         load_job(CONFIGS / "detection.yaml", [f"{key}={value}" for key, value in mistakes.items()])
@@ -121,6 +123,7 @@ def test_all_mistakes_are_reported_at_once_with_what_is_expected(tmp_path):
         "'task'", "cocoo is no format", "did you mean coco", "[6, 1] is the wrong way round",
         "did you mean class_balance?", "less than or equal to 1", "'capsule'", "has no pictures; expected files .jpg",
         "the calibration cannot be read", "greater than or equal to 4",
+        "[40, 30] has fewer pixels than min_pixels, 2000",
     ):  # fmt: skip
         assert part in message, part
 

@@ -7,7 +7,8 @@ import shutil
 import pytest
 
 from tests.writers.journal.test_folders import recipe, write_frame
-from usdsdg.errors import WriterError
+from usdsdg.cli import merge
+from usdsdg.errors import DatasetError, WriterError
 from usdsdg.session import session
 from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.journal import journal
@@ -170,6 +171,14 @@ def test_a_part_with_a_damaged_spool_is_not_joined(tmp_path, how, name):
     shutil.rmtree(part)
     make(tmp_path, range(2), Portion(0, 2))
     assert join_parts(FolderPlace(tmp_path)) == 4
+
+
+def test_a_dataset_that_is_joined_already_is_called_whole(tmp_path):
+    parts(tmp_path / "set")
+    assert join_parts(FolderPlace(tmp_path / "set")) == 4
+    with pytest.raises(DatasetError, match=r"set has no parts to be joined: it is whole already"):
+        join_parts(FolderPlace(tmp_path / "set"))
+    assert merge._datasets(str(tmp_path)) == [str(tmp_path / "set")]
 
 
 def test_parts_of_earlier_versions_which_tell_nothing_of_spools_are_joined(tmp_path):

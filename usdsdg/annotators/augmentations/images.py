@@ -4,6 +4,7 @@ Images are uint8 (H, W, 3 or 4); alpha does not change. The other image is resiz
 """
 
 import functools
+import os
 from pathlib import Path
 
 import numpy as np
@@ -71,7 +72,9 @@ def image_blend(
 
 def _random_image(folder: str, shape: tuple[int, int], seed: int, what: str) -> np.ndarray:
     """Return a random image of `folder`, resized to `shape`, uint8 (H, W, 3)."""
-    paths = sorted(p for p in Path(folder).expanduser().glob("*") if p.suffix.lower() in SUFFIXES) if folder else []
+    paths = (
+        sorted(p for p in Path(os.path.expanduser(folder)).glob("*") if p.suffix.lower() in SUFFIXES) if folder else []
+    )
     if not paths:
         raise AugmentationError(
             f"{what}: folderpath is {str(folder)!r}, which has no images ({', '.join(SUFFIXES)}). Give a folder "

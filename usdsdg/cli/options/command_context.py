@@ -17,8 +17,10 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from usdsdg.cli.interrupts import INTERRUPTED, let_commands_be_interrupted
+from usdsdg.cli.options.class_file import class_file
+from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.thread_limit import limit_threads
-from usdsdg.errors import UsdsdgError, UsdsdgWarning
+from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning
 from usdsdg.session import progress, termination
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.failures import tell
@@ -110,9 +112,12 @@ def _set_up(assets_root: str | None, device: str | None, save_stage: Path | None
     """Apply the common options; options that cannot work are errors before any work is done."""
     from usdsdg.session import engines
     from usdsdg.stage import assets
+    from usdsdg.stage.assets import url
 
     snapshot = _StageSnapshot(save_stage) if save_stage is not None else None
     if assets_root is not None:
+        if not url.scheme_of(assets_root) and not os.path.isdir(os.path.expanduser(assets_root)):
+            raise ConfigError(f"--assets-root {assets_root!r} is no folder; give one, or the URL of a server or bucket")
         assets.set_assets_root(assets_root)
     engines.use_device(device)
     return snapshot
@@ -215,8 +220,8 @@ def fix_classes(given: str | None) -> None:
     if given is not None:
         from usdsdg.settings import set_semantic_classes
 
-        is_file = Path(given).exists() or Path(given).suffix or os.sep in given
-        set_semantic_classes(given if is_file else [name.strip() for name in given.split(",")])
+        file = class_file(given)
+        set_semantic_classes(str(file) if file else [name.strip() for name in given.split(",")])
 
 
 def finish_files() -> None:
@@ -266,7 +271,7 @@ class _StageSnapshot:
         from usdsdg.orchestrator import get_orchestrator
         from usdsdg.stage import flatten
 
-        self._path = path.absolute()
+        self._path = output_path(path).absolute()
         flatten.check_writable(self._path)
         self._layer: Sdf.Layer | None = None
         get_orchestrator().on_captured(self._take)

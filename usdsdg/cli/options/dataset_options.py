@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from usdsdg.cli.options.class_file import class_file
 from usdsdg.errors import BadValue
 
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with an unfinished run in the output folder.")]
@@ -95,8 +96,8 @@ def _is_place(argument: str) -> bool:
 
 def _content_of(classes: str | None) -> str | None:
     """Return what decides the classes: the names that are given, or the content of the file that has them."""
-    if classes is None or not Path(classes).exists():
+    file = class_file(classes) if classes is not None else None
+    if file is None:
         return classes
-    file = Path(classes)
     file = file / ".usdsdg" / "classes.json" if file.is_dir() else file
     return hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else classes

@@ -51,10 +51,11 @@ def _kind_of_values(file: Path) -> FileKind | None:
     import yaml
 
     from usdsdg.arguments.yaml_bounds import TooLarge, read_bounded
+    from usdsdg.arguments.yaml_numbers import NumbersLoader
     from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 
     try:
-        values = yaml.safe_load(read_bounded(file))
+        values = yaml.load(read_bounded(file), Loader=NumbersLoader)
     except (OSError, ValueError, TooLarge, yaml.YAMLError, RecursionError):
         return None  # the reader of the file reports what is wrong
     if not isinstance(values, dict):

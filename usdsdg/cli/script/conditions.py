@@ -73,18 +73,17 @@ class Conditions:
             ConfigError: a map, or a file of maps, is wrong.
             AssetError: the stage is missing or unreadable.
         """
-        from pxr import UsdGeom
-
         from usdsdg import errors
         from usdsdg.cli.script.config_file import maps_of_files
         from usdsdg.session import stage_context
         from usdsdg.session.new_stages import NewStage
         from usdsdg.session.settings_store import get_settings
         from usdsdg.stage import assets
+        from usdsdg.stage.poses.transforms import meters_per_unit
 
         given = [assets.PathMap.parse(text) for text in self.maps]
         assets.set_maps([*given, *maps_of_files(script, taken={each.prefix for each in given})])
-        assets.set_units(lambda: UsdGeom.GetStageMetersPerUnit(stage_context.current_stage()))
+        assets.set_units(lambda: meters_per_unit(stage_context.current_stage()))
         errors.set_lenient(self.lenient)
         if self.replicator is not None:
             get_settings().set("/usdsdg/replicator/version", int(self.replicator))

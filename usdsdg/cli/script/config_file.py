@@ -61,6 +61,6 @@ def _map(file: Path, prefix: str, folder: Any) -> PathMap:
     if not isinstance(folder, str):
         raise ConfigError(f"{file}: {prefix!r} is mapped to {folder!r}; expected a folder")
     try:
-        return PathMap.checked(prefix, file.parent / Path(folder).expanduser())
+        return PathMap.checked(prefix, file.parent / Path(os.path.expanduser(folder)))
     except ConfigError as error:
         raise ConfigError(f"{file}: {error}") from None

@@ -54,7 +54,8 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
 
 def _program(script: Path) -> CodeType:
     """Compile the script, once the names and the assets that it is sure to use are known to be there."""
-    tree = ast.parse(script.read_text(encoding="utf-8"), str(script))
+    # Of bytes Python reads the encoding itself: a mark of the byte order, or a comment such as `coding: latin-1`.
+    tree = ast.parse(script.read_bytes(), str(script))
     _check_names(script)
     _check_assets(script, tree)
     return compile(tree, str(script), "exec")

@@ -81,7 +81,7 @@ def _places(file: str, sure: Callable[[ast.Module], Iterable[ast.AST]]) -> set[t
     Names with more than one meaning, such as those of arguments, are left out.
     """
     try:
-        tree = ast.parse(Path(file).read_text(encoding="utf-8-sig"))
+        tree = ast.parse(Path(file).read_bytes())
     except (OSError, ValueError, SyntaxError):
         return set()
     unclear = _unclear_names(tree)

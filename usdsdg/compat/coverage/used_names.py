@@ -80,7 +80,7 @@ def _last(name: str) -> str:
 
 def _parsed(path: Path) -> ast.Module:
     try:
-        return ast.parse(path.read_text(encoding="utf-8-sig"), str(path))
+        return ast.parse(path.read_bytes(), str(path))
     except (OSError, UnicodeDecodeError, ValueError) as error:
         raise ConfigError(f"{path} cannot be read: {error}") from None
     except SyntaxError as error:

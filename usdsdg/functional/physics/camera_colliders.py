@@ -9,7 +9,7 @@ from usdsdg.arguments.prims import one_prim
 from usdsdg.errors import BadPrim, Unsupported
 from usdsdg.functional import create_batch
 from usdsdg.stage.cameras.camera_view import read_camera
-from usdsdg.stage.poses.transforms import meters_per_unit
+from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 
 # Any resolution will do: lenses are calibrated for a nominal size, or for the image's width.
 _RESOLUTION = (1024, 768)
@@ -37,7 +37,7 @@ def create_camera_collision_prims(
         if stage.GetPrimAtPath(parent.GetPath().AppendChild(name)):
             stage.RemovePrim(parent.GetPath().AppendChild(name))
     length, diameter = camera_coll_view_dist, 2.0 * half_width * camera_coll_view_dist
-    up_is_y = UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y
+    up_is_y = up_axis(stage) == "Y"
     # The apex of the cone is at the camera, its base in front of it.
     placed = {"parent": parent, "visible": False, "relative_to": camera}
     ball = create_batch.sphere(name="cameraSphere", scale=2.0 * camera_coll_radius, **placed)

@@ -13,6 +13,7 @@ from usdsdg.errors import AssetUnreadable
 from usdsdg.meshes.model import MeshFile, Part
 from usdsdg.meshes.readers.usd_looks import Looks
 from usdsdg.stage import assets
+from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 from usdsdg.stage.semantics.labels import get_labels
 
 # Prims of these purposes are drawn.
@@ -32,7 +33,7 @@ def read(file: Path) -> MeshFile:
         to_world = np.array(cache.GetLocalToWorldTransform(prim))
         parts += [part.moved(to_world) for part in _parts(UsdGeom.Mesh(prim), looks)]
     notes = (*(f"left out: {each}" for each in left_out(stage)), *looks.notes)
-    up, unit = str(UsdGeom.GetStageUpAxis(stage)), float(UsdGeom.GetStageMetersPerUnit(stage))
+    up, unit = up_axis(stage), meters_per_unit(stage)
     return MeshFile(tuple(parts), tuple(looks.materials), up, unit, notes, tuple(looks.files))
 
 

@@ -6,7 +6,17 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from usdsdg.scenarios.config_values import CountRange, PlannedCount, Positive, Range, Section, SomeCount, Text
+from usdsdg.scenarios.config_values import (
+    CountRange,
+    Length,
+    PlannedCount,
+    Positive,
+    Range,
+    Section,
+    SomeCount,
+    SomeSeconds,
+    Text,
+)
 from usdsdg.scenarios.shared.formats import writer_names
 from usdsdg.scenarios.shared.sections import (
     CameraConfig,
@@ -27,11 +37,11 @@ Approximation = Literal["convexHull", "convexDecomposition", "sdf"]
 class Bin(Section):
     """The bin. Its floor is at height 0, its middle at the origin."""
 
-    size: tuple[Positive, Positive, Positive] | None = Field(
+    size: tuple[Length, Length, Length] | None = Field(
         default=None,
         description="inner width, depth and height [m], for example [0.4, 0.3, 0.15]; null to suit the parts",
     )
-    thickness: Positive = Field(default=0.004, description="of its walls [m]")
+    thickness: Length = Field(default=0.004, description="of its walls [m]")
 
 
 class Parts(Section):
@@ -42,7 +52,9 @@ class Parts(Section):
         default="mixed", description="mixed, or one: all parts of a drop are of one class"
     )
     collider: Approximation = Field(default="convexDecomposition", description="convexHull, convexDecomposition or sdf")
-    max_time: Positive = Field(default=6.0, description="simulated seconds until the parts rest, at most")
+    max_time: SomeSeconds = Field(
+        default=6.0, description="simulated seconds until the parts rest, at most; 3600 or less"
+    )
 
     @field_validator("per_bin")
     @classmethod

@@ -16,12 +16,15 @@ from usdsdg.scenarios.config_values import (
     Count,
     Flag,
     FrameCount,
+    Length,
     NotNegative,
-    Positive,
     Range,
+    Samples,
+    Seconds,
     Section,
     Seed,
     Shape,
+    SomeSeconds,
     Text,
 )
 from usdsdg.scenarios.object_based.camera_properties import checked_camera_properties
@@ -72,9 +75,9 @@ class PathTracing(Section):
     """Options of the frames that are path traced with motion blur instead of rendered in the fast mode."""
 
     every: Count = Field(default=5, description="period in frames: 5 is frames 0, 5, 10, …; 0 is none")
-    spp: AtLeastOne = Field(default=128, description="samples per pixel, 1 or more")
-    sub_frames: AtLeastOne = Field(default=8, description="sub-frames of one exposure, 1 or more")
-    duration: Positive = Field(default=0.025, description="exposure time in seconds")
+    spp: Samples = Field(default=128, description="samples per pixel, 1 or more")
+    sub_frames: Samples = Field(default=8, description="sub-frames of one exposure, 1 or more")
+    duration: SomeSeconds = Field(default=0.025, description="exposure time in seconds, 3600 or less")
     denoise: Flag = Field(default=False, description="true or false")
 
 
@@ -83,10 +86,10 @@ class ObjectBasedConfig(Section):
 
     launch_config: LaunchConfig = Field(LaunchConfig(), description="a mapping with renderer and headless")
     env_url: Annotated[str, Field(strict=True)] = Field("", description="path of a USD stage, or empty for none")
-    working_area_size: tuple[Positive, Positive, Positive] = Field(
+    working_area_size: tuple[Length, Length, Length] = Field(
         (3, 3, 3), description="width, depth and height [m], for example [5, 5, 3]"
     )
-    rt_subframes: Annotated[int, Field(strict=True, ge=-1)] = Field(
+    rt_subframes: Annotated[int, Field(strict=True, ge=-1, le=1 << 20)] = Field(
         -1, description="sub-frames of the fast mode; -1 takes the default"
     )
     num_frames: FrameCount = Field(10, description="number of frames to capture, 0 or more")
@@ -96,7 +99,7 @@ class ObjectBasedConfig(Section):
     num_cameras: Count = Field(1, description="number of cameras that capture each frame, 0 or more")
     camera_collider_radius: NotNegative = Field(0.0, description="radius [m] kept free around cameras; 0 for none")
     disable_render_products_between_captures: Flag = Field(True, description="true or false")
-    simulation_duration_between_captures: NotNegative = Field(0.025, description="seconds, 0 or more")
+    simulation_duration_between_captures: Seconds = Field(0.025, description="seconds, 0 to 3600")
     settle: Flag = Field(False, description="true or false: whether all come to rest before the first frame")
     resolution: tuple[AtLeastOne, AtLeastOne] = Field((640, 480), description="width and height in pixels")
     camera_properties_kwargs: dict[Text, Any] = Field({}, description="USD camera attributes, such as focalLength: 24")

@@ -13,6 +13,7 @@ from usdsdg.scenarios.draws import Draws, Placement
 from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.stage import assets
 from usdsdg.stage.paths import next_free_path, valid_name
+from usdsdg.stage.poses.transforms import meters_per_unit
 from usdsdg.stage.poses.xform_ops import author_pose
 from usdsdg.stage.semantics import labels
 
@@ -84,7 +85,7 @@ def _name_odd_size(prim: Usd.Prim, url: str) -> None:
     """Warn of an object whose size on the stage looks like a mistake of units."""
     cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
     bounds = cache.ComputeWorldBound(prim).ComputeAlignedRange()
-    largest = max(bounds.GetSize()) * UsdGeom.GetStageMetersPerUnit(prim.GetStage())
+    largest = max(bounds.GetSize()) * meters_per_unit(prim.GetStage())
     if not bounds.IsEmpty() and not SMALLEST <= largest <= LARGEST:
         warn_once(
             f"{url} is {largest:.4g} m large on the stage, which is odd for an object; set its scale_min_max, or give "

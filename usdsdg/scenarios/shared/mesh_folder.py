@@ -19,6 +19,7 @@ from usdsdg.meshes.cache import converted
 from usdsdg.meshes.conversion import Options
 from usdsdg.meshes.placement import TYPICAL, UNITS
 from usdsdg.stage import assets
+from usdsdg.stage.poses.transforms import meters_per_unit
 
 AUTO = "auto"
 # Sizes that objects on a table or in a bin have [m]; meshes of other sizes are in another unit.
@@ -158,7 +159,7 @@ def _measured(file: str) -> tuple[str, float, np.ndarray, np.ndarray]:
     low, high = np.array(bounds.GetMin()), np.array(bounds.GetMax())
     if bounds.IsEmpty() or not np.max(high - low) > 0.0:
         raise ConfigError(f"{file} holds no geometry that is drawn")
-    return file, float(UsdGeom.GetStageMetersPerUnit(stage)), low, high
+    return file, meters_per_unit(stage), low, high
 
 
 def _triple(values: np.ndarray) -> tuple[float, float, float]:

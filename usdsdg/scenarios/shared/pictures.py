@@ -11,6 +11,7 @@ from PIL import Image, UnidentifiedImageError
 
 from usdsdg.errors import AssetError, AssetNotFound, ConfigError
 from usdsdg.stage import assets
+from usdsdg.stage.assets.folder_files import files_in
 from usdsdg.stage.image_files import exr, radiance_hdr
 
 PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff")
@@ -33,6 +34,7 @@ def pictures_in(folder: str) -> list[Picture]:
 
     Raises:
         ConfigError: there is no such folder, no picture in it, or one that cannot be opened.
+        AssetUnreadable: this user may not read the folder, or one in it.
     """
     found, broken = [], []
     for file in _files(folder, PICTURES):
@@ -52,6 +54,7 @@ def skies_in(folder: str) -> list[str]:
 
     Raises:
         ConfigError: there is no such folder, or no picture in it.
+        AssetUnreadable: this user may not read the folder, or one in it.
     """
     return _files(folder, SKIES)
 
@@ -63,7 +66,7 @@ def _files(folder: str, suffixes: tuple[str, ...]) -> list[str]:
         raise ConfigError(str(error)) from None
     if not root.is_dir():
         raise ConfigError(f"{folder} is a file; expected a folder of pictures")
-    found = sorted(str(path) for path in root.rglob("*") if path.suffix.lower() in suffixes and path.is_file())
+    found = files_in(root, suffixes)
     if not found:
         raise ConfigError(f"{folder} has no pictures; expected files {', '.join(suffixes)}")
     return found

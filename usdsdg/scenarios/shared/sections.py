@@ -12,7 +12,7 @@ from usdsdg import demo
 from usdsdg.calibration.files import read_calibration, read_rig
 from usdsdg.calibration.rig import Mount
 from usdsdg.errors import UsdsdgError
-from usdsdg.scenarios.config_values import AtLeastOne, CountRange, Flag, Positive, Range, Section, Seed, Text
+from usdsdg.scenarios.config_values import AtLeastOne, CountRange, Flag, Positive, Range, Samples, Section, Seed, Text
 from usdsdg.scenarios.shared.formats import format_problems
 from usdsdg.scenarios.shared.mesh_folder import files_by_label
 from usdsdg.scenarios.shared.pictures import pictures_in, skies_in
@@ -20,7 +20,7 @@ from usdsdg.session.render_products import size_problem
 from usdsdg.writers.formats.splits import name_problem
 
 Fraction = Annotated[float, Field(strict=True, ge=0.0, le=1.0)]
-Angle = Annotated[float, Field(strict=True, gt=0.0, lt=170.0)]
+Angle = Annotated[float, Field(strict=True, ge=0.1, lt=170.0)]
 Formats = dict[Text, dict[Text, Any] | None]
 Unit = Literal["auto", "m", "cm", "mm", "inch", "foot"]
 
@@ -52,7 +52,7 @@ Skies = Annotated[str, Field(strict=True, min_length=1), AfterValidator(_checked
 class Rendering(Section):
     """How pictures are rendered."""
 
-    samples: Annotated[int, Field(strict=True, ge=4)] = Field(
+    samples: Annotated[Samples, Field(ge=4)] = Field(
         default=8, description="samples per pixel, 4 or more; more of them give less noise"
     )
     path_tracing: Flag = Field(
@@ -96,9 +96,12 @@ class JobConfig(Section):
 
     @field_validator("resolution")
     @classmethod
-    def _can_be_made(cls, resolution: tuple[int, int] | None) -> tuple[int, int] | None:
+    def _can_be_made(cls, resolution: tuple[int, int] | None, info: ValidationInfo) -> tuple[int, int] | None:
         if resolution and (problem := size_problem(*resolution)):
             raise ValueError(problem)
+        least = info.data.get("min_pixels", 1)
+        if resolution and least > resolution[0] * resolution[1]:
+            raise ValueError(f"{list(resolution)} has fewer pixels than min_pixels, {least}: nothing would be labeled")
         return resolution
 
     @field_validator("splits")
@@ -147,7 +150,7 @@ class CameraConfig(Section):
     undistorted: Flag = Field(
         default=False, description="true: pictures after the distortion of the calibration has been removed"
     )
-    field_of_view: Angle = Field(default=55.0, description="degrees across, without a calibration; 1 to 170")
+    field_of_view: Angle = Field(default=55.0, description="degrees across, without a calibration; 0.1 to 170")
 
     @model_validator(mode="after")
     def _can_be_read(self) -> CameraConfig:

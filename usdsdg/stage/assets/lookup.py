@@ -29,11 +29,14 @@ def locate(asset: str | os.PathLike[str]) -> str:
         AssetNotFound: no such file; names the root and similar names.
         AssetError: an `omniverse://` URL without a copy on this machine.
         AssetError: a URL of a server or bucket that does not answer.
+        AssetUnreadable: it is not text of UTF-8.
         Unsupported: an `http(s)://` or other URL without a copy on this machine, which is not fetched.
     """
     text = os.fspath(asset).strip()
     if not text:
         raise errors.AssetNotFound("an empty string was given as the URL of an asset")
+    if not url.is_utf8(text):
+        raise errors.AssetUnreadable(f"{text!r} is not UTF-8, as USD needs paths to be. Rename the file.")
     mapped = maps.candidates(text)
     for candidate in mapped:
         if exists(candidate):

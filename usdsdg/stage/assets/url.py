@@ -23,6 +23,15 @@ def scheme_of(text: str) -> str:
     return found[1].lower() if found else ""
 
 
+def is_utf8(text: str) -> bool:
+    """Whether a path can be given to USD: bytes of the command line that are no UTF-8 are lone surrogates here."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
 def has_drive(text: str) -> bool:
     """Whether a path begins with a drive of Windows, as `C:\\assets\\a.usd` does."""
     return _DRIVE.match(text) is not None

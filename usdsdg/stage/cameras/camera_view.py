@@ -211,6 +211,11 @@ def read_camera(
     numbers = {name: _number(prim, name, values[name]) for name in _FIELDS}
     near, far = _range(prim, values["clippingRange"])
     warn_of_clipping_planes(prim.GetPath(), values)
+    if (projection := values.get("projection")) not in (None, "", "perspective", "orthographic"):
+        errors.warn_once(
+            f"{prim.GetPath()}: projection {projection!r} is neither perspective nor orthographic; perspective is "
+            "used. Correct it; lenses have attributes of their own, such as cameraProjectionType."
+        )
     projection_type, lens_parameters = read_lens(values)
     if unknown := undocumented_attributes(values):
         errors.warn_once(

@@ -7,6 +7,7 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from usdsdg.errors import Unsupported
+from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 
 SEGMENTS = 48
 # Axis and side of each face of a cube, in the order of Omniverse's mesh, whose numbers scripts give to subsets.
@@ -20,8 +21,8 @@ def define(stage: Usd.Stage, path: str, kind: str) -> UsdGeom.Mesh:
     It is one meter in size, in stage units, and aligned with the stage's up axis. A capsule is one meter high with its
     caps and half a meter wide; a torus is a tube of half a meter around a ring of one meter.
     """
-    size = 1.0 / UsdGeom.GetStageMetersPerUnit(stage)
-    shape = _shape(kind, str(UsdGeom.GetStageUpAxis(stage)), size)
+    size = 1.0 / meters_per_unit(stage)
+    shape = _shape(kind, up_axis(stage), size)
     mesh = UsdGeom.Mesh.Define(stage, path)
     mesh.CreatePointsAttr(shape.points)
     mesh.CreateFaceVertexCountsAttr(shape.counts)
@@ -74,7 +75,7 @@ def define_gprim(stage: Usd.Stage, path: str, kind: str) -> Usd.Prim:
         raise Unsupported(f"{path}: UsdGeom has no {kind.lower()}; create it with as_mesh=True")
     prim = stage.DefinePrim(path, kind)
     if prim.HasAttribute("axis"):
-        prim.GetAttribute("axis").Set(UsdGeom.GetStageUpAxis(stage))
+        prim.GetAttribute("axis").Set(up_axis(stage))
     UsdGeom.Boundable(prim).CreateExtentAttr(UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), 0))
     return prim
 

@@ -1,6 +1,5 @@
 """Transforms of prims as matrices, and the stage's up axis and length unit."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +12,9 @@ Array = NDArray[np.float64]
 
 # A matrix with a smaller determinant counts as singular.
 SINGULAR = 1e-30
+
+# Lengths of units [m]: from a tenth of an atom to a light year.
+_SHORTEST, _LONGEST = 1e-11, 1e16
 
 
 def local_to_world(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Gf.Matrix4d:  # noqa: B008
@@ -67,19 +69,27 @@ def as_array(matrix: Gf.Matrix4d) -> Array:
 
 
 def meters_per_unit(stage: Usd.Stage) -> float:
-    """Return the length of one stage unit [m]; 1, with a warning, if metersPerUnit is not a positive number."""
+    """Return the length of one stage unit [m]; 1, with a warning, if metersPerUnit is not the length of a unit."""
     value = float(UsdGeom.GetStageMetersPerUnit(stage))
-    if math.isfinite(value) and value > 0.0:
+    if _SHORTEST <= value <= _LONGEST:
         return value
     warn_once(
-        f"{stage.GetRootLayer().identifier}: metersPerUnit {value} is not a length; 1 is used. Author a value > 0."
+        f"{stage.GetRootLayer().identifier}: metersPerUnit {value} is not a length; 1 is used. Author a value > 0, of "
+        f"{_SHORTEST:g} to {_LONGEST:g}."
     )
     return 1.0
 
 
 def up_axis(stage: Usd.Stage) -> str:
-    """Return the stage's up axis, 'Y' or 'Z'."""
-    return str(UsdGeom.GetStageUpAxis(stage))
+    """Return the stage's up axis, 'Y' or 'Z'; with a warning, 'Z' for "z" and else 'Y' if upAxis is neither."""
+    value = str(UsdGeom.GetStageUpAxis(stage))
+    if value in ("Y", "Z"):
+        return value
+    axis = "Z" if value == "z" else "Y"
+    warn_once(
+        f"{stage.GetRootLayer().identifier}: upAxis {value!r} is neither 'Y' nor 'Z'; {axis!r} is used. Author one."
+    )
+    return axis
 
 
 def up_vector(stage: Usd.Stage) -> tuple[float, float, float]:

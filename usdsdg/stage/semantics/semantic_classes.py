@@ -49,7 +49,7 @@ def read_semantic_classes(given: Any) -> tuple[GivenClass, ...]:
     if isinstance(given, (str, os.PathLike)):
         given = _content(Path(given))
     if isinstance(given, Mapping) and isinstance(given.get("tables"), Sequence):  # a class file of ours
-        rows = [each for table in given["tables"] for each in table["classes"]]
+        rows = [each for table in given["tables"] for each in _rows(table)]
         given = [each for index, each in enumerate(rows) if each not in rows[:index]]
     if isinstance(given, Mapping):
         classes = [_class(name, about) for name, about in given.items()]
@@ -63,19 +63,29 @@ def read_semantic_classes(given: Any) -> tuple[GivenClass, ...]:
 
 def _content(path: Path) -> Any:
     """Return the content of a class file, or of the one of a dataset."""
-    file = next((each for each in (path / BESIDE / FILE, path / FILE) if each.is_file()), path)
-    check_regular(str(file))
+    file = path
     try:
+        file = next((each for each in (path / BESIDE / FILE, path / FILE) if each.is_file()), path)
+        check_regular(str(file))
         if file.stat().st_size > MAX_BYTES:
             raise ValueError(f"it has more than {MAX_BYTES >> 20} MB")
         text = file.read_text(encoding="utf-8")
         if file.suffix == ".txt":
             return [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
         return json.loads(text) if file.suffix == ".json" else yaml.safe_load(text)
-    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
+    except (OSError, ValueError, LookupError, AttributeError, TypeError, RecursionError, yaml.YAMLError) as error:
+        # PyYAML raises whatever the conversion of a value does, as an IndexError of `!!int ""`.
         raise ConfigError(
             f"semantic_classes: {file} cannot be read: {error}. {_FORM[0].upper()}{_FORM[1:]}."
         ) from error
+
+
+def _rows(table: Any) -> Sequence[Any]:
+    """Return the classes of a table of a class file of ours."""
+    rows = table.get("classes") if isinstance(table, Mapping) else None
+    if not isinstance(rows, Sequence) or isinstance(rows, str):
+        raise ConfigError("semantic_classes: the class file has a table without classes; take the one of a dataset.")
+    return rows
 
 
 def _class(name: Any, about: Any) -> GivenClass:
@@ -84,7 +94,7 @@ def _class(name: Any, about: Any) -> GivenClass:
     if isinstance(about, int) and not isinstance(about, bool):
         about = {"id": about}
     about = about or {}
-    color, number = about.get("color") if isinstance(about, Mapping) else None, about.get("id")
+    color, number = (about.get("color"), about.get("id")) if isinstance(about, Mapping) else (None, None)
     if not isinstance(about, Mapping) or not isinstance(number, (int, type(None))) or isinstance(number, bool):
         raise ConfigError(f"semantic_classes: {name!r} has {about!r}; {_FORM}.")
     if number is not None and not FIRST_ID <= number <= MAX_ID:

@@ -16,7 +16,7 @@ from usdsdg.writers.journal.recipe import FILE as RECIPE
 
 def set_disk_root(path: str | os.PathLike | None) -> None:
     """Set the root of relative output folders (setting /omni/replicator/backends/disk/root_dir)."""
-    current().disk_root = None if path is None else Path(path).expanduser()
+    current().disk_root = None if path is None else Path(os.path.expanduser(path))
 
 
 def disk_root() -> Path:
@@ -38,7 +38,7 @@ class DiskBackend(BaseBackend):
         Raises:
             OutputNotWritable: the folder cannot be created or written to.
         """
-        folder = disk_root() / Path(_path_of(output_dir)).expanduser()
+        folder = disk_root() / Path(os.path.expanduser(_path_of(output_dir)))
         _check_confined(folder)
         folder = current().run.placed(folder)
         self._folder = folder if overwrite else current().run.folder_to_go_on(folder) or _free_folder(folder)

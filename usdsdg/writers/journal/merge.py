@@ -47,7 +47,9 @@ def join(place: Place) -> int:
     if not parts and (folder / JOINED).is_dir():
         return len(journal.read(folder / BESIDE / NAME).frames)
     if not parts:
-        raise DatasetError(f"{place.name} has no parts to be joined: there is no {PARTS}")
+        is_whole = (folder / BESIDE / NAME).is_file() and journal.read(folder / BESIDE / NAME).is_complete
+        why = "it is whole already" if is_whole else f"there is no {PARTS}"
+        raise DatasetError(f"{place.name} has no parts to be joined: {why}")
     _check_shards(place.name, {part.name for part in parts})
     _check_recipes(place, parts)
     contents = {part.name: journal.read(part / NAME) for part in parts}

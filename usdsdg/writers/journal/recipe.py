@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -239,7 +240,7 @@ def _placeless(argument: str, where: str) -> str:
         leads_there = is_url(value) and (where == top or where.startswith(f"{top}/"))
         return f"{name}{equals}{OUTPUT}" if leads_there else argument
     folder = Path(where)
-    place = Path(value).expanduser().absolute()
+    place = Path(os.path.expanduser(value)).absolute()
     leads_there = bool(value) and (folder == place or folder.is_relative_to(place)) and place != Path(place.anchor)
     return f"{name}{equals}{OUTPUT}" if leads_there else argument
 

@@ -8,12 +8,11 @@ import os
 from collections.abc import Mapping
 from typing import Any, Protocol, runtime_checkable
 
-from pxr import UsdGeom
-
 from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.poses.transforms import up_axis
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer, global_seed
@@ -96,7 +95,7 @@ class RerunWriter(Writer):
             "products": data["renderProducts"],
             "draws": data["distribution_outputs"],
             "moment": Moment(self._frame_id, ticks / rate),
-            "up": str(UsdGeom.GetStageUpAxis(current_stage())),
+            "up": up_axis(current_stage()),
             "image_format": self._image_format,
         }
         if self._sink is not None:

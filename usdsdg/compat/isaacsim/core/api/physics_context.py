@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
+from pxr import Gf, Usd, UsdPhysics, UsdShade
 
 from usdsdg.compat.isaacsim.core.simulation_manager import SimulationManager
 from usdsdg.compat.isaacsim.core.simulation_manager.physics_scene import PhysicsScene
@@ -13,7 +13,7 @@ from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.errors import warn_once
 from usdsdg.session import stage_context
 from usdsdg.stage.physics.scenes import physics_scene
-from usdsdg.stage.poses.transforms import meters_per_unit
+from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 
 # Arguments of `sim_params` that are not attributes of a PhysicsScene; all others begin with "gpu_".
 _PARAMETERS = {
@@ -98,7 +98,7 @@ class PhysicsContext:
 
     def set_gravity(self, value: float) -> None:
         """Set gravity along the up axis [stage units/s²]; negative values pull down."""
-        axis = str(UsdGeom.GetStageUpAxis(self._scene.prim.GetStage()))
+        axis = up_axis(self._scene.prim.GetStage())
         down = -1.0 if value <= 0.0 else 1.0
         scene = self._scene.physics_scene
         scene.CreateGravityDirectionAttr().Set(Gf.Vec3f(*(down * (each == axis) for each in "XYZ")))
@@ -157,7 +157,7 @@ class PhysicsContext:
             self.set_physics_dt(value)
             self._scene.prim.GetStage().SetTimeCodesPerSecond(1.0 / value)
         elif name == "gravity":
-            axis = str(UsdGeom.GetStageUpAxis(self._scene.prim.GetStage()))
+            axis = up_axis(self._scene.prim.GetStage())
             self.set_gravity(value["XYZ".index(axis)])
         elif name == "solver_type":
             self.set_solver_type(value if isinstance(value, str) else ("PGS", "TGS")[bool(value)])

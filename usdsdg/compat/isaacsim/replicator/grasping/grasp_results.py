@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from pxr import Gf
@@ -21,7 +22,7 @@ class GraspResults:
     def set_results_output_dir(self, dir_path: str | None) -> None:
         """Set the folder of results; empty or None writes none."""
         given = dir_path.strip() if isinstance(dir_path, str) else ""
-        self._results_folder = Path(given).expanduser() if given else None
+        self._results_folder = Path(os.path.expanduser(given)) if given else None
 
     def get_results_output_dir(self) -> str | None:
         return str(self._results_folder) if self._results_folder else None

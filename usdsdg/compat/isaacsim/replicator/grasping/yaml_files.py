@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ def write_yaml_config(file_path: str, config: dict[str, Any], overwrite: bool = 
     if not file_path or not file_path.strip():
         _log.warning("write_yaml_config: no file is named")
         return False
-    file = Path(file_path).expanduser()
+    file = Path(os.path.expanduser(file_path))
     if file.exists() and not overwrite:
         _log.warning("%s exists and is not overwritten", file)
         return False
@@ -31,7 +32,7 @@ def write_yaml_config(file_path: str, config: dict[str, Any], overwrite: bool = 
 
 def read_yaml_config(file_path: str) -> dict[str, Any] | None:
     """Return the mapping in a file; None, with a warning, where there is no such file or it holds something else."""
-    file = Path(file_path).expanduser() if file_path and file_path.strip() else None
+    file = Path(os.path.expanduser(file_path)) if file_path and file_path.strip() else None
     if file is None or not file.is_file():
         _log.warning("there is no configuration file %s", file_path)
         return None

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Gf, UsdGeom, UsdPhysics
+from pxr import Gf, UsdPhysics
 
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.physics import scenes
+from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 
 Array = NDArray[np.float64]
 
@@ -29,9 +30,9 @@ class SceneGravity:
         direction = np.array(scene.GetGravityDirectionAttr().Get() if scene else (0, 0, 0), np.float64)
         magnitude = float(scene.GetGravityMagnitudeAttr().Get() if scene else -np.inf)
         if not direction.any():
-            direction = -np.eye(3)["XYZ".index(str(UsdGeom.GetStageUpAxis(stage)))]
+            direction = -np.eye(3)["XYZ".index(up_axis(stage))]
         if not np.isfinite(magnitude) or magnitude < 0.0:
-            magnitude = EARTH / UsdGeom.GetStageMetersPerUnit(stage)
+            magnitude = EARTH / meters_per_unit(stage)
         return (direction / np.linalg.norm(direction) * magnitude)[None]
 
     def write(self, attribute: str, rows: Sequence[int], values: Array) -> None:

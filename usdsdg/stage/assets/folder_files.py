@@ -1,0 +1,43 @@
+"""The files of a folder of assets."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from usdsdg.errors import AssetUnreadable
+
+
+def files_in(folder: str | os.PathLike[str], suffixes: tuple[str, ...], *, recursive: bool = True) -> list[str]:
+    """Return the sorted paths of the files with one of the suffixes, which are in lower case.
+
+    Links to folders are followed, to each folder once. Links to files that are gone are files too, which readers name.
+
+    Args:
+        recursive: also search the subfolders. Those that are removed meanwhile are left out.
+
+    Raises:
+        AssetUnreadable: this user may not read the folder or one in it, of which files would be missing.
+    """
+    return sorted(
+        path
+        for path in _paths(os.fspath(folder), recursive)
+        if Path(path).suffix.lower() in suffixes and (os.path.isfile(path) or os.path.islink(path))
+    )
+
+
+def _paths(folder: str, recursive: bool) -> Iterator[str]:
+    seen = {os.path.realpath(folder)}
+    for place, folders, files in os.walk(folder, followlinks=True, onerror=_refuse):
+        yield from (os.path.join(place, file) for file in files)
+        inside = sorted(folders) if recursive else []
+        real = {name: os.path.realpath(os.path.join(place, name)) for name in inside}
+        new = {path: name for name, path in reversed(real.items()) if path not in seen}
+        seen.update(new)
+        folders[:] = sorted(new.values())  # os.walk goes into these
+
+
+def _refuse(error: OSError) -> None:
+    if not isinstance(error, FileNotFoundError):
+        raise AssetUnreadable(
+            f"{error.filename} cannot be searched for files: {error.strerror}. Let this user read it, or take it away."
+        ) from error
