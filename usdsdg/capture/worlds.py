@@ -16,6 +16,7 @@ from usdsdg.capture.render_settings import RenderMode, glass_labels, path_settin
 from usdsdg.capture.time_dependence import check_time_independent
 from usdsdg.errors import ArgumentError, Unsupported
 from usdsdg.graph.evaluate import graph
+from usdsdg.graph.node import Node
 from usdsdg.graph.worlds import WorldDraws
 from usdsdg.session import engines
 from usdsdg.session.progress import FRAMES, report
@@ -112,6 +113,7 @@ class WorldTap:
         self._stage: Usd.Stage | None = None
         self._checked: Usd.Stage | None = None  # whose frames do not follow from each other
         self._drawn: WorldValues | None = None  # the last, of which that stage shows world 0
+        self._nodes: list[Node] = []  # that have drawn them
 
     def draw(self, frame: int) -> WorldValues:
         """Run the graph for the worlds that begin with `frame`.
@@ -126,8 +128,10 @@ class WorldTap:
             check_time_independent(_REMEDY)
             self._checked, self._drawn = current_stage(), None
         with _stage_lock:
+            nodes = [node for trigger in graph().triggers for node in trigger.nodes]
             if self._drawn is not None:
-                self._drawn.author_last(current_stage())
+                self._drawn.author_last(current_stage(), steady=nodes != self._nodes)
+            self._nodes = nodes
             draws = WorldDraws(graph(), frame, self.count)
             values = self._drawn = draws.values()
             draws.count_triggers()

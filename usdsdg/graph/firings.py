@@ -42,6 +42,11 @@ class Firings:
             fires &= np.cumsum(fires) <= remaining
         return Firings(trigger, fires, (interval, trigger.max_execs, trigger.executions, trigger.counted_from))
 
+    @property
+    def is_steady(self) -> bool:
+        """Whether it fires in every frame, also in those that follow."""
+        return self.cadence[:2] == (1, 0)
+
     def later(self) -> np.ndarray:
         """(frames,) how often it has fired since the first frame, that one left out."""
         return np.cumsum(self.fires) - int(self.fires[0])

@@ -90,7 +90,8 @@ class WorldDraws:
             # Where all worlds have one draw it is on the stage, and among the values for those who save a world.
             with nullcontext() if executions[-1] > executions[0] else suppress(Unsupported):
                 _run_twin(node, executions, values)
-            uses.note((*firings.cadence, executed), values)
+            uses.note((*firings.cadence, executed), values, is_steady=firings.is_steady)
+        values.steady = uses.steady()
         return values
 
     def _drawn_in_turn(self) -> WorldValues:

@@ -67,12 +67,14 @@ class WorldValues:
         time: at which what does not differ is read.
         values: (worlds, ...) arrays, in the precision of the attribute.
         sources: what has drawn the values of a prim, for messages.
+        steady: prim path and name of the attributes that every frame writes anew.
     """
 
     def __init__(self, count: int, time: Usd.TimeCode = Usd.TimeCode.Default()) -> None:  # noqa: B008
         self.count, self.time = count, time
         self.values: dict[Sdf.Path, dict[str, Array]] = {}
         self.sources: dict[Sdf.Path, str] = {}
+        self.steady: frozenset[tuple[Sdf.Path, str]] = frozenset()
         self._reads: set[tuple[Sdf.Path, str]] = set()
         self._writes: set[tuple[Sdf.Path, str]] = set()
 
@@ -189,20 +191,27 @@ class WorldValues:
                 for name, column in values.items():
                     _author(prim.GetAttribute(name), column[world])
 
-    def author_last(self, stage: Usd.Stage) -> None:
-        """Author the values of the last world where the stage has those of the first; what differs from these stays."""
+    def author_last(self, stage: Usd.Stage, *, steady: bool) -> None:
+        """Author the values of the last world where the stage has those of the first; what differs from these stays.
+
+        steady: also those that every frame writes anew.
+        """
         changed = []
         for path, values in self.values.items():
-            prim = stage.GetPrimAtPath(path)
-            for name, column in values.items():
-                if not np.array_equal(column[0], column[-1]) and (attribute := prim.GetAttribute(name)):
-                    found = number_of(attribute, self.time)
-                    # Actions and arrays round differently.
-                    if np.shape(found) == column[0].shape and np.allclose(found, column[0], rtol=1e-5, atol=1e-6):
-                        changed.append((attribute, column[-1]))
+            names = values if steady else [name for name in values if (path, name) not in self.steady]
+            for name in names:
+                first, last = values[name][0], values[name][-1]
+                attribute = stage.GetPrimAtPath(path).GetAttribute(name)
+                if attribute and not np.array_equal(first, last) and _is_about(number_of(attribute, self.time), first):
+                    changed.append((attribute, last))
         with Sdf.ChangeBlock():
             for attribute, value in changed:
                 _author(attribute, value)
+
+
+def _is_about(value: Any, other: Array) -> bool:
+    """Whether numbers are the same but for their rounding, which differs between actions and arrays."""
+    return np.shape(value) == np.shape(other) and np.allclose(value, other, rtol=1e-5, atol=1e-6)
 
 
 def number_of(attribute: Usd.Attribute, time: Usd.TimeCode) -> Any:
