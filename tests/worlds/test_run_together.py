@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from usdsdg.capture.pictures_ahead import PicturesAhead
@@ -71,3 +72,35 @@ def test_what_worlds_cannot_draw_is_rendered_one_by_one_with_a_warning(tmp_path)
     assert found[0] == found[1]
     assert "OgnScatter2D" in done.output
     assert "Frames are rendered one by one" in done.output
+
+
+LIMITED = """
+import omni.replicator.core as rep
+
+cube = rep.create.cube(semantics=[("class", "cube")])
+rep.create.light(light_type="dome", intensity=500)
+product = rep.create.render_product(rep.create.camera(position=(5, 0, 4), look_at=(0, 0, 0)), (24, 16))
+with rep.trigger.on_frame(max_execs=4), cube:
+    rep.modify.pose(position=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))
+with rep.trigger.on_frame(max_execs=2, interval=2), cube:
+    rep.randomizer.rotation()
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir="{folder}", rgb=True, bounding_box_2d_tight=True)
+writer.attach(product)
+rep.orchestrator.run_until_complete({frames})
+"""
+
+
+@pytest.mark.parametrize(("frames", "expected"), [("num_frames=9", 4), ("num_frames=2", 2), ("", 4)])
+def test_runs_end_with_their_triggers(tmp_path, frames, expected):
+    found = []
+    for name, options in (("single", []), ("together", ["--worlds", "3"])):
+        session.restart()
+        script = tmp_path / f"{name}.py"
+        script.write_text(LIMITED.format(folder=tmp_path / name, frames=frames))
+        done = CliRunner().invoke(app, ["run", "-q", "--device", "cpu", *options, str(script)])
+        assert done.exit_code == 0, done.output
+        found.append({file.name: file.read_bytes() for file in (tmp_path / name).glob("[rb]*_*.*")})
+    session.restart()
+    assert sum(name.startswith("rgb") for name in found[0]) == expected
+    assert found[0] == found[1]

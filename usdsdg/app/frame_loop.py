@@ -22,6 +22,7 @@ from usdsdg.capture.requests import is_watched
 from usdsdg.capture.worlds import WorldTap
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph import evaluate
+from usdsdg.graph.firings import frames_until_exhausted
 from usdsdg.session import stage_context
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.progress import FRAMES, report
@@ -47,7 +48,7 @@ class Orchestrator:
         self._start_unseen = False
         self._frames_of_run = 0  # captured since it started
         self._runs = False  # whether `run` or a playing timeline captures, not single steps
-        self._last: int | None = None  # frame before which the current `run` ends; None: not known
+        self._last: int | None = None  # frame before which the current `run` ends; None: triggers end it
         self.frames_without_end: int | None = None  # of a run that nothing ends; None: an error
 
     def reset(self) -> None:
@@ -77,6 +78,8 @@ class Orchestrator:
         self._start_if_stopped()
         count = count if self._last is None else max(1, min(count, self._last - self.captures))
         try:
+            if self._runs and (ending := _triggers_that_end(self._last)):
+                count = frames_until_exhausted(ending, self.captures, count)
             return PicturesAhead(self.captures, count)
         except Unsupported as error:
             warn_once(f"{error} Frames are rendered one by one.")
@@ -233,7 +236,7 @@ class Orchestrator:
         expected_before = self._capture.expected_frames  # by a job that this run is part of
         self._capture.expected_frames = None if num_frames is None else self.captures + num_frames
         last = self.captures + (num_frames or 0)
-        self._last = last if num_frames is not None else self.captures + _frames_to_limits(self.captures)
+        self._last = last if num_frames is not None else None
         self._start_unseen = True
         frames_remain = _triggers_remain if num_frames is None else lambda: self.captures < last and not _all_ended()
         try:
@@ -325,12 +328,14 @@ def _all_ended() -> bool:
     return bool(triggers) and all(trigger.max_execs and trigger.exhausted for trigger in triggers)
 
 
-def _frames_to_limits(frame: int) -> int:
-    """Return how many frames from `frame` on it takes until all frame triggers with `max_execs` have reached it."""
-    limited = [each for each in evaluate.graph().triggers if each.max_execs and each.kind == "OgnOnFrame"]
-    return (
-        max((each.max_execs - 1) * int(each.node.inputs["interval"]) + 1 - frame for each in limited) if limited else 1
-    )
+def _triggers_that_end(last: int | None) -> list[evaluate.Trigger]:
+    """Return the triggers that end a run when all of them have reached their limits; `last` is the end of its frames.
+
+    Beside a number of frames, triggers without a limit fire until that is reached.
+    """
+    triggers = evaluate.graph().triggers
+    limited = [trigger for trigger in triggers if trigger.max_execs]
+    return limited if last is None or len(limited) == len(triggers) else []
 
 
 def _triggers_remain() -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +43,11 @@ class Firings:
             fires &= np.cumsum(fires) <= remaining
         return Firings(trigger, fires, (interval, trigger.max_execs, trigger.executions, trigger.counted_from))
 
+    def exhausts(self) -> np.ndarray:
+        """(frames,) bool, after which frames it has reached its limit; False where it has none."""
+        fired = self.trigger.executions - self.trigger.counted_from + np.cumsum(self.fires)
+        return (fired >= self.trigger.max_execs) & (self.trigger.max_execs > 0)
+
     @property
     def is_steady(self) -> bool:
         """Whether it fires in every frame, also in those that follow."""
@@ -50,3 +56,16 @@ class Firings:
     def later(self) -> np.ndarray:
         """(frames,) how often it has fired since the first frame, that one left out."""
         return np.cumsum(self.fires) - int(self.fires[0])
+
+
+def frames_until_exhausted(triggers: Sequence[Trigger], frame: int, count: int) -> int:
+    """Return after how many of `count` frames, the first being `frame`, all triggers have reached their limits.
+
+    That is `count` where they do not, and 1 where they have before.
+
+    Raises:
+        Unsupported: a trigger does not fire by frames.
+    """
+    frames = frame + np.arange(count)
+    exhausted = np.all([Firings.of(trigger, frames).exhausts() for trigger in triggers], axis=0)
+    return int(np.argmax(exhausted)) + 1 if exhausted.any() else count
