@@ -16,6 +16,7 @@ from usdsdg import annotators, augmentations_default
 from usdsdg.annotators.augmentations import colors, filters, geometry, images, noise
 from usdsdg.annotators.augmentations.defaults import DEFAULT_AUGMENTATIONS
 from usdsdg.errors import AugmentationError
+from usdsdg.graph.sampling import set_global_seed
 
 pictures = arrays(np.uint8, st.tuples(st.integers(1, 9), st.integers(1, 9), st.sampled_from([3, 4])))
 
@@ -460,6 +461,7 @@ def test_pictures_are_resized_to_the_frame(tmp_path):
     ],
 )
 def test_older_spellings_draw_for_every_frame(name, options):
+    set_global_seed(1)  # of one in fifty seeds two frames draw the same kernel
     frame = make_frame(street(), (32, 24))
     annotator = annotators.get("rgb").augment(f"omni.replicator.core.{name}", **options)
     frames = [dataclasses.replace(frame, index=index, memo={}) for index in (0, 1, 0)]
