@@ -3,6 +3,7 @@
 import os
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from usdsdg import errors
 from usdsdg.graph.sampling import set_global_seed
@@ -12,6 +13,10 @@ from usdsdg.stage import assets
 
 # No test asks a server for an asset, but those that have one of their own.
 os.environ.setdefault("USDSDG_FETCH_ASSETS", "0")
+
+# How long an example takes depends on what else the machine does.
+settings.register_profile("usdsdg", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("usdsdg")
 
 
 @pytest.fixture(autouse=True)
