@@ -35,7 +35,7 @@ class Firings:
         """
         if trigger.kind != "OgnOnFrame":
             raise Unsupported(f"worlds: {trigger.node.describe()} does not fire by frames, as worlds need. {REMEDY}")
-        interval, remaining = int(trigger.node.inputs["interval"]), len(frames)
+        interval = int(trigger.node.inputs["interval"])
         # The preview has drawn what frame 0 shows.
         fires = (frames > 0) & (frames % interval == 0)
         if trigger.max_execs > 0:

@@ -74,7 +74,7 @@ class WorldDraws:
         try:
             values = self._drawn_together(uses)
         except GraphError:
-            # Of a node that reads what others write, in one of the frames or in none.
+            # A node may have read what its frame does not have; drawn in turn it fails only where the frame would.
             uses.are_in_order = False
         return values if uses.are_in_order else self._drawn_in_turn()
 
@@ -107,7 +107,7 @@ class WorldDraws:
                 with suppress(Unsupported):
                     _run_twin(node, np.array([executed - 1]), scratch)
                 sequence.keep(scratch)
-        return sequence.values()
+        return sequence.values
 
     def _runs_of(self, world: int) -> Iterator[tuple[Node, int]]:
         """Go over the nodes that run in a world after the first, with the numbers of their executions."""
