@@ -45,9 +45,10 @@ class WorldSequence:
             attribute = self._stage.GetPrimAtPath(path).GetAttribute(name)
             first: Any = number_of(attribute, self.now.time)
             if first is None or np.shape(first) != np.shape(like):
+                lacks = "no value" if first is None else "a value of another size"
                 raise Unsupported(
-                    f"worlds: {attribute.GetPath()} has {'no value' if first is None else 'a value of another size'} in world "
-                    "0 and cannot have one in others. Run without worlds."
+                    f"worlds: {attribute.GetPath()} has {lacks} in world 0 and cannot have one in others. Run without "
+                    "worlds."
                 )
             columns[name] = np.repeat(np.asarray(first, np.asarray(like).dtype)[None], self.values.count, axis=0)
         return columns[name]
