@@ -62,14 +62,14 @@ def _rooms(device: str | None) -> dict[str, Callable[[], object]]:
 
 
 def _load_pixel_kernels(device: str, progress: Callable[[str, int, int | None], None]) -> None:
-    """Load the kernels of annotators: for images on the device, and for those in the memory of the host."""
+    """Load the kernels of annotators, for images on the device and in the memory of the host, and those of writers."""
     import warp as wp
 
     from usdsdg.compilation import ModuleLoad, kernel_modules, load_modules
     from usdsdg.parallel import CUDA_BLOCK, available_threads
 
     modules = kernel_modules("usdsdg.annotators")
-    loads = [ModuleLoad(module, wp.get_device("cpu")) for module in modules]
+    loads = [ModuleLoad(module, wp.get_device("cpu")) for module in [*modules, *kernel_modules("usdsdg.writers")]]
     if wp.get_device(device).is_cuda:
         loads += [ModuleLoad(module, wp.get_device(device), CUDA_BLOCK) for module in modules]
     load_modules(loads, what="annotator kernels", threads=available_threads(), progress=progress)

@@ -2,7 +2,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from usdsdg.writers.formats.shapes.drawing import Canvas, clip_to_rectangle
+from usdsdg.writers.formats.shapes.clipping import clip_to_rectangle
+from usdsdg.writers.formats.shapes.drawing import Canvas
 
 WHITE = (255, 255, 255)
 positions = st.tuples(st.floats(-60, 120), st.floats(-60, 120))

@@ -15,7 +15,7 @@ from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.verify.checks.compare import of_pixels
 from usdsdg.verify.checks.poses import keypoints
-from usdsdg.writers.formats.shapes.drawing import clip_to_rectangle
+from usdsdg.writers.formats.shapes.clipping import clip_to_rectangle
 
 _KINDS = {"bounding_box_2d_tight_fast": "tight", "bounding_box_2d_loose_fast": "loose", "bounding_box_3d_fast": "3d"}
 _LINE_COLOR = "green"

@@ -16,7 +16,7 @@ from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json
 from usdsdg.writers.formats.pose.intrinsics import intrinsics
 from usdsdg.writers.formats.pose.pose_overlay import PosedBox, draw_overlay
-from usdsdg.writers.formats.shapes import cuboid
+from usdsdg.writers.formats.shapes import cuboid, drawing
 from usdsdg.writers.formats.shapes.camera_projection import project
 from usdsdg.writers.formats.shapes.pose import Pose, quaternion, truncation_ratio
 from usdsdg.writers.options import typed
@@ -142,6 +142,7 @@ class PoseWriter(Writer):
         described = {"camera_data": self._camera_data(camera), "keypoint_order": list(self._order), "objects": objects}
         steps = [partial(write_image, path=f"{stem}.{self._image_format}", data=rgb)]
         if self._debug:
+            drawing.load()  # a thread that writes cannot once the program is ending
             overlay = f"{stem}_overlay.{self._image_format}"
             steps.append(partial(_write_overlay, path=overlay, image=rgb, boxes=drawn, params=camera))
         # JSON last, so that a frame with JSON has its images.
