@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.errors import Unsupported
-from usdsdg.stage.poses.rotations import ROTATION_ORDERS, matrix_from_quat
+from usdsdg.stage.poses.rotations import ROTATION_ORDERS, matrix_from_euler, matrix_from_quat
 from usdsdg.stage.poses.transforms import as_array
 
 Array = NDArray[Any]
@@ -286,38 +286,5 @@ def _rotations(kind: Any, values: Array) -> Array:
     if kind in _SINGLE:
         angles = np.zeros((*values.shape, 3))
         angles[..., _SINGLE[kind]] = values
-        return _euler_rotations(angles, "XYZ")
-    return _euler_rotations(values, _EULER[kind])
-
-
-def _euler_rotations(degrees: Array, order: str) -> Array:
-    """Return `matrix_from_euler` as USD computes it, by quaternions: what is left of the cosine of 90 degrees, too."""
-    half = np.moveaxis(np.radians(degrees) / 2.0, -1, 0)
-    real, imaginary = np.cos(half), np.sin(half)
-    inverse_length = 1.0 / np.sqrt(real * real + imaginary * imaginary)
-    real, imaginary = real * inverse_length, imaginary * inverse_length
-    cosines, sines = 1.0 - 2.0 * (imaginary * imaginary), 2.0 * (imaginary * real)
-    if order == "XYZ":
-        return _xyz_product(*cosines, *sines)
-    first, second, third = (_about(axis, cosines[axis], sines[axis]) for axis in map("XYZ".index, order))
-    return first @ second @ third
-
-
-def _about(axis: int, cosine: Array, sine: Array) -> Array:
-    """Return rotations (..., 3, 3) about an axis."""
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    matrices = np.zeros((*cosine.shape, 3, 3))
-    matrices[..., axis, axis] = 1.0
-    matrices[..., i, i] = matrices[..., j, j] = cosine
-    matrices[..., i, j], matrices[..., j, i] = sine, -sine
-    return matrices
-
-
-def _xyz_product(cx: Array, cy: Array, cz: Array, sx: Array, sy: Array, sz: Array) -> Array:
-    """Return the products of rotations about x, y and z by their cosines and sines."""
-    matrices = np.empty((*cx.shape, 3, 3))
-    sxsy, cxsy = sx * sy, cx * sy
-    matrices[..., 0, 0], matrices[..., 0, 1], matrices[..., 0, 2] = cy * cz, cy * sz, -sy
-    matrices[..., 1, 0], matrices[..., 1, 1], matrices[..., 1, 2] = sxsy * cz - cx * sz, sxsy * sz + cx * cz, sx * cy
-    matrices[..., 2, 0], matrices[..., 2, 1], matrices[..., 2, 2] = cxsy * cz + sx * sz, cxsy * sz - sx * cz, cx * cy
-    return matrices
+        return matrix_from_euler(angles, "XYZ")
+    return matrix_from_euler(values, _EULER[kind])

@@ -30,6 +30,13 @@ def test_euler_matrices_are_those_of_gf(order, degrees):
     np.testing.assert_allclose(rotations.matrix_from_euler(degrees, order), gf_matrix(degrees, order), atol=1e-9)
 
 
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("degrees", [90, -90, 180, 270, 45])
+def test_turns_about_one_axis_leave_of_zeros_what_usd_leaves(axis, degrees):
+    turn = degrees * np.eye(3)[axis]
+    assert (rotations.matrix_from_euler(turn) == gf_matrix(turn)).all()
+
+
 @pytest.mark.parametrize("order", ORDERS)
 @given(degrees=angles)
 @settings(max_examples=30)

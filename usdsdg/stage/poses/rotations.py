@@ -108,10 +108,17 @@ def rotated(quat_xyzw: ArrayLike, vectors: ArrayLike) -> Array:
 def matrix_from_euler(degrees: ArrayLike, order: str = "XYZ") -> Array:
     """Return the rotation matrices (..., 3, 3) of a USD rotate op; "XYZ" rotates about x first.
 
-    Angles (..., 3) are about x, y, z, whatever the order.
+    Angles (..., 3) are about x, y, z, whatever the order. By quaternions, as USD computes them: that decides what is
+    left of the cosine of 90 degrees.
     """
-    angles = np.radians(np.asarray(degrees, np.float64))
-    first, second, third = (_axis_rotation("XYZ".index(axis), angles) for axis in order.upper())
+    half = np.moveaxis(np.radians(np.asarray(degrees, np.float64)) / 2.0, -1, 0)
+    real, imaginary = np.cos(half), np.sin(half)
+    inverse_length = 1.0 / np.sqrt(real * real + imaginary * imaginary)
+    real, imaginary = real * inverse_length, imaginary * inverse_length
+    cosines, sines = 1.0 - 2.0 * (imaginary * imaginary), 2.0 * (imaginary * real)
+    if order.upper() == "XYZ":
+        return _xyz_product(*cosines, *sines)
+    first, second, third = (_about(axis, cosines[axis], sines[axis]) for axis in map("XYZ".index, order.upper()))
     return first @ second @ third
 
 
@@ -172,11 +179,21 @@ def decompose(matrix: ArrayLike) -> Pose:
     return Pose(m[..., 3, :3].copy(), quat_from_matrix(left @ right), np.where(vanished, 0.0, scale))
 
 
-def _axis_rotation(axis: int, angles: Array) -> Array:
-    a, b = (axis + 1) % 3, (axis + 2) % 3
-    cos, sin = np.cos(angles[..., axis]), np.sin(angles[..., axis])
-    m = np.zeros((*cos.shape, 3, 3))
-    m[..., axis, axis] = 1.0
-    m[..., a, a], m[..., b, b] = cos, cos
-    m[..., a, b], m[..., b, a] = sin, -sin
-    return m
+def _about(axis: int, cosine: Array, sine: Array) -> Array:
+    """Return rotations (..., 3, 3) about an axis."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    matrices = np.zeros((*cosine.shape, 3, 3))
+    matrices[..., axis, axis] = 1.0
+    matrices[..., i, i] = matrices[..., j, j] = cosine
+    matrices[..., i, j], matrices[..., j, i] = sine, -sine
+    return matrices
+
+
+def _xyz_product(cx: Array, cy: Array, cz: Array, sx: Array, sy: Array, sz: Array) -> Array:
+    """Return the products of rotations about x, y and z by their cosines and sines."""
+    matrices = np.empty((*cx.shape, 3, 3))
+    sxsy, cxsy = sx * sy, cx * sy
+    matrices[..., 0, 0], matrices[..., 0, 1], matrices[..., 0, 2] = cy * cz, cy * sz, -sy
+    matrices[..., 1, 0], matrices[..., 1, 1], matrices[..., 1, 2] = sxsy * cz - cx * sz, sxsy * sz + cx * cz, sx * cy
+    matrices[..., 2, 0], matrices[..., 2, 1], matrices[..., 2, 2] = cxsy * cz + sx * sz, cxsy * sz - sx * cz, cx * cy
+    return matrices
