@@ -175,6 +175,8 @@ class WarpRenderer:
             parts. The AOV `instance` has entries then.
         """
         results: list[dict[str, Any]] = [{} for _ in views]
+        if not aovs:
+            return results
         divided = self._divided(faces)
         for indices in view_batches.label_batches(views):
             batch = self._divided_batch([views[k] for k in indices], aovs, divided)

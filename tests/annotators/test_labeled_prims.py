@@ -397,3 +397,28 @@ def test_labels_of_materials_follow_what_is_bound_in_mid_run(stage):
         assert labels() == ["box", label]
     binding.UnbindAllBindings()
     assert labels() == ["box"]
+
+
+def test_the_points_of_copies_of_an_asset_are_read_once_and_own_ones_are_their_own(stage, monkeypatch):
+    asset = new_stage()
+    mesh = UsdGeom.Mesh.Define(asset, "/Part/Mesh")
+    points, corners = [(0, 0, 0), (1, 0, 0), (0, 2, 0)], [0, 1, 2]
+    mesh.GetPointsAttr().Set(points)
+    mesh.GetFaceVertexCountsAttr().Set([3])
+    mesh.GetFaceVertexIndicesAttr().Set(corners)
+    for k in range(4):
+        part = xform(stage, f"/World/Part_{k}", translate=(k, 0, 0))
+        part.GetReferences().AddReference(asset.GetRootLayer().identifier, "/Part")
+        add_labels(part, {"class": ["part"]})
+    own = UsdGeom.Mesh.Get(stage, "/World/Part_2/Mesh")
+    own.GetPointsAttr().Set([(0, 0, 0), (3, 0, 0), (0, 2, 0)])
+    place(stage.GetPrimAtPath("/World/Part_3/Mesh"), scale=(2, 2, 2))
+    reads = []
+    read_hull = prim_bounds.read_hull
+    monkeypatch.setattr(prim_bounds, "read_hull", lambda prim, *a, **k: reads.append(prim) or read_hull(prim, *a, **k))
+
+    reader, gprims = LabeledPrimReader(stage), [f"/World/Part_{k}/Mesh" for k in range(4)]
+    np.testing.assert_array_equal(reader.read(gprims).bounds[:, 1, :2], [(1, 2), (1, 2), (3, 2), (2, 4)])
+    assert len(reads) == 2
+    mesh.GetPointsAttr().Set([(0, 0, 0), (7, 0, 0), (0, 2, 0)])  # in the asset
+    np.testing.assert_array_equal(reader.read(gprims).bounds[:, 1, :2], [(7, 2), (7, 2), (3, 2), (14, 4)])

@@ -5,6 +5,7 @@ those of the points that faces use; bounds of quadrics are those of the exact su
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from pxr import Usd, UsdGeom, Vt
@@ -102,11 +103,14 @@ def _box_corners(low, high) -> np.ndarray:
 
 
 def _points_hull(points: np.ndarray) -> Hull:
-    def bound(matrix: np.ndarray) -> np.ndarray:
-        moved = points @ matrix[:3, :3] + matrix[3, :3]
+    # Copies of an asset have one hull and the same place in it.
+    @lru_cache(maxsize=8)
+    def bound_by(matrix: bytes) -> np.ndarray:
+        rows = np.frombuffer(matrix, np.float64).reshape(4, 4)
+        moved = points @ rows[:3, :3] + rows[3, :3]
         return np.stack([moved.min(axis=0), moved.max(axis=0)])
 
-    return bound
+    return lambda matrix: bound_by(np.ascontiguousarray(matrix, np.float64).tobytes()).copy()
 
 
 def _discs_hull(discs: list[tuple[np.ndarray, np.ndarray | None, float]]) -> Hull:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
@@ -32,6 +33,7 @@ class PrimBounds:
         self._stage = stage
         self._hulls: dict[Sdf.Path, Hull | None] = {}
         self._static: set[Sdf.Path] = set()  # gprims whose hull does not vary over time
+        self._of_sources: dict[tuple[Any, ...], Hull | None] = {}  # hulls of meshes, by where their points are authored
         self._divided: set[Sdf.Path] = set()  # meshes whose GeomSubsets are gprims of their own
         self._skinning = Skinning()
         self._bounds: dict[Sdf.Path, dict[tuple[Owner, _Group], np.ndarray]] = {}  # by path of the owner
@@ -60,6 +62,7 @@ class PrimBounds:
     def leave_time(self) -> None:
         """Forget what holds only for the time of the last frame."""
         self._hulls = {path: hull for path, hull in self._hulls.items() if path in self._static}
+        self._of_sources.clear()
         self._forget()
 
     def divide(self, gprims: Iterable[str]) -> None:
@@ -73,6 +76,8 @@ class PrimBounds:
 
     def follow(self, changes: Changes) -> None:
         """Forget what changes of the stage concern."""
+        if changes.resynced or any(not _GEOMETRY.isdisjoint(names) for names in changes.by_names):
+            self._of_sources.clear()
         if self._skinning.is_affected_by(self._stage, changes):
             self._skinning.invalidate()
             self._hulls.clear()
@@ -116,8 +121,7 @@ class PrimBounds:
     ) -> np.ndarray | None:
         prim = self._stage.GetPrimAtPath(path)
         if path not in self._hulls:
-            self._hulls[path] = read_hull(prim, cache.GetTime(), self._skinning, divided=path in self._divided)
-            self._note_whether_static(prim)
+            self._hulls[path] = self._read_hull(prim, cache.GetTime())
         hull = self._hulls[path]
         if hull is None:
             return None
@@ -128,15 +132,25 @@ class PrimBounds:
         # With an instancer or `resetXformStack` between the two, only their world transforms are comparable.
         return hull(frames.to_world(path, steps) @ np.linalg.inv(frames.to_world(owner.path, owner.steps)))
 
-    def _note_whether_static(self, prim: Usd.Prim) -> None:
+    def _read_hull(self, prim: Usd.Prim, time: Usd.TimeCode) -> Hull | None:
+        """Read the hull of a gprim; that of a mesh once for all prims that get its points from one place."""
+        divided = prim.GetPath() in self._divided
+        is_static = self._note_whether_static(prim)
+        source = _source(prim) if is_static and not divided else None
+        if source is None:
+            return read_hull(prim, time, self._skinning, divided=divided)
+        if source not in self._of_sources:
+            self._of_sources[source] = read_hull(prim, time, self._skinning)
+        return self._of_sources[source]
+
+    def _note_whether_static(self, prim: Usd.Prim) -> bool:
         varies = any(
             attribute.GetName() in _GEOMETRY and attribute.ValueMightBeTimeVarying()
             for attribute in prim.GetAuthoredAttributes()
         )
-        if varies or have_velocities(prim) or self._skinning.is_skinned(prim):
-            self._static.discard(prim.GetPath())
-        else:
-            self._static.add(prim.GetPath())
+        is_static = not (varies or have_velocities(prim) or self._skinning.is_skinned(prim))
+        (self._static.add if is_static else self._static.discard)(prim.GetPath())
+        return is_static
 
     def _forget_geometry(self, paths: Iterable[Sdf.Path]) -> None:
         """Forget gprims, also the subsets of a mesh, and of a subset the mesh and the other ones."""
@@ -163,3 +177,11 @@ class PrimBounds:
     def _forget(self) -> None:
         self._bounds.clear()
         self._all = None
+
+
+def _source(prim: Usd.Prim) -> tuple[Any, ...] | None:
+    """Return all layers and paths that decide the points of a static mesh, None for other gprims."""
+    if prim.GetTypeName() != "Mesh":
+        return None
+    stacks = [prim.GetAttribute(name).GetPropertyStack() for name in ("points", "faceVertexIndices")]
+    return tuple((spec.layer, spec.path) for stack in stacks for spec in stack)
