@@ -123,17 +123,13 @@ class StageRecords:
         if self._in_order is None:
             # Sorted, since changes come in an order that differs from process to process.
             self._in_order = [(path, kind, each) for path, (each, kind) in sorted(self._changed.items())]
-        edits = [
-            (path, kind, each.GetTargets() if kind is None else each.Get(time))
-            for path, kind, each in self._in_order
-            if each
-        ]
+        edits = _values(self._in_order, time)
         facts = {
             "time": None if time.IsDefault() else time.GetValue(),
             "glass": glass_labels(),
             "subsets": get_settings().get_as_bool(SUBSETS),
         }
-        return StageMoment(*self._base, tuple(each for each in edits if each[2] is not None), facts)
+        return StageMoment(*self._base, edits, facts)
 
     def follow(self) -> None:
         """Take note of what has changed until this capture."""
@@ -168,6 +164,21 @@ class StageRecords:
                     elif name.startswith(_BINDINGS) and (binding := self._stage.GetRelationshipAtPath(path)):
                         self._changed[path], self._in_order = (binding, None), None
             self._noted[prim] = names if noted is None else noted | names
+
+
+def _values(
+    properties: Sequence[tuple[Sdf.Path, Any, Any]], time: Usd.TimeCode
+) -> tuple[tuple[Sdf.Path, Any, Any], ...]:
+    """Return the values of attributes, and the targets of relationships, that are there."""
+
+    def value(kind: Any, of: Any) -> Any:
+        return of.GetTargets() if kind is None else of.Get(time)
+
+    try:
+        found = [(path, kind, value(kind, each)) for path, kind, each in properties]
+    except RuntimeError:  # a prim is gone; to ask each first takes a third of the time
+        found = [(path, kind, value(kind, each)) for path, kind, each in properties if each]
+    return tuple(each for each in found if each[2] is not None)
 
 
 def _matters(path: Sdf.Path) -> bool:
