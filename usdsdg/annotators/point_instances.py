@@ -5,7 +5,7 @@ instancers append theirs: `path[inner][outer]`. When several instancers share a 
 order of the instancers on the stage.
 """
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -132,14 +132,11 @@ class PointFrames:
 
     def to_world(self, path: Sdf.Path, steps: Steps) -> np.ndarray:
         """Return the (4, 4) local-to-world matrix of the prim at `path`, instanced through `steps`."""
-        prim = self._stage.GetPrimAtPath(path)
         if not steps:
-            return as_array(self._cache.GetLocalToWorldTransform(prim))
+            return as_array(self._cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(path)))
         step = steps[0]
-        # A point maps the parent frame of its prototype's root to the instancer's frame.
-        above = self._stage.GetPrimAtPath(step.prototype.GetParentPath())
-        relative, _ = self._cache.ComputeRelativeTransform(prim, above)
-        return as_array(relative) @ self._point(step) @ self.to_world(step.instancer, steps[1:])
+        point = self._points_of(step.instancer)[step.point]
+        return self._to_parent(path, step.prototype) @ point @ self.to_world(step.instancer, steps[1:])
 
     def all_to_world(self, places: Sequence[tuple[Sdf.Path, Steps]]) -> np.ndarray:
         """Return `to_world` of many prims, (N, 4, 4)."""
@@ -148,15 +145,26 @@ class PointFrames:
         prims = [self._stage.GetPrimAtPath(places[row][0]) for row in alone]
         # One array of USD's for all: NumPy takes matrices one by one slowly.
         matrices[alone] = np.array(Vt.Matrix4dArray(list(map(self._cache.GetLocalToWorldTransform, prims))))
+        # Points of one instancer that draw one prim differ in their own matrices alone.
+        rows: defaultdict[tuple[Sdf.Path, Sdf.Path, Sdf.Path, Steps], list[int]] = defaultdict(list)
         for row, (path, steps) in enumerate(places):
             if steps:
-                matrices[row] = self.to_world(path, steps)
+                rows[path, steps[0].prototype, steps[0].instancer, steps[1:]].append(row)
+        for (path, prototype, instancer, outer), some in rows.items():
+            known = self._points_of(instancer)
+            points = np.array([known[places[row][1][0].point] for row in some])
+            matrices[some] = self._to_parent(path, prototype) @ points @ self.to_world(instancer, outer)
         return matrices
 
-    def _point(self, step: Step) -> np.ndarray:
-        if step.instancer not in self._points:
-            self._points[step.instancer] = self._read(step.instancer)
-        return self._points[step.instancer][step.point]
+    def _to_parent(self, path: Sdf.Path, prototype: Sdf.Path) -> np.ndarray:
+        """Return the matrix (4, 4) from a prim to the frame above a prototype's root, which points move."""
+        above = self._stage.GetPrimAtPath(prototype.GetParentPath())
+        return as_array(self._cache.ComputeRelativeTransform(self._stage.GetPrimAtPath(path), above)[0])
+
+    def _points_of(self, instancer: Sdf.Path) -> dict[int, np.ndarray]:
+        if instancer not in self._points:
+            self._points[instancer] = self._read(instancer)
+        return self._points[instancer]
 
     def _read(self, path: Sdf.Path) -> dict[int, np.ndarray]:
         """Return point id → (4, 4) matrix to the instancer's frame."""
@@ -165,4 +173,4 @@ class PointFrames:
             time, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
         )
         numbers = point_numbers(instancer, len(matrices), time)
-        return {point: as_array(matrix) for point, matrix in zip(numbers, matrices)}
+        return dict(zip(numbers, np.array(matrices, np.float64).reshape(-1, 4, 4)))

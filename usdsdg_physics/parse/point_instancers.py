@@ -19,7 +19,7 @@ from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units, scaled_vector
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Material, Shape
-from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose, rotation_quat
+from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose, rotation_quat, split_together
 
 
 @dataclass
@@ -51,6 +51,9 @@ def read_instances(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units, hull
     A rigid body is simulated where it is the root of its prototype.
     """
     instancer, found = UsdGeom.PointInstancer(prim), Instances()
+    prototypes = [_prototype(prim, path, units) for path in instancer.GetPrototypesRel().GetForwardedTargets()]
+    if not any(map(_has_physics, prototypes)):
+        return found  # grass and gravel that are only drawn may be millions
     time = current_time()
     indices = current_value(instancer.GetProtoIndicesAttr()) or ()
     matrices = instancer.ComputeInstanceTransformsAtTime(
@@ -60,15 +63,23 @@ def read_instances(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units, hull
         _warn_invalid(instancer)
         return found
     to_world = np.array(cache.GetLocalToWorldTransform(prim))
-    prototypes = [_prototype(prim, path, units) for path in instancer.GetPrototypesRel().GetForwardedTargets()]
     velocities = _velocities(instancer, len(indices), to_world, units)
     inactive = _inactive(instancer, len(indices))
-    for index, (kind, matrix) in enumerate(zip(indices, matrices)):
-        world = np.array(matrix) @ to_world
-        prototype = prototypes[kind] if 0 <= kind < len(prototypes) else None
-        if prototype is not None and index not in inactive and np.isfinite(world).all():
-            _add(found, str(prim.GetPath()), index, prototype, world, velocities, cache, units, hulls)
+    worlds = np.asarray(matrices, np.float64).reshape(-1, 4, 4) @ to_world
+    simulated = [
+        (index, prototypes[kind])
+        for index, kind in enumerate(indices)
+        if 0 <= kind < len(prototypes) and _has_physics(prototypes[kind]) and index not in inactive
+    ]
+    split_together([worlds[index] for index, _ in simulated], units.meters)
+    for index, prototype in simulated:
+        if prototype is not None and np.isfinite(worlds[index]).all():
+            _add(found, str(prim.GetPath()), index, prototype, worlds[index], velocities, cache, units, hulls)
     return found
+
+
+def _has_physics(prototype: _Prototype | None) -> bool:
+    return prototype is not None and (prototype.is_body or bool(prototype.colliders))
 
 
 def _warn_invalid(instancer: UsdGeom.PointInstancer) -> None:

@@ -62,11 +62,17 @@ def expand(
             f"{instancer.GetPath()}: {int(bad.sum())} protoIndices lie outside its {len(prototypes)} prototypes; "
             f"those points are not drawn. Correct protoIndices."
         )
+    drawn = np.flatnonzero(np.asarray(mask, bool) & ~bad)
+    places = np.zeros(len(indices), np.int64)  # of each point among those of its prototype
+    placed: dict[int, list[tuple[PointInstance, np.ndarray]]] = {}
+    for kind in np.unique(indices[drawn]).tolist():
+        points = drawn[indices[drawn] == kind]
+        places[points] = np.arange(len(points))
+        placed[kind] = [(gprim, matrix_product(gprim.to_instancer, matrices[points])) for gprim in prototypes[kind]]
     return [
-        gprim._replace(path=f"{gprim.path}[{number}]", to_instancer=matrix_product(gprim.to_instancer, matrix))
-        for number, index, matrix, invalid, visible in zip(numbers, indices, matrices, bad, mask)
-        if visible and not invalid
-        for gprim in prototypes[index]
+        gprim._replace(path=f"{gprim.path}[{numbers[point]}]", to_instancer=to_instancer[place])
+        for point, kind, place in zip(drawn.tolist(), indices[drawn].tolist(), places[drawn].tolist())
+        for gprim, to_instancer in placed[kind]
     ]
 
 
@@ -122,7 +128,7 @@ def _matrices(schema: UsdGeom.PointInstancer, time: Usd.TimeCode) -> tuple[np.nd
     matrices = schema.ComputeInstanceTransformsAtTime(
         time, time, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
     )
-    matrices = np.array([np.array(matrix) for matrix in matrices]).reshape(-1, 4, 4)
+    matrices = np.array(matrices, np.float64).reshape(-1, 4, 4)
     mask = list(schema.ComputeMaskAtTime(time))
     return matrices, mask or [True] * len(matrices)
 
