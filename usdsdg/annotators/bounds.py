@@ -27,7 +27,7 @@ def read_hull(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning, *, divided
     """
     kind = prim.GetTypeName()
     if kind in _QUADRICS:
-        return _QUADRICS[kind](prim, time)
+        return _remembered(_QUADRICS[kind](prim, time))
     if kind == "Mesh":
         left = read_face_parts(prim, time)[1] < 0 if divided else None
         points = _mesh_points(UsdGeom.Mesh(prim), time, skinning, left)
@@ -36,7 +36,7 @@ def read_hull(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning, *, divided
     else:
         points = _corner_points(prim, kind, time)
     points = points[np.isfinite(points).all(axis=1)]
-    return _points_hull(points) if len(points) else None
+    return _remembered(_points_hull(points)) if len(points) else None
 
 
 def _corner_points(prim: Usd.Prim, kind: str, time: Usd.TimeCode) -> np.ndarray:
@@ -102,15 +102,22 @@ def _box_corners(low, high) -> np.ndarray:
     return np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)], np.float64)
 
 
-def _points_hull(points: np.ndarray) -> Hull:
-    # Copies of an asset have one hull and the same place in it.
+def _remembered(hull: Hull) -> Hull:
+    """Return a hull that is not computed again for the same matrix: copies of an asset have one place in it."""
+
     @lru_cache(maxsize=8)
-    def bound_by(matrix: bytes) -> np.ndarray:
-        rows = np.frombuffer(matrix, np.float64).reshape(4, 4)
-        moved = points @ rows[:3, :3] + rows[3, :3]
+    def of_bytes(matrix: bytes) -> np.ndarray:
+        return hull(np.frombuffer(matrix, np.float64).reshape(4, 4))
+
+    return lambda matrix: of_bytes(np.ascontiguousarray(matrix, np.float64).tobytes()).copy()
+
+
+def _points_hull(points: np.ndarray) -> Hull:
+    def bound(matrix: np.ndarray) -> np.ndarray:
+        moved = points @ matrix[:3, :3] + matrix[3, :3]
         return np.stack([moved.min(axis=0), moved.max(axis=0)])
 
-    return lambda matrix: bound_by(np.ascontiguousarray(matrix, np.float64).tobytes()).copy()
+    return bound
 
 
 def _discs_hull(discs: list[tuple[np.ndarray, np.ndarray | None, float]]) -> Hull:
