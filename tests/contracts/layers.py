@@ -33,7 +33,7 @@ USDSDG = {
     "create": "errors stage session arguments graph distribution modify calibration",
     "randomizer": "errors stage session arguments graph distribution scatter modify",
     "annotators": "errors warp_start parallel buffers readback stage session arguments graph",
-    "writers": "errors operating_system stores stage session arguments annotators",
+    "writers": "errors operating_system warp_start stores stage session arguments annotators",
     "functional": "errors stage session arguments graph rng scatter randomizer writers",
     "physics": "errors stage arguments graph distribution modify functional",
     "get": "errors stage session arguments graph functional",

@@ -279,10 +279,10 @@ class LabeledPrimReader:
             self._skeletons.invalidate()
         if changes.resynced or any(map(self._keypoints.affects, changes.by_names)):
             self._keypoints.invalidate()
-        for root in changes.resynced:
+        if changes.resynced:
             self._ownership = None
             self._is_surveyed.clear()
-            self._labels.invalidate(root)
+            self._labels.invalidate(changes.resynced)
         for names in changes.by_names:
             if any(name.startswith(("semantics:", "semantic:")) for name in names):
                 self._ownership = None

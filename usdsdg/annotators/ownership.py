@@ -1,7 +1,7 @@
 """Owners of gprims: the nearest labeled ancestor (or the gprim itself) that passes a label filter."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade
@@ -10,6 +10,7 @@ from usdsdg.annotators.point_instances import Steps, find_steps, first_points, p
 from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import warn_once
+from usdsdg.stage.changes import is_below
 from usdsdg.stage.geometry.instancers import POPULATION
 from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.stage.semantics.labels import get_labels, is_labeled, merged, vary_over_time
@@ -42,10 +43,10 @@ class LabeledStage:
         self._varying: set[Sdf.Path] = set()  # prims whose labels have time samples
         self._materials_have_labels: bool | None = None  # None: not known
 
-    def invalidate(self, root: Sdf.Path = Sdf.Path.absoluteRootPath) -> None:
-        """Read the labels below `root` again when they are next needed."""
-        self._own = {path: own for path, own in self._own.items() if not path.HasPrefix(root)}
-        self._varying = {path for path in self._varying if not path.HasPrefix(root)}
+    def invalidate(self, roots: Collection[Sdf.Path] = (Sdf.Path.absoluteRootPath,)) -> None:
+        """Read the labels at and below `roots` again when they are next needed."""
+        self._own = {path: own for path, own in self._own.items() if not is_below(path, roots)}
+        self._varying = {path for path in self._varying if not is_below(path, roots)}
         self._materials_have_labels = None
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -185,7 +185,7 @@ def _sorted_out(
     roots = set(Sdf.Path.RemoveDescendentPaths(sorted(prims))) if prims else set()
     edited = list(changed if resynced <= prims else changed | resynced - prims)
     if roots:
-        below = {path for path in edited if _has_prefix(_parts(path)[0], roots)}
+        below = {path for path in edited if is_below(_parts(path)[0], roots)}
         return Changes(roots, (), [path for path in edited if path not in below], resynced_edits=list(below))
     if not handles:
         return Changes((), (), edited)
@@ -259,12 +259,11 @@ def _names_by_prim(paths: Iterable[Sdf.Path]) -> dict[Sdf.Path, set[str]]:
     return by_prim
 
 
-def _has_prefix(path: Sdf.Path, roots: set[Sdf.Path]) -> bool:
-    while path not in roots:
-        if path == Sdf.Path.absoluteRootPath or path.isEmpty:
-            return False
-        path = path.GetParentPath()
-    return True
+def is_below(path: Sdf.Path, roots: Collection[Sdf.Path]) -> bool:
+    """Return whether a prim path is one of `roots` or below one."""
+    if len(roots) < 8:
+        return any(map(path.HasPrefix, roots))
+    return Sdf.Path.absoluteRootPath in roots or any(prefix in roots for prefix in path.GetPrefixes())
 
 
 # The properties that change are mostly those that changed before; pxr takes microseconds to take a path apart.

@@ -6,12 +6,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 from pxr import Sdf, Usd
 
+from usdsdg.stage.changes import is_below
 from usdsdg_render.lights.emission_profiles import read_emission_profile
 from usdsdg_render.lights.light_rows import read_light
 from usdsdg_render.lights.linking import is_linked, read_links
 from usdsdg_render.scene.scene import LIGHT, EmissionProfile, LightLinks, Scene
 from usdsdg_render.usd.point_instancer import source_path
-from usdsdg_render.usd.prim_kinds import is_below
 
 
 class Lights(NamedTuple):

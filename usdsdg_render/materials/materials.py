@@ -7,13 +7,14 @@ from typing import Any, NamedTuple
 from pxr import Sdf, Usd, UsdShade
 
 from usdsdg import errors
+from usdsdg.stage.changes import is_below
 from usdsdg_render.materials.material_x import SURFACES, read_material_x
 from usdsdg_render.materials.mdl import mdl_file, mdl_name, read_mdl
 from usdsdg_render.materials.network import Network, shader_id
 from usdsdg_render.materials.plain_inputs import PlainInput
 from usdsdg_render.materials.preview_surface import read_preview_surface
 from usdsdg_render.materials.shading import Material
-from usdsdg_render.usd.prim_kinds import UNREAD, is_below
+from usdsdg_render.usd.prim_kinds import UNREAD
 
 
 @dataclass(slots=True)

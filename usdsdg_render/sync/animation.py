@@ -4,13 +4,13 @@ from collections.abc import Iterable
 
 from pxr import Sdf, Usd, UsdGeom
 
-from usdsdg.stage.changes import Changes
+from usdsdg.stage.changes import Changes, is_below
 from usdsdg.stage.geometry import point_velocities
 from usdsdg.stage.geometry.point_velocities import have_velocities
 from usdsdg_render.sync.gprims import Gprims
 from usdsdg_render.sync.invalidation import DirtySet
 from usdsdg_render.sync.time_varying import Splines, has_splines_or_clips
-from usdsdg_render.usd.prim_kinds import CURVES, DOME, INSTANCER, LIGHT, MESH, POINTS, is_below, kind_of
+from usdsdg_render.usd.prim_kinds import CURVES, DOME, INSTANCER, LIGHT, MESH, POINTS, kind_of
 from usdsdg_render.usd.stage_tree import StageTree
 
 # Of these one sample is enough to make point instances, and points of gprims, move.

@@ -10,7 +10,7 @@ from typing import Any
 from pxr import Sdf, Usd
 
 from usdsdg.errors import Unsupported
-from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.changes import Changes, ChangeTracker, is_below
 from usdsdg.stage.time_code import time_context
 from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.geometry.prototypes import PrototypeCache
@@ -25,7 +25,7 @@ from usdsdg_render.sync.instance_table import InstanceTable
 from usdsdg_render.sync.invalidation import DirtySet, DirtySetBuilder
 from usdsdg_render.sync.world_reader import Parts, read_worlds
 from usdsdg_render.sync.world_slots import WorldSlots
-from usdsdg_render.usd.prim_kinds import MESH, SHAPE, is_below
+from usdsdg_render.usd.prim_kinds import MESH, SHAPE
 from usdsdg_render.usd.stage_tree import StageTree
 from usdsdg_render.usd.world_transforms import WorldTransforms
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from pxr import Sdf, Usd
 
+from usdsdg.stage.changes import is_below
 from usdsdg_render.lights.mesh_lights import is_light
 from usdsdg_render.materials.display_color import DisplayColor, Shown
 from usdsdg_render.materials.material_table import AnyMaterial
@@ -14,7 +15,7 @@ from usdsdg_render.materials.plain_inputs import FieldEdits
 from usdsdg_render.scene.scene import Prototype
 from usdsdg_render.sync.invalidation import DirtySet
 from usdsdg_render.usd.point_instancer import PointInstance, expand
-from usdsdg_render.usd.prim_kinds import GPRIMS, INSTANCER, is_below, kind_of
+from usdsdg_render.usd.prim_kinds import GPRIMS, INSTANCER, kind_of
 from usdsdg_render.usd.stage_tree import StageTree
 
 

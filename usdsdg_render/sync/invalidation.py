@@ -8,10 +8,10 @@ from functools import lru_cache
 
 from pxr import Sdf, Usd
 
-from usdsdg.stage.changes import Changes
+from usdsdg.stage.changes import Changes, is_below
 from usdsdg_render.materials.plain_inputs import PlainInput
 from usdsdg_render.usd import prim_kinds
-from usdsdg_render.usd.prim_kinds import UNREAD, is_below
+from usdsdg_render.usd.prim_kinds import UNREAD
 from usdsdg_render.usd.stage_tree import StageTree
 
 ROOT = Sdf.Path.absoluteRootPath

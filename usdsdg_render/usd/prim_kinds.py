@@ -1,8 +1,6 @@
 """Classify prims by what the renderer does with them."""
 
-from collections.abc import Collection
-
-from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade
+from pxr import Usd, UsdGeom, UsdLux, UsdShade
 
 from usdsdg import errors
 from usdsdg_render.scene.structs import LIGHT_CYLINDER, LIGHT_DISK, LIGHT_DISTANT, LIGHT_RECT, LIGHT_SPHERE
@@ -107,13 +105,6 @@ def is_invisible(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     """Whether the prim itself is authored invisible at `time`."""
     attribute = prim.GetAttribute("visibility")
     return bool(attribute) and attribute.Get(time) == UsdGeom.Tokens.invisible
-
-
-def is_below(path: Sdf.Path, roots: Collection[Sdf.Path]) -> bool:
-    """Whether `path` is one of `roots` or below one."""
-    if len(roots) < 8:
-        return any(map(path.HasPrefix, roots))
-    return Sdf.Path.absoluteRootPath in roots or any(prefix in roots for prefix in path.GetPrefixes())
 
 
 def is_material_subset(subset: Usd.Prim) -> bool:

@@ -8,9 +8,10 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
+from usdsdg.stage.changes import is_below
 from usdsdg.stage.world_values import OpLayouts, WorldValues
 from usdsdg_render.usd import prim_kinds
-from usdsdg_render.usd.prim_kinds import is_below, is_material_subset, kind_of, purpose_of, schemas_of, warn_unsupported
+from usdsdg_render.usd.prim_kinds import is_material_subset, kind_of, purpose_of, schemas_of, warn_unsupported
 from usdsdg_render.usd.transforms import Levels, TransformHierarchy
 from usdsdg_render.usd.world_transforms import WorldTransforms
 

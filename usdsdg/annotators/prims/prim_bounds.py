@@ -12,7 +12,7 @@ from usdsdg.annotators.bounds import Hull, read_hull
 from usdsdg.annotators.ownership import Owner
 from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
 from usdsdg.errors import warn_once
-from usdsdg.stage.changes import Changes
+from usdsdg.stage.changes import Changes, is_below
 from usdsdg.stage.geometry.point_velocities import VELOCITIES, have_velocities
 from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg.stage.poses.transforms import as_array
@@ -82,11 +82,11 @@ class PrimBounds:
             self._skinning.invalidate()
             self._hulls.clear()
             self._forget()
-        for root in changes.resynced:
-            changed = root.GetParentPath() if root.GetParentPath() in self._divided else root
-            self._hulls = {path: hull for path, hull in self._hulls.items() if not path.HasPrefix(changed)}
-            self._keep(lambda path, root=root: not path.HasPrefix(root))
-            self._forget_above([root])
+        if roots := changes.resynced:
+            changed = {root.GetParentPath() if root.GetParentPath() in self._divided else root for root in roots}
+            self._hulls = {path: hull for path, hull in self._hulls.items() if not is_below(path, changed)}
+            self._keep(lambda path: not is_below(path, roots))
+            self._forget_above(roots)
         for names, paths in changes.by_names.items():
             if not _GEOMETRY.isdisjoint(names):
                 self._forget_geometry(paths)
