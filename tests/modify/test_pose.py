@@ -361,10 +361,13 @@ def test_orbits_keep_their_distance_and_look_at_the_center(stage):
         np.testing.assert_allclose(view_direction(stage, f"{path}/Camera"), -position / 5, atol=1e-5)
 
 
-@pytest.mark.parametrize(("up", "expected"), [("Z", (0, 2, 0)), ("Y", (2, 0, 0))])
-def test_azimuth_is_the_angle_around_the_up_axis(stage, cube, up, expected):
+@pytest.mark.parametrize(
+    ("up", "azimuth", "expected"),
+    [("Z", 0, (2, 0, 0)), ("Z", 90, (0, 2, 0)), ("Y", 0, (2, 0, 0)), ("Y", 90, (0, 0, 2))],
+)
+def test_azimuth_is_the_angle_around_the_up_axis_from_x(stage, cube, up, azimuth, expected):
     UsdGeom.SetStageUpAxis(stage, up)
-    rep.modify.pose_orbit((0, 0, 0), 2, 90, 0, look_at_barycentre=False, input_prims=cube)
+    rep.modify.pose_orbit((0, 0, 0), 2, azimuth, 0, look_at_barycentre=False, input_prims=cube)
     run()
     np.testing.assert_allclose(matrix(stage, cube)[3, :3], expected, atol=1e-6)
     np.testing.assert_allclose(matrix(stage, cube)[:3, :3], np.eye(3), atol=1e-6)
