@@ -31,8 +31,8 @@ def projection_material(
     `modify.projection_material` or, inside a trigger, at every firing.
 
     Args:
-        proxy_prim: the projector; without geometry its box is a meter in size. One projects onto all targets; of several
-            there are as many as targets, or a multiple, and each projects onto one, the targets in turn.
+        proxy_prim: the projector; without geometry its box is a meter in size. One projects onto all targets; of
+            several there are as many as targets, or a multiple, and each projects onto one, the targets in turn.
         semantics: labels of each projection.
         material: the projected material; a new OmniPBR material for each by default.
         offset_scale: distance above the surface, as a fraction of the size of the projector's box.
@@ -88,7 +88,8 @@ def mesh_decal(
     """Project textures or a material onto prims as `projection_material` does, with a projector of its own.
 
     The projector is an Xform `/Replicator/DecalProjector_Xform...` with the given pose; its box, a meter times `scale`,
-    is projected along its -Z, with UVs over its X and Y. Pose and textures may be distributions, which are sampled again at every firing.
+    is projected along its -Z, with UVs over its X and Y. Pose and textures may be distributions, which are sampled
+    again at every firing.
 
     Args:
         material: the projected material, instead of textures.

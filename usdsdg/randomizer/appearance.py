@@ -11,9 +11,9 @@ from usdsdg.distribution import Distribution, draw_column, is_vector, one_of
 from usdsdg.errors import AssetNotFound, GraphError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
-from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.modify import bind_material, check_material
-from usdsdg.modify.mdl_materials import is_mdl, mdl_material
+from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.modify import bind_material
+from usdsdg.modify.bound_materials import material_paths
 from usdsdg.modify.point_instances import prototypes_or_self
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, paths
@@ -179,7 +179,7 @@ def _new_shader(path: str) -> UsdShade.Shader:
     preview.CreateIdAttr("UsdPreviewSurface")
     preview.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(1))
     omnipbr.CreateSurfaceOutput().ConnectToSource(preview.CreateOutput("surface", Sdf.ValueTypeNames.Token))
-    bind_material(prim, omnipbr.GetPrim())
+    bind_material(prim, omnipbr.GetPrim(), stronger=True)
     return shader
 
 
@@ -203,7 +203,9 @@ def materials(
     materials: Any, seed: int | None = None, max_cached_materials: int = 0, input_prims: Any = None,
     name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Bind a random material to each prim, of a PointInstancer to each prototype, stronger than those of descendants.
+    """Bind a random material to each prim, of a PointInstancer to each prototype, as `modify.material` binds it.
+
+    Prims below that have a material of their own keep that, as in Replicator.
 
     Args:
         materials: items, prims or paths of materials, MDL files or URLs of these, or a distribution over these.
@@ -217,10 +219,7 @@ def materials(
     """
     if isinstance(materials, Distribution):
         return _binding_node(one_of(materials, seed), input_prims, name)
-    paths = [str(mdl_material(each).GetPath()) if is_mdl(each) else each for each in prim_paths(materials)]
-    for path in paths:
-        check_material(prim_at(path))
-    return _binding_node(one_of(paths, seed), input_prims, name)
+    return _binding_node(one_of(material_paths(materials), seed), input_prims, name)
 
 
 def _binding_node(drawn: Distribution, input_prims: Any, name: str | None) -> ReplicatorItem:
