@@ -1,5 +1,7 @@
 """Rigid bodies and colliders. Mirrors `rep.physics.rigid_body` and `collider`."""
 
+from functools import partial
+from itertools import compress
 from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
@@ -8,7 +10,13 @@ from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
 from usdsdg.distribution import Distribution, draw
 from usdsdg.errors import GraphError, let_pass, warn_once
-from usdsdg.functional.physics import DEFAULTS_PHYSICS_SCENE, apply_collider, create_physics_scene
+from usdsdg.functional.physics import (
+    DEFAULTS_PHYSICS_SCENE,
+    apply_collider,
+    apply_rigid_body,
+    create_physics_scene,
+    remove_rigid_body,
+)
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths, why_no_prims
@@ -16,7 +24,7 @@ from usdsdg.modify.prims import target_prims
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.geometry.instancers import SAMPLED_ASSETS
 from usdsdg.stage.physics import scenes
-from usdsdg.stage.physics.rigid_bodies import apply_rigid_body_schemas, set_simulation_owner
+from usdsdg.stage.physics.rigid_bodies import set_simulation_owner
 
 
 def collider(
@@ -61,11 +69,16 @@ def rigid_body(
 
     A stage without PhysicsScene gets Replicator's: /PhysicsScene with 240 steps per second, CCD, and no GPU dynamics.
 
+    Bodies do not nest: a prim above a rigid body is left as it is, with a warning, unless `overwrite`. New bodies get
+    the highest velocities of `functional.physics.DEFAULTS_RIGID_BODY`.
+
     Args:
-        velocity: (x, y, z) along world axes [stage units / s]: one for all, a list of one per prim, or a distribution.
+        velocity: (x, y, z) along world axes [stage units / s]: one for all, a list of one per prim, or a distribution;
+            None leaves it as it is.
         angular_velocity: about world axes [degrees / s], likewise.
         contact_offset: of new and existing colliders, as is `rest_offset`; see `collider`.
-        overwrite: apply the schemas also where prims have colliders or are rigid bodies.
+        overwrite: apply the schemas also where prims have colliders or are rigid bodies; rigid bodies below stop being
+            some.
         physics_scene: as for `collider`.
 
     Raises:
@@ -77,23 +90,40 @@ def rigid_body(
     velocities: dict[str, Any] = dict(velocity=velocity, angular_velocity=angular_velocity)
     prims = prim_paths(input_prims) or current_prims()
     drawn_later = any(isinstance(each, Distribution) for each in velocities.values()) or any(map(_is_sampled, prims))
-    start = act if drawn_later or not prims else act_now
-    item = start("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities, **offsets)
-    if item.prims and scenes.physics_scene(prim_at(item.prims[0]).GetStage()) is None:
+    if prims and scenes.physics_scene(prim_at(prims[0]).GetStage()) is None:
         create_physics_scene(**DEFAULTS_PHYSICS_SCENE)
-    for path in item.prims:
-        prim = prim_at(path)
-        if not prim.IsActive():
-            pass  # its asset gets colliders when it is shown
-        elif overwrite or not (existing := _colliders(prim)):
-            _add_colliders(prim, "convexHull", collisionEnabled=True, **offsets)
-        elif any(offset is not None for offset in offsets.values()):
-            for shape in existing:
-                _add_colliders(shape, None, **offsets)
-        if overwrite or not prim.HasAPI(UsdPhysics.RigidBodyAPI):
-            apply_rigid_body_schemas(prim).CreateRigidBodyEnabledAttr(True)
-        set_simulation_owner(prim, scene)
-    return item
+    for prim in map(prim_at, prims):
+        if not _keeps_bodies_below(prim, overwrite):
+            _make_body(prim, overwrite, offsets)
+            set_simulation_owner(prim, scene)
+    start = act if drawn_later or not prims else act_now
+    return start("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities, **offsets)
+
+
+def _keeps_bodies_below(prim: Usd.Prim, overwrite: bool) -> bool:
+    """Whether bodies below a prim keep it from being one; where they are overwritten they stop being bodies instead."""
+    nested = [each for each in Usd.PrimRange(prim) if each != prim and each.HasAPI(UsdPhysics.RigidBodyAPI)]
+    if nested and not overwrite:
+        warn_once(
+            f"physics.rigid_body: {prim.GetPath()} is not made a rigid body and gets no velocity, since "
+            f"{nested[0].GetPath()} below it is a rigid body already; give overwrite=True to make it one instead of "
+            "what is below, or give the prims below, as by rep.get.prims"
+        )
+        return True
+    remove_rigid_body(nested)
+    return False
+
+
+def _make_body(prim: Usd.Prim, overwrite: bool, offsets: dict[str, Any]) -> None:
+    if not prim.IsActive():
+        pass  # its asset gets colliders when it is shown
+    elif overwrite or not (existing := _colliders(prim)):
+        _add_colliders(prim, "convexHull", collisionEnabled=True, **offsets)
+    elif any(offset is not None for offset in offsets.values()):
+        for shape in existing:
+            _add_colliders(shape, None, **offsets)
+    if overwrite or not prim.HasAPI(UsdPhysics.RigidBodyAPI):
+        apply_rigid_body(prim, overwrite_rigid_body=False, with_collider=False, rigidBodyEnabled=True)
 
 
 def _is_sampled(path: str) -> bool:
@@ -109,21 +139,22 @@ def _add_colliders_to_sampled(node: Node) -> None:
             _add_colliders(prim_at(path), "convexHull", collisionEnabled=True, **offsets)
 
 
-@action("OgnRigidBody", "angular_velocity", "contactOffset", "restOffset")
+@action("OgnRigidBody", "velocity", "angular_velocity", "contactOffset", "restOffset")
 def _write_velocities(node: Node, execution: int) -> None:
     _add_colliders_to_sampled(node)
-    linear = draw(node.inputs["velocity"], node, execution, "velocity")
-    turning = node.inputs.get("angular_velocity")
-    angular = None if turning is None else draw(turning, node, execution, "angular_velocity")
-    bodies = [UsdPhysics.RigidBodyAPI(prim) for prim in target_prims(node)]
-    if not write_batch(node.state, "linear", lambda: [body.CreateVelocityAttr() for body in bodies], linear):
-        for body, value in zip(bodies, linear):
-            body.CreateVelocityAttr().Set(Gf.Vec3f(vector("velocity", value)))
-    if angular is None:
-        return
-    if not write_batch(node.state, "angular", lambda: [body.CreateAngularVelocityAttr() for body in bodies], angular):
-        for body, value in zip(bodies, angular):
-            body.CreateAngularVelocityAttr().Set(Gf.Vec3f(vector("angular_velocity", value)))
+    prims = target_prims(node)
+    # Prims above other bodies are none.
+    are_bodies = [prim.HasAPI(UsdPhysics.RigidBodyAPI) for prim in prims]
+    bodies = [UsdPhysics.RigidBodyAPI(prim) for prim in compress(prims, are_bodies)]
+    create = {
+        "velocity": UsdPhysics.RigidBodyAPI.CreateVelocityAttr,
+        "angular_velocity": UsdPhysics.RigidBodyAPI.CreateAngularVelocityAttr,
+    }
+    for role in (role for role in create if role in node.inputs):
+        values = list(compress(draw(node.inputs[role], node, execution, role), are_bodies))
+        if not write_batch(node.state, role, partial(list, map(create[role], bodies)), values):
+            for body, value in zip(bodies, values):
+                create[role](body).Set(Gf.Vec3f(vector(role, value)))
 
 
 def _colliders(prim: Usd.Prim) -> list[Usd.Prim]:
