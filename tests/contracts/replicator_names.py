@@ -827,10 +827,11 @@ block(
     "functional.get",
     """
     prims(stage, path_pattern=None, path_match=None, path_pattern_exclusion=None, prim_types=None, \
-        prim_types_exclusion=None, semantics=None, semantics_exclusion=None, *, ignore_case=False) -> list
+        prim_types_exclusion=None, semantics=None, semantics_exclusion=None, ignore_case=False) -> list
     prim_at_path
+    prim_at_paths(stage, paths) -> list
     """
-    + "\n".join(f"{kind}(stage, {FIND}, *, path_match=None, ignore_case=False) -> list" for kind in TYPES_OF_PRIMS),
+    + "\n".join(f"{kind}(stage, {FIND}, path_match=None, ignore_case=False) -> list" for kind in TYPES_OF_PRIMS),
 )
 
 # --------------------------------------------------------------------------------------------------------------- YAML

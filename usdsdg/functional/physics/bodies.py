@@ -25,7 +25,7 @@ VALID_COLLIDER_APPROXIMATIONS = [
     "none", "convexDecomposition", "convexHull", "boundingSphere", "boundingCube", "meshSimplification", "sdf",
     "sphereFill",
 ]  # fmt: skip
-# Those of Replicator, velocities in m/s. `apply_rigid_body` gives the approximation and `_LIMITS` unless they are given.
+# Those of Replicator, velocities in m/s. Of these `apply_rigid_body` gives `_LIMITS` and the approximation by default.
 DEFAULTS_RIGID_BODY: dict[str, Any] = {
     "maxDepenetrationVelocity": 100000, "angularDamping": 0.001, "maxLinearVelocity": 1000, "maxAngularVelocity": 2500,
     "enableCCD": True, "solverPositionIterationCount": 128, "approximation": "convexHull",
