@@ -450,11 +450,22 @@ def test_animations_are_bound_to_the_skeleton(stage):
     assert get_timeline().get_current_time() == 0.0
 
 
-def test_animating_a_prim_without_a_skeleton_raises_an_error(stage, cube):
+def test_an_animation_that_is_bound_plays(stage, cube):
+    UsdSkel.Animation.Define(stage, "/World/walk")
+    skeleton = UsdSkel.Skeleton.Define(stage, "/World/skeleton")
+    rep.modify.animation("/World/walk", input_prims=[cube, "/World/skeleton"])
+    assert not get_timeline().is_playing()
+    run()
+    assert get_timeline().is_playing()
+    assert UsdSkel.BindingAPI(skeleton).GetAnimationSourceRel().GetTargets() == ["/World/walk"]
+
+
+def test_animating_prims_without_any_skeleton_raises_an_error(stage, cube):
     UsdSkel.Animation.Define(stage, "/World/walk")
     rep.modify.animation("/World/walk", input_prims=cube)
-    with pytest.raises(GraphError, match="/World/cube has no Skeleton"):
+    with pytest.raises(GraphError, match="/World/cube: there is no Skeleton"):
         run()
+    assert not get_timeline().is_playing()
 
 
 def test_functions_of_scripts_can_be_registered_in_modify(stage, cube):
