@@ -283,6 +283,9 @@ def test_nodes_run_in_the_order_of_the_script(stage):
     rep.utils.auto_connect(first, second)
     with pytest.raises(Unsupported, match="made before"):
         rep.utils.auto_connect(second, first)
+    rep.utils.auto_connect(upstream_node=None, downstream_node=first, mapping=[], no_exec=True)
+    with pytest.raises(Unsupported, match="mapping is not available"):
+        rep.utils.auto_connect(first, second, mapping=[("outputs:samples", "inputs:values")])
 
     @rep.utils.ReplicatorWrapper
     def lifted(height):

@@ -38,8 +38,8 @@ def material_omnipbr(
         metallic: 0 to 1.
         specular: OmniPBR's specular level of dielectrics, 0.5 for common plastics.
         emissive_color: linear color.
-        emissive_intensity: nits. As it is 0 by default, emission is enabled, and changes of color and intensity are seen
-            later; it is not where color, texture and intensity are None.
+        emissive_intensity: nits. As it is 0 by default, emission is enabled, and later changes of color and intensity
+            are seen; it is not where color, texture and intensity are None.
         project_uvw: project textures along the axes of the object instead of using its UVs.
 
     Raises:
