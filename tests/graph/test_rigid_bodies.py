@@ -153,3 +153,21 @@ def test_new_bodies_have_replicators_highest_velocities(stage, ball):
     rep.physics.rigid_body(input_prims=ball)
     assert ball.GetAttribute("physxRigidBody:maxLinearVelocity").Get() == 100000
     assert ball.GetAttribute("physxRigidBody:maxDepenetrationVelocity").Get() == 10000000
+
+
+@pytest.mark.parametrize("function", [rep.physics.rigid_body, rep.physics.collider])
+def test_offsets_of_colliders_may_be_drawn_for_each_prim(stage, function):
+    boxes = rep.create.cube(count=5)
+    with rep.trigger.on_custom_event("go"), boxes:
+        function(rest_offset=rep.distribution.uniform(0.01, 0.1), contact_offset=rep.distribution.uniform(0.2, 0.3))
+    seen = set()
+    for _ in range(2):
+        rep.utils.send_og_event("go")
+        evaluate.graph().evaluate()
+        shapes = [stage.GetPrimAtPath(f"{path}/Cube") for path in boxes.prims]
+        rest = [shape.GetAttribute("physxCollision:restOffset").Get() for shape in shapes]
+        contact = [shape.GetAttribute("physxCollision:contactOffset").Get() for shape in shapes]
+        assert all(0.01 <= each <= 0.1 for each in rest)
+        assert all(0.2 <= each <= 0.3 for each in contact)
+        seen |= {*rest, *contact}
+    assert len(seen) == 20

@@ -20,6 +20,7 @@ from usdsdg.functional.physics import (
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, prim_paths, why_no_prims
+from usdsdg.modify.numbers import draw_numbers
 from usdsdg.modify.prims import target_prims
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.geometry.instancers import SAMPLED_ASSETS
@@ -28,7 +29,7 @@ from usdsdg.stage.physics.rigid_bodies import set_simulation_owner
 
 
 def collider(
-    approximation_shape: str = "convexHull", contact_offset: float | None = None, rest_offset: float | None = None,
+    approximation_shape: str = "convexHull", contact_offset: Any = None, rest_offset: Any = None,
     physics_scene: Any = None, input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
     """Make every gprim at and below the prims a collider, at once; warn of a prim without a gprim, and leave it out.
@@ -37,8 +38,9 @@ def collider(
 
     Args:
         approximation_shape: approximation of meshes, as for `functional.physics.apply_collider`.
-        contact_offset: distance below which contacts are generated [stage units].
-        rest_offset: distance that colliders keep at rest [stage units].
+        contact_offset: distance below which contacts are generated [stage units], or a distribution of which one is
+            drawn for each prim at each execution.
+        rest_offset: distance that colliders keep at rest [stage units], likewise.
         physics_scene: item, prim or path of the PhysicsScene that becomes their simulationOwner. Our own engine
             simulates everything in the stage's first PhysicsScene, and warns where there are several.
 
@@ -49,17 +51,18 @@ def collider(
     prims, scene = prim_paths(input_prims) or current_prims(), _scene_of(physics_scene)
     if not prims:
         let_pass(GraphError(f"physics.collider has no prims: {why_no_prims(input_prims)}"))
-    offsets = dict(contactOffset=contact_offset, restOffset=rest_offset)
+    fixed, drawn = _offsets(contact_offset, rest_offset)
     for prim in map(prim_at, prims):
-        _add_colliders(prim, approximation_shape, collisionEnabled=True, **offsets)
+        _add_colliders(prim, approximation_shape, collisionEnabled=True, **fixed)
         for shape in _colliders(prim):
             set_simulation_owner(shape, scene)
+    _draw_offsets(prims, drawn)
     return ReplicatorItem(Node(kind="OgnCollider", prims=prims))
 
 
 def rigid_body(
-    velocity: Any = (0.0, 0.0, 0.0), angular_velocity: Any = None, contact_offset: float | None = None,
-    rest_offset: float | None = None, overwrite: bool = False, physics_scene: Any = None, input_prims: Any = None,
+    velocity: Any = (0.0, 0.0, 0.0), angular_velocity: Any = None, contact_offset: Any = None,
+    rest_offset: Any = None, overwrite: bool = False, physics_scene: Any = None, input_prims: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
     """Make prims rigid bodies, with convex colliders where they have none, and set their velocities.
 
@@ -86,7 +89,7 @@ def rigid_body(
         GraphError: as `collider`, or a velocity is not three numbers; at execution, where it is written then.
     """
     scene = _scene_of(physics_scene)
-    offsets: dict[str, Any] = dict(contactOffset=contact_offset, restOffset=rest_offset)
+    offsets, drawn_offsets = _offsets(contact_offset, rest_offset)
     velocities: dict[str, Any] = dict(velocity=velocity, angular_velocity=angular_velocity)
     prims = prim_paths(input_prims) or current_prims()
     drawn_later = any(isinstance(each, Distribution) for each in velocities.values()) or any(map(_is_sampled, prims))
@@ -97,7 +100,29 @@ def rigid_body(
             _make_body(prim, overwrite, offsets)
             set_simulation_owner(prim, scene)
     start = act if drawn_later or not prims else act_now
-    return start("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities, **offsets)
+    item = start("OgnRigidBody", input_prims, attribute="physics:velocity", **velocities, **offsets)
+    _draw_offsets(prims, drawn_offsets)
+    return item
+
+
+def _offsets(contact_offset: Any, rest_offset: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the offsets of colliders that are fixed, and those that are drawn, by the names of their attributes."""
+    given = dict(contactOffset=contact_offset, restOffset=rest_offset)
+    drawn = {name: value for name, value in given.items() if isinstance(value, Distribution)}
+    return {name: None if name in drawn else value for name, value in given.items()}, drawn
+
+
+def _draw_offsets(prims: tuple[str, ...], drawn: dict[str, Any]) -> None:
+    if drawn:
+        act("OgnColliderOffsets", prims, attribute=",".join(f"physxCollision:{name}" for name in drawn), **drawn)
+
+
+@action("OgnColliderOffsets", "contactOffset", "restOffset")
+def _write_offsets(node: Node, execution: int) -> None:
+    for name in (name for name in ("contactOffset", "restOffset") if name in node.inputs):
+        for prim, offset in zip(target_prims(node), draw_numbers(name, node, execution).tolist()):
+            for shape in (each for each in _colliders(prim) if not each.IsInstanceProxy()):
+                shape.GetAttribute(f"physxCollision:{name}").Set(offset)
 
 
 def _keeps_bodies_below(prim: Usd.Prim, overwrite: bool) -> bool:
