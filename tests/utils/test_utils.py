@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom, UsdShade
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 import usdsdg as rep
 from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
@@ -273,6 +273,20 @@ def test_functions_of_scripts_can_be_registered_in_every_family(family):
     del module.lucky, module.other
     with pytest.raises(ValueError, match="5 is not a function"):
         module.register(5)
+
+
+def test_paths_in_outputs_are_texts_and_usd_paths(stage):
+    cube = rep.create.cube()
+    (path,) = cube.get_outputs()["prims"]
+    expected = Sdf.Path("/Replicator/Cube_Xform")
+    assert (path, path.GetString(), path.pathString, path.GetText()) == ("/Replicator/Cube_Xform",) * 4
+    assert type(path.pathString) is str
+    assert (path.name, path.GetName()) == (expected.name,) * 2
+    assert path.GetParentPath() == str(expected.GetParentPath())
+    assert path.AppendChild("Cube") == str(expected.AppendChild("Cube"))
+    assert path.GetParentPath().GetParentPath().AppendChild("World") == "/World"
+    assert stage.GetPrimAtPath(path.AppendChild("Cube")).IsA(UsdGeom.Mesh)
+    assert rep.modify.pose(position=1, input_prims=cube).get_input("prims")[0].GetString() == path
 
 
 def test_attributes_of_nodes_are_read_and_set_as_those_of_omnigraph(stage):

@@ -14,6 +14,7 @@ from pxr import Usd
 
 from usdsdg.errors import NotAPrim, UnknownInput, Unsupported
 from usdsdg.graph.node_attributes import NodeAttribute
+from usdsdg.graph.prim_path import PrimPath
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 
@@ -167,11 +168,14 @@ class ReplicatorItem:
     def get_inputs(self) -> dict[str, Any]:
         """Return the node's inputs by name, with the paths of the prims that it acts on."""
         takes_prims = current().graph.takes_prims(self.node)
-        return {**self.node.inputs, **({"prims": list(self.prims)} if takes_prims else {})}
+        return {**self.node.inputs, **({"prims": list(map(PrimPath, self.prims))} if takes_prims else {})}
 
     def get_outputs(self) -> dict[str, Any]:
-        """Return the outputs of the node by name: the paths of its prims, and how often it has run."""
-        return {"prims": list(self.prims), "execCount": self.executions}
+        """Return the outputs of the node by name: the paths of its prims, and how often it has run.
+
+        The paths are texts which have also the methods of a USD path such as `GetString`.
+        """
+        return {"prims": list(map(PrimPath, self.prims)), "execCount": self.executions}
 
     def get_input(self, name: str) -> Any:
         """Return the input `name`, with or without the `inputs:` prefix; None for one that is not given.
