@@ -4,7 +4,7 @@ import pytest
 
 import usdsdg as rep
 from usdsdg import get
-from usdsdg.errors import BadPrim, GraphError, UsdsdgWarning
+from usdsdg.errors import BadPrim, GraphError, Unsupported, UsdsdgWarning
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 from usdsdg.stage.semantics import labels
@@ -114,3 +114,8 @@ def test_functions_of_scripts_can_be_registered_in_get(stage):
     with pytest.raises(ValueError, match="'crates' exists"):
         get.register(crates, override=False)
     del get.crates
+
+
+def test_prims_are_not_drawn(stage):
+    with pytest.raises(Unsupported, match=r"looked up once, when the line runs.*randomizer\.instantiate"):
+        get.prim_at_path(rep.distribution.choice(["/Replicator/Cube_Xform"]))

@@ -1,7 +1,7 @@
 """Search for prims by path, type and labels: `rep.get`. Results are items for `with` and `input_prims`.
 
-Prims are searched when the line runs, in stage order; the graph's own nodes and instance proxies, which cannot be
-edited, are excluded.
+Prims are searched when the line runs, in stage order; the graph's own nodes, inactive prims, classes, and what is
+inside of instances and cannot be edited, are left out.
 """
 
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from pxr import Usd
 
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
-from usdsdg.errors import BadPrim, let_pass, warn_once
+from usdsdg.errors import BadPrim, Unsupported, let_pass, warn_once
 from usdsdg.functional import get as find
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.graph.node_prims import PIPELINE
@@ -31,7 +31,8 @@ def prims(
         path_match: substring of the path.
         prim_types: type or list of types, case-insensitive; `prim_types_exclusion` likewise.
         semantics: pairs of type and label, [("class", "cube")] or {"class": "cube"}; a prim matches if it has a label
-            of that type which contains the given one, for any of the pairs. `semantics_exclusion` likewise.
+            of that type which contains the given one, for any of the pairs; of shapes and subsets labels of their
+            material count too. `semantics_exclusion` likewise.
         cache_result: False (search again at every execution) is not available: it warns, and prims are searched once.
         ignore_case: whether paths match case-insensitively.
 
@@ -50,14 +51,10 @@ def _item(kind: str, found: list[Usd.Prim], cache_result: bool, name: str | None
         warn_once(
             "get: cache_result=False is ignored; prims are found once, when the line runs. Create them before it."
         )
+    paths = (str(prim.GetPath()) for prim in found)
     return ReplicatorItem(
-        Node(kind=kind, prims=tuple(str(prim.GetPath()) for prim in found if _is_editable(prim)), name=name)
+        Node(kind=kind, prims=tuple(path for path in paths if not path.startswith(f"{PIPELINE}/")), name=name)
     )
-
-
-def _is_editable(prim: Usd.Prim) -> bool:
-    """Whether a prim is neither an instance proxy nor a node of the randomization graph."""
-    return not prim.IsInstanceProxy() and not prim.GetPath().pathString.startswith(f"{PIPELINE}/")
 
 
 def prim_at_path(path: Any, name: str | None = None) -> ReplicatorItem:
@@ -65,7 +62,14 @@ def prim_at_path(path: Any, name: str | None = None) -> ReplicatorItem:
 
     Raises:
         BadPrim: one of them is not on the stage; the message names near misses.
+        Unsupported: `path` is a distribution.
     """
+    if hasattr(path, "sample"):
+        raise Unsupported(
+            "get.prim_at_path: path is a distribution, but prims are looked up once, when the line runs. Give all of "
+            "them, and draw what is done to them, as modify.visibility(rep.distribution.choice([True, False])), or "
+            "draw assets by randomizer.instantiate"
+        )
     wanted = prim_paths(path)
     if not wanted:
         raise BadPrim(f"get.prim_at_path: path is {path!r}; give at least one")

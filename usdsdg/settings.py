@@ -1,9 +1,11 @@
 """Render settings of a run, and units, up axis and physics time step of the stage. Mirrors `rep.settings`."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from numbers import Integral, Real
 from typing import Any
 
-from pxr import UsdGeom
+from pxr import Usd, UsdGeom
 
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.errors import ConfigError
@@ -113,7 +115,8 @@ def set_stage_up_axis(up_axis: str) -> None:
     """
     if str(up_axis).upper() not in ("Y", "Z"):
         raise ConfigError(f"up axis is {up_axis!r}; expected 'Y' or 'Z'")
-    UsdGeom.SetStageUpAxis(current_stage(), up_axis.upper())
+    with _root_layer() as stage:
+        UsdGeom.SetStageUpAxis(stage, up_axis.upper())
 
 
 def set_stage_meters_per_unit(meters_per_unit: float) -> None:
@@ -124,7 +127,16 @@ def set_stage_meters_per_unit(meters_per_unit: float) -> None:
     """
     if not isinstance(meters_per_unit, Real) or not meters_per_unit > 0:
         raise ConfigError(f"meters per unit is {meters_per_unit!r}; expected a number above 0")
-    UsdGeom.SetStageMetersPerUnit(current_stage(), float(meters_per_unit))
+    with _root_layer() as stage:
+        UsdGeom.SetStageMetersPerUnit(stage, float(meters_per_unit))
+
+
+@contextmanager
+def _root_layer() -> Iterator[Usd.Stage]:
+    """The current stage, edited in its root layer: USD has up axis and unit there only, also inside of `new_layer`."""
+    stage = current_stage()
+    with Usd.EditContext(stage, stage.GetRootLayer()):
+        yield stage
 
 
 name_parameters(globals())

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from PIL import Image
+from pxr import UsdShade
 
 import usdsdg as rep
 from usdsdg import demo
@@ -28,6 +29,9 @@ looks = [
 parts = []
 for level, file in enumerate(sorted(Path(demo.machine_parts()).glob("*.usd"))):
     some = rep.create.from_usd(str(file), count=PARTS, semantics=[("class", file.stem)])
+    for prim in rep.get.prims(path_pattern="/Ref(_[0-9]+)?(/|$)").get_output_prims()["prims"]:
+        # Materials of the file would win over those that are drawn for a whole part.
+        UsdShade.MaterialBindingAPI(prim).UnbindAllBindings()
     with some:
         rep.randomizer.scatter_3d(
             min_samp=(-0.12, -0.08, 0.08 + 0.09 * level), max_samp=(0.12, 0.08, 0.15 + 0.09 * level),

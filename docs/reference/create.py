@@ -91,7 +91,7 @@ steel = rep.create.material_omnipbr(diffuse=(0.6, 0.6, 0.6), metallic=1.0, rough
 rep.create.cube(material=steel)
 
 # %% projection_material
-projector = rep.create.cube(position=(0, 0, 2), scale=0.5, visible=False)
+projector = rep.create.cube(position=(0, 0, 2), rotation=(0, -90, 0), scale=0.5, visible=False)  # its -X points down
 with can:
     label = rep.create.projection_material(projector, semantics=[("class", "label")], material=steel)
 

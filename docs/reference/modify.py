@@ -57,7 +57,7 @@ with rep.trigger.on_frame(), rep.get.prim_at_path(str(prim.GetPath())):
     rep.modify.variant("size", rep.distribution.choice(["small", "large"]))
 
 # %% projection_material
-projector = rep.create.cube(position=(0, 0, 2), visible=False)
+projector = rep.create.cube(position=(0, 0, 2), rotation=(0, -90, 0), visible=False)  # its -X points down
 with boxes:
     sticker = rep.create.projection_material(projector)
 with rep.trigger.on_frame(), sticker:

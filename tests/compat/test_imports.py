@@ -193,6 +193,12 @@ def test_utilities_are_where_scripts_import_them_from():
         assert get_global_seed() == rep.get_global_seed() == 11
         assert io_functions.write_png is rep.functional.write_png
         assert find_prims is rep.utils.find_prims
+        from omni.replicator.core.scripts.utils.viewport_manager import HydraTexture
+        assert isinstance(rep.create.render_product(rep.create.camera(), (8, 8)), HydraTexture)
+        from omni.replicator.core.scripts.backends.io_queue import wait_until_done
+        from omni.replicator.core.backends import io_queue
+        wait_until_done()
+        assert io_queue.is_done_writing() and rep.backends.io_queue.is_done_writing()
         """
     )
 

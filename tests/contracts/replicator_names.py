@@ -379,7 +379,7 @@ block(
     set_target_prims(node, attribute, target_prims)
     sequential() -> context
     ReplicatorWrapper
-    auto_connect(_a, _b)
+    auto_connect(upstream_node, downstream_node, mapping=None, no_exec=False)
     look_at(target, look_at_up_axis=(0, 1, 0), eye=(0, 0, 0), stage_up_axis='Y', use_usdrt=False)
     select_rotation_op(prim)
     set_rotation_by_op(prim, rotation_op, rotation_value)
@@ -827,10 +827,11 @@ block(
     "functional.get",
     """
     prims(stage, path_pattern=None, path_match=None, path_pattern_exclusion=None, prim_types=None, \
-        prim_types_exclusion=None, semantics=None, semantics_exclusion=None, *, ignore_case=False) -> list
+        prim_types_exclusion=None, semantics=None, semantics_exclusion=None, ignore_case=False) -> list
     prim_at_path
+    prim_at_paths(stage, paths) -> list
     """
-    + "\n".join(f"{kind}(stage, {FIND}, *, path_match=None, ignore_case=False) -> list" for kind in TYPES_OF_PRIMS),
+    + "\n".join(f"{kind}(stage, {FIND}, path_match=None, ignore_case=False) -> list" for kind in TYPES_OF_PRIMS),
 )
 
 # --------------------------------------------------------------------------------------------------------------- YAML

@@ -100,6 +100,7 @@ ARGUMENTS = {
     "functional.create_batch.reference": ("{usd}",),
     "functional.create_batch.material": ("OmniPBR.mdl",),
     "functional.get.prim_at_path": ("{stage}", CUBE),
+    "functional.get.prim_at_paths": ("{stage}", CUBE),
 }
 # Functions that act on prims get them as an argument, as in scripts outside of a `with` block.
 ON_PRIMS = ("modify.", "randomizer.", "physics.", "create.projection_material", "create.mesh_decal")

@@ -54,7 +54,8 @@ def test_omnipbr_writes_the_inputs_that_are_given(stage, tmp_path):
 def test_each_constant_of_omnipbr_reaches_its_input(stage, argument, value, name, held):
     one = shader_of(stage, rep.create.material_omnipbr(**{argument: value}).prims[0])
     assert one.GetAttribute(f"inputs:{name}").Get() == held
-    assert bool(one.GetAttribute("inputs:enable_emission").Get()) == argument.startswith("emissive")
+    assert one.GetAttribute("inputs:enable_emission").Get() is True
+    assert one.GetAttribute("inputs:emissive_intensity").Get() == (value if argument == "emissive_intensity" else 0)
     drawn = rep.create.material_omnipbr(**{argument: rep.distribution.choice([value])}, count=2)
     evaluate.graph().evaluate()
     assert [shader_of(stage, path).GetAttribute(f"inputs:{name}").Get() for path in drawn.prims] == [held, held]
@@ -77,7 +78,16 @@ def test_each_texture_of_omnipbr_reaches_its_input(stage, tmp_path, argument, na
     if argument in ("roughness_texture", "metallic_texture"):
         influence = {"roughness_texture": "reflection_roughness", "metallic_texture": "metallic"}[argument]
         assert shader.GetAttribute(f"inputs:{influence}_texture_influence").Get() == 1
-    assert bool(shader.GetAttribute("inputs:enable_emission").Get()) == (argument == "emissive_texture")
+
+
+def test_a_material_can_begin_to_glow_later(stage):
+    glowing, dark = rep.create.material_omnipbr(), rep.create.material_omnipbr(emissive_intensity=None)
+    rep.modify.attribute("emissive_intensity", 100.0, input_prims=glowing)
+    evaluate.graph().evaluate()
+    one, other = (shader_of(stage, item.prims[0]) for item in (glowing, dark))
+    assert one.GetAttribute("inputs:enable_emission").Get() is True
+    assert one.GetAttribute("inputs:emissive_intensity").Get() == 100
+    assert not other.HasAttribute("inputs:enable_emission")
 
 
 def test_omnipbr_inputs_are_sampled_at_every_firing_and_the_material_can_be_bound(stage):

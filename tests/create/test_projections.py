@@ -35,25 +35,57 @@ def baked(stage, item):
     return points.reshape(-1, 3, 3), uvs.reshape(-1, 3, 2)
 
 
+# Rotations with which -X of a projector points along -Z and -X of the world, and +Y along +Y.
+DOWN = (0, -90, 0)
+AGAINST_X = (0, 0, 0)
+
+
 def area(corners):
     return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
 
 
 def test_a_projection_covers_the_area_of_its_projector_on_a_wall(stage):
     wall = rep.create.cube(scale=(4, 4, 1), position=(0, 0, -0.5))
-    proxy = rep.create.xform(position=(1, 0.5, 0), scale=(1, 2, 1))
+    proxy = rep.create.xform(position=(1, 0.5, 0), rotation=DOWN, scale=(1, 2, 1))
     item = rep.create.projection_material(proxy, input_prims=wall, semantics=[("class", "logo")])
     points, uvs = baked(stage, item)
     assert area(points) == pytest.approx(2.0)
     np.testing.assert_allclose(points[..., 2], 0.01 * 2 ** (1 / 3), atol=1e-6)
-    # UVs run over the projector's X and Y.
+    # Seen against the projection, with the projector's Y up, the texture is upright and not mirrored.
     np.testing.assert_allclose(uvs, (points[..., :2] - (0.5, -0.5)) / (1, 2), atol=1e-6)
     assert labels.get_labels(stage.GetPrimAtPath(item.prims[0])) == {"class": ["logo"]}
 
 
+def test_defects_on_a_floor_are_as_wide_as_the_z_of_their_proxies_and_as_high_as_the_y(stage):
+    """Scripts with defects turn cubes by 90 degrees about Z in a stage with Y up, so that -X points down."""
+    rep.settings.set_stage_up_axis("Y")
+    floor = rep.create.cube(scale=(4, 1, 4), position=(0, -0.5, 0))
+    centers = [(-1, 0, 0), (0, 0, 0), (1, 0, 1)]
+    proxies = rep.create.cube(count=3, position=centers, rotation=(0, 0, 90), scale=(1, 0.2, 0.5))
+    with rep.get.prims(path_pattern=f"{floor.prims[0]}(/.*)?$"):
+        item = rep.create.projection_material(proxies, [("class", "scratch")], offset_scale=0)
+    assert len(item.prims) == 3
+    for path, center in zip(item.prims, centers):
+        points, _ = baked(stage, rep.get.prim_at_path(path))
+        assert area(points) == pytest.approx(0.1)
+        np.testing.assert_allclose((points.min((0, 1)) + points.max((0, 1))) / 2, center, atol=1e-6)
+        np.testing.assert_allclose(np.ptp(points.reshape(-1, 3), axis=0), (0.2, 0, 0.5), atol=1e-6)
+        assert labels.get_labels(stage.GetPrimAtPath(path)) == {"class": ["scratch"]}
+
+
+def test_several_projectors_project_onto_the_targets_in_turn(stage):
+    walls = rep.create.cube(count=2, position=[(0, 0, 0), (5, 0, 0)])
+    proxies = rep.create.xform(count=4, position=[(0.5, 0, 0), (5.5, 0, 0), (5.5, 0, 0), (5.5, 0, 0)])
+    item = rep.create.projection_material(proxies, input_prims=walls)
+    areas = [area(baked(stage, rep.get.prim_at_path(path))[0]) for path in item.prims]
+    assert areas == pytest.approx([1, 1, 0, 1])
+    with pytest.raises(GraphError, match="3 projectors and 2 targets; give one projector"):
+        rep.create.projection_material(list(proxies.prims[:3]), input_prims=walls)
+
+
 def test_on_a_sphere_only_the_front_faces_within_the_box_are_covered(stage):
     ball = rep.create.sphere(scale=2)
-    proxy = rep.create.xform(position=(3, 0, 0), rotation=(0, 90, 0), scale=(1, 1, 5))
+    proxy = rep.create.xform(position=(3, 0, 0), rotation=AGAINST_X, scale=(5, 1, 1))
     item = rep.create.projection_material(proxy, offset_scale=0.0, input_prims=ball)
     points, uvs = baked(stage, item)
     assert len(points) > 50
@@ -68,14 +100,14 @@ def test_on_a_sphere_only_the_front_faces_within_the_box_are_covered(stage):
 
 def test_the_bounding_box_of_a_proxy_with_geometry_is_projected(stage):
     floor = rep.create.plane(scale=10)
-    proxy = rep.create.plane(scale=3, position=(0, 0, 1))
+    proxy = rep.create.cube(scale=3, position=(0, 0, 1), rotation=DOWN)
     points, _ = baked(stage, rep.create.projection_material(proxy, input_prims=floor))
     assert area(points) == pytest.approx(9.0)
 
 
 def test_a_projection_that_covers_nothing_is_an_empty_mesh(stage):
     floor = rep.create.plane(scale=10)
-    for position, rotation in (((0, 0, 5), (0, 0, 0)), ((0, 0, 0), (180, 0, 0))):
+    for position, rotation in (((0, 0, 5), DOWN), ((0, 0, 0), (0, 90, 0))):
         proxy = rep.create.xform(position=position, rotation=rotation)
         points, _ = baked(stage, rep.create.projection_material(proxy, input_prims=floor))
         assert len(points) == 0
@@ -83,7 +115,7 @@ def test_a_projection_that_covers_nothing_is_an_empty_mesh(stage):
 
 def test_moving_the_projector_and_its_textures(stage, textures):
     floor = rep.create.plane(scale=10)
-    proxy = rep.create.xform()
+    proxy = rep.create.xform(rotation=DOWN)
     with floor:
         item = rep.create.projection_material(proxy)
     with rep.trigger.on_custom_event("go"):
@@ -108,7 +140,7 @@ def test_moving_the_projector_and_its_textures(stage, textures):
 
 
 def test_a_projection_follows_a_target_that_moves_in_the_same_trigger(stage):
-    wall, proxy = rep.create.plane(scale=0.5), rep.create.xform()
+    wall, proxy = rep.create.plane(scale=0.5), rep.create.xform(rotation=DOWN)
     with rep.trigger.on_custom_event("go"):
         rep.modify.pose(position=rep.distribution.uniform((-0.2, -0.2, 0), (0.2, 0.2, 0)), input_prims=wall)
         item = rep.create.projection_material(proxy, offset_scale=0, input_prims=wall)

@@ -81,6 +81,27 @@ def test_prim_at_path(scene):
     assert paths(get.prim_at_path(None, ["/World", "/World/Cube"])) == ["/World", "/World/Cube"]
     with pytest.raises(BadPrim, match="no prim /World/Kube"):
         get.prim_at_path(scene, "/World/Kube")
+    assert paths(get.prim_at_paths(scene, "/World/Cube")) == ["/World/Cube"]
+    assert paths(get.prim_at_paths(scene, ("/World", "/World/Cube"))) == ["/World", "/World/Cube"]
+
+
+def test_inactive_prims_classes_and_what_is_inside_of_instances_are_not_found(scene):
+    scene.GetPrimAtPath("/World/Cube").SetActive(False)
+    scene.CreateClassPrim("/Kind")
+    scene.DefinePrim("/Kind/Cube", "Cube")
+    copy = scene.DefinePrim("/World/copy", "Xform")
+    copy.GetReferences().AddInternalReference("/Kind")
+    copy.SetInstanceable(True)
+    assert paths(get.prims(path_pattern="Cube|Kind|copy")) == ["/World/Cube_01", "/World/copy"]
+
+
+def test_labels_of_materials_are_those_of_the_shapes_that_show_them(scene):
+    (rust,) = get.material(scene)
+    modify.semantics(rust, {"state": "rusty"})
+    modify.material(scene.GetPrimAtPath("/World"), rust)
+    assert paths(get.prims(semantics=[("state", "rust")], prim_types=["Mesh", "Sphere", "Xform", "Material"])) == [
+        "/World/Cube", "/World/Cube_01", "/World/ball", str(rust.GetPath()),
+    ]  # fmt: skip
 
 
 def test_world_transforms_of_prims(stage):

@@ -184,6 +184,14 @@ def test_physics_materials_are_created_if_there_is_none(stage):
     assert UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(binding) == "weakerThanDescendants"
 
 
+def test_of_materials_the_friction_is_their_own(stage):
+    looks = create.material_omnipbr(count=2)
+    physics.physics_material(static_friction=[0.2, 0.9], input_prims=looks)
+    evaluate.graph().evaluate()
+    assert [values(stage, path, "staticFriction")[0] for path in looks.prims] == pytest.approx([0.2, 0.9])
+    assert not stage.GetPrimAtPath(f"{looks.prims[0]}/PhysicsMaterial")
+
+
 def test_bodies_are_simulated_at_once_or_by_a_trigger(stage):
     box = stage.GetPrimAtPath("/World/box")
     UsdGeom.XformCommonAPI(box).SetTranslate((0, 0, 100))

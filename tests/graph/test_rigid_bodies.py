@@ -5,7 +5,7 @@ from pxr import UsdGeom, UsdPhysics
 
 import usdsdg as rep
 from usdsdg.app.app import get_app
-from usdsdg.errors import BadPrim
+from usdsdg.errors import BadPrim, UsdsdgWarning
 from usdsdg.functional import create
 from usdsdg.graph import evaluate
 from usdsdg.session.timeline import get_timeline
@@ -121,3 +121,53 @@ def test_another_prim_at_the_path_of_the_scene_is_an_error(stage, ball):
     stage.DefinePrim("/PhysicsScene", "Cube")
     with pytest.raises(BadPrim, match="/PhysicsScene is a Cube"):
         rep.physics.rigid_body(input_prims=ball)
+
+
+def test_a_prim_above_a_rigid_body_becomes_one_only_instead_of_that(stage):
+    group = create.xform(name="group")
+    part, other = create.cube(parent=group), create.cube(name="other")
+    UsdPhysics.RigidBodyAPI.Apply(part)
+    with pytest.warns(UsdsdgWarning, match="/group is not made a rigid body .* /group/Cube .* overwrite=True"):
+        rep.physics.rigid_body(velocity=[(1, 0, 0), (2, 0, 0)], input_prims=[group, other])
+    assert not group.HasAPI(UsdPhysics.RigidBodyAPI)
+    assert not group.HasAttribute("physics:velocity")
+    assert part.HasAPI(UsdPhysics.RigidBodyAPI)
+    assert not velocity_of(part)[0]
+    assert velocity_of(other) == (2, 0, 0)
+
+    rep.physics.rigid_body(velocity=(3, 0, 0), overwrite=True, input_prims=group)
+    assert velocity_of(group) == (3, 0, 0)
+    assert not part.HasAPI(UsdPhysics.RigidBodyAPI)
+    assert part.HasAPI(UsdPhysics.CollisionAPI)
+
+
+def test_a_velocity_of_none_leaves_it_as_it_is(ball):
+    rep.physics.rigid_body(velocity=(1, 0, 0), input_prims=ball)
+    rep.physics.rigid_body(velocity=None, angular_velocity=90, input_prims=ball)
+    assert velocity_of(ball) == (1, 0, 0)
+    assert ball.GetAttribute("physics:angularVelocity").Get() == (90, 90, 90)
+
+
+def test_new_bodies_have_replicators_highest_velocities(stage, ball):
+    UsdGeom.SetStageMetersPerUnit(stage, 0.01)
+    rep.physics.rigid_body(input_prims=ball)
+    assert ball.GetAttribute("physxRigidBody:maxLinearVelocity").Get() == 100000
+    assert ball.GetAttribute("physxRigidBody:maxDepenetrationVelocity").Get() == 10000000
+
+
+@pytest.mark.parametrize("function", [rep.physics.rigid_body, rep.physics.collider])
+def test_offsets_of_colliders_may_be_drawn_for_each_prim(stage, function):
+    boxes = rep.create.cube(count=5)
+    with rep.trigger.on_custom_event("go"), boxes:
+        function(rest_offset=rep.distribution.uniform(0.01, 0.1), contact_offset=rep.distribution.uniform(0.2, 0.3))
+    seen = set()
+    for _ in range(2):
+        rep.utils.send_og_event("go")
+        evaluate.graph().evaluate()
+        shapes = [stage.GetPrimAtPath(f"{path}/Cube") for path in boxes.prims]
+        rest = [shape.GetAttribute("physxCollision:restOffset").Get() for shape in shapes]
+        contact = [shape.GetAttribute("physxCollision:contactOffset").Get() for shape in shapes]
+        assert all(0.01 <= each <= 0.1 for each in rest)
+        assert all(0.2 <= each <= 0.3 for each in contact)
+        seen |= {*rest, *contact}
+    assert len(seen) == 20

@@ -108,6 +108,18 @@ def test_setting_an_input_changes_draws_and_prim():
     assert node.GetAttribute("inputs:upper").Get() == Gf.Vec3d(6, 6, 6)
 
 
+@pytest.mark.parametrize("changed", [(0.25, 0.5, 1), 0.5, rep.distribution.uniform])
+def test_an_input_may_be_set_to_a_value_of_another_type(changed):
+    value = changed(0, 1) if callable(changed) else changed
+    first = (1, 1, 1) if isinstance(changed, tuple) else 1
+    for before, after in ((first, value), (value, first)):
+        with rep.trigger.on_custom_event("go"), rep.create.cube():
+            item = rep.modify.pose(scale=before)
+        item.set_input("scale", after)
+        saved = read_node(stage_context.current_stage().GetPrimAtPath(item.node.get_prim_path())).inputs["scale"]
+        assert isinstance(saved, Link) if after is value and callable(changed) else saved == after
+
+
 def test_a_loaded_graph_repeats_the_draws_of_the_script():
     rep.set_global_seed(11)
     cubes = rep.create.cube(count=3)

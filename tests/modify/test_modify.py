@@ -4,7 +4,7 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 import usdsdg as rep
-from usdsdg.errors import BadPrim, GraphError
+from usdsdg.errors import BadPrim, GraphError, UsdsdgWarning
 from usdsdg.graph import evaluate
 from usdsdg.stage.semantics import labels
 
@@ -120,8 +120,8 @@ def test_the_variant_of_what_from_usd_made_is_that_of_the_asset(stage, tmp_path)
         fire()
 
 
-def test_a_variant_may_be_one_for_all_per_prim_or_sampled(stage, shelves):
-    for value, expected in (("green", ["green", "green"]), (["blue", "red"], ["blue", "red"])):
+def test_a_variant_may_be_one_for_all_or_drawn(stage, shelves):
+    for value, expected in (("green", ["green", "green"]), (["blue"], ["blue", "blue"])):
         rep.modify.variant("color", value, input_prims=shelves)
         evaluate.graph().evaluate()
         assert selected(stage, shelves) == expected
@@ -131,6 +131,17 @@ def test_a_variant_may_be_one_for_all_per_prim_or_sampled(stage, shelves):
     assert selected(stage, shelves) == ["green", "blue"]
     fire()
     assert selected(stage, shelves) == ["red", "green"]
+
+
+def test_of_a_list_of_variants_one_is_drawn_for_each_prim_at_each_firing(stage, shelves):
+    with rep.trigger.on_custom_event("go"), shelves:
+        rep.modify.variant("color", ["red", "green", "blue"])
+    seen = set()
+    for _ in range(12):
+        fire()
+        seen.add(tuple(selected(stage, shelves)))
+    assert {color for pair in seen for color in pair} == {"red", "green", "blue"}
+    assert len(seen) > 3
 
 
 @pytest.mark.parametrize(
@@ -146,18 +157,52 @@ def test_unknown_variants_raise_an_error_with_the_script_line(stage, shelves, na
 # --- materials ---
 
 
-def test_materials_are_bound_immediately_and_stronger_than_descendants(stage):
+def test_materials_are_bound_immediately_and_those_of_prims_below_win(stage):
     cubes, looks = rep.create.cube(count=2), rep.create.material_omnipbr(count=2)
-    child = stage.GetPrimAtPath(f"{cubes.prims[0]}/Cube")
     other = UsdShade.Material.Define(stage, "/World/other")
-    UsdShade.MaterialBindingAPI.Apply(child).Bind(other)
     rep.modify.material(looks.prims[1], input_prims=cubes)
     assert bound(stage, cubes) == [looks.prims[1]] * 2
-    assert str(UsdShade.MaterialBindingAPI(child).ComputeBoundMaterial()[0].GetPath()) == looks.prims[1]
     rep.modify.material(looks, input_prims=cubes)
     assert bound(stage, cubes) == list(looks.prims)
     rep.modify.material(other.GetPrim(), input_prims=cubes)
     assert bound(stage, cubes) == ["/World/other"] * 2
+
+    child = stage.GetPrimAtPath(f"{cubes.prims[0]}/Cube")
+    UsdShade.MaterialBindingAPI.Apply(child).Bind(other)
+    with pytest.warns(
+        UsdsdgWarning, match=f"{cubes.prims[0]}: the material .* no effect.* {child.GetPath()},"
+    ) as caught:
+        rep.modify.material(looks.prims[1], input_prims=cubes)
+    assert len(caught) == 1
+    assert str(UsdShade.MaterialBindingAPI(child).ComputeBoundMaterial()[0].GetPath()) == "/World/other"
+
+
+@pytest.mark.filterwarnings("error")
+def test_each_mesh_that_a_search_by_path_finds_shows_its_own_material(stage):
+    """Scripts that randomize parts of an asset find its meshes together with the Xforms above these."""
+    looks = rep.create.material_omnipbr(count=5)
+    UsdGeom.Xform.Define(stage, "/World/truck")
+    for index in range(20):
+        UsdGeom.Cube.Define(stage, f"/World/truck/part{index}")
+    with rep.get.prims(path_pattern="truck"):
+        rep.randomizer.materials(looks)
+    evaluate.graph().evaluate()
+    parts = [UsdShade.MaterialBindingAPI(each) for each in stage.GetPrimAtPath("/World/truck").GetChildren()]
+    assert len({str(part.ComputeBoundMaterial()[0].GetPath()) for part in parts}) > 2
+
+
+def test_of_a_list_of_materials_one_is_drawn_for_each_prim_at_each_firing(stage):
+    first, second = rep.create.material_omnipbr(count=2), rep.create.material_omnipbr()
+    with rep.trigger.on_custom_event("go"), rep.create.cube(count=3) as cubes:
+        rep.modify.material([first, second.prims[0]])
+    seen = set()
+    for _ in range(8):
+        fire()
+        seen.add(tuple(bound(stage, cubes)))
+    assert {path for each in seen for path in each} == {*first.prims, *second.prims}
+    assert len(seen) > 3
+    several = rep.create.cube(count=2, material=list(first.prims))
+    assert bound(stage, several) == list(first.prims)
 
 
 def test_materials_are_sampled_at_each_firing(stage):

@@ -361,10 +361,13 @@ def test_orbits_keep_their_distance_and_look_at_the_center(stage):
         np.testing.assert_allclose(view_direction(stage, f"{path}/Camera"), -position / 5, atol=1e-5)
 
 
-@pytest.mark.parametrize(("up", "expected"), [("Z", (0, 2, 0)), ("Y", (2, 0, 0))])
-def test_azimuth_is_the_angle_around_the_up_axis(stage, cube, up, expected):
+@pytest.mark.parametrize(
+    ("up", "azimuth", "expected"),
+    [("Z", 0, (2, 0, 0)), ("Z", 90, (0, 2, 0)), ("Y", 0, (2, 0, 0)), ("Y", 90, (0, 0, 2))],
+)
+def test_azimuth_is_the_angle_around_the_up_axis_from_x(stage, cube, up, azimuth, expected):
     UsdGeom.SetStageUpAxis(stage, up)
-    rep.modify.pose_orbit((0, 0, 0), 2, 90, 0, look_at_barycentre=False, input_prims=cube)
+    rep.modify.pose_orbit((0, 0, 0), 2, azimuth, 0, look_at_barycentre=False, input_prims=cube)
     run()
     np.testing.assert_allclose(matrix(stage, cube)[3, :3], expected, atol=1e-6)
     np.testing.assert_allclose(matrix(stage, cube)[:3, :3], np.eye(3), atol=1e-6)
@@ -447,11 +450,22 @@ def test_animations_are_bound_to_the_skeleton(stage):
     assert get_timeline().get_current_time() == 0.0
 
 
-def test_animating_a_prim_without_a_skeleton_raises_an_error(stage, cube):
+def test_an_animation_that_is_bound_plays(stage, cube):
+    UsdSkel.Animation.Define(stage, "/World/walk")
+    skeleton = UsdSkel.Skeleton.Define(stage, "/World/skeleton")
+    rep.modify.animation("/World/walk", input_prims=[cube, "/World/skeleton"])
+    assert not get_timeline().is_playing()
+    run()
+    assert get_timeline().is_playing()
+    assert UsdSkel.BindingAPI(skeleton).GetAnimationSourceRel().GetTargets() == ["/World/walk"]
+
+
+def test_animating_prims_without_any_skeleton_raises_an_error(stage, cube):
     UsdSkel.Animation.Define(stage, "/World/walk")
     rep.modify.animation("/World/walk", input_prims=cube)
-    with pytest.raises(GraphError, match="/World/cube has no Skeleton"):
+    with pytest.raises(GraphError, match="/World/cube: there is no Skeleton"):
         run()
+    assert not get_timeline().is_playing()
 
 
 def test_functions_of_scripts_can_be_registered_in_modify(stage, cube):

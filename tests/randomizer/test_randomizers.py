@@ -134,6 +134,33 @@ def test_each_mesh_may_get_its_own_material(stage, pair):
     assert [material_inputs(mesh)["diffuse_color_constant"] for mesh in meshes(stage, pair)] == [(1, 0, 0)] * 2
 
 
+def test_each_mesh_draws_a_color_and_a_texture_of_its_own(stage, images):
+    UsdGeom.Xform.Define(stage, "/Kind")
+    parts = [f"part{index}" for index in range(8)]
+    for part in parts:
+        UsdGeom.Cube.Define(stage, f"/Kind/{part}")
+    for name in ("one", "other"):
+        prim = UsdGeom.Xform.Define(stage, f"/World/{name}").GetPrim()
+        prim.GetReferences().AddInternalReference("/Kind")
+        prim.SetInstanceable(True)
+    both = rep.get.prims(path_pattern="/World/(one|other)$")
+    meshes = [f"/World/{name}/{part}" for name in ("one", "other") for part in parts]
+    with rep.trigger.on_custom_event("go"), both:
+        rep.randomizer.color(rep.distribution.uniform((0, 0, 0), (1, 1, 1)), per_sub_mesh=True)
+    fire()
+    colors = [tuple(material_inputs(stage.GetPrimAtPath(path))["diffuse_color_constant"]) for path in meshes]
+    assert len(set(colors)) == 16
+    fire()
+    again = [tuple(material_inputs(stage.GetPrimAtPath(path))["diffuse_color_constant"]) for path in meshes]
+    assert not set(colors) & set(again)
+
+    rep.randomizer.texture(images, per_sub_mesh=True, texture_rotate=[10, 20], input_prims=both)
+    evaluate.graph().evaluate()
+    found = [material_inputs(stage.GetPrimAtPath(path)) for path in meshes]
+    assert [inputs["texture_rotate"] for inputs in found] == [10] * 8 + [20] * 8
+    assert len({inputs["diffuse_texture"].path for inputs in found[:8]}) > 1
+
+
 def test_an_instance_becomes_an_ordinary_prim_when_colored(stage):
     source, copy = rep.create.cube(), stage.DefinePrim("/World/copy")
     copy.GetReferences().AddInternalReference(source.prims[0])

@@ -37,6 +37,15 @@ def test_units_and_up_axis_are_authored_on_the_stage(stage):
     assert UsdGeom.GetStageUpAxis(stage) == "Z"
 
 
+def test_units_and_up_axis_are_those_of_the_root_layer_also_inside_of_a_new_layer(stage):
+    with rep.new_layer() as layer:
+        rep.settings.set_stage_up_axis("Y")
+        rep.settings.set_stage_meters_per_unit(0.01)
+        assert stage.GetEditTarget().GetLayer() == layer
+    assert stage.GetRootLayer().pseudoRoot.GetInfo("upAxis") == "Y"
+    assert stage.GetRootLayer().pseudoRoot.GetInfo("metersPerUnit") == 0.01
+
+
 @pytest.mark.parametrize("value", [3, 0.5, True, "text", [1, 2], None])
 def test_any_setting_can_be_written_and_read(value):
     rep.settings.carb_settings("rtx//some/thing/", value)

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom, UsdShade
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 import usdsdg as rep
 from usdsdg.errors import AssetNotFound, BadPrim, GraphError, Unsupported, UsdsdgWarning
@@ -275,6 +275,48 @@ def test_functions_of_scripts_can_be_registered_in_every_family(family):
         module.register(5)
 
 
+def test_paths_in_outputs_are_texts_and_usd_paths(stage):
+    cube = rep.create.cube()
+    (path,) = cube.get_outputs()["prims"]
+    expected = Sdf.Path("/Replicator/Cube_Xform")
+    assert (path, path.GetString(), path.pathString, path.GetText()) == ("/Replicator/Cube_Xform",) * 4
+    assert type(path.pathString) is str
+    assert (path.name, path.GetName()) == (expected.name,) * 2
+    assert path.GetParentPath() == str(expected.GetParentPath())
+    assert path.AppendChild("Cube") == str(expected.AppendChild("Cube"))
+    assert path.GetParentPath().GetParentPath().AppendChild("World") == "/World"
+    assert stage.GetPrimAtPath(path.AppendChild("Cube")).IsA(UsdGeom.Mesh)
+    assert rep.modify.pose(position=1, input_prims=cube).get_input("prims")[0].GetString() == path
+
+
+def test_attributes_of_nodes_are_read_and_set_as_those_of_omnigraph(stage):
+    cubes, drawn = rep.create.cube(count=2), rep.distribution.uniform((0, 0, 0), (1, 1, 1))
+    with rep.trigger.on_custom_event("go"), cubes:
+        posed = rep.modify.pose(position=drawn, name="drop")
+    assert cubes.node.get_attribute("outputs:prims").get() == list(cubes.prims)
+    assert posed.node.get_attribute("inputs:prims").get() == list(cubes.prims)
+    lower = drawn.node.get_attribute("inputs:lower")
+    assert (lower.get_name(), lower.get(), lower.get_node()) == ("inputs:lower", (0, 0, 0), drawn.node)
+    lower.set((0.5, 0.5, 1))
+    rep.utils.send_og_event("go")
+    evaluate.graph().evaluate()
+    samples = drawn.node.get_attribute("outputs:samples").get()
+    assert [tuple(each) for each in samples] == [
+        tuple(stage.GetPrimAtPath(path).GetAttribute("xformOp:translate").Get()) for path in cubes.prims
+    ]
+    assert all(each[0] >= 0.5 and each[2] == 1 for each in samples)
+
+    assert stage.GetPrimAtPath(posed.node.get_prim_path()).GetRelationship("inputs:prims").GetTargets() == [
+        *cubes.prims
+    ]
+    with pytest.raises(Unsupported, match=r"has no prim of its own.*get_output_prims"):
+        cubes.node.get_prim_path()
+    assert not cubes.node.get_attribute_exists("outputs:samples")
+    assert drawn.node.get_attribute_exists("outputs:samples")
+    with pytest.raises(ValueError, match="has no inputs:lover"):
+        drawn.node.get_attribute("inputs:lover").get()
+
+
 def test_nodes_run_in_the_order_of_the_script(stage):
     cube = rep.create.cube()
     with rep.utils.sequential():
@@ -283,6 +325,9 @@ def test_nodes_run_in_the_order_of_the_script(stage):
     rep.utils.auto_connect(first, second)
     with pytest.raises(Unsupported, match="made before"):
         rep.utils.auto_connect(second, first)
+    rep.utils.auto_connect(upstream_node=None, downstream_node=first, mapping=[], no_exec=True)
+    with pytest.raises(Unsupported, match="mapping is not available"):
+        rep.utils.auto_connect(first, second, mapping=[("outputs:samples", "inputs:values")])
 
     @rep.utils.ReplicatorWrapper
     def lifted(height):

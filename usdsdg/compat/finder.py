@@ -47,6 +47,14 @@ ALIASES = (
     ("omni.replicator.core.utils.rng", "usdsdg.rng"),
     ("omni.replicator.core.bindings._omni_replicator_core", "usdsdg.compat.omni.replicator.telemetry"),
     ("omni.replicator.core.bindings", "usdsdg.compat.omni.replicator"),
+    *(
+        (f"omni.replicator.core{part}", f"usdsdg.compat.omni.replicator.{name}")
+        for name, parts in (
+            ("viewport_manager", (".scripts.utils.viewport_manager", ".utils.viewport_manager")),
+            ("io_queue", (".scripts.backends.io_queue", ".backends.io_queue")),
+        )
+        for part in parts
+    ),
     # The modules of the backends are one.
     *(
         (f"omni.replicator.core{part}.backends.{name}", "usdsdg.backends")

@@ -37,8 +37,9 @@ def material_omnipbr(
         roughness: 0 (mirror) to 1.
         metallic: 0 to 1.
         specular: OmniPBR's specular level of dielectrics, 0.5 for common plastics.
-        emissive_color: linear color; this, a texture or an intensity enables emission.
-        emissive_intensity: nits.
+        emissive_color: linear color.
+        emissive_intensity: nits. As it is 0 by default, emission is enabled, and later changes of color and intensity
+            are seen; it is not where color, texture and intensity are None.
         project_uvw: project textures along the axes of the object instead of using its UVs.
 
     Raises:
@@ -58,10 +59,10 @@ def material_omnipbr(
         "specular_level": specular,
         "emissive_color": emissive_color,
         "emissive_color_texture": emissive_texture,
+        "emissive_intensity": emissive_intensity,
     }
-    constant_zero = not isinstance(emissive_intensity, (Distribution, list)) and not emissive_intensity
-    if emissive_color is not None or emissive_texture is not None or not constant_zero:
-        inputs |= {"enable_emission": True, "emissive_intensity": emissive_intensity}
+    if any(each is not None for each in (emissive_color, emissive_texture, emissive_intensity)):
+        inputs["enable_emission"] = True
     if isinstance(project_uvw, Distribution) or project_uvw:
         inputs["project_uvw"] = project_uvw
     given = {name: plain(value) for name, value in inputs.items() if value is not None}

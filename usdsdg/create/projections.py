@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from pxr import Usd
+from pxr import Sdf, Usd
 
 from usdsdg import modify
 from usdsdg.arguments.prims import prim_at
@@ -26,38 +26,50 @@ def projection_material(
 ) -> ReplicatorItem:  # fmt: skip
     """Project a material onto prims, as a mesh `/Replicator/Projection_Xform/Projection` over the covered surface.
 
-    The box of `proxy_prim` is projected along its -Z onto all front-facing faces of the targets inside the box; UVs run
-    over the box's X and Y. The mesh is computed when this line runs, and again by `modify.projection_material` or,
-    inside a trigger, at every firing.
+    The box of `proxy_prim` is projected along its -X onto all front-facing faces of the targets inside the box; U runs
+    against the box's Z and V along its Y. The mesh is computed when this line runs, and again by
+    `modify.projection_material` or, inside a trigger, at every firing.
 
     Args:
-        proxy_prim: the projector; without geometry its box is a meter in size.
-        semantics: labels of the projection.
-        material: the projected material; a new OmniPBR material by default.
+        proxy_prim: the projector; without geometry its box is a meter in size. One projects onto all targets; of
+            several there are as many as targets, or a multiple, and each projects onto one, the targets in turn.
+        semantics: labels of each projection.
+        material: the projected material; a new OmniPBR material for each by default.
         offset_scale: distance above the surface, as a fraction of the size of the projector's box.
         input_prims: targets; by default those of the enclosing `with`.
 
     Raises:
-        ArgumentError: there is no target, or not exactly one projector.
+        ArgumentError: there is no target, no projector, or another number of these.
         BadPrim: a prim is not on the stage.
     """
-    proxies, targets = prim_paths(proxy_prim), prim_paths(input_prims) or current_prims()
-    if len(proxies) != 1 or not targets:
+    proxies, targets = prim_paths(proxy_prim), _outermost(prim_paths(input_prims) or current_prims())
+    if not proxies or not targets or (len(proxies) > 1 and len(proxies) % len(targets)):
         raise ArgumentError(
             f"create.projection_material: {len(proxies)} projectors and {len(targets)} targets; give one projector as "
-            "proxy_prim, and targets as input_prims or by `with`"
+            "proxy_prim, or as many as targets or a multiple, and targets as input_prims or by `with`"
         )
-    projector = prim_at(proxies[0])
-    item = _projected(projector, targets, name, offset=offset_scale * projection_meshes.size_of(projector))
-    _bind_and_label(item, material, semantics)
+    made = []
+    for index, projector in enumerate(map(prim_at, proxies)):
+        covered = targets if len(proxies) == 1 else (targets[index % len(targets)],)
+        offset = offset_scale * projection_meshes.size_of(projector)
+        one = _projected(projector, covered, name, offset=offset, axis="X")
+        _bind_and_label(one, material, semantics)
+        made += one.prims
+    item = ReplicatorItem(Node(kind="OgnCreateProjection", prims=tuple(made), name=name))
     if current_trigger() is not None:
         modify.projection_material(input_prims=item)
     return item
 
 
-def _projected(projector: Usd.Prim, targets: tuple[str, ...], name: str | None, **distances: float) -> ReplicatorItem:
+def _outermost(targets: tuple[str, ...]) -> tuple[str, ...]:
+    """Return targets without those below others, which a search by path finds too: faces would be covered twice."""
+    kept = set(Sdf.Path.RemoveDescendentPaths([Sdf.Path(path) for path in targets]))
+    return tuple(path for path in targets if Sdf.Path(path) in kept)
+
+
+def _projected(projector: Usd.Prim, targets: tuple[str, ...], name: str | None, **how: Any) -> ReplicatorItem:
     path, child = new_object("Projection", name, None)
-    projection_meshes.define(current_stage(), child, projector, [prim_at(path) for path in targets], **distances)
+    projection_meshes.define(current_stage(), child, projector, [prim_at(path) for path in targets], **how)
     return ReplicatorItem(Node(kind="OgnCreateProjection", prims=(path,), name=name))
 
 
@@ -76,7 +88,8 @@ def mesh_decal(
     """Project textures or a material onto prims as `projection_material` does, with a projector of its own.
 
     The projector is an Xform `/Replicator/DecalProjector_Xform...` with the given pose; its box, a meter times `scale`,
-    is projected along its -Z. Pose and textures may be distributions, which are sampled again at every firing.
+    is projected along its -Z, with UVs over its X and Y. Pose and textures may be distributions, which are sampled
+    again at every firing.
 
     Args:
         material: the projected material, instead of textures.
@@ -96,7 +109,7 @@ def mesh_decal(
         raise Unsupported("create.mesh_decal: decal is not available; give texture_group, textures or material")
     if isinstance(opacity, Distribution):
         raise Unsupported("create.mesh_decal: opacity cannot be a distribution; put it into texture_group")
-    targets = prim_paths(input_prims) or current_prims()
+    targets = _outermost(prim_paths(input_prims) or current_prims())
     single = dict(diffuse=diffuse, normal=normal, roughness=roughness, metallic=metallic, opacity=opacity)
     textures = {role: value for role, value in single.items() if value is not None}
     texture_group = drawn_group(texture_group)

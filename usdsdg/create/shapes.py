@@ -9,7 +9,8 @@ position: in the space of `parent` [stage units]; of `pivot` where that is given
 scale: factors, or one for all axes. rotation: angles about x, y, z [degrees], x first.
 pivot: point that `position` places and that rotations are about, -1 to 1 on each axis of the shape's bounding box.
 look_at: a point of the world [stage units] or prims, which -Z points to; look_at_up_axis: up direction for `look_at`.
-semantics: [("class", "cube")] or {"class": "cube"}. visible: False hides. material: item, prim or path.
+semantics: [("class", "cube")] or {"class": "cube"}. visible: False hides. material: item, prim or path, or a list of
+    one for each object; see `modify.material`.
 as_mesh, count: whether to create a mesh, and how many objects. name, parent: the first object is
     `<parent>/<name>_Xform`, further ones get _01, _02, ...; by default `/Replicator/<Type>_Xform`.
 
@@ -28,7 +29,9 @@ def _shape(kind: str, arguments: dict[str, Any]) -> ReplicatorItem:
     define = shape_meshes.define if arguments.pop("as_mesh") else shape_meshes.define_gprim
     material = arguments.pop("material")
     item = create_objects(kind, lambda stage, path: define(stage, path, kind), node=f"OgnCreate{kind}", **arguments)
-    if material is not None:
+    if isinstance(material, (list, tuple)) and len(material) == len(item.prims):
+        modify.bind_each(list(material), item)
+    elif material is not None:
         modify.material(material, input_prims=item)
     return item
 

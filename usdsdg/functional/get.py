@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from pxr import Usd
+from pxr import Usd, UsdGeom, UsdShade
 
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.values import labels_of, shown
@@ -22,16 +22,17 @@ from usdsdg.stage.semantics.labels import get_labels
 def prims(
     stage: Usd.Stage | None = None, path_pattern: str | None = None, path_match: str | None = None,
     path_pattern_exclusion: str | None = None, prim_types: Any = None, prim_types_exclusion: Any = None,
-    semantics: Any = None, semantics_exclusion: Any = None, *, ignore_case: bool = False,
+    semantics: Any = None, semantics_exclusion: Any = None, ignore_case: bool = False,
 ) -> list[Usd.Prim]:  # fmt: skip
-    """Find the prims that meet all given conditions.
+    """Find the prims that meet all given conditions, those that are inactive, classes or inside instances left out.
 
     Args:
         path_pattern: regular expression that must be found in the path; `path_pattern_exclusion` must not be found.
         path_match: substring of the path.
         prim_types: type or list of types, case-insensitive; `prim_types_exclusion` likewise.
         semantics: pairs of type and label, [("class", "cube")] or {"class": "cube"}; a prim matches if it has a label
-            of that type which contains the given one, for any of the pairs. `semantics_exclusion` likewise.
+            of that type which contains the given one, for any of the pairs; of shapes and subsets labels of their
+            material count too. `semantics_exclusion` likewise.
         ignore_case: whether paths match case-insensitively.
 
     Raises:
@@ -49,11 +50,11 @@ def prims(
         _without(_labeled(semantics_exclusion)),
     ]
     wanted = [match for match in matches if match is not None]
-    found = Usd.PrimRange.Stage(stage or current_stage(), Usd.TraverseInstanceProxies(Usd.PrimIsDefined))
+    found = (stage or current_stage()).Traverse()
     return [prim for prim in found if all(match(prim) for match in wanted)]
 
 
-def prim_at_path(stage: Usd.Stage | None, path: Any) -> Usd.Prim | list[Usd.Prim]:
+def prim_at_path(stage: Usd.Stage | None, path: Any) -> Any:
     """Return the prim at a path, or a list of prims for a list of paths; the stage is by default the current one.
 
     Raises:
@@ -62,6 +63,11 @@ def prim_at_path(stage: Usd.Stage | None, path: Any) -> Usd.Prim | list[Usd.Prim
     if isinstance(path, (list, tuple)):
         return [prim_at(stage or current_stage(), str(each)) for each in path]
     return prim_at(stage or current_stage(), str(path))
+
+
+def prim_at_paths(stage: Usd.Stage | None, paths: Any) -> list[Usd.Prim]:
+    """Return the prims at one path or a list of these, as a list in either case; see `prim_at_path`."""
+    return prim_at_path(stage, list(paths) if isinstance(paths, (list, tuple)) else [paths])
 
 
 _Match = Callable[[Usd.Prim], bool]
@@ -99,9 +105,15 @@ def _labeled(semantics: Any) -> _Match | None:
         semantics = [semantics]
     wanted = [(kind, label) for kind, labels in labels_of(semantics).items() for label in labels]
 
-    def match(prim: Usd.Prim) -> bool:
+    def has(prim: Usd.Prim) -> bool:
         own = get_labels(prim)
         return any(label in each for kind, label in wanted for each in own.get(kind, ()))
+
+    def match(prim: Usd.Prim) -> bool:
+        if has(prim) or not (prim.IsA(UsdGeom.Gprim) or prim.IsA(UsdGeom.Subset)):
+            return has(prim)
+        material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+        return bool(material) and has(material.GetPrim())
 
     return match
 
@@ -115,7 +127,7 @@ def _by_types(name: str, types: list[str], what: str) -> Callable[..., list[Usd.
 
     def get(
         stage: Usd.Stage | None = None, path_pattern: str | None = None, path_pattern_exclusion: str | None = None,
-        semantics: Any = None, semantics_exclusion: Any = None, *, path_match: str | None = None,
+        semantics: Any = None, semantics_exclusion: Any = None, path_match: str | None = None,
         ignore_case: bool = False,
     ) -> list[Usd.Prim]:  # fmt: skip
         return prims(

@@ -12,7 +12,9 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg.errors import NotAPrim, UnknownInput
+from usdsdg.errors import NotAPrim, UnknownInput, Unsupported
+from usdsdg.graph.node_attributes import NodeAttribute
+from usdsdg.graph.prim_path import PrimPath
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 
@@ -73,10 +75,32 @@ class Node:
     state: dict[str, Any] = field(default_factory=dict)
     path: str | None = None  # of its prim, on the stage with the root layer `layer`
     layer: Any = None
+    item: Any = field(default=None, init=False, repr=False)  # the first one made of it, such as a distribution
 
-    def get_attribute(self, name: str) -> Any:
-        """Return the input `name` (with or without the `inputs:` prefix), or None."""
-        return self.inputs.get(name.removeprefix("inputs:"))
+    def get_attribute(self, name: str) -> NodeAttribute:
+        """Return an input, with or without the `inputs:` prefix, or an output, to be read and set."""
+        return NodeAttribute(self.item or ReplicatorItem(self), name if ":" in name else f"inputs:{name}")
+
+    def get_attribute_exists(self, name: str) -> bool:
+        """Whether the node has an input or output of that name."""
+        try:
+            self.get_attribute(name).get()
+        except UnknownInput:
+            return False
+        return True
+
+    def get_prim_path(self) -> str:
+        """Return the path of the prim that holds the node.
+
+        Raises:
+            Unsupported: it has none, as it does not run in the graph: it created or found prims at once.
+        """
+        if self.path is None:
+            raise Unsupported(
+                f"{self.describe()} has no prim of its own, as it has run already; of an item `get_output_prims()` "
+                "returns the prims"
+            )
+        return self.path
 
     def describe(self) -> str:
         return f"{self.kind} (made at {self.line})"
@@ -110,6 +134,7 @@ class ReplicatorItem:
     def __init__(self, node: Node, *, trigger: Any | None = None) -> None:
         self.node = node
         self._trigger = trigger
+        node.item = node.item or self
 
     @property
     def prims(self) -> tuple[str, ...]:
@@ -143,11 +168,14 @@ class ReplicatorItem:
     def get_inputs(self) -> dict[str, Any]:
         """Return the node's inputs by name, with the paths of the prims that it acts on."""
         takes_prims = current().graph.takes_prims(self.node)
-        return {**self.node.inputs, **({"prims": list(self.prims)} if takes_prims else {})}
+        return {**self.node.inputs, **({"prims": list(map(PrimPath, self.prims))} if takes_prims else {})}
 
     def get_outputs(self) -> dict[str, Any]:
-        """Return the outputs of the node by name: the paths of its prims, and how often it has run."""
-        return {"prims": list(self.prims), "execCount": self.executions}
+        """Return the outputs of the node by name: the paths of its prims, and how often it has run.
+
+        The paths are texts which have also the methods of a USD path such as `GetString`.
+        """
+        return {"prims": list(map(PrimPath, self.prims)), "execCount": self.executions}
 
     def get_input(self, name: str) -> Any:
         """Return the input `name`, with or without the `inputs:` prefix; None for one that is not given.

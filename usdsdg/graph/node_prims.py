@@ -102,8 +102,12 @@ def write_input(prim: Usd.Prim, name: str, value: Any) -> None:
     else:
         type_name, usd_value, is_json = _encoded(prim, name, value)
         attribute = _attribute(prim, f"inputs:{name}", type_name, usd_value)
+        if attribute.HasAuthoredConnections():
+            attribute.ClearConnections()
         if is_json:
             attribute.SetCustomDataByKey("usdsdg:json", True)
+        else:
+            attribute.ClearCustomDataByKey("usdsdg:json")
 
 
 def read_node(prim: Usd.Prim) -> NodeRecord:
@@ -133,7 +137,13 @@ def _put(inputs: dict[str, Any], name: str, value: Any) -> None:
 
 
 def _attribute(prim: Usd.Prim, name: str, type_name: Sdf.ValueTypeName, value: Any = None) -> Usd.Attribute:
-    attribute = prim.CreateAttribute(name, type_name, custom=not name.startswith(("inputs:", "node:")))
+    attribute = prim.GetAttribute(name)
+    if not attribute:
+        attribute = prim.CreateAttribute(name, type_name, custom=not name.startswith(("inputs:", "node:")))
+    elif attribute.GetTypeName() != type_name:
+        # An input that is set anew, such as bounds that were whole numbers; the old value does not fit the new type.
+        attribute.Clear()
+        attribute.SetTypeName(type_name)
     if value is not None:
         attribute.Set(value)
     return attribute

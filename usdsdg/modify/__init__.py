@@ -9,8 +9,9 @@ from usdsdg.modify import attribute_worlds as _attribute_worlds  # noqa: F401 - 
 from usdsdg.modify import label_worlds as _label_worlds  # noqa: F401
 from usdsdg.modify import orbit_worlds as _orbit_worlds  # noqa: F401
 from usdsdg.modify import pose_worlds as _pose_worlds  # noqa: F401
-from usdsdg.modify.appearance import bind_material, check_material, material, semantics, variant, visibility
+from usdsdg.modify.appearance import semantics, variant, visibility
 from usdsdg.modify.attributes import apply_or_schedule, attribute, set_attribute
+from usdsdg.modify.bound_materials import bind_each, bind_material, check_material, material
 from usdsdg.modify.camera_relative import pose_camera_relative, pose_orbit
 from usdsdg.modify.clock import animation, frame, time, timeline
 from usdsdg.modify.poses import apply_or_schedule_pose, pose
@@ -23,7 +24,7 @@ __all__ = [  # noqa: RUF022
     "projection_material", "register",
     "semantics", "time", "timeline", "variant", "visibility",
     # what the other families use
-    "apply_or_schedule", "apply_or_schedule_pose", "bind_material", "check_material", "non_xform_prims",
+    "apply_or_schedule", "apply_or_schedule_pose", "bind_each", "bind_material", "check_material", "non_xform_prims",
     "set_attribute",
 ]  # fmt: skip
 

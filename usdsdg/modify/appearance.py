@@ -1,22 +1,20 @@
-"""Labels, visibility, materials and variants: `rep.modify.semantics`, `visibility`, `material` and `variant`."""
+"""Labels, visibility and variants: `rep.modify.semantics`, `visibility` and `variant`."""
 
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import labels_of, labels_per_prim, refuse_drawn_parts, shown
-from usdsdg.distribution import Distribution, draw, draw_scalars, options_of
-from usdsdg.errors import ArgumentError, BadPrim
+from usdsdg.distribution import Distribution, draw, draw_scalars, one_of, options_of
+from usdsdg.errors import ArgumentError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act, act_now
 from usdsdg.graph.label_sources import LabelSources, brings_labels
-from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.modify.mdl_materials import is_mdl, mdl_material
-from usdsdg.modify.point_instances import objects_of, prototypes_or_self
+from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.modify.prims import target_prims
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.semantics import labels
@@ -122,69 +120,19 @@ def are_apart(prims: Sequence[Usd.Prim]) -> bool:
     )
 
 
-def material(value: Any, input_prims: Any = None, name: str | None = None) -> ReplicatorItem:
-    """Bind a material, stronger than the bindings of descendants.
-
-    Args:
-        value: path, prim or item of a material, or an MDL file (see `mdl_material`); a list with one per prim, or a
-            distribution over these.
-
-    Raises:
-        BadPrim: it is not on the stage, or not a material.
-        AssetNotFound: there is no such MDL file.
-        GraphError: at execution, a distribution has sampled such a value.
-    """
-    if isinstance(value, Distribution):
-        return act("OgnWriteMaterial", input_prims, name=name, value=value)
-    return act_now("OgnWriteMaterial", input_prims, value=value)
-
-
-@action("OgnWriteMaterial")
-def _write_material(node: Node, execution: int) -> None:
-    if node.inputs.get("perPrototype"):
-        node = objects_of(node, prototypes_or_self(target_prims(node))).node
-    for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
-        bind_material(prim_at(path), mdl_material(chosen) if is_mdl(chosen) else prim_at(prim_paths(chosen)[0]))
-
-
-@brings_labels("OgnWriteMaterial")
-def _materials_to_bind(node: Node, sources: LabelSources) -> None:
-    options = [each for each in options_of(node.inputs["value"]) if not is_mdl(each)]
-    bound = [path for each in options for path in prim_paths(each)]
-    prims = [prim_at(path) for path in node.prims]
-    names = prototypes_or_self(prims) if node.inputs.get("perPrototype") else [node.prims]
-    for path in (path for own in names for path in own):
-        sources.add_materials(path, bound)
-
-
-def bind_material(prim: Usd.Prim, bound: Usd.Prim) -> None:
-    """Bind a material with the strength `strongerThanDescendants`.
-
-    Raises:
-        BadPrim: `bound` is not a material.
-    """
-    check_material(bound)
-    binding = UsdShade.MaterialBindingAPI.Apply(prim)
-    binding.Bind(UsdShade.Material(bound), UsdShade.Tokens.strongerThanDescendants)
-
-
-def check_material(prim: Usd.Prim) -> None:
-    """Raise BadPrim for a prim that is not a material."""
-    if not prim.IsA(UsdShade.Material):
-        raise BadPrim(f"{prim.GetPath()} is a {prim.GetTypeName() or 'prim without a type'}, not a Material")
-
-
 def variant(name: str, value: Any, input_prims: Any = None) -> ReplicatorItem:
     """Select a variant of each prim at each firing.
 
     Args:
         name: of the variant set.
-        value: name of the variant, a list with one per prim, or a distribution over names.
+        value: name of the variant, a list of names of which one is drawn for each prim, or a distribution over names.
 
     Raises:
         GraphError: at execution, a prim has no such variant set, or the set no such variant; lists the existing ones.
     """
-    return act("OgnWriteVariant", input_prims, attribute=name, value=value)
+    drawn = one_of(list(value), None) if isinstance(value, (list, tuple)) and len(value) > 1 else value
+    chosen = drawn[0] if isinstance(drawn, (list, tuple)) and len(drawn) == 1 else drawn
+    return act("OgnWriteVariant", input_prims, attribute=name, value=chosen)
 
 
 @action("OgnWriteVariant")

@@ -89,8 +89,8 @@ def pose_orbit(
     Args:
         barycentre: a point of the world, or prims, of whose origins it is the mean.
         distance: radius of the sphere [stage units].
-        azimuth: angle around the stage's up axis [degrees], counter-clockwise seen from above; 0 is +X of a Z-up stage
-            and +Z of a Y-up stage.
+        azimuth: angle around the stage's up axis [degrees], from +X at 0 to +Y at 90 of a Z-up stage, and from +X to +Z
+            of a Y-up stage.
         elevation: angle above the horizon [degrees].
         look_at_barycentre: rotate the prims to face the center.
     """
@@ -101,15 +101,21 @@ def pose_orbit(
     )  # fmt: skip
 
 
+def orbit_directions(azimuth: np.ndarray, elevation: np.ndarray) -> np.ndarray:
+    """Return unit vectors (..., 3) in the world of angles on an orbit [degrees]."""
+    theta, phi = np.radians(azimuth), np.radians(elevation)
+    first, second, up = np.cos(phi) * np.cos(theta), np.cos(phi) * np.sin(theta), np.sin(phi)
+    # As in Replicator, which exchanges Y and Z: the angle goes from X to Z where Y is up.
+    z_up = transforms.up_axis(current_stage()) == "Z"
+    return np.stack([first, second, up] if z_up else [first, up, second], axis=-1)
+
+
 @action("OgnOrbitPose")
 def _write_orbit(node: Node, execution: int) -> None:
     distance, azimuth, elevation = (
         draw_numbers(role, node, execution) for role in ("distance", "azimuth", "elevation")
     )
-    theta, phi = np.radians(azimuth), np.radians(elevation)
-    forward, left, up = np.cos(phi) * np.cos(theta), np.cos(phi) * np.sin(theta), np.sin(phi)
-    z_up = transforms.up_axis(current_stage()) == "Z"
-    directions = np.stack([forward, left, up] if z_up else [left, up, forward], axis=1)
+    directions = orbit_directions(azimuth, elevation)
     given = node.inputs["barycentre"]
     targets = [given] * len(node.prims) if is_paths(given) else draw(given, node, execution, "barycentre")
     for path, direction, radius, target in zip(node.prims, directions, distance, targets):

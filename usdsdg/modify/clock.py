@@ -62,14 +62,16 @@ def frame(value: Any) -> ReplicatorItem:
 
 
 def animation(values: Any, reset_timeline: bool = False, input_prims: Any = None) -> ReplicatorItem:
-    """Bind an animation to every skeleton at or below the prims.
+    """Bind an animation to every skeleton at or below the prims, and let the timeline play, as Replicator does.
+
+    Prims without a skeleton are left out.
 
     Args:
         values: a SkelAnimation (path, prim or item), a list of them to choose from, or a distribution.
         reset_timeline: set the timeline to its start time, so that the animation begins.
 
     Raises:
-        BadPrim: at execution, a prim has no skeleton, or the animation is not on the stage.
+        BadPrim: at execution, none of the prims has a skeleton, or the animation is not on the stage.
     """
     paths = None if isinstance(values, Distribution) else prim_paths(values)
     drawn = values if paths is None else paths[0] if len(paths) == 1 else choice(list(paths))
@@ -78,16 +80,18 @@ def animation(values: Any, reset_timeline: bool = False, input_prims: Any = None
 
 @action("OgnWriteAnimation")
 def _write_animation(node: Node, execution: int) -> None:
+    animated = False
     for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
         source = prim_at(prim_paths(chosen)[0])
         if not source.IsA(UsdSkel.Animation):
             raise BadPrim(f"{source.GetPath()} is a {source.GetTypeName() or 'typeless prim'}, not a SkelAnimation")
-        skeletons = [prim for prim in Usd.PrimRange(prim_at(path)) if prim.IsA(UsdSkel.Skeleton)]
-        if not skeletons:
-            raise BadPrim(f"{path} has no Skeleton at or below it to animate")
-        for skeleton in skeletons:
+        for skeleton in (prim for prim in Usd.PrimRange(prim_at(path)) if prim.IsA(UsdSkel.Skeleton)):
             binding = UsdSkel.BindingAPI.Apply(skeleton)
             binding.CreateAnimationSourceRel().SetTargets([Sdf.Path(str(source.GetPath()))])
+            animated = True
+    if not animated:
+        raise BadPrim(f"{', '.join(node.prims)}: there is no Skeleton at or below any of these to animate")
+    clock = get_timeline()
     if node.inputs["resetTimeline"]:
-        clock = get_timeline()
         clock.set_current_time(clock.get_start_time())
+    clock.play()

@@ -5,20 +5,16 @@ import numpy as np
 from usdsdg.distribution import Distribution, draw_worlds
 from usdsdg.graph.node import Node
 from usdsdg.graph.worlds import in_worlds
+from usdsdg.modify.camera_relative import orbit_directions
 from usdsdg.modify.posed_prims import PosedPrim, points_in_worlds
 from usdsdg.modify.prims import target_prims
-from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.poses import transforms
 from usdsdg.stage.world_values import WorldValues
 
 
 @in_worlds("OgnOrbitPose")
 def _orbit_in_worlds(node: Node, executions: np.ndarray, values: WorldValues) -> None:
     distance, azimuth, elevation = (_numbers(role, node, executions) for role in ("distance", "azimuth", "elevation"))
-    theta, phi = np.radians(azimuth), np.radians(elevation)
-    forward, left, up = np.cos(phi) * np.cos(theta), np.cos(phi) * np.sin(theta), np.sin(phi)
-    z_up = transforms.up_axis(current_stage()) == "Z"
-    offsets = np.stack([forward, left, up] if z_up else [left, up, forward], axis=-1) * distance[..., None]
+    offsets = orbit_directions(azimuth, elevation) * distance[..., None]
     for index, prim in enumerate(target_prims(node)):
         centers, posed = (
             points_in_worlds("barycentre", node, executions, index, values),

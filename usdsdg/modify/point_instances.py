@@ -1,6 +1,6 @@
 """Nodes that act on the instances or the prototypes of a PointInstancer instead of on the instancer itself."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -40,6 +40,10 @@ class Objects(NamedTuple):
 
     node: Node
     rows: list[slice]
+
+    def spread(self, column: Iterable[Any]) -> list[Any]:
+        """Repeat the value of each target for all of its objects."""
+        return [value for value, own in zip(column, self.rows) for _ in range(own.start, own.stop)]
 
 
 def objects_of(node: Node, names: Sequence[Sequence[str]]) -> Objects:

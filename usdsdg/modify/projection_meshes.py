@@ -1,7 +1,8 @@
 """Projection meshes: the surface of targets that a projector covers, as a separate mesh with baked UVs.
 
-A projection is a Mesh prim with the properties `usdsdg:projector` (the prim whose box is projected along its -Z),
-`usdsdg:targets`, `usdsdg:offset` and `usdsdg:depth`. `bake` recomputes its points and UVs after one of them has moved.
+A projection is a Mesh prim with the properties `usdsdg:projector` (the prim whose box is projected), `usdsdg:axis` (its
+axis against which it is projected, "X" or "Z"), `usdsdg:targets`, `usdsdg:offset` and `usdsdg:depth`. `bake` recomputes
+its points and UVs after one of them has moved.
 """
 
 from collections.abc import Sequence
@@ -14,19 +15,23 @@ from usdsdg.scatter.bounds import Bounds
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses import pivots, transforms
 
-PROJECTOR, TARGETS, OFFSET, DEPTH = (f"usdsdg:{name}" for name in ("projector", "targets", "offset", "depth"))
+PROJECTOR, TARGETS, OFFSET, DEPTH, AXIS = (
+    f"usdsdg:{name}" for name in ("projector", "targets", "offset", "depth", "axis")
+)
 # Sine of the angle between a face and the direction of projection below which the face is skipped.
 _GRAZING = 0.05
 
 
 def define(
-    stage: Usd.Stage, path: str, projector: Usd.Prim, targets: Sequence[Usd.Prim], *, offset: float, depth: float = 0.0
-) -> UsdGeom.Mesh:
+    stage: Usd.Stage, path: str, projector: Usd.Prim, targets: Sequence[Usd.Prim], *, offset: float, depth: float = 0.0,
+    axis: str = "Z",
+) -> UsdGeom.Mesh:  # fmt: skip
     """Define and bake a projection mesh from a projector onto targets.
 
     Args:
         offset: distance of the mesh above the surface of the targets [stage units].
-        depth: shift of the projector along its Z [stage units].
+        depth: shift of the projector along its axis [stage units].
+        axis: of the projector, "X" or "Z", which points away from what is covered.
     """
     mesh = UsdGeom.Mesh.Define(stage, path)
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
@@ -35,6 +40,7 @@ def define(
     prim.CreateRelationship(TARGETS, custom=True).SetTargets([target.GetPath() for target in targets])
     for name, value in ((OFFSET, offset), (DEPTH, depth)):
         prim.CreateAttribute(name, Sdf.ValueTypeNames.Float, custom=True).Set(float(value))
+    prim.CreateAttribute(AXIS, Sdf.ValueTypeNames.Token, custom=True).Set(axis)
     bake(prim)
     return mesh
 
@@ -61,13 +67,15 @@ def bake(prim: Usd.Prim) -> None:
     """Recompute the points and UVs of a projection from the current poses of projector and targets.
 
     All faces of the targets that lie in the projector's box and face the projector are covered, including occluded
-    ones. UVs run from (0, 0) to (1, 1) over the box's X and Y. If nothing is covered the mesh is empty.
+    ones. UVs run from (0, 0) to (1, 1) over the side of the box that one sees who looks along the projection with Y up:
+    over X and Y, or, against X, over Z from its end and Y. If nothing is covered the mesh is empty.
 
     Raises:
         BadPrim: `prim` is not a projection.
     """
     offset, depth = (float(prim.GetAttribute(name).Get()) for name in (OFFSET, DEPTH))
-    corners, uvs = covered(projector_of(prim), _related(prim, TARGETS), offset, depth)
+    axis = prim.GetAttribute(AXIS).Get() if prim.HasAttribute(AXIS) else "Z"
+    corners, uvs = covered(projector_of(prim), _related(prim, TARGETS), offset, depth, axis)
     to_local = transforms.as_array(transforms.world_to_local(prim))
     points = (corners.reshape(-1, 3) @ to_local[:3, :3] + to_local[3, :3]).astype(np.float32)
     mesh = UsdGeom.Mesh(prim)
@@ -82,21 +90,23 @@ def bake(prim: Usd.Prim) -> None:
 
 
 def covered(
-    projector: Usd.Prim, targets: Sequence[Usd.Prim], offset: float = 0.0, depth: float = 0.0
+    projector: Usd.Prim, targets: Sequence[Usd.Prim], offset: float = 0.0, depth: float = 0.0, axis: str = "Z"
 ) -> tuple[np.ndarray, np.ndarray]:
     """Compute the covered surface: world triangles (T, 3, 3), `offset` above the surface, and their UVs (T, 3, 2)."""
     box = _box(projector)
     to_world = transforms.as_array(transforms.local_to_world(projector))
-    axis = to_world[2, :3] / np.linalg.norm(to_world[2, :3])
-    to_world[3, :3] += depth * axis
+    backward = to_world["XYZ".index(axis), :3]
+    backward = backward / np.linalg.norm(backward)
+    to_world[3, :3] += depth * backward
     to_projector = np.linalg.inv(to_world)
     parts = [placed.in_world().corners() for placed in triangles_below(targets)]
     corners = np.concatenate(parts) if parts else np.zeros((0, 3, 3))
     normals = _normals(corners)
     # Facing is tested in world space: the projector's own space may be stretched or mirrored.
-    facing = normals @ axis > _GRAZING
+    facing = normals @ backward > _GRAZING
     inside = box.clip(corners[facing] @ to_projector[:3, :3] + to_projector[3, :3])
-    uvs = (inside[..., :2] - box.lower[:2]) / (box.upper[:2] - box.lower[:2])
+    fractions = (inside - box.lower) / (box.upper - box.lower)
+    uvs = fractions[..., :2] if axis == "Z" else np.stack([1 - fractions[..., 2], fractions[..., 1]], axis=-1)
     in_world = inside @ to_world[:3, :3] + to_world[3, :3]
     return in_world + offset * _normals(in_world)[:, None], uvs
 

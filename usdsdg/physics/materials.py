@@ -14,7 +14,7 @@ from usdsdg.modify.numbers import draw_numbers
 def physics_material(
     static_friction: Any = None, dynamic_friction: Any = None, restitution: Any = None, input_prims: Any = None
 ) -> ReplicatorItem:
-    """Author the physics material of each prim at each execution.
+    """Author the physics material of each prim, or of prims that are materials, at each execution.
 
     A prim without one gets `<prim>/PhysicsMaterial`, bound weaker than its descendants' own. A material that several
     prims share changes for all of them.
@@ -31,7 +31,9 @@ def physics_material(
 
 
 def _physics_material(prim: Usd.Prim) -> UsdPhysics.MaterialAPI:
-    """Return the physics material bound to a prim; create and bind one where there is none."""
+    """Return the physics material that a prim is, or that is bound to it; create and bind one where there is none."""
+    if prim.IsA(UsdShade.Material):
+        return UsdPhysics.MaterialAPI.Apply(prim)
     material, binding = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial("physics")
     if material and (material.GetPrim().HasAPI(UsdPhysics.MaterialAPI) or binding.GetName().endswith(":physics")):
         return UsdPhysics.MaterialAPI.Apply(material.GetPrim())

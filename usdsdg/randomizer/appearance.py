@@ -11,10 +11,10 @@ from usdsdg.distribution import Distribution, draw_column, is_vector, one_of
 from usdsdg.errors import AssetNotFound, GraphError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
-from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.modify import bind_material, check_material
-from usdsdg.modify.mdl_materials import is_mdl, mdl_material
-from usdsdg.modify.point_instances import prototypes_or_self
+from usdsdg.graph.node import Node, ReplicatorItem
+from usdsdg.modify import bind_material
+from usdsdg.modify.bound_materials import material_paths
+from usdsdg.modify.point_instances import Objects, objects_of, prototypes_or_self
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, paths
 from usdsdg.stage.attribute_batch import write_batch
@@ -23,13 +23,13 @@ MATERIALS_SCOPE = "/Replicator/Looks"
 
 
 def color(colors: Any, per_sub_mesh: bool = False, seed: int | None = None, input_prims: Any = None) -> ReplicatorItem:
-    """Bind to each prim (or, with `per_sub_mesh`, each mesh below it) an OmniPBR material of a random linear color.
+    """Bind to each prim (or, with `per_sub_mesh`, each mesh below it) an OmniPBR material of its own random color.
 
     The material is below `/Replicator/Looks`, is bound stronger than the bindings of descendants, and is reused at the
     next executions. Instances become ordinary prims.
 
     Args:
-        colors: a distribution, a list of colors to choose from, or one color for all.
+        colors: a distribution, a list of colors to choose from, or one color for all; linear.
         seed: replaces the global seed.
 
     Raises:
@@ -52,7 +52,7 @@ def texture(
         texture_scale: repetitions along u and v, or one for both; or a list of such values, one for all prims or one
             for each.
         texture_rotate: degrees, or a list of one for all prims or one for each.
-        per_sub_mesh: bind a material to each mesh below the prim.
+        per_sub_mesh: bind a material of its own to each mesh below the prim.
         project_uvw: project the texture along the axes of the object instead of using its UVs.
         seed: replaces the global seed.
 
@@ -86,16 +86,33 @@ def _material_node(kind: str, inputs: dict[str, Any], per_sub_mesh: bool, input_
 @action("OgnTexture", "texture_scale", "texture_rotate", "project_uvw", "perSubMesh")
 @action("OgnColor", "perSubMesh")
 def _write_materials(node: Node, execution: int) -> None:
-    drawn = {name: _column(name, value, node, execution) for name, value in node.inputs.items() if name in _INPUTS}
+    values = {name: value for name, value in node.inputs.items() if name in _INPUTS}
+    if node.inputs.get("perSubMesh"):
+        parts = meshes_of(node)
+        fixed = {name: value for name, value in values.items() if not isinstance(value, Distribution)}
+        values |= {name: parts.spread(_column(name, value, node, execution)) for name, value in fixed.items()}
+        node = parts.node
+    drawn = {name: _column(name, value, node, execution) for name, value in values.items()}
     shaders: dict[str, UsdShade.Shader] = node.state.setdefault("shaders", {})
     if _write_colors(node, shaders, drawn):
         return
     with Sdf.ChangeBlock() if all(path in shaders for path in node.prims) else nullcontext():
         for index, path in enumerate(node.prims):
-            for target in gprims_below(path) if node.inputs.get("perSubMesh") else [path]:
-                if target not in shaders:
-                    shaders[target] = _existing_shader(target) or _new_shader(target)
-                _write_inputs(shaders[target], {name: column[index] for name, column in drawn.items()})
+            if path not in shaders:
+                shaders[path] = _existing_shader(path) or _new_shader(path)
+            _write_inputs(shaders[path], {name: column[index] for name, column in drawn.items()})
+
+
+def meshes_of(node: Node) -> Objects:
+    """Return the meshes below the prims of a node, each of which gets a material; instances become ordinary prims."""
+    for path in node.prims:
+        pending = [prim_at(path)]
+        while pending:
+            prim = pending.pop()
+            if prim.IsInstance():
+                prim.SetInstanceable(False)
+            pending.extend(prim.GetChildren())
+    return objects_of(node, [gprims_below(path) for path in node.prims])
 
 
 def _column(name: str, value: Any, node: Node, execution: int) -> Any:
@@ -179,7 +196,7 @@ def _new_shader(path: str) -> UsdShade.Shader:
     preview.CreateIdAttr("UsdPreviewSurface")
     preview.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(1))
     omnipbr.CreateSurfaceOutput().ConnectToSource(preview.CreateOutput("surface", Sdf.ValueTypeNames.Token))
-    bind_material(prim, omnipbr.GetPrim())
+    bind_material(prim, omnipbr.GetPrim(), stronger=True)
     return shader
 
 
@@ -203,7 +220,9 @@ def materials(
     materials: Any, seed: int | None = None, max_cached_materials: int = 0, input_prims: Any = None,
     name: str | None = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Bind a random material to each prim, of a PointInstancer to each prototype, stronger than those of descendants.
+    """Bind a random material to each prim, of a PointInstancer to each prototype, as `modify.material` binds it.
+
+    Prims below that have a material of their own keep that, as in Replicator.
 
     Args:
         materials: items, prims or paths of materials, MDL files or URLs of these, or a distribution over these.
@@ -217,10 +236,7 @@ def materials(
     """
     if isinstance(materials, Distribution):
         return _binding_node(one_of(materials, seed), input_prims, name)
-    paths = [str(mdl_material(each).GetPath()) if is_mdl(each) else each for each in prim_paths(materials)]
-    for path in paths:
-        check_material(prim_at(path))
-    return _binding_node(one_of(paths, seed), input_prims, name)
+    return _binding_node(one_of(material_paths(materials), seed), input_prims, name)
 
 
 def _binding_node(drawn: Distribution, input_prims: Any, name: str | None) -> ReplicatorItem:

@@ -12,7 +12,7 @@ from usdsdg.graph.worlds import in_worlds
 from usdsdg.modify.attribute_worlds import set_in_worlds
 from usdsdg.modify.posed_prims import PosedPrim
 from usdsdg.modify.prims import target_prims
-from usdsdg.randomizer.appearance import gprims_below
+from usdsdg.randomizer.appearance import meshes_of
 from usdsdg.randomizer.rotations import uniform_quaternions
 from usdsdg.stage.geometry.instancers import is_instancer
 from usdsdg.stage.poses.rotations import euler_xyz_from_quat
@@ -21,23 +21,24 @@ from usdsdg.stage.world_values import Targets, WorldValues
 
 @in_worlds("OgnColor")
 def _colors_in_worlds(node: Node, executions: np.ndarray, values: WorldValues) -> None:
+    if node.inputs.get("perSubMesh"):
+        node = meshes_of(node).node
     drawn = draw_worlds(node.inputs["diffuse_color_constant"], node, executions, "diffuse_color_constant")
     if _color_together(node, drawn, values):
         return
     for index, path in enumerate(node.prims):
-        for target in gprims_below(path) if node.inputs.get("perSubMesh") else [path]:
-            shader = node.state["shaders"][target].GetPrim()
-            preview = shader.GetParent().GetChild("PreviewSurface")
-            for attribute in (
-                shader.GetAttribute("inputs:diffuse_color_constant"), preview.GetAttribute("inputs:diffuseColor"),
-            ):  # fmt: skip
-                set_in_worlds(attribute, drawn[:, index], values, node.describe())
+        shader = node.state["shaders"][path].GetPrim()
+        preview = shader.GetParent().GetChild("PreviewSurface")
+        for attribute in (
+            shader.GetAttribute("inputs:diffuse_color_constant"), preview.GetAttribute("inputs:diffuseColor"),
+        ):  # fmt: skip
+            set_in_worlds(attribute, drawn[:, index], values, node.describe())
 
 
 def _color_together(node: Node, drawn: np.ndarray, values: WorldValues) -> bool:
     """Set the colors of all prims at once; return False, setting nothing, for other inputs."""
     shaders = [node.state["shaders"].get(path) for path in node.prims]
-    if node.inputs.get("perSubMesh") or drawn.ndim != 3 or drawn.shape[2] != 3 or not all(shaders):
+    if drawn.ndim != 3 or drawn.shape[2] != 3 or not all(shaders):
         return False
     known = node.state.get("in worlds")
     if known is None or known[0] != shaders:

@@ -130,14 +130,23 @@ def set_target_prims(node: Any, attribute: str, target_prims: Any) -> None:
     graph().retarget(node, targets)
 
 
-def auto_connect(first: Any, second: Any) -> None:
-    """Check that `first` runs before `second`; nodes always run in the order of the script.
+def auto_connect(upstream_node: Any, downstream_node: Any, mapping: Any = None, no_exec: bool = False) -> None:
+    """Check that `upstream_node` runs before `downstream_node`; nodes always run in the order of the script.
+
+    A node that is None is left alone, as in Replicator. `no_exec` has no effect, as nodes have no connections.
 
     Raises:
-        Unsupported: `second` was made before `first`.
+        Unsupported: the second node was made before the first, or `mapping` says which attributes to connect.
     """
+    if mapping:
+        raise Unsupported(
+            "utils.auto_connect: mapping is not available, since nodes have no connections; give the distribution as a "
+            "value, as in utils.create_node(kind, values=distribution)"
+        )
+    if upstream_node is None or downstream_node is None:
+        return
     order = [node for trigger in graph().triggers for node in trigger.nodes] + graph().impulses
-    one, other = _node(first), _node(second)
+    one, other = _node(upstream_node), _node(downstream_node)
     if one in order and other in order and order.index(other) < order.index(one):
         raise Unsupported(
             f"utils.auto_connect: {other.describe()} was made before {one.describe()}, and nodes run in the order of "

@@ -162,6 +162,15 @@ def test_a_dispatch_writes_to_a_folder_a_bucket_or_both(bucket, tmp_path):
     config = {"paths": {"out_dir": "dir", "s3_bucket": bucket.name}}
     BackendDispatch(config, endpoint_url=bucket.url).write_blob("y", b"2")
     assert bucket.objects.keys() == {"k/x", "dir/y"}
+    # As writers of older versions of Replicator configure it.
+    paths = {"out_dir": "old", "s3_bucket": bucket.name, "s3_region": "eu-west-1", "s3_endpoint_url": bucket.url}
+    BackendDispatch({"use_s3": True, "paths": paths}).write_blob("z", b"3")
+    assert bucket.objects.keys() == {"k/x", "dir/y", "old/z"}
+    paths["out_dir"] = str(tmp_path / "local")
+    BackendDispatch({"use_s3": False, "paths": paths}).write_blob("z", b"3")
+    BackendDispatch(output_dir=tmp_path / "other", key_prefix="k", use_s3=False, **place).write_blob("z", b"4")
+    assert ((tmp_path / "local" / "z").read_bytes(), (tmp_path / "other" / "z").read_bytes()) == (b"3", b"4")
+    assert len(bucket.objects) == 3
     with pytest.raises(WriterError, match="output_dir, or bucket"):
         BackendDispatch(key_prefix="k")
 

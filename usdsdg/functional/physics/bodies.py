@@ -25,9 +25,10 @@ VALID_COLLIDER_APPROXIMATIONS = [
     "none", "convexDecomposition", "convexHull", "boundingSphere", "boundingCube", "meshSimplification", "sdf",
     "sphereFill",
 ]  # fmt: skip
-# What `apply_rigid_body` gives where it is not given; velocities in m/s.
+# Those of Replicator, velocities in m/s. Of these `apply_rigid_body` gives `_LIMITS` and the approximation by default.
 DEFAULTS_RIGID_BODY: dict[str, Any] = {
-    "maxDepenetrationVelocity": 100000, "maxLinearVelocity": 1000, "approximation": "convexHull",
+    "maxDepenetrationVelocity": 100000, "angularDamping": 0.001, "maxLinearVelocity": 1000, "maxAngularVelocity": 2500,
+    "enableCCD": True, "solverPositionIterationCount": 128, "approximation": "convexHull",
 }  # fmt: skip
 _LIMITS = ("maxLinearVelocity", "maxDepenetrationVelocity")
 _MATERIAL_ATTRIBUTES = ("physics:staticFriction", "physics:dynamicFriction", "physics:restitution")

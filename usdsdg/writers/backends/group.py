@@ -82,20 +82,29 @@ class BackendDispatch(BackendGroup):
         region: str | None = None,
         endpoint_url: str | None = None,
         overwrite: bool = True,
+        *,
+        use_s3: bool | None = None,
     ) -> None:
         """Write to a folder, to a bucket, or to both.
 
-        config: {"paths": {"out_dir": folder, "s3_bucket": name}}, an alternative to `output_dir` and `bucket`.
+        config: {"paths": {"out_dir": folder, "s3_bucket": name, "s3_region": ..., "s3_endpoint_url": ...}}, an
+            alternative to `output_dir`, `bucket`, `region` and `endpoint_url`; beside "paths" it may have "use_s3".
         output_dir: a folder, or a URL of a bucket with a prefix, as "s3://bucket/runs/7", "gs://..." or "az://...".
         key_prefix: prefix of the keys in the bucket; default, `output_dir`, and then no local files are written.
         region, endpoint_url: of the bucket; see `S3Backend`.
+        use_s3: False leaves the bucket out.
 
         Raises:
             WriterError: neither a folder nor a bucket is given.
             OutputNotWritable, Unsupported: as `DiskBackend` and `S3Backend`.
         """
-        paths = (config or {}).get("paths", {})
+        known = config or {}
+        paths = known.get("paths", {})
         folder, bucket = output_dir or paths.get("out_dir"), bucket or paths.get("s3_bucket")
+        region = region or paths.get("s3_region")
+        endpoint_url = endpoint_url or paths.get("s3_endpoint_url") or paths.get("s3_endpoint")
+        if (known.get("use_s3", True) if use_s3 is None else use_s3) is False:
+            bucket = None
         backends: list[BaseBackend] = []
         if folder and (key_prefix or not bucket):
             backends.append(_backend_at(folder, region, endpoint_url, overwrite))
