@@ -95,6 +95,7 @@ class Capture:
             self._skip({})
             current().observations.frames += bool(self._requests.skipped)
             current().observations.unseen += not self._requests.skipped
+            self._end_files()
             return
         self._moment = self._stage_moment()
         frames = self._frames(frame, seconds)
@@ -109,11 +110,16 @@ class Capture:
             tap.take(frames, self._requests.tapped, number=self.frames_before + frame)
         if self._requests.files is not None:
             get_run().see_stage(current_stage())
-            self._requests.files.release()
-        append_to_journals()
+        self._end_files()
         self._remember(frames)
         if current().tap is None:  # who takes the frames counts them
             report(FRAMES, self.frames_before + frame + 1, self.expected_frames)
+
+    def _end_files(self) -> None:
+        """Let the frame be whole once its files are written; it has none where all products are off."""
+        if self._requests.files is not None:
+            self._requests.files.release()
+        append_to_journals()
 
     def pass_over(self, frame: int) -> None:
         """Count a frame of which no writer makes files here, without looking at the stage."""

@@ -46,7 +46,8 @@ def plan(places: Sequence[Place], frames: int, count: int, *, unit: int = 1) -> 
     begun: dict[Part, bool] = {}  # whether it is complete
     for place in places:
         place.pull()
-        _keep_as_part(place.path)
+    _keep_as_parts([place.path for place in places])
+    for place in places:
         place.push(whole=True)
     folders, where = [place.path for place in places], places[0].name
     names = {part.name for folder in folders for part in parts_of(folder)}
@@ -81,22 +82,34 @@ def _cut(gap: Part, count: int, frames: int, unit: int) -> list[Part]:
     return [Part(first, last) for first, last in itertools.pairwise(edges)]
 
 
-def _keep_as_part(folder: Path) -> None:
-    """Make the frames of one process that died a part, so that others can make the rest."""
+def _keep_as_parts(folders: Sequence[Path]) -> None:
+    """Make the frames of one process that died a part, so that others can make the rest.
+
+    It ends at the same frame in each folder; where a journal ends before, the part is one to be gone on with.
+    """
+    ends = {folder: end for folder in folders if (end := _end_of_one_process(folder))}
+    last = max(ends.values(), default=0)
+    for folder, end in ends.items():
+        own, home = folder / BESIDE / NAME, folder / PARTS / f"0-{last}"
+        home.mkdir(parents=True, exist_ok=True)
+        if (folder / BESIDE / AGGREGATES).is_dir():
+            shutil.move(folder / BESIDE / AGGREGATES, home / AGGREGATES)
+        shutil.copyfile(own, home / NAME)
+        if end == last:
+            Journal(home / NAME).close(complete=True)
+        os.truncate(own, 0)
+
+
+def _end_of_one_process(folder: Path) -> int:
+    """Return the frame after the last one that a process without parts has left; 0: there is none."""
     own = folder / BESIDE / NAME
     if not own.is_file():
-        return
+        return 0
     contents = journal.read(own)
-    if not contents.frames:
-        return
-    if contents.frames == {frame for part in parts_of(folder) for frame in journal.read(part / NAME).frames}:
+    if contents.frames and contents.frames == {
+        frame for part in parts_of(folder) for frame in journal.read(part / NAME).frames
+    }:
         shutil.rmtree(folder / BESIDE / AGGREGATES, ignore_errors=True)  # of a process that died while it joined them
         os.truncate(own, 0)
-        return
-    home = folder / PARTS / f"0-{contents.first_missing}"
-    home.mkdir(parents=True, exist_ok=True)
-    if (folder / BESIDE / AGGREGATES).is_dir():
-        shutil.move(folder / BESIDE / AGGREGATES, home / AGGREGATES)
-    shutil.copyfile(own, home / NAME)
-    Journal(home / NAME).close(complete=True)
-    os.truncate(own, 0)
+        return 0
+    return contents.end

@@ -91,6 +91,7 @@ class DatasetFolder:
             raise
         self._shared: dict[str, FileFacts] = {}
         self._facts: Facts = {}
+        self._first: int | None = None
 
     @property
     def aggregates(self) -> Path:
@@ -100,6 +101,11 @@ class DatasetFolder:
     def has(self, frame: int) -> bool:
         """Return whether a frame was whole when the folder was claimed."""
         return frame in self.journal.contents.frames
+
+    def see_due(self, frame: int) -> None:
+        """Tell that a writer is due at a frame, whoever makes it."""
+        if self._first is None:
+            self._first = frame
 
     def note_shared(self, path: str, facts: FileFacts) -> None:
         """Tell that a file has been written that belongs to no frame."""
@@ -137,7 +143,7 @@ class DatasetFolder:
                 if complete:
                     shutil.rmtree(self.aggregates / ONCE, ignore_errors=True)
             else:
-                self.journal.close(complete=complete, spools=spools)
+                self.journal.close(complete=complete, spools=spools, first=self._first)
             self.place.push(whole=True)
         finally:
             self.release()

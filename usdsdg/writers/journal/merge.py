@@ -20,6 +20,7 @@ from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.lines import FACTS, FRAME, SHARED, SPOOLS, is_count, parsed_record
 from usdsdg.writers.journal.place import PARTS, Place
+from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, SpoolHashes, check_whole
 
 JOINED = f"{BESIDE}/joined"
@@ -56,7 +57,7 @@ def join(place: Place) -> int:
     unfinished = [name for name, each in contents.items() if not each.is_complete]
     if unfinished:
         raise DatasetError(f"{place.name}: parts {', '.join(unfinished)} are unfinished; run them again with --resume")
-    _check_frames(place.name, {name: each.frames for name, each in contents.items()})
+    _check_frames(place.name, contents)
     for part in parts:
         check_whole(part / AGGREGATES, contents[part.name].spools)
     spools: dict[str, FileFacts] = {}
@@ -114,17 +115,24 @@ def _check_recipes(place: Place, parts: list[Path]) -> None:
             )
 
 
-def _check_frames(where: str, frames: dict[str, set[int]]) -> None:
+def _check_frames(where: str, contents: Mapping[str, journal.Contents]) -> None:
     owner: dict[int, str] = {}
-    for name, own in frames.items():
-        for number in sorted(own):
+    for name, each in contents.items():
+        for number in sorted(each.frames):
             if number in owner:
                 raise DatasetError(
                     f"{where}: frame {number} is in the parts {owner[number]} and {name}. Remove one of them, a folder "
                     f"in {where}/{PARTS}, and make the frames that are missing then; or begin again with --overwrite."
                 )
             owner[number] = name
-    missing = [number for number in range(max(owner, default=-1) + 1) if number not in owner]
+    # Writers with a trigger of their own are not due at every frame: a part that was to make one would have it.
+    first = min((each.first for each in contents.values() if each.first is not None), default=0)
+    portions = [portion for name in contents if (portion := Portion.of_name(name)) is not None]
+    missing = [
+        number
+        for number in range(first, max(owner, default=-1) + 1)
+        if number not in owner and not any(each.has(number) for each in portions)
+    ]
     if missing:
         raise DatasetError(f"{where}: frames {listed([*map(str, missing)])} are in no part; make them with --frames")
 
