@@ -136,3 +136,32 @@ def test_a_folder_may_be_claimed_while_journals_are_appended_to(tmp_path, monkey
     monkeypatch.setattr(DatasetFolder, "append", claiming)
     run(script, tmp_path)
     assert frames(tmp_path / "first") == frames(tmp_path / "second") == {0}
+
+
+def late_class(folder: Path) -> None:
+    """Capture with a class that comes up in the third frame."""
+    attach(folder, scene())
+    for frame in range(FRAMES):
+        if frame == 2:
+            rep.create.sphere(semantics=[("class", "late")], position=(0, 1, 0))
+        rep.orchestrator.step()
+
+
+@pytest.mark.parametrize("portions", [("2:6", "0:2"), ("0:2", "2:6"), ("1/2", "0/2")])
+def test_a_class_that_comes_up_late_is_in_the_joined_table(portions, tmp_path):
+    """The part that was made last had written the table of its frames alone."""
+    run(late_class, tmp_path / "whole")
+    run_parts(late_class, tmp_path / "parts", *portions)
+    assert differences(tmp_path / "parts", tmp_path / "whole") == []
+    assert '"late"' in (tmp_path / "whole/.usdsdg/classes.json").read_text()
+
+
+def test_processes_that_go_on_keep_the_classes_of_the_one_before(tmp_path):
+    run(late_class, tmp_path / "whole")
+    shutil.copytree(tmp_path / "whole", tmp_path / "again")
+    cut(tmp_path / "again", 5)
+    place = FolderPlace(tmp_path / "again")
+    for part in plan([place], 5, 2):
+        run(late_class, tmp_path / "again", Portion.of_frames(part.frames), Mode.RESUME)
+    join_parts(place)
+    assert '"late"' in (tmp_path / "again/.usdsdg/classes.json").read_text()

@@ -12,11 +12,13 @@ from pathlib import Path
 
 from usdsdg.errors import DatasetError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.journal import journal
 from usdsdg.writers.journal.folders import AGGREGATES
 from usdsdg.writers.journal.journal import NAME, Journal
 from usdsdg.writers.journal.merge import parts_of
 from usdsdg.writers.journal.place import PARTS, Place
+from usdsdg.writers.journal.recipe import CLASS_FILE, CLASSES
 
 _FRAMES = re.compile(r"(\d+)-(\d+)")
 
@@ -46,7 +48,7 @@ def plan(places: Sequence[Place], frames: int, count: int, *, unit: int = 1) -> 
     begun: dict[Part, bool] = {}  # whether it is complete
     for place in places:
         place.pull()
-    _keep_as_parts([place.path for place in places])
+    _keep_as_parts(places)
     for place in places:
         place.push(whole=True)
     folders, where = [place.path for place in places], places[0].name
@@ -82,18 +84,20 @@ def _cut(gap: Part, count: int, frames: int, unit: int) -> list[Part]:
     return [Part(first, last) for first, last in itertools.pairwise(edges)]
 
 
-def _keep_as_parts(folders: Sequence[Path]) -> None:
+def _keep_as_parts(places: Sequence[Place]) -> None:
     """Make the frames of one process that died a part, so that others can make the rest.
 
-    It ends at the same frame in each folder; where a journal ends before, the part is one to be gone on with.
+    It ends at the same frame in each place; where a journal ends before, the part is one to be gone on with.
     """
-    ends = {folder: end for folder in folders if (end := _end_of_one_process(folder))}
-    last = max(ends.values(), default=0)
-    for folder, end in ends.items():
-        own, home = folder / BESIDE / NAME, folder / PARTS / f"0-{last}"
+    ends = [(place, end) for place in places if (end := _end_of_one_process(place.path))]
+    last = max((end for _, end in ends), default=0)
+    for place, end in ends:
+        own, home = place.path / BESIDE / NAME, place.path / PARTS / f"0-{last}"
         home.mkdir(parents=True, exist_ok=True)
-        if (folder / BESIDE / AGGREGATES).is_dir():
-            shutil.move(folder / BESIDE / AGGREGATES, home / AGGREGATES)
+        if (place.path / BESIDE / AGGREGATES).is_dir():
+            shutil.move(place.path / BESIDE / AGGREGATES, home / AGGREGATES)
+        if (classes := place.read(CLASSES)) is not None:
+            write_whole(home / CLASS_FILE, classes)
         shutil.copyfile(own, home / NAME)
         if end == last:
             Journal(home / NAME).close(complete=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import heapq
 import json
 import os
@@ -66,7 +67,10 @@ def join(place: Place) -> int:
         joined_spool = folder / BESIDE / AGGREGATES / name
         write_whole(joined_spool, _joined_spool(pieces))
         spools[name] = facts_of(joined_spool)
-    write_whole(folder / BESIDE / NAME, _joined_journal(parts, spools))
+    classes = _joined_classes(parts)
+    if classes is not None:
+        place.write(recipe.CLASSES, classes)
+    write_whole(folder / BESIDE / NAME, _joined_journal(parts, spools, classes))
     shutil.rmtree(folder / JOINED, ignore_errors=True)
     os.replace(folder / PARTS, folder / JOINED)  # at once: parts of which some are gone could not be joined again
     return sum(len(each.frames) for each in contents.values())
@@ -141,9 +145,24 @@ def _spools(part: Path) -> Iterator[Path]:
     return SpoolHashes(part / AGGREGATES).files()
 
 
-def _joined_journal(parts: list[Path], spools: Mapping[str, FileFacts]) -> Iterator[bytes]:
+def _joined_classes(parts: list[Path]) -> bytes | None:
+    """Return the class file with most classes, since tables grow from frame to frame; None: no part has one."""
+    files = [part / recipe.CLASS_FILE for part in parts if (part / recipe.CLASS_FILE).is_file()]
+    return max((file.read_bytes() for file in files), key=_count_of_classes, default=None)
+
+
+def _count_of_classes(table: bytes) -> int:
+    try:
+        return sum(len(each["classes"]) for each in json.loads(table)["tables"])
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return -1
+
+
+def _joined_journal(parts: list[Path], spools: Mapping[str, FileFacts], classes: bytes | None) -> Iterator[bytes]:
     contents = [journal.read(part / NAME) for part in parts]
     shared = {name: facts for each in contents for name, facts in each.shared.items()}
+    if classes is not None:
+        shared[recipe.CLASSES] = (len(classes), hashlib.sha256(classes).hexdigest())
     frames = [(line for line in journal.lines(part / NAME) if FRAME in line) for part in parts]
     yield journal.encoded({SHARED: shared, FACTS: joined(each.facts for each in contents), SPOOLS: spools})
     yield from map(journal.encoded, heapq.merge(*frames, key=lambda line: line[FRAME]))
