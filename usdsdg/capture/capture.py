@@ -77,8 +77,9 @@ class Capture:
         if self._ahead is not None and self._ahead.frame == self._frame:
             self._ahead.trace(self._requests, mode)
         traced = {} if self._ahead is None else self._ahead.pictures(self._frame)
-        is_whole = bool(traced) and traced.keys() >= {each.path for each in self._requests.traced()}
-        self._traced = traced if is_whole else {}
+        wanted = {each.path for each in self._requests.traced()}  # not at every frame, where writers have triggers
+        is_whole = bool(wanted) and traced.keys() >= wanted
+        self._traced = {path: traced[path] for path in wanted} if is_whole else {}
         if is_whole:
             self._exposure.open_shutter()
         elif may_be_later(self._requests, mode):
