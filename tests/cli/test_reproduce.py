@@ -154,6 +154,24 @@ def test_a_folder_of_several_formats_is_made_again_at_once_for_each_run(tmp_path
     ]  # fmt: skip
 
 
+def test_frames_that_only_some_formats_have_are_made_again(tmp_path):
+    options = (
+        "writer.attach(product, **({'trigger': rep.trigger.on_frame(interval=2)} if name == 'KittiWriter' else {}))"
+    )
+    script = FORMATS.replace("writer.attach(product)", options).replace("range(2)", "range(3)")
+    (tmp_path / "script.py").write_text(script)
+    command = ["-m", "usdsdg", "run", "-q", "--device", "cpu", str(tmp_path / "script.py"), str(tmp_path / "out")]
+    done = run(command, fresh=True)
+    assert done.returncode == 0, done.stderr
+    done = reproduce(tmp_path / "out", "--frames", "1")
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert [line.split(": ")[0] for line in done.stdout.splitlines()] == [f"1 frames of {tmp_path / 'out/VocWriter'}"]
+    done = reproduce(tmp_path / "out/KittiWriter", "--frames", "0:3")
+    assert done.returncode == 0, done.stderr + done.stdout
+    done = reproduce(tmp_path / "out/KittiWriter", "--frames", "1")
+    assert "does not have frame 1; it has 2 frames, from 0 to 2" in done.stderr
+
+
 def test_a_folder_without_a_recipe_cannot_be_made_again(tmp_path):
     done = reproduce(tmp_path)
     assert done.returncode == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from pxr import Gf, Sdf, Usd
 
 import usdsdg as rep
+from tests import forked
 from tests.dataset_files import data_names
 from tests.sampled_cases import in_soak
 from usdsdg.app import saved_graph
@@ -255,3 +257,45 @@ def test_a_writer_or_number_that_was_changed_is_an_error_that_names_the_prim():
     root.CreateAttribute("usdsdg:frames", Sdf.ValueTypeNames.String).Set("many")
     with pytest.raises(GraphError, match="frames is no number"):
         saved_graph.load(stage)
+
+
+WRITERS = """
+import omni.replicator.core as rep
+cube = rep.create.cube(semantics=[("class", "cube")])
+rep.create.light(light_type="dome")
+views = [rep.create.render_product(rep.create.camera(position=(8, y, 3), look_at=cube), (32, 24)) for y in (0, 2)]
+with rep.trigger.on_frame(), cube:
+    rep.modify.pose(position=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))
+for name, options in {"all": {}, "some": {"trigger": rep.trigger.on_frame(interval=2)}}.items():
+    writer = rep.writers.get("BasicWriter")
+    writer.initialize(output_dir=name, bounding_box_2d_tight=True)
+    writer.attach(views, **options)
+rep.orchestrator.run(num_frames=3)
+"""
+
+
+def test_saved_writers_keep_their_triggers_and_share_their_render_products(tmp_path, monkeypatch):
+    """They wrote every frame, below folders with other names where two had one render product."""
+    monkeypatch.setenv("HOME", str(tmp_path))
+    (tmp_path / "script.py").write_text(WRITERS)
+    found = []
+    for command in (["run", "--save-stage", "saved.usda", "script.py"], ["generate", "saved.usda"]):
+        done = forked.run(["-m", "usdsdg", command[0], "-q", "--device", "cpu", *command[1:]], cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        output = tmp_path / "omni.replicator_out"
+        found.append({name: (output / name).read_bytes() for name in sorted(map(str, data_names(output)))})
+        shutil.rmtree(output)
+    assert found[0] == found[1]
+    assert sum("some" in name and name.endswith(".npy") for name in found[0]) == 4
+    assert sum("all" in name and name.endswith(".npy") for name in found[0]) == 6
+
+
+def test_a_writer_with_a_function_as_its_trigger_is_told(tmp_path):
+    product = rep.create.render_product(rep.create.camera(position=(8, 0, 3)), (32, 24))
+    with rep.trigger.on_frame():
+        rep.create.cube(position=rep.distribution.uniform((0, 0, 0), (1, 1, 1)))
+    writer = rep.writers.get("BasicWriter")
+    writer.initialize(output_dir=str(tmp_path), bounding_box_2d_tight=True)
+    writer.attach(product, trigger=lambda: True)
+    with pytest.warns(match="when its BasicWriter is due, which a Python function decides"):
+        rep.save_stage(tmp_path / "saved.usda")

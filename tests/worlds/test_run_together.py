@@ -104,3 +104,36 @@ def test_runs_end_with_their_triggers(tmp_path, frames, expected):
     session.restart()
     assert sum(name.startswith("rgb") for name in found[0]) == expected
     assert found[0] == found[1]
+
+
+SOME_PICTURES = """
+import omni.replicator.core as rep
+
+cube = rep.create.cube(semantics=[("class", "cube")])
+rep.create.light(light_type="dome", intensity=500)
+product = rep.create.render_product(rep.create.camera(position=(5, 0, 4), look_at=(0, 0, 0)), (24, 16))
+with rep.trigger.on_frame(), cube:
+    rep.modify.pose(position=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))
+for name, options in {{"rgb": {{"trigger": rep.trigger.on_frame(interval=2)}}, "bounding_box_2d_tight": {{}}}}.items():
+    writer = rep.WriterRegistry.get("BasicWriter")
+    writer.initialize(output_dir="{folder}/" + name, **{{name: True}})
+    writer.attach(product, **options)
+rep.orchestrator.run(num_frames=4)
+"""
+
+
+def test_records_of_frames_without_a_picture_have_none(tmp_path):
+    """Those of frames that were traced together with others had one, so that `reproduce` found them different."""
+    found = []
+    for name, options in (("single", []), ("together", ["--worlds", "2"])):
+        session.restart()
+        script = tmp_path / name / "script.py"  # whose name is in the stage that is recorded
+        script.parent.mkdir()
+        script.write_text(SOME_PICTURES.format(folder=tmp_path / name))
+        done = CliRunner().invoke(app, ["run", "-q", "--device", "cpu", *options, str(script)])
+        assert done.exit_code == 0, done.output
+        records = (tmp_path / name / "bounding_box_2d_tight").rglob("*.npz")
+        found.append({file.name: file.read_bytes() for file in records})
+    session.restart()
+    assert len(found[0]) == 4
+    assert found[0] == found[1]

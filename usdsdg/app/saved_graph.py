@@ -16,7 +16,7 @@ from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.node_prims import PIPELINE, Link, NodeRecord, define_node, read_node
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session.settings_store import get_settings, lets_files_run_code
-from usdsdg.writers.base import attached_writers
+from usdsdg.writers.base import ON_FRAME, Writer, attached_writers, trigger_of
 
 WRITERS = "/WriterOrchestrator"
 _SETTINGS = "renderSettings"
@@ -39,6 +39,7 @@ class SavedWriter:
     arguments: dict[str, Any]
     # path -> camera and resolution, or cameras and resolution of each tile
     products: dict[str, tuple[str | list[str], tuple[int, int]]]
+    trigger: str = ""  # path of the trigger's node; "" for every frame
 
 
 # --- to the stage ---
@@ -68,11 +69,12 @@ def _plain_settings() -> dict[str, Any]:
     }
 
 
-def _author_writer(stage: Usd.Stage, writer: Any) -> None:
+def _author_writer(stage: Usd.Stage, writer: Writer) -> None:
     known = {product.path: product for product in products()}
     attached = [known[path] for path in writer.render_products if path in known]
     rows = [[product.path, *_cameras_and_size(product)] for product in attached]
     inputs = {"writerName": type(writer).__name__, "parameters": writer.parameters, "renderProducts": rows}
+    inputs |= {"trigger": path} if (path := _path_of_trigger(writer)) else {}
     if not stage.GetPrimAtPath(WRITERS):
         stage.DefinePrim(WRITERS, "OmniGraph")
     path = f"{WRITERS}/{type(writer).__name__}_{len(stage.GetPrimAtPath(WRITERS).GetChildren())}"
@@ -81,6 +83,22 @@ def _author_writer(stage: Usd.Stage, writer: Any) -> None:
     except TypeError as error:
         stage.RemovePrim(path)
         warn_once(f"the saved stage does not say how to make its writer: {error}. Give its arguments as plain values.")
+
+
+def _path_of_trigger(writer: Writer) -> str:
+    """Return the path of the node that decides at which frames a writer is due; "" for every frame."""
+    chosen = trigger_of(writer)
+    if chosen == ON_FRAME:
+        return ""
+    node = getattr(chosen, "node", None)
+    if node is None or node.path is None:
+        what = "a Python function" if callable(chosen) else "schedule_write()"
+        warn_once(
+            f"the saved stage does not hold when its {type(writer).__name__} is due, which {what} decides: it will "
+            "write every frame. Attach it with what trigger.on_frame or another trigger returns."
+        )
+        return ""
+    return node.path
 
 
 def _cameras_and_size(product: HydraTexture) -> tuple[str | list[str], list[int]]:
@@ -200,7 +218,7 @@ def _read_writer(prim: Usd.Prim) -> SavedWriter:
     inputs = read_node(prim).inputs
     try:
         attached = {path: (camera, (int(size[0]), int(size[1]))) for path, camera, size in inputs["renderProducts"]}
-        return SavedWriter(inputs["writerName"], dict(inputs["parameters"]), attached)
+        return SavedWriter(inputs["writerName"], dict(inputs["parameters"]), attached, str(inputs.get("trigger", "")))
     except (KeyError, IndexError, TypeError, ValueError) as error:
         message = f"{prim.GetPath()} is no writer as usdsdg saves them ({error!r}); save the stage again"
         raise GraphError(message) from error

@@ -77,8 +77,9 @@ class Capture:
         if self._ahead is not None and self._ahead.frame == self._frame:
             self._ahead.trace(self._requests, mode)
         traced = {} if self._ahead is None else self._ahead.pictures(self._frame)
-        is_whole = bool(traced) and traced.keys() >= {each.path for each in self._requests.traced()}
-        self._traced = traced if is_whole else {}
+        wanted = {each.path for each in self._requests.traced()}  # not at every frame, where writers have triggers
+        is_whole = bool(wanted) and traced.keys() >= wanted
+        self._traced = {path: traced[path] for path in wanted} if is_whole else {}
         if is_whole:
             self._exposure.open_shutter()
         elif may_be_later(self._requests, mode):
@@ -95,6 +96,7 @@ class Capture:
             self._skip({})
             current().observations.frames += bool(self._requests.skipped)
             current().observations.unseen += not self._requests.skipped
+            self._end_files()
             return
         self._moment = self._stage_moment()
         frames = self._frames(frame, seconds)
@@ -109,11 +111,16 @@ class Capture:
             tap.take(frames, self._requests.tapped, number=self.frames_before + frame)
         if self._requests.files is not None:
             get_run().see_stage(current_stage())
-            self._requests.files.release()
-        append_to_journals()
+        self._end_files()
         self._remember(frames)
         if current().tap is None:  # who takes the frames counts them
             report(FRAMES, self.frames_before + frame + 1, self.expected_frames)
+
+    def _end_files(self) -> None:
+        """Let the frame be whole once its files are written; it has none where all products are off."""
+        if self._requests.files is not None:
+            self._requests.files.release()
+        append_to_journals()
 
     def pass_over(self, frame: int) -> None:
         """Count a frame of which no writer makes files here, without looking at the stage."""

@@ -66,7 +66,6 @@ def reproduce(
         from usdsdg.writers.journal.portion import Portion
 
         portion = Portion.of_numbers(frames) if frames is not None else None
-        count = len(portion.numbers) if portion is not None and portion.numbers is not None else None
         differs = False
         with ExitStack() as opened:
             datasets = [opened.enter_context(on_disk(each)) for each in _datasets(folder)]
@@ -75,8 +74,8 @@ def reproduce(
             for number, group in enumerate(_of_one_run(datasets)):
                 if number:
                     session.restart()
-                for dataset, result in zip(group, _reproduce(group, portion, source, stage)):
-                    _print(result, dataset.name, count)
+                for name, count, result in _reproduce(group, portion, source, stage):
+                    _print(result, name, count)
                     differs |= bool(result.faults)
     if differs:
         raise typer.Exit(1)
@@ -104,21 +103,26 @@ def _of_one_run(datasets: list[OnDisk]) -> Iterator[list[OnDisk]]:
 
 def _reproduce(
     datasets: list[OnDisk], portion: Portion | None, source: Path | None, stage: Path | None
-) -> list[Comparison]:
-    """Make the frames of a portion of datasets of one recipe again, None: all, and compare each."""
+) -> list[tuple[str, int | None, Comparison]]:
+    """Make the frames of a portion of datasets of one recipe again, None: all, and compare each that has some of them.
+
+    Returns the name of each, how many of the frames it has where they were chosen one by one, and what came of it.
+    """
     from usdsdg.cli.script.kept_datasets import read_only
     from usdsdg.session.session import current
-    from usdsdg.verify.frame_numbers import check_portion
-    from usdsdg.verify.reproduced import compare, counterpart, files_of
+    from usdsdg.verify.frame_numbers import check_portion, frames_of
+    from usdsdg.verify.reproduced import Comparison, compare, counterpart, files_of
     from usdsdg.writers.aggregates import finish_run
     from usdsdg.writers.journal.folders import Mode
     from usdsdg.writers.journal.recipe import GENERATE
 
     folder = datasets[0].path
     recipe = _recipe_of(folder)
+    counts: dict[str, int | None] = {each.name: None for each in datasets}
     if portion is not None:
-        for each in datasets:
-            check_portion(each.path, portion)
+        check_portion([each.path for each in datasets], portion)
+        found = {each.name: sum(map(portion.has, frames_of(each.path))) for each in datasets}
+        counts = {name: count if portion.numbers is not None else None for name, count in found.items() if count}
     file = _source_of(folder, recipe, source)
     differences = _now(recipe).differences({**recipe.values(), "classes": None})
     for said in differences:
@@ -136,12 +140,13 @@ def _reproduce(
             finish_files()
         finish_run(complete=True)
         results = []
-        for each in datasets:
-            made = counterpart(each.path, [folder.path for folder in run.folders])
-            if made is None:
+        for each in (each for each in datasets if each.name in counts):
+            made, files = counterpart(each.path, [folder.path for folder in run.folders]), files_of(each.path, portion)
+            if made is None and files:
                 raise DatasetError(f"{each.path}: no file of it was made again by {file}")
-            each.fetch(files_of(each.path, portion).__contains__)
-            results.append(compare(each.path, made, portion, exact=not differences))
+            each.fetch(files.__contains__)
+            result = compare(each.path, made, portion, exact=not differences) if made is not None else Comparison()
+            results.append((each.name, counts[each.name], result))
         return results
 
 

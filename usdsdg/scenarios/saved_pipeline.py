@@ -9,8 +9,9 @@ from typing import Any
 from usdsdg import orchestrator
 from usdsdg.app import saved_graph
 from usdsdg.arguments.registry import near_misses
-from usdsdg.create.render_products import render_product, render_product_tiled
+from usdsdg.create.render_products import HydraTexture, render_product, render_product_tiled
 from usdsdg.errors import ConfigError, GraphError
+from usdsdg.graph.evaluate import Trigger, graph
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.scenarios.output_folder import with_absolute_output_dir
 from usdsdg.session import stage_context
@@ -19,6 +20,7 @@ from usdsdg.session.settings_store import get_settings
 from usdsdg.stores.addresses import is_url
 from usdsdg.writers import WriterRegistry
 from usdsdg.writers.backends.disk import disk_root
+from usdsdg.writers.base import ON_FRAME
 
 SUFFIXES = (".usd", ".usda", ".usdc")
 
@@ -73,8 +75,9 @@ def run(stage_file: Path, overrides: Overrides, *, allow_outside: bool = False) 
     with confined(None if allow_outside else _limit(overrides)):
         for key, value in saved.settings.items():
             get_settings().set(key, value)
+        made = _make_products(saved.writers)
         for writer in saved.writers:
-            _attach(writer, overrides)
+            _attach(writer, made, overrides)
     frames = overrides.num_frames or saved.frames
     if not frames:
         raise GraphError(f"{stage_file} was saved before its first capture; say how many: --set num_frames=10")
@@ -92,14 +95,29 @@ def _limit(overrides: Overrides) -> Path | None:
     return None if is_url(given) else Path(given)
 
 
-def _attach(saved: saved_graph.SavedWriter, overrides: Overrides) -> None:
+def _make_products(writers: list[saved_graph.SavedWriter]) -> dict[str, HydraTexture]:
+    """Make the render products of all writers, each once and with its name, after which folders are called."""
+    stage, made = stage_context.current_stage(), {}
+    wanted = {path: each for writer in writers for path, each in writer.products.items()}
+    for path in wanted:
+        stage.RemovePrim(path)  # a saved stage has the prims, too, so that their names would be taken
+    for path, (camera, size) in wanted.items():
+        make = render_product_tiled if isinstance(camera, list) else render_product
+        made[path] = make(camera, size, name=path.rsplit("/", 1)[-1])
+    return made
+
+
+def _attach(saved: saved_graph.SavedWriter, made: dict[str, HydraTexture], overrides: Overrides) -> None:
     arguments = dict(saved.arguments)
     if overrides.output_dir is not None:
         arguments = with_absolute_output_dir({**arguments, "output_dir": overrides.output_dir})
     writer = WriterRegistry.get(saved.name)
     writer.initialize(**arguments)
-    products = []
-    for path, (camera, size) in saved.products.items():
-        make = render_product_tiled if isinstance(camera, list) else render_product
-        products.append(make(camera, size, name=path.rsplit("/", 1)[-1]))
-    writer.attach(products)
+    writer.attach([made[path] for path in saved.products], trigger=_trigger_at(saved) if saved.trigger else ON_FRAME)
+
+
+def _trigger_at(saved: saved_graph.SavedWriter) -> Trigger:
+    for each in graph().triggers:
+        if each.node.path == saved.trigger:
+            return each
+    raise GraphError(f"{saved.trigger}, at which the {saved.name} of the stage is due, is no trigger of its graph")

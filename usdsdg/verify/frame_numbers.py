@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
+import os
+from collections.abc import Sequence, Set
 from itertools import islice
 from pathlib import Path
 
@@ -13,21 +14,29 @@ from usdsdg.writers.journal.portion import Portion
 _SHOWN = 8
 
 
-def check_portion(folder: Path, portion: Portion) -> None:
-    """Check that the journal of a dataset lists the frames of a portion.
+def check_portion(folders: Sequence[Path], portion: Portion) -> None:
+    """Check that the journals of datasets which one run has made list the frames of a portion, each in one at least.
+
+    In a range there may be frames between others at which no writer was due.
 
     Raises:
-        BadValue: it does not have some of them; the message names them.
+        BadValue: they do not have some of them; the message names them.
     """
-    listing = read_listing(folder)
-    known = listing.frames if listing is not None else set()
+    known = {number for folder in folders for number in frames_of(folder)}
     if portion.numbers is not None:
         wanted = portion.numbers
-    elif portion.last is not None:
-        wanted = range(portion.first, portion.last)
-    else:  # up to the end, whichever that is
-        wanted = range(portion.first, portion.first + (portion.first > max(known, default=-1)))
-    check_numbers(str(folder), wanted, known)
+    else:
+        end = max(known, default=-1) + 1
+        wanted = range(portion.first, max(end, portion.first + 1) if portion.last is None else portion.last)
+        if wanted.stop <= end and any(number in wanted for number in known):
+            return
+    check_numbers(os.path.commonpath(folders), wanted, known)
+
+
+def frames_of(folder: Path) -> set[int]:
+    """Return the frames that the journal of a dataset lists."""
+    listing = read_listing(folder)
+    return listing.frames if listing is not None else set()
 
 
 def check_numbers(dataset: str, wanted: range | Set[int], known: Set[int]) -> None:

@@ -12,11 +12,13 @@ from pathlib import Path
 
 from usdsdg.errors import DatasetError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.journal import journal
 from usdsdg.writers.journal.folders import AGGREGATES
 from usdsdg.writers.journal.journal import NAME, Journal
 from usdsdg.writers.journal.merge import parts_of
 from usdsdg.writers.journal.place import PARTS, Place
+from usdsdg.writers.journal.recipe import CLASS_FILE, CLASSES
 
 _FRAMES = re.compile(r"(\d+)-(\d+)")
 
@@ -46,7 +48,8 @@ def plan(places: Sequence[Place], frames: int, count: int, *, unit: int = 1) -> 
     begun: dict[Part, bool] = {}  # whether it is complete
     for place in places:
         place.pull()
-        _keep_as_part(place.path)
+    _keep_as_parts(places)
+    for place in places:
         place.push(whole=True)
     folders, where = [place.path for place in places], places[0].name
     names = {part.name for folder in folders for part in parts_of(folder)}
@@ -81,22 +84,36 @@ def _cut(gap: Part, count: int, frames: int, unit: int) -> list[Part]:
     return [Part(first, last) for first, last in itertools.pairwise(edges)]
 
 
-def _keep_as_part(folder: Path) -> None:
-    """Make the frames of one process that died a part, so that others can make the rest."""
+def _keep_as_parts(places: Sequence[Place]) -> None:
+    """Make the frames of one process that died a part, so that others can make the rest.
+
+    It ends at the same frame in each place; where a journal ends before, the part is one to be gone on with.
+    """
+    ends = [(place, end) for place in places if (end := _end_of_one_process(place.path))]
+    last = max((end for _, end in ends), default=0)
+    for place, end in ends:
+        own, home = place.path / BESIDE / NAME, place.path / PARTS / f"0-{last}"
+        home.mkdir(parents=True, exist_ok=True)
+        if (place.path / BESIDE / AGGREGATES).is_dir():
+            shutil.move(place.path / BESIDE / AGGREGATES, home / AGGREGATES)
+        if (classes := place.read(CLASSES)) is not None:
+            write_whole(home / CLASS_FILE, classes)
+        shutil.copyfile(own, home / NAME)
+        if end == last:
+            Journal(home / NAME).close(complete=True)
+        os.truncate(own, 0)
+
+
+def _end_of_one_process(folder: Path) -> int:
+    """Return the frame after the last one that a process without parts has left; 0: there is none."""
     own = folder / BESIDE / NAME
     if not own.is_file():
-        return
+        return 0
     contents = journal.read(own)
-    if not contents.frames:
-        return
-    if contents.frames == {frame for part in parts_of(folder) for frame in journal.read(part / NAME).frames}:
+    if contents.frames and contents.frames == {
+        frame for part in parts_of(folder) for frame in journal.read(part / NAME).frames
+    }:
         shutil.rmtree(folder / BESIDE / AGGREGATES, ignore_errors=True)  # of a process that died while it joined them
         os.truncate(own, 0)
-        return
-    home = folder / PARTS / f"0-{contents.first_missing}"
-    home.mkdir(parents=True, exist_ok=True)
-    if (folder / BESIDE / AGGREGATES).is_dir():
-        shutil.move(folder / BESIDE / AGGREGATES, home / AGGREGATES)
-    shutil.copyfile(own, home / NAME)
-    Journal(home / NAME).close(complete=True)
-    os.truncate(own, 0)
+        return 0
+    return contents.end

@@ -347,6 +347,11 @@ class Writer(ABC):
         return self
 
 
+def trigger_of(writer: Writer) -> Any:
+    """Return what selects a writer's frames: ON_FRAME, a trigger, a function, or None for `schedule_write` alone."""
+    return writer._trigger
+
+
 def _annotator(annotator: Any) -> Annotator:
     found = named_annotators.get(annotator) if isinstance(annotator, str) else annotator
     if not isinstance(found, Annotator):

@@ -1,5 +1,6 @@
 """The class table that is written beside a dataset, `.usdsdg/classes.json`."""
 
+import json
 from collections.abc import Iterable
 from typing import Any
 
@@ -8,7 +9,9 @@ from usdsdg.annotators.class_table import ids_are_stable
 from usdsdg.session.session import current
 from usdsdg.stage.semantics.semantic_classes import BESIDE, FILE
 from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.files import write_json
+from usdsdg.writers.files import plain, write_text
+from usdsdg.writers.journal.run import get_run
+from usdsdg.writers.spool import place_of
 
 
 class ClassFile:
@@ -30,7 +33,11 @@ class ClassFile:
         tables = [{"filter": each, "classes": current().class_tables.of(each).listed()} for each in filters]
         if tables != self._written:
             self._written = tables
-            content = {"version": 1, "tables": tables}
+            text = json.dumps({"version": 1, "tables": tables}, default=plain, indent=1)
+            place = place_of(backend)
+            claimed = get_run().claim(place) if place is not None else None
+            if claimed is not None:
+                claimed.keep_classes(text)
             # In turn, since it replaces the earlier file.
             with current().io_queue.of_all_frames():
-                backend.schedule_in_turn(FILE, write_json, path=f"{BESIDE}/{FILE}", data=content, indent=1)
+                backend.schedule_in_turn(FILE, write_text, path=f"{BESIDE}/{FILE}", text=text)

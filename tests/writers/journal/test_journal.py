@@ -44,7 +44,7 @@ def test_a_journal_that_goes_on_has_the_bytes_of_one_that_did_not_stop(tmp_path)
     first.append([line(n) for n in range(2)], {"a": FACTS})
     first.close(complete=False)
     second = Journal(tmp_path / "parts.jsonl")
-    assert second.contents.first_missing == 2
+    assert second.contents.end == 2
     second.append([line(n) for n in range(2, 5)], {})
     second.close(complete=True)
     assert second.path.read_bytes() == whole.path.read_bytes()

@@ -19,6 +19,7 @@ from usdsdg.writers.journal.portion import Portion
 def test_frames_of_a_portion(portion, frames, name):
     assert [number for number in range(10) if portion.has(number)] == frames
     assert portion.name == name
+    assert Portion.of_name(name) == portion
 
 
 def test_a_portion_is_over_after_its_last_frame():

@@ -14,7 +14,7 @@ from typing import Any
 from usdsdg.errors import DatasetInTheWay, WriterError, warn_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.locks import Locked
-from usdsdg.stores.whole_file import not_writable
+from usdsdg.stores.whole_file import not_writable, write_whole
 from usdsdg.writers.journal import journal, lines, recipe
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
@@ -91,6 +91,8 @@ class DatasetFolder:
             raise
         self._shared: dict[str, FileFacts] = {}
         self._facts: Facts = {}
+        self._first: int | None = None
+        self._classes: str | None = None
 
     @property
     def aggregates(self) -> Path:
@@ -100,6 +102,18 @@ class DatasetFolder:
     def has(self, frame: int) -> bool:
         """Return whether a frame was whole when the folder was claimed."""
         return frame in self.journal.contents.frames
+
+    def see_due(self, frame: int) -> None:
+        """Tell that a writer is due at a frame, whoever makes it."""
+        if self._first is None:
+            self._first = frame
+
+    def keep_classes(self, table: str) -> None:
+        """Tell the content of the class file, of which those who join parts need that of the last frames.
+
+        Processes that make other parts write the same file of the dataset.
+        """
+        self._classes = table
 
     def note_shared(self, path: str, facts: FileFacts) -> None:
         """Tell that a file has been written that belongs to no frame."""
@@ -119,6 +133,9 @@ class DatasetFolder:
         spools = self.spools.facts()  # before the sync, after which all of these bytes are on the disk
         names = [*shared, *(name for line in frames for name in line[lines.FILES])]
         self.place.sync([*names, *(each.relative_to(self.path).as_posix() for each in self.spools.files())])
+        if self.portion is not None and (classes := self._classes) is not None:
+            self._classes = None
+            write_whole(self._home / recipe.CLASS_FILE, classes.encode())
         self.place.push()
         self.journal.append(frames, shared, facts, spools=spools)
         self.place.push()
@@ -137,7 +154,7 @@ class DatasetFolder:
                 if complete:
                     shutil.rmtree(self.aggregates / ONCE, ignore_errors=True)
             else:
-                self.journal.close(complete=complete, spools=spools)
+                self.journal.close(complete=complete, spools=spools, first=self._first)
             self.place.push(whole=True)
         finally:
             self.release()

@@ -4,8 +4,9 @@
 "state" where a writer has one. Lines of {"shared": {path: [size, sha256]}} tell of files that belong to no frame, also
 with "facts" that the recipe gets in the end, and with "spools", how each spool begins, by its path below its folder.
 `close` leaves one such line, the first one, and a closing line, the last one, with "frames", how many there are, and
-"complete"; "lines", the SHA-256 of the lines before it, and "recipe", that of the recipe, tell whether these are as the
-run wrote them. A run that goes on appends to it, until it is closed again.
+"complete"; of a part also "first", the frame at which writers are due for the first time. "lines", the SHA-256 of the
+lines before it, and "recipe", that of the recipe, tell whether these are as the run wrote them. A run that goes on
+appends to it, until it is closed again.
 """
 
 from __future__ import annotations
@@ -24,7 +25,19 @@ from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.whole_file import not_writable, synced, write_whole
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
-from usdsdg.writers.journal.lines import COMPLETE, FACTS, FRAME, FRAMES, LINES, RECIPE, SHARED, SPOOLS, STATE, parsed
+from usdsdg.writers.journal.lines import (
+    COMPLETE,
+    FACTS,
+    FIRST,
+    FRAME,
+    FRAMES,
+    LINES,
+    RECIPE,
+    SHARED,
+    SPOOLS,
+    STATE,
+    parsed,
+)
 from usdsdg.writers.journal.place import JOURNAL
 from usdsdg.writers.journal.spool_hashes import AGGREGATES
 
@@ -43,12 +56,13 @@ class Contents:
     facts: Facts = field(default_factory=dict)
     spools: dict[str, FileFacts] = field(default_factory=dict)  # how they begin, by their paths below their folder
     is_complete: bool = False
+    first: int | None = None  # frame at which writers are due for the first time, as a part tells when it is closed
     size: int = 0  # bytes up to the end of the last whole line
 
     @property
-    def first_missing(self) -> int:
-        """The first frame that is not whole."""
-        return next(number for number in range(len(self.frames) + 1) if number not in self.frames)
+    def end(self) -> int:
+        """The frame after the last one: all before it at which writers were due are whole."""
+        return max(self.frames, default=-1) + 1
 
 
 class Journal:
@@ -107,6 +121,7 @@ class Journal:
         *,
         complete: bool,
         recipe: str | None = None,
+        first: int | None = None,
         kept: Mapping[str, FileFacts] | None = None,
         spools: Mapping[str, FileFacts] | None = None,
     ) -> None:
@@ -114,6 +129,7 @@ class Journal:
 
         complete: all frames of the run, or of this part of it, are there.
         recipe: the SHA-256 of the recipe; None: of a part, which has none of its own.
+        first: of a part, the frame at which writers are due for the first time; None: not known.
         kept: of the spools those that are files of the dataset, as in `spools`.
         spools: those that a run can go on with.
         """
@@ -124,6 +140,7 @@ class Journal:
         told = map(encoded, _of_all(dict(sorted(shared.items())), self.contents.facts, spools or {}))
         closing: dict[str, Any] = {SHARED: {}, FRAMES: self.count, COMPLETE: complete}
         closing |= {RECIPE: recipe} if recipe is not None else {}
+        closing |= {FIRST: first} if first is not None else {}
         write_whole(self.path, _sealed(chain(told, map(encoded, in_order(frames))), closing))
 
 
@@ -158,6 +175,7 @@ def read(path: Path) -> Contents:
         if is_closed_by_shared:  # what that version has then told of spools ended with the run that goes on here
             found.spools, is_closed_by_shared = {}, False
         found.is_complete, found.size = FRAMES in line and bool(line.get(COMPLETE)), end
+        found.first = line.get(FIRST)
         if FRAME in line:
             found.frames.add(line[FRAME])
             found.states.update(line.get(STATE, {}))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import heapq
 import json
 import os
@@ -20,6 +21,7 @@ from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.lines import FACTS, FRAME, SHARED, SPOOLS, is_count, parsed_record
 from usdsdg.writers.journal.place import PARTS, Place
+from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, SpoolHashes, check_whole
 
 JOINED = f"{BESIDE}/joined"
@@ -56,7 +58,7 @@ def join(place: Place) -> int:
     unfinished = [name for name, each in contents.items() if not each.is_complete]
     if unfinished:
         raise DatasetError(f"{place.name}: parts {', '.join(unfinished)} are unfinished; run them again with --resume")
-    _check_frames(place.name, {name: each.frames for name, each in contents.items()})
+    _check_frames(place.name, contents)
     for part in parts:
         check_whole(part / AGGREGATES, contents[part.name].spools)
     spools: dict[str, FileFacts] = {}
@@ -65,7 +67,10 @@ def join(place: Place) -> int:
         joined_spool = folder / BESIDE / AGGREGATES / name
         write_whole(joined_spool, _joined_spool(pieces))
         spools[name] = facts_of(joined_spool)
-    write_whole(folder / BESIDE / NAME, _joined_journal(parts, spools))
+    classes = _joined_classes(parts)
+    if classes is not None:
+        place.write(recipe.CLASSES, classes)
+    write_whole(folder / BESIDE / NAME, _joined_journal(parts, spools, classes))
     shutil.rmtree(folder / JOINED, ignore_errors=True)
     os.replace(folder / PARTS, folder / JOINED)  # at once: parts of which some are gone could not be joined again
     return sum(len(each.frames) for each in contents.values())
@@ -114,17 +119,24 @@ def _check_recipes(place: Place, parts: list[Path]) -> None:
             )
 
 
-def _check_frames(where: str, frames: dict[str, set[int]]) -> None:
+def _check_frames(where: str, contents: Mapping[str, journal.Contents]) -> None:
     owner: dict[int, str] = {}
-    for name, own in frames.items():
-        for number in sorted(own):
+    for name, each in contents.items():
+        for number in sorted(each.frames):
             if number in owner:
                 raise DatasetError(
                     f"{where}: frame {number} is in the parts {owner[number]} and {name}. Remove one of them, a folder "
                     f"in {where}/{PARTS}, and make the frames that are missing then; or begin again with --overwrite."
                 )
             owner[number] = name
-    missing = [number for number in range(max(owner, default=-1) + 1) if number not in owner]
+    # Writers with a trigger of their own are not due at every frame: a part that was to make one would have it.
+    first = min((each.first for each in contents.values() if each.first is not None), default=0)
+    portions = [portion for name in contents if (portion := Portion.of_name(name)) is not None]
+    missing = [
+        number
+        for number in range(first, max(owner, default=-1) + 1)
+        if number not in owner and not any(each.has(number) for each in portions)
+    ]
     if missing:
         raise DatasetError(f"{where}: frames {listed([*map(str, missing)])} are in no part; make them with --frames")
 
@@ -133,9 +145,24 @@ def _spools(part: Path) -> Iterator[Path]:
     return SpoolHashes(part / AGGREGATES).files()
 
 
-def _joined_journal(parts: list[Path], spools: Mapping[str, FileFacts]) -> Iterator[bytes]:
+def _joined_classes(parts: list[Path]) -> bytes | None:
+    """Return the class file with most classes, since tables grow from frame to frame; None: no part has one."""
+    files = [part / recipe.CLASS_FILE for part in parts if (part / recipe.CLASS_FILE).is_file()]
+    return max((file.read_bytes() for file in files), key=_count_of_classes, default=None)
+
+
+def _count_of_classes(table: bytes) -> int:
+    try:
+        return sum(len(each["classes"]) for each in json.loads(table)["tables"])
+    except (ValueError, KeyError, TypeError, RecursionError):
+        return -1
+
+
+def _joined_journal(parts: list[Path], spools: Mapping[str, FileFacts], classes: bytes | None) -> Iterator[bytes]:
     contents = [journal.read(part / NAME) for part in parts]
     shared = {name: facts for each in contents for name, facts in each.shared.items()}
+    if classes is not None:
+        shared[recipe.CLASSES] = (len(classes), hashlib.sha256(classes).hexdigest())
     frames = [(line for line in journal.lines(part / NAME) if FRAME in line) for part in parts]
     yield journal.encoded({SHARED: shared, FACTS: joined(each.facts for each in contents), SPOOLS: spools})
     yield from map(journal.encoded, heapq.merge(*frames, key=lambda line: line[FRAME]))

@@ -16,7 +16,7 @@ from usdsdg.stores.lease import Lease
 from usdsdg.stores.locks import FileLock
 from usdsdg.stores.mirror import Mirror
 from usdsdg.stores.store import Store
-from usdsdg.stores.whole_file import sync_all
+from usdsdg.stores.whole_file import sync_all, write_whole
 from usdsdg.writers.journal.portion import Portion
 
 JOURNAL = "journal.jsonl"
@@ -76,6 +76,10 @@ class Place(Protocol):
 
     def read(self, name: str) -> bytes | None:
         """Return the content of a file; None if there is none."""
+        ...
+
+    def write(self, name: str, data: bytes) -> None:
+        """Write a file, in place of one that may be there."""
         ...
 
     def exists(self) -> bool:
@@ -156,6 +160,10 @@ class FolderPlace:
         except FileNotFoundError:
             return None
 
+    def write(self, name: str, data: bytes) -> None:
+        """Write a file; see `Place`."""
+        write_whole(self.path / name, data)
+
     def exists(self) -> bool:
         """Return whether the folder is there; see `Place`."""
         return self.path.exists()
@@ -220,6 +228,10 @@ class StorePlace:
             return self.store.get(name)
         except FileNotFoundError:
             return None
+
+    def write(self, name: str, data: bytes) -> None:
+        """Put a file; see `Place`."""
+        self.store.put(name, data)
 
     def exists(self) -> bool:
         """A prefix is there always; see `Place`."""

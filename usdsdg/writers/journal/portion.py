@@ -51,6 +51,15 @@ class Portion:
         return cls(first, last)
 
     @classmethod
+    def of_name(cls, name: str) -> Portion | None:
+        """Return the portion of a `name`; None if it is none."""
+        if match := re.fullmatch(r"(\d+)-of-(\d+)", name):
+            return cls(part=int(match[1]), of=int(match[2]))
+        if match := re.fullmatch(r"(\d+)-(\d+|end)", name):
+            return cls(int(match[1]), None if match[2] == "end" else int(match[2]))
+        return None
+
+    @classmethod
     def of_shard(cls, text: str) -> Portion:
         """Parse "i/n": the i-th of n parts, from 0.
 

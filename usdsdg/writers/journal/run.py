@@ -7,7 +7,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -136,7 +136,7 @@ class Run:
     @property
     def is_over(self) -> bool:
         """Whether all later frames are made by other processes, or have been made."""
-        if self._folders and all(folder.was_complete for folder in self._folders.values()):
+        if self._folders and all(folder.was_complete for folder in self.folders):
             return True
         return self.portion is not None and self.portion.is_over(self.captures)
 
@@ -161,7 +161,7 @@ class Run:
 
     # Frames
 
-    def begin_frame(self, output_folders: Iterable[str | None]) -> tuple[int, list[bool]]:
+    def begin_frame(self, output_folders: Sequence[str | None]) -> tuple[int, list[bool]]:
         """Count a capture at which writers are due; return its number, and for each whether its files are to be made.
 
         output_folders: of the writers that are due; None: not known.
@@ -170,6 +170,9 @@ class Run:
         if number == 0:
             seed = {recipe_file.SEED_SETTING: current().global_seed.value}  # which may have been drawn
             self._settings = settings_facts(get_settings().changed() | seed)
+        for folder in output_folders:
+            if folder is not None and (claimed := self.claim(folder)) is not None:
+                claimed.see_due(number)
         return number, [self._is_wanted(folder, number) for folder in output_folders]
 
     def is_made(self, folder: str | None, number: int) -> bool:
@@ -228,7 +231,7 @@ class Run:
         self._appended_at = time.monotonic()
         frames = self._in_hand.take_whole()
         self._known_assets |= self._assets.take()
-        for name, folder in self._folders.items():
+        for name, folder in tuple(self._folders.items()):  # other threads may claim folders meanwhile
             folder.note_facts(ASSETS, self._known_assets)
             lines = [_line(each, name) for each in frames if name in each.folders]
             if lines:
@@ -244,7 +247,7 @@ class Run:
         self._is_closed = True
         self.append()
         is_whole = complete and not self._in_hand.count()
-        for folder in self._folders.values():
+        for folder in self.folders:
             folder.close(complete=is_whole)
 
     def forget_removed(self) -> None:

@@ -1,0 +1,1 @@
+"""Random scripts, and the ways to run one that must leave the same files."""
