@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-import typer
+from click.exceptions import Exit
 
 from usdsdg import replicator_yaml
 from usdsdg.cli.options.command_context import seed_everything
@@ -84,7 +84,7 @@ class Source:
 def _execute(script: Path, arguments: Sequence[str]) -> None:
     try:
         execute(script, list(arguments))
-    except typer.Exit as ended:
+    except Exit as ended:
         raise GraphError(f"{script} ended with exit code {ended.exit_code}") from None
 
 
