@@ -28,6 +28,7 @@ from usdsdg.cli.options.command_context import (
 )
 from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PATH, PLACE
+from usdsdg.cli.script.interpreter import interpreter_restored
 from usdsdg.errors import BadValue, DatasetError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 
@@ -136,6 +137,7 @@ def _reproduce(
             kept.enter_context(redirect_stdout(shown))
             for each in datasets:
                 kept.enter_context(read_only(each.path))
+            kept.enter_context(interpreter_restored())
             _make(recipe, file, folder, stage, run.scratch)
             finish_files()
         finish_run(complete=True)

@@ -37,6 +37,7 @@ from usdsdg.cli.options.rerun_option import recorded, rerun_option
 from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PATH, PLACE, Member
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
+from usdsdg.cli.script.interpreter import interpreter_restored
 from usdsdg.cli.script.workers import ScriptWorkers
 from usdsdg.errors import BadValue
 
@@ -154,6 +155,7 @@ def run(
         print(f"error: {no_file(script)}", file=sys.stderr)
         raise Exit(1)
     with (
+        interpreter_restored(),
         command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage),
         recorded(rerun, workers=workers is not None),
     ):
