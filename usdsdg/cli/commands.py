@@ -10,7 +10,6 @@ import sys
 
 import click
 
-from usdsdg import __version__
 from usdsdg.cli.assets import assets
 from usdsdg.cli.command import Group
 from usdsdg.cli.compat import compat
@@ -35,8 +34,23 @@ from usdsdg.cli.warmup import warmup
 WIDEST = 1000
 
 
+def _print_version(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted and not context.resilient_parsing:
+        import usdsdg
+
+        print(f"usdsdg {usdsdg.__version__}")
+        context.exit()
+
+
 @click.group("usdsdg", cls=Group, context_settings={"max_content_width": WIDEST})
-@click.version_option(__version__, message="usdsdg %(version)s", help="Print the version and exit.")
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_version,
+    help="Print the version and exit.",
+)
 def app() -> None:
     """Synthetic data from USD scenes: the Replicator API on open-source components."""
 
