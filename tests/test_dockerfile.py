@@ -4,8 +4,6 @@ import re
 import shlex
 from pathlib import Path
 
-import typer
-
 from usdsdg.cli.commands import app
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -39,13 +37,12 @@ def test_instructions_are_known_and_the_program_is_not_root():
 
 
 def test_what_is_run_is_there_and_stops_at_the_first_failure():
-    commands = typer.main.get_command(app).commands
     extras = set(re.findall(r"^(\w+) = \[", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.MULTILINE))
     for line in arguments_of("RUN"):
         assert ";" not in line
         for part in (shlex.split(each) for each in line.split("&&")):
             if part[0] == "usdsdg":
-                commands[part[1]].make_context(part[1], part[2:]).close()
+                app.commands[part[1]].make_context(part[1], part[2:]).close()
             if part[:2] == ["pip", "install"]:
                 (given,) = part[2:]
                 assert set(given.partition("[")[2].rstrip("]").split(",")) <= extras

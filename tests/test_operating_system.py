@@ -63,6 +63,26 @@ def test_only_one_module_names_calls_of_some_systems() -> None:
     assert {"fcntl", "msvcrt", "resource", "os.kill", "os.register_at_fork"} <= set(found["usdsdg/operating_system.py"])
 
 
+@pytest.mark.parametrize(("is_console", "obeys", "modes"), [(1, 1, [7]), (1, 0, [7]), (0, 1, [])])
+def test_a_console_of_windows_is_asked_to_obey(monkeypatch, is_console, obeys, modes):
+    asked = []
+
+    def get(handle, mode):
+        mode._obj.value = 3
+        return is_console
+
+    def put(handle, mode):
+        asked.append(mode)
+        return obeys
+
+    console = SimpleNamespace(GetConsoleMode=get, SetConsoleMode=put)
+    monkeypatch.setattr(operating_system, "IS_WINDOWS", True)
+    monkeypatch.setattr(operating_system, "msvcrt", SimpleNamespace(get_osfhandle=lambda descriptor: 40 + descriptor))
+    monkeypatch.setattr(operating_system.ctypes, "WinDLL", lambda name: console, raising=False)
+    found = operating_system.obeys_terminal_sequences(SimpleNamespace(fileno=lambda: 2))
+    assert (found, asked) == (bool(is_console and obeys), modes)
+
+
 def test_the_command_runs_where_posix_calls_are_missing(tmp_path: Path) -> None:
     # As Windows has it: none of these modules, no forks, no affinity; msvcrt counts what is asked of it.
     windows = tmp_path / "windows"

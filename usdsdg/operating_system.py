@@ -12,7 +12,7 @@ import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 try:
     import fcntl
@@ -28,6 +28,8 @@ IS_WINDOWS = os.name == "nt"
 BINARY = getattr(os, "O_BINARY", 0)
 # Far behind the end of any file: Windows locks bytes, and those that are locked cannot be read.
 _LOCKED_BYTE = 1 << 40
+# A bit of the mode of a console of Windows: it obeys sequences of control characters.
+_VIRTUAL_TERMINAL = 4
 
 
 def usable_cores() -> int:
@@ -135,6 +137,18 @@ def _syncfs() -> Any:
     if not sys.platform.startswith("linux"):
         return None
     return getattr(ctypes.CDLL(None, use_errno=True), "syncfs", None)
+
+
+def obeys_terminal_sequences(terminal: TextIO) -> bool:
+    """Return whether a terminal moves its cursor when it is told to; that of Windows is asked to do so."""
+    if not IS_WINDOWS:
+        return os.environ.get("TERM") != "dumb"
+    windows: Any = msvcrt
+    console = ctypes.WinDLL("kernel32")  # pyright: ignore[reportAttributeAccessIssue] - which only Windows has
+    handle, mode = ctypes.c_void_p(windows.get_osfhandle(terminal.fileno())), ctypes.c_ulong()
+    if not console.GetConsoleMode(handle, ctypes.byref(mode)):
+        return False
+    return bool(console.SetConsoleMode(handle, mode.value | _VIRTUAL_TERMINAL))
 
 
 def has_ended(pid: int) -> bool:

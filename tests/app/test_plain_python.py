@@ -124,6 +124,6 @@ def test_demo_assets_are_substituted_and_named_once(tmp_path):
 def test_importing_usdsdg_imports_no_engine_or_cli(tmp_path):
     script = """
         import sys
-        print([name for name in ("warp", "newton", "usdsdg.demo", "typer", "rich") if name in sys.modules])
+        print([name for name in ("warp", "newton", "usdsdg.demo", "click", "usdsdg.cli") if name in sys.modules])
     """
     assert python(tmp_path, script).stdout.strip() == "[]"

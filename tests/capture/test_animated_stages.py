@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from pxr import Gf, Usd, UsdGeom
-from typer.testing import CliRunner
 
 import usdsdg as rep
 from tests.stage.geometry.characters import add_character

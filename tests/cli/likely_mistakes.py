@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import usdsdg as rep
 from usdsdg.errors import forget_warnings
@@ -140,16 +140,15 @@ def _there(folder: Path) -> Iterator[None]:
 def _of_command(arguments: str) -> str:
     from usdsdg.cli.commands import app
 
-    done = CliRunner().invoke(app, arguments.split(), env={"COLUMNS": "400", "TERMINAL_WIDTH": "400"})
+    done = CliRunner().invoke(app, arguments.split())
     assert done.exit_code not in (0, None), f"usdsdg {arguments} ended with {done.exit_code}:\n{done.output}"
     return _plain(done.output)
 
 
 def _plain(text: str) -> str:
-    """Return the text inside of the frames that the library of the command line draws around errors."""
-    lines = [line.strip("│ ") for line in text.splitlines() if not line.startswith(("╭", "╰"))]
-    shown = [line for line in lines if line and not line.startswith(("Usage:", "Try ", "[usdsdg]"))]
-    return "\n".join(shown)
+    """Return a text without the lines on how a command is used, and those of progress."""
+    lines = [line.strip() for line in text.splitlines()]
+    return "\n".join(line for line in lines if line and not line.startswith(("Usage:", "Try ", "[usdsdg]")))
 
 
 def _of(call) -> str:

@@ -6,8 +6,8 @@ import sys
 
 import click
 import pytest
-import typer
-from typer.testing import CliRunner
+from click.shell_completion import BashComplete
+from click.testing import CliRunner
 
 from usdsdg.cli.commands import app
 from usdsdg.cli.examples import EXAMPLES
@@ -16,9 +16,8 @@ from usdsdg.cli.options.optional_values import completed
 
 def commands() -> dict[str, click.Command]:
     """Return all commands by name: "render", "assets get"."""
-    top = typer.main.get_command(app)
     found = {}
-    for name, command in top.commands.items():
+    for name, command in app.commands.items():
         inner = getattr(command, "commands", None)
         found |= {f"{name} {each}": other for each, other in inner.items()} if inner else {name: command}
     return found
@@ -45,26 +44,97 @@ def test_help_shows_examples_and_the_command_takes_them(name):
 
 def shown_help(name: str) -> str:
     """Return what `usdsdg NAME --help` prints, on one line."""
-    done = CliRunner().invoke(app, [*name.split(), "--help"], env={"COLUMNS": "300", "TERMINAL_WIDTH": "300"})
+    done = CliRunner().invoke(app, [*name.split(), "--help"], env={"COLUMNS": "300"})
     assert done.exit_code == 0
     return " ".join(done.stdout.split())
 
 
-@pytest.mark.parametrize(("shell", "part"), [("bash", "complete -o default -F"), ("zsh", "#compdef usdsdg")])
+@pytest.mark.parametrize("columns", [80, 120])
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_has_the_width_of_the_terminal_and_breaks_no_word(name, columns):
+    done = CliRunner().invoke(app, [*name.split(), "--help"], env={"COLUMNS": str(columns)})
+    text, _, examples = done.output.partition("\nExample")
+    lines = text.splitlines()
+    assert max(map(len, lines)) <= columns
+    assert not [line for line in lines if line.rstrip().endswith("-")]
+    assert [line.removeprefix("  usdsdg ") for line in examples.splitlines() if line.startswith("  usdsdg ")] == [
+        arguments for arguments, _ in EXAMPLES[name]
+    ]
+
+
+def test_the_help_of_the_program_has_whole_sentences():
+    shown = " ".join(CliRunner().invoke(app, ["--help"], env={"COLUMNS": "80"}).output.split())
+    for command in app.commands.values():
+        assert " ".join(command.help.partition("\n\n")[0].split()) in shown
+
+
+@pytest.mark.parametrize("arguments", [[], ["assets"]])
+def test_without_a_command_the_help_is_printed(arguments):
+    done, asked = (CliRunner().invoke(app, [*arguments, *more]) for more in ([], ["--help"]))
+    assert (done.exit_code, asked.exit_code) == (2, 0)
+    assert done.output == asked.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["generat"], "No such command 'generat'. Did you mean 'generate' or 'render'?"),
+        (["assets", "gt"], "No such command 'gt'. Did you mean 'get'?"),
+        (["abacus"], "No such command 'abacus'."),
+        (["--abacus"], "No such option"),
+        (["render", "a", "b", "--camra", "c"], "--camera"),
+        (["render", "a"], "Missing argument 'OUTPUT'."),
+        (
+            ["new", "detectio"],
+            "Invalid value for 'KIND': 'detectio' is not one of 'detection', 'bin-picking', 'script'.",
+        ),
+        (["render", "a", "b", "--spp", "0"], "Invalid value for '--spp': 0 is not in the range 1<=x<=1048576."),
+        (["simulate", "a", "b", "--seconds", "nan"], "Invalid value for '--seconds': nan is not a number."),
+        (["generate", "a", "--gpus-per-worker", "inf"], "is not in the range 0.0<=x<=1024.0."),
+    ],
+)
+def test_a_wrong_command_line_ends_with_code_2_and_a_sentence_on_one_line(arguments, said):
+    done = CliRunner().invoke(app, arguments, env={"COLUMNS": "40"})
+    assert done.exit_code == 2
+    assert said in done.output.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("shell", "part"),
+    [("bash", "complete -o nosort -F"), ("zsh", "#compdef usdsdg"), ("fish", "complete --no-files --command usdsdg")],
+)
 def test_shells_get_their_completion(shell, part):
-    """The script for a shell, and what it asks for: commands that begin so, then options."""
-    assert part in complete(f"source_{shell}", "")
-    words = {"bash": {"COMP_WORDS": "usdsdg ver", "COMP_CWORD": "1"}, "zsh": {"_TYPER_COMPLETE_ARGS": "usdsdg ver"}}
-    assert "verify" in complete(f"complete_{shell}", words[shell])
-    words = {
-        "bash": {"COMP_WORDS": "usdsdg render --cam", "COMP_CWORD": "2"},
-        "zsh": {"_TYPER_COMPLETE_ARGS": "usdsdg render --cam"},
-    }
-    assert "--camera" in complete(f"complete_{shell}", words[shell])
-
-
-def complete(what: str, words) -> str:
-    program = "import sys; sys.argv[0] = 'usdsdg'; from usdsdg.cli.commands import main; main()"
-    environment = {**os.environ, "_USDSDG_COMPLETE": what, **(words or {})}
+    """The script that is printed asks the program, which answers with the commands that begin so."""
+    script = CliRunner().invoke(app, ["completion", shell]).output
+    assert part in script
+    assert f"_USDSDG_COMPLETE={shell}_complete" in script
+    program = "import sys; sys.argv[0] = 'usdsdg'; from usdsdg.cli.program import main; main()"
+    words = {"COMP_WORDS": "usdsdg ver", "COMP_CWORD": "ver" if shell == "fish" else "1"}
+    environment = {**os.environ, "_USDSDG_COMPLETE": f"{shell}_complete", **words}
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, env=environment)
-    return done.stdout
+    assert "verify" in done.stdout
+    assert "generate" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("line", "answers"),
+    [
+        ("assets l", ["plain,list"]),
+        ("render --cam", ["plain,--camera"]),
+        ("new d", ["plain,detection"]),
+        ("run --new-stage ", ["plain,kit", "plain,isaac"]),
+        ("completion ", ["plain,bash", "plain,zsh", "plain,fish"]),
+        ("run --inspect scri", ["file,scri"]),
+        ("run script.py pict", ["file,pict"]),
+        ("render scene.usd pict", ["file,pict"]),
+        ("verify _out", ["file,_out"]),
+        ("generate --assets-root s", ["file,s"]),
+        ("assets ge", ["plain,get"]),
+        ("run --par", []),
+    ],
+)
+def test_commands_options_choices_and_file_names_are_completed(monkeypatch, line, answers):
+    words = f"usdsdg {line}"
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(words.count(" ")))
+    assert BashComplete(app, {}, "usdsdg", "_USDSDG_COMPLETE").complete().splitlines() == answers

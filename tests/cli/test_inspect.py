@@ -3,7 +3,7 @@
 import io
 
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from tests.inspect.datasets import pose_object, write_pose
 from tests.scripts.conftest import usdsdg

@@ -1,7 +1,7 @@
 """What `usdsdg view` refuses before it serves anything."""
 
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from usdsdg.cli.commands import app
 from usdsdg.session import session

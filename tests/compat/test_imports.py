@@ -114,7 +114,7 @@ def test_importing_usdsdg_installs_no_foreign_name():
 
 
 def test_importing_usdsdg_loads_no_engine():
-    loaded = run("import sys, usdsdg; print([m for m in ('warp', 'newton', 'pydantic', 'typer') if m in sys.modules])")
+    loaded = run("import sys, usdsdg; print([m for m in ('warp', 'newton', 'pydantic', 'click') if m in sys.modules])")
     assert loaded == "[]"
 
 

@@ -19,7 +19,7 @@ USDSDG = {
     "compilation": "",
     "stores": "errors operating_system",
     "stage": "errors operating_system warp_start",
-    "session": "errors stage warp_start",
+    "session": "errors operating_system stage warp_start",
     "articulations": "errors stage session",
     "graph": "errors stage session",
     "arguments": "errors stage session graph",

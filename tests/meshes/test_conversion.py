@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from click.testing import CliRunner
 from PIL import Image
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
-from typer.testing import CliRunner
 
 from usdsdg.cli.commands import app
 from usdsdg.errors import AssetError, AssetUnreadable, ConfigError, OutputNotWritable, Unsupported, UsdsdgWarning

@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 from pxr import Usd
-from typer.testing import CliRunner
 
 import usdsdg as rep
 from tests.sampled_cases import sampled

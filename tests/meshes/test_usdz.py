@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from PIL import Image
 from pxr import Usd, UsdGeom, UsdLux, UsdPhysics, UsdShade
-from typer.testing import CliRunner
 
 import usdsdg as rep
 from tests.meshes.test_conversion import meshes, opened, source_of, surface

@@ -6,7 +6,6 @@ from importlib.util import find_spec
 
 import click
 import pytest
-import typer.main
 
 import usdsdg as rep
 from tests.site.test_walks import PAGES as WALKED
@@ -32,7 +31,6 @@ def commands(block: Block) -> list[list[str]]:
 
 @pytest.mark.parametrize("page", READ, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_command_lines_are_ones_that_the_program_takes(page):
-    program = typer.main.get_command(app)
     for block in blocks(page):
         if block.language != "bash" or block.reason:
             continue
@@ -43,7 +41,7 @@ def test_command_lines_are_ones_that_the_program_takes(page):
                 continue
             assert words[0] == "usdsdg", f"{where}: say why it is not run: <!-- not run: REASON -->"
             name, *arguments = completed(words[1:])
-            command = program.commands[name]
+            command = app.commands[name]
             if isinstance(command, click.Group):
                 name, *arguments = arguments
                 command = command.commands[name]

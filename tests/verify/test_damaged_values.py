@@ -25,7 +25,7 @@ RIGHTS = "-dac_override,-dac_read_search"  # by which root reads what is closed
 IN_ONE_PROCESS = """
 import json, sys
 from pathlib import Path
-from typer.testing import CliRunner
+from click.testing import CliRunner
 from usdsdg.cli.commands import app
 
 folder, found = Path(sys.argv[1]), []

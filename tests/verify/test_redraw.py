@@ -4,8 +4,8 @@ import shutil
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from pxr import Sdf, UsdGeom, UsdShade
-from typer.testing import CliRunner
 
 from tests.sampled_cases import sampled
 from tests.verify import datasets, faults_above

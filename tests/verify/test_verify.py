@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from click.testing import CliRunner
 from PIL import Image
 from pxr import UsdGeom
-from typer.testing import CliRunner
 
 import usdsdg as rep
 from tests.sampled_cases import sampled

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from usdsdg.capture.pictures_ahead import PicturesAhead
 from usdsdg.cli.commands import app

@@ -3,38 +3,43 @@
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
+import click
+from click.exceptions import Exit
 
+from usdsdg.cli.command import Group, argument
 from usdsdg.cli.examples import epilog
-from usdsdg.cli.options.command_context import AssetsRoot, Quiet, command_context
+from usdsdg.cli.options.command_context import assets_root_option, command_context, quiet_option
 from usdsdg.errors import ConfigError
 
 if TYPE_CHECKING:
     from usdsdg.mirror.root_mirror import RootMirror
 
-app = typer.Typer(help="Copy assets of a root that is a URL to this machine, and check the copy.", no_args_is_help=True)
+
+@click.group(cls=Group)
+def assets() -> None:
+    """Copy assets of a root that is a URL to this machine, and check the copy."""
 
 
-@app.command(epilog=epilog("assets get"))
-def get(
-    urls: Annotated[list[str], typer.Argument(metavar="URL...", help="Files, as /Isaac/Props/cup.usd, or URLs.")],
-    assets_root: AssetsRoot = None,
-    quiet: Quiet = False,
-) -> None:
+@assets.command(epilog=epilog("assets get"))
+@argument("urls", nargs=-1, required=True, metavar="URL...", help="Files, as /Isaac/Props/cup.usd, or URLs.")
+@assets_root_option
+@quiet_option
+def get(urls: tuple[str, ...], assets_root: str | None, quiet: bool) -> None:
     """Copy files with all that they refer to: layers, payloads, textures and materials."""
     with command_context(assets_root=assets_root, quiet=quiet):
-        from usdsdg.stage import assets
+        from usdsdg.stage.assets import is_remote, locate
 
-        if not all(map(assets.is_remote, urls)):
+        if not all(map(is_remote, urls)):
             _mirror()
         for url in urls:
-            print(assets.locate(url))
+            print(locate(url))
 
 
-@app.command(name="list", epilog=epilog("assets list"))
-def list_(assets_root: AssetsRoot = None) -> None:
+@assets.command(name="list", epilog=epilog("assets list"))
+@assets_root_option
+def list_(assets_root: str | None) -> None:
     """Print each file that has been copied, with its size and the beginning of its SHA-256."""
     with command_context(assets_root=assets_root, quiet=True):
         mirror = _mirror()
@@ -45,12 +50,11 @@ def list_(assets_root: AssetsRoot = None) -> None:
         print(f"{len(records)} files of {mirror.url}, {size / 1e6:,.1f} MB, in {mirror.folder}")
 
 
-@app.command(epilog=epilog("assets check"))
-def check(
-    assets_root: AssetsRoot = None,
-    repair: Annotated[bool, typer.Option("--repair", help="Copy damaged files again.")] = False,
-    quiet: Quiet = False,
-) -> None:
+@assets.command(epilog=epilog("assets check"))
+@assets_root_option
+@click.option("--repair", is_flag=True, help="Copy damaged files again.")
+@quiet_option
+def check(assets_root: str | None, repair: bool, quiet: bool) -> None:
     """Read every copied file and compare it with the hash of its download; exit with 1 where one is damaged."""
     with command_context(assets_root=assets_root, quiet=quiet):
         mirror = _mirror()
@@ -64,7 +68,7 @@ def check(
         count = len(mirror.records())
         print(f"{count} files, {len(damaged)} damaged{' and copied again' if repair and damaged else ''}")
         if damaged and not repair:
-            raise typer.Exit(1)
+            raise Exit(1)
 
 
 def _mirror() -> RootMirror:
@@ -74,11 +78,11 @@ def _mirror() -> RootMirror:
         ConfigError: the root is a folder, or none is set.
     """
     from usdsdg.mirror.root_mirror import RootMirror
-    from usdsdg.stage import assets
+    from usdsdg.stage.assets import configured_root, root_mirror
 
-    mirror = assets.root_mirror()
+    mirror = root_mirror()
     if not isinstance(mirror, RootMirror):
-        root = assets.configured_root()
+        root = configured_root()
         where = f"{root} is a folder" if root else "none is set"
         raise ConfigError(f"the assets root is no URL ({where}), so nothing is copied. Give --assets-root https://...")
     return mirror

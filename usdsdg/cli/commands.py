@@ -1,5 +1,5 @@
 """The commands `usdsdg run | generate | render | simulate | view | inspect | verify | merge | convert | compat | new |
-schema | assets | warmup | doctor`.
+schema | assets | warmup | doctor | completion`.
 
 They are light to import.
 """
@@ -7,15 +7,15 @@ They are light to import.
 import atexit
 import gc
 import sys
-from typing import Annotated
 
-import typer
+import click
 
-from usdsdg.cli import assets
+from usdsdg.cli.assets import assets
+from usdsdg.cli.command import Group
 from usdsdg.cli.compat import compat
+from usdsdg.cli.completion import completion
 from usdsdg.cli.convert import convert
 from usdsdg.cli.doctor import doctor
-from usdsdg.cli.examples import epilog
 from usdsdg.cli.generate import generate
 from usdsdg.cli.inspect import inspect
 from usdsdg.cli.merge import merge
@@ -30,33 +30,36 @@ from usdsdg.cli.verify import verify
 from usdsdg.cli.view import view
 from usdsdg.cli.warmup import warmup
 
-app = typer.Typer(
-    name="usdsdg", help="Synthetic data from USD scenes: the Replicator API on open-source components.",
-    no_args_is_help=True, pretty_exceptions_enable=False,
-)  # fmt: skip
-# Options after the script's name belong to the script.
-app.command(context_settings={"allow_interspersed_args": False}, epilog=epilog("run"))(run)
-for command in (
-    generate, render, simulate, view, inspect, verify, reproduce, merge, convert, compat, new, schema, warmup, doctor,
-):  # fmt: skip
-    app.command(epilog=epilog(command.__name__))(command)
-app.add_typer(assets.app, name="assets")
+# Columns: help takes the width of the terminal, which click bounds by 80.
+WIDEST = 1000
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    if wanted and not context.resilient_parsing:
         import usdsdg
 
         print(f"usdsdg {usdsdg.__version__}")
-        raise typer.Exit
+        context.exit()
 
 
-@app.callback()
-def _options(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
-    ] = False,
-) -> None: ...
+@click.group("usdsdg", cls=Group, context_settings={"max_content_width": WIDEST})
+@click.option(
+    "--version",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_print_version,
+    help="Print the version and exit.",
+)
+def app() -> None:
+    """Synthetic data from USD scenes: the Replicator API on open-source components."""
+
+
+for command in (
+    run, generate, render, simulate, view, inspect, verify, reproduce, merge, convert, compat, new, schema, assets,
+    warmup, doctor, completion,
+):  # fmt: skip
+    app.add_command(command)
 
 
 def main() -> None:

@@ -1,21 +1,21 @@
 """`usdsdg compat [SCRIPT...]`: what scripts use of Isaac Sim and Omniverse, and how much of it is here."""
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
+from click.exceptions import Exit
 
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import command_context
+from usdsdg.cli.options.values import PATH
 
 
-def compat(
-    scripts: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="SCRIPT...", help="Python scripts, which are read and not run.", show_default=False),
-    ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON, for machines.")] = False,
-    every: Annotated[bool, typer.Option("--all", help="Print supported names as well.")] = False,
-) -> None:
+@click.command(cls=Command, epilog=epilog("compat"))
+@argument("scripts", nargs=-1, type=PATH, metavar="[SCRIPT]...", help="Python scripts, which are read and not run.")
+@click.option("--json", is_flag=True, help="Print JSON, for machines.")
+@click.option("--all", "every", is_flag=True, help="Print supported names as well.")
+def compat(scripts: tuple[Path, ...], json: bool, every: bool) -> None:
     """Print which names of Isaac Sim and Omniverse scripts use: supported, partial, missing or out of scope.
 
     Scripts are read, with the modules beside them that they import, and not run. Without scripts, the board of all
@@ -32,4 +32,4 @@ def compat(
         rows = board.rows_of(uses_of(scripts))
         print(board.report_json(rows) if json else board.report_text(rows, supported=every))
     if any(row.state == MISSING for row in rows):
-        raise typer.Exit(1)
+        raise Exit(1)

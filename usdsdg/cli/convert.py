@@ -5,13 +5,15 @@ from __future__ import annotations
 import enum
 import sys
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
-from usdsdg.cli.options.command_context import Quiet, command_context
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.command_context import command_context, quiet_option
 from usdsdg.cli.options.file_kinds import no_file
 from usdsdg.cli.options.output_path import output_path
+from usdsdg.cli.options.values import PATH, Member
 
 
 class OriginOption(enum.StrEnum):
@@ -29,33 +31,48 @@ class UpOption(enum.StrEnum):
     Z = "z"
 
 
+@click.command(cls=Command, epilog=epilog("convert"))
+@argument("source", type=PATH, metavar="IN", help="OBJ, glTF or GLB, PLY, STL, DAE, OFF, FBX, URDF, or captured USDZ.")
+@argument("target", type=PATH, metavar="OUT", help="The .usd, .usda or .usdc to write.")
+@click.option(
+    "--unit",
+    help="Unit of the file: m, cm, mm, inch, foot, or a number of meters.",
+    show_default="what it says, or m",
+)
+@click.option(
+    "--source-up",
+    type=Member(UpOption),
+    help="Up axis of the file.",
+    show_default="what it says, Y, or Z for PLY and STL",
+)
+@click.option(
+    "--up", type=Member(UpOption), default=UpOption.Z.value, help="Up axis of the USD file.", show_default=True
+)
+@click.option(
+    "--origin",
+    type=Member(OriginOption),
+    default=OriginOption.KEEP.value,
+    help="Where the origin is: where the file has it, or at the center or bottom.",
+    show_default=True,
+)
+@click.option("--label", help="Class of the object; empty for none.", show_default="the name of the file")
+@click.option(
+    "--collider",
+    default="none",
+    help="none, convexHull, convexDecomposition, meshSimplification, sdf or another of UsdPhysics.",
+    show_default=True,
+)
+@quiet_option
 def convert(
-    source: Annotated[
-        Path, typer.Argument(metavar="IN", help="OBJ, glTF or GLB, PLY, STL, DAE, OFF, FBX, URDF, or captured USDZ.")
-    ],
-    target: Annotated[Path, typer.Argument(metavar="OUT", help="The .usd, .usda or .usdc to write.")],
-    unit: Annotated[
-        str | None,
-        typer.Option(
-            help="Unit of the file: m, cm, mm, inch, foot, or a number of meters.", show_default="what it says, or m"
-        ),
-    ] = None,
-    source_up: Annotated[
-        UpOption | None,
-        typer.Option("--source-up", help="Up axis of the file.", show_default="what it says, Y, or Z for PLY and STL"),
-    ] = None,
-    up: Annotated[UpOption, typer.Option(help="Up axis of the USD file.")] = UpOption.Z,
-    origin: Annotated[
-        OriginOption, typer.Option(help="Where the origin is: where the file has it, or at the center or bottom.")
-    ] = OriginOption.KEEP,
-    label: Annotated[
-        str | None, typer.Option(help="Class of the object; empty for none.", show_default="the name of the file")
-    ] = None,
-    collider: Annotated[
-        str,
-        typer.Option(help="none, convexHull, convexDecomposition, meshSimplification, sdf or another of UsdPhysics."),
-    ] = "none",
-    quiet: Quiet = False,
+    source: Path,
+    target: Path,
+    unit: str | None,
+    source_up: UpOption | None,
+    up: UpOption,
+    origin: OriginOption,
+    label: str | None,
+    collider: str,
+    quiet: bool,
 ) -> None:
     """Convert a mesh file to USD: meters, one up axis, UsdPreviewSurface materials, normals, pictures beside it."""
     with command_context(quiet=quiet):

@@ -7,6 +7,10 @@ import shutil
 import tempfile
 from pathlib import Path
 
+import click
+
+from usdsdg.cli.command import Command
+from usdsdg.cli.examples import epilog
 from usdsdg.cli.machine_advice import Machine, advice, gpu_line
 from usdsdg.cli.options.command_context import command_context
 from usdsdg.operating_system import usable_cores
@@ -23,8 +27,7 @@ REQUIRED = [
     "coacd",
     "pyyaml",
     "pydantic",
-    "typer",
-    "rich",
+    "click",
 ]
 # Package -> (the extra that installs it, what it does).
 OPTIONAL = {
@@ -39,6 +42,7 @@ OPTIONAL = {
 }
 
 
+@click.command(cls=Command, epilog=epilog("doctor"))
 def doctor() -> None:
     """Print installed packages, devices, folders, what is missing, and what would make this machine faster."""
     with command_context(quiet=True):

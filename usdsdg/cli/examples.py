@@ -23,6 +23,7 @@ EXAMPLES = {
     "schema": [("schema > usdsdg.schema.json", "for editors, named in the first line of a configuration")],
     "warmup": [("warmup --device cpu", "compile all kernels ahead, as in a Dockerfile")],
     "doctor": [("doctor", "what is installed, and what would make this machine faster")],
+    "completion": [("completion bash > ~/.usdsdg_completion.bash", "for `source` in ~/.bashrc")],
     "assets get": [
         ("assets get /Isaac/Props/YCB/Axis_Aligned/008_pudding_box.usd --assets-root https://example.com/assets",
          "copy an asset with all that it needs"),
@@ -33,6 +34,7 @@ EXAMPLES = {
 
 
 def epilog(command: str) -> str:
-    """Return the examples of a command as the last lines of its help; line breaks are kept."""
-    lines = [f"usdsdg {arguments}   ({what})" for arguments, what in EXAMPLES[command]]
-    return "\n\n".join([f"{'Examples' if len(lines) > 1 else 'Example'}:", *lines])
+    """Return the examples of a command as the last lines of its help."""
+    examples = EXAMPLES[command]
+    lines = [line for arguments, what in examples for line in (f"  usdsdg {arguments}", f"    ({what})")]
+    return "\n".join([f"{'Examples' if len(examples) > 1 else 'Example'}:", *lines])

@@ -3,35 +3,37 @@
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
-from usdsdg.cli.inspect import Inspect, show_written
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
+from usdsdg.cli.inspect import inspect_option, show_written
 from usdsdg.cli.options.command_context import (
-    AssetsRoot,
-    Device,
-    Quiet,
-    SaveStage,
-    SemanticClasses,
+    assets_root_option,
     command_context,
+    device_option,
     finish_files,
     fix_classes,
+    quiet_option,
+    save_stage_option,
     seed_everything,
+    semantic_classes_option,
 )
 from usdsdg.cli.options.dataset_options import (
-    AllowOutside,
-    GpusPerWorker,
-    Overwrite,
-    Ray,
-    Resume,
-    Shard,
-    Workers,
+    allow_outside_option,
     begin_run,
+    gpus_per_worker_option,
+    overwrite_option,
+    ray_option,
+    resume_option,
+    shard_option,
+    workers_option,
 )
 from usdsdg.cli.options.file_kinds import FileKind, check_kind
-from usdsdg.cli.options.rerun_option import Rerun, recorded
-from usdsdg.cli.options.thread_limit import Threads
+from usdsdg.cli.options.rerun_option import recorded, rerun_option
+from usdsdg.cli.options.thread_limit import threads_option
+from usdsdg.cli.options.values import PATH
 from usdsdg.cli.part import run_here
 from usdsdg.errors import BadValue
 
@@ -39,32 +41,46 @@ from usdsdg.errors import BadValue
 RAY_THREADS, PARTS_ON_RAY = 2, 4
 
 
+@click.command(cls=Command, epilog=epilog("generate"))
+@argument("config", type=PATH, help="Configuration such as configs/detection.yaml, or a .usd saved with its graph.")
+@click.option("--set", "set_", multiple=True, help="Override a key: num_frames=3, resolution=[320,240].")
+@assets_root_option
+@device_option
+@threads_option
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the run.", show_default="the config's")
+@semantic_classes_option
+@click.option("--frames", help="Make only these frames, as 0:500; `usdsdg merge` joins them.")
+@shard_option
+@workers_option
+@ray_option
+@gpus_per_worker_option
+@resume_option
+@overwrite_option
+@allow_outside_option
+@save_stage_option
+@rerun_option
+@inspect_option
+@quiet_option
 def generate(
-    config: Annotated[
-        Path, typer.Argument(help="Configuration such as configs/detection.yaml, or a .usd saved with its graph.")
-    ],
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", help="Override a key: num_frames=3, resolution=[320,240].")
-    ] = None,
-    assets_root: AssetsRoot = None,
-    device: Device = None,
-    threads: Threads = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the run.", show_default="the config's")] = None,
-    semantic_classes: SemanticClasses = None,
-    frames: Annotated[
-        str | None, typer.Option(help="Make only these frames, as 0:500; `usdsdg merge` joins them.")
-    ] = None,
-    shard: Shard = None,
-    workers: Workers = None,
-    ray: Ray = None,
-    gpus_per_worker: GpusPerWorker = 0.0,
-    resume: Resume = False,
-    overwrite: Overwrite = False,
-    allow_outside: AllowOutside = False,
-    save_stage: SaveStage = None,
-    rerun: Rerun = None,
-    inspect: Inspect = False,
-    quiet: Quiet = False,
+    config: Path,
+    set_: tuple[str, ...],
+    assets_root: str | None,
+    device: str | None,
+    threads: int | None,
+    seed: int | None,
+    semantic_classes: str | None,
+    frames: str | None,
+    shard: str | None,
+    workers: int | None,
+    ray: str | None,
+    gpus_per_worker: float,
+    resume: bool,
+    overwrite: bool,
+    allow_outside: bool,
+    save_stage: Path | None,
+    rerun: str | None,
+    inspect: bool,
+    quiet: bool,
 ) -> None:
     """Generate a dataset from a config file: object-based, detection or bin picking.
 
@@ -83,7 +99,7 @@ def generate(
             ray_cluster.check_installed()
         elif gpus_per_worker:
             raise BadValue("--gpus-per-worker is of the actors of --ray: give both, or neither")
-        overrides = [*(set_ or []), *([f"seed={seed}"] if seed is not None else [])]
+        overrides = [*set_, *([f"seed={seed}"] if seed is not None else [])]
         is_stage = config.suffix.lower() in saved_pipeline.SUFFIXES
         loaded = None if is_stage else jobs.load_job(config, overrides)
         begin_run(

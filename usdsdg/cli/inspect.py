@@ -2,12 +2,14 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import command_context
 from usdsdg.cli.options.output_path import output_path
+from usdsdg.cli.options.values import PATH, PLACE
 from usdsdg.errors import DatasetError
 from usdsdg.session.next_commands import next_commands, written_datasets
 from usdsdg.session.progress import say
@@ -15,15 +17,15 @@ from usdsdg.session.progress import say
 # Problems that are printed; the page has all.
 _PRINTED = 20
 
-Inspect = Annotated[bool, typer.Option("--inspect", help="Make a page of the dataset at the end, as usdsdg inspect.")]
+inspect_option = click.option(
+    "--inspect", is_flag=True, help="Make a page of the dataset at the end, as usdsdg inspect."
+)
 
 
-def inspect(
-    folder: Annotated[
-        str, typer.Argument(help="A dataset in any format that usdsdg writes, or a folder or URL of several.")
-    ],
-    output: Annotated[Path | None, typer.Option(help="File of the page.", show_default="FOLDER/inspect.html")] = None,
-) -> None:
+@click.command(cls=Command, epilog=epilog("inspect"))
+@argument("folder", type=PLACE, help="A dataset in any format that usdsdg writes, or a folder or URL of several.")
+@click.option("--output", type=PATH, help="File of the page.", show_default="FOLDER/inspect.html")
+def inspect(folder: str, output: Path | None) -> None:
     """Make one self-contained HTML page: images with their labels drawn over them, counts and histograms.
 
     Prints a line for each problem, such as an image without labels.

@@ -1,22 +1,24 @@
 """`usdsdg merge DIR`: join the parts of a dataset that several processes have made."""
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
-from usdsdg.cli.options.command_context import Quiet, command_context
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.command_context import command_context, quiet_option
+from usdsdg.cli.options.values import PLACE
 
 
-def merge(
-    place: Annotated[
-        str,
-        typer.Argument(
-            metavar="DIR", help="The folder or URL of `--frames A:B` or `--shard i/n`, or a folder of several."
-        ),
-    ],
-    quiet: Quiet = False,
-) -> None:
+@click.command(cls=Command, epilog=epilog("merge"))
+@argument(
+    "place",
+    type=PLACE,
+    metavar="DIR",
+    help="The folder or URL of `--frames A:B` or `--shard i/n`, or a folder of several.",
+)
+@quiet_option
+def merge(place: str, quiet: bool) -> None:
     """Join the parts of a dataset, and write its files about all frames.
 
     The result has the bytes that one process writes. Frames that are missing, or there twice, are an error.

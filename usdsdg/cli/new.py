@@ -4,11 +4,13 @@ import enum
 import shlex
 from importlib import resources
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import command_context
+from usdsdg.cli.options.values import PATH, Member
 
 SCHEMA = "usdsdg.schema.json"
 
@@ -29,12 +31,10 @@ _FILES = {
 _TEMPLATES = _FILES | {Kind.SCRIPT: "script.py.in"}  # no module that an import would run
 
 
-def new(
-    kind: Annotated[Kind, typer.Argument(help="A job for a detector, one of parts in a bin, or a script.")],
-    path: Annotated[
-        Path | None, typer.Argument(help="The file to write.", show_default="KIND.yaml or script.py, here")
-    ] = None,
-) -> None:
+@click.command(cls=Command, epilog=epilog("new"))
+@argument("kind", type=Member(Kind), help="A job for a detector, one of parts in a bin, or a script.")
+@argument("path", type=PATH, required=False, help="The file to write.", default_text="KIND.yaml or script.py, here")
+def new(kind: Kind, path: Path | None) -> None:
     """Write a commented starting point, which runs as it is.
 
     Configurations name the schema that is written beside them, so that editors complete their keys.

@@ -5,14 +5,14 @@ import os
 import sys
 from collections.abc import Iterable
 
-import typer
+from click.exceptions import Exit
 
 
 def print_lines(lines: Iterable[str]) -> None:
     """Print lines to stdout; characters that its encoding does not have are written as escapes.
 
     Raises:
-        typer.Exit: it cannot be written to, as where a disk is full; a line on stderr has told so.
+        Exit: it cannot be written to, as where a disk is full; a line on stderr has told so.
     """
     encoding = sys.stdout.encoding or "utf-8"
     try:
@@ -20,9 +20,9 @@ def print_lines(lines: Iterable[str]) -> None:
             print(line.encode(encoding, "backslashreplace").decode(encoding))
         sys.stdout.flush()
     except OSError as error:
-        if error.errno == errno.EPIPE:  # the reader has had enough, as `head` does; typer ends quietly
+        if error.errno == errno.EPIPE:  # the reader has had enough, as `head` does; click ends quietly
             raise
         print(f"error: the results cannot be printed: {error.strerror}", file=sys.stderr)
         # Python writes what is left when it ends, and would complain once more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        raise typer.Exit(1) from None
+        raise Exit(1) from None

@@ -5,25 +5,23 @@ from __future__ import annotations
 import contextlib
 import gc
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-import typer
+import click
 
 
-def run_here(command: Callable[..., object], arguments: Sequence[str]) -> tuple[int, str]:
+def run_here(command: click.Command, arguments: Sequence[str]) -> tuple[int, str]:
     """Run a command in this process, as a process of its own would; return its exit code and what it printed.
 
     arguments: those after the name of the command. Call it on the main thread.
     """
     from usdsdg.session import session
 
-    app = typer.Typer(pretty_exceptions_enable=False, add_completion=False)
-    app.command()(command)
     session.restart()
     printed = io.StringIO()
     try:
         with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
-            ended = app(list(arguments), standalone_mode=False)
+            ended = command.main(list(arguments), standalone_mode=False)
     finally:
         session.current().run.release()
         session.current().io_queue.forget_at_exit()

@@ -5,14 +5,24 @@ from __future__ import annotations
 import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
+import click
 
-from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, Seed, command_context, seed_everything
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.command_context import (
+    assets_root_option,
+    command_context,
+    device_option,
+    quiet_option,
+    seed_everything,
+    seed_option,
+)
 from usdsdg.cli.options.file_kinds import FileKind, check_kind
 from usdsdg.cli.options.output_path import output_path
-from usdsdg.cli.options.thread_limit import Threads
+from usdsdg.cli.options.thread_limit import threads_option
+from usdsdg.cli.options.values import PATH, PLACE
 from usdsdg.errors import OutputNotWritable, StageError
 
 if TYPE_CHECKING:
@@ -21,24 +31,34 @@ if TYPE_CHECKING:
 BLACK = 2  # highest pixel value of an image that counts as black
 
 
+@click.command(cls=Command, epilog=epilog("render"))
+@argument("stage", type=PATH, help="A USD file.")
+@argument("output", type=PLACE, help="Folder or URL for the images and label arrays.")
+@click.option("--camera", help="Path of the camera.", show_default="the stage's first, else one that sees everything")
+@click.option("--width", type=click.IntRange(min=1), default=640, show_default=True)
+@click.option("--height", type=click.IntRange(min=1), default=480, show_default=True)
+@click.option("--time", type=float, help="Time code to render.", show_default="where the stage's animation begins")
+@click.option(
+    "--spp", type=click.IntRange(min=1, max=1 << 20), default=64, help="Samples per pixel.", show_default=True
+)
+@assets_root_option
+@device_option
+@threads_option
+@seed_option
+@quiet_option
 def render(
-    stage: Annotated[Path, typer.Argument(help="A USD file.")],
-    output: Annotated[str, typer.Argument(help="Folder or URL for the images and label arrays.")],
-    camera: Annotated[
-        str | None,
-        typer.Option(help="Path of the camera.", show_default="the stage's first, else one that sees everything"),
-    ] = None,
-    width: Annotated[int, typer.Option(min=1)] = 640,
-    height: Annotated[int, typer.Option(min=1)] = 480,
-    time: Annotated[
-        float | None, typer.Option(help="Time code to render.", show_default="where the stage's animation begins")
-    ] = None,
-    spp: Annotated[int, typer.Option(min=1, max=1 << 20, help="Samples per pixel.")] = 64,
-    assets_root: AssetsRoot = None,
-    device: Device = None,
-    threads: Threads = None,
-    seed: Seed = 0,
-    quiet: Quiet = False,
+    stage: Path,
+    output: str,
+    camera: str | None,
+    width: int,
+    height: int,
+    time: float | None,
+    spp: int,
+    assets_root: str | None,
+    device: str | None,
+    threads: int | None,
+    seed: int,
+    quiet: bool,
 ) -> None:
     """Render one camera of a stage: image, depth, normals, masks and boxes, in BasicWriter's layout."""
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet):

@@ -10,20 +10,25 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, redirect_stdout
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
+import click
+from click.exceptions import Exit
 
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import (
-    AssetsRoot,
-    Device,
-    Quiet,
+    assets_root_option,
     command_context,
+    device_option,
     finish_files,
     fix_classes,
+    quiet_option,
     seed_everything,
 )
-from usdsdg.cli.options.thread_limit import Threads
+from usdsdg.cli.options.thread_limit import threads_option
+from usdsdg.cli.options.values import PATH, PLACE
+from usdsdg.cli.script.interpreter import interpreter_restored
 from usdsdg.errors import BadValue, DatasetError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 
@@ -34,24 +39,24 @@ if TYPE_CHECKING:
     from usdsdg.writers.journal.recipe import Recipe
 
 
+@click.command(cls=Command, epilog=epilog("reproduce"))
+@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder of several.")
+@click.option("--frames", help="The frames to make again, as 0:10 or 3,7.", show_default="all")
+@click.option("--source", type=PATH, help="The script or configuration.", show_default="the copy beside the data")
+@click.option("--stage", type=PATH, help="The stage that --stage of the run named.")
+@assets_root_option
+@device_option
+@threads_option
+@quiet_option
 def reproduce(
-    folder: Annotated[
-        str, typer.Argument(help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder of several.")
-    ],
-    frames: Annotated[
-        str | None, typer.Option(help="The frames to make again, as 0:10 or 3,7.", show_default="all")
-    ] = None,
-    source: Annotated[
-        Path | None,
-        typer.Option(help="The script or configuration.", show_default="the copy beside the data"),
-    ] = None,
-    stage: Annotated[
-        Path | None, typer.Option(help="The stage that --stage of the run named.", show_default=False)
-    ] = None,
-    assets_root: AssetsRoot = None,
-    device: Device = None,
-    threads: Threads = None,
-    quiet: Quiet = False,
+    folder: str,
+    frames: str | None,
+    source: Path | None,
+    stage: Path | None,
+    assets_root: str | None,
+    device: str | None,
+    threads: int | None,
+    quiet: bool,
 ) -> None:
     """Make frames of a dataset again, in a temporary folder, and compare their files with those of the dataset.
 
@@ -78,7 +83,7 @@ def reproduce(
                     _print(result, name, count)
                     differs |= bool(result.faults)
     if differs:
-        raise typer.Exit(1)
+        raise Exit(1)
 
 
 def _datasets(place: str) -> list[str]:
@@ -136,6 +141,7 @@ def _reproduce(
             kept.enter_context(redirect_stdout(shown))
             for each in datasets:
                 kept.enter_context(read_only(each.path))
+            kept.enter_context(interpreter_restored())
             _make(recipe, file, folder, stage, run.scratch)
             finish_files()
         finish_run(complete=True)

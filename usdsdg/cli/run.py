@@ -1,32 +1,43 @@
 """`usdsdg run SCRIPT`: run an existing Replicator or Isaac Sim script, or a Replicator YAML file, unchanged."""
 
 import sys
+from collections.abc import Sequence
 from contextlib import nullcontext
-from inspect import signature
 from itertools import takewhile
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
+from click.exceptions import Exit
 
-from usdsdg.cli.inspect import Inspect, show_written
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
+from usdsdg.cli.inspect import inspect_option, show_written
 from usdsdg.cli.options.command_context import (
-    AssetsRoot,
-    Device,
-    Quiet,
-    SaveStage,
-    Seed,
-    SemanticClasses,
+    assets_root_option,
     command_context,
+    device_option,
     finish_files,
     fix_classes,
+    quiet_option,
+    save_stage_option,
     seed_everything,
+    seed_option,
+    semantic_classes_option,
 )
-from usdsdg.cli.options.dataset_options import AllowOutside, Overwrite, Resume, Shard, Workers, begin_run
+from usdsdg.cli.options.dataset_options import (
+    allow_outside_option,
+    begin_run,
+    overwrite_option,
+    resume_option,
+    shard_option,
+    workers_option,
+)
 from usdsdg.cli.options.file_kinds import FileKind, check_kind, no_file
-from usdsdg.cli.options.rerun_option import Rerun, recorded
-from usdsdg.cli.options.thread_limit import Threads
+from usdsdg.cli.options.rerun_option import recorded, rerun_option
+from usdsdg.cli.options.thread_limit import threads_option
+from usdsdg.cli.options.values import PATH, PLACE, Member
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
+from usdsdg.cli.script.interpreter import interpreter_restored
 from usdsdg.cli.script.workers import ScriptWorkers
 from usdsdg.errors import BadValue
 
@@ -35,83 +46,100 @@ YAML = (".yaml", ".yml")
 _ON_EITHER_SIDE = ("--assets-root", "--save-stage")
 
 
+# Options after the script's name belong to the script.
+@click.command(cls=Command, context_settings={"allow_interspersed_args": False}, epilog=epilog("run"))
+@argument(
+    "script",
+    type=PATH,
+    help="A Python script, standalone or from the Script Editor, or a Replicator YAML file.",
+)
+@argument("arguments", nargs=-1, type=PLACE, metavar="[ARGS]...", help="Arguments of the script, in its sys.argv.")
+@click.option("--stage", type=PATH, help="Open this stage first, as the one that is open in the GUI.")
+@click.option(
+    "--new-stage",
+    type=Member(NewStageOption),
+    help="What new stages hold: a new stage of Omniverse Code (kit: Y up, centimeters, a light) or of Isaac Sim "
+    "(isaac: Z up, meters, a light).",
+    show_default="empty, Z up, meters",
+)
+@click.option(
+    "--frames",
+    metavar="N|A:B",
+    help="A number: if the script starts no run, or one that nothing ends, capture frames 0 to this one, as after a "
+    "press on Start in the GUI. With A:B, make the frames from A up to B; `usdsdg merge` joins them.",
+)
+@shard_option
+@click.option("--part", hidden=True, help="A:B, as --frames, of a process of --workers.")
+@workers_option
+@resume_option
+@overwrite_option
+@click.option(
+    "--map",
+    "map_",
+    multiple=True,
+    metavar="PREFIX=FOLDER",
+    help="Where the assets below a URL or path of another machine are; repeatable, also in usdsdg.toml.",
+)
+@click.option(
+    "--missing-assets",
+    type=Member(MissingOption),
+    default=MissingOption.ERROR.value,
+    help="Missing assets are an error, labeled boxes that stand in for them, or left out.",
+    show_default=True,
+)
+@click.option(
+    "--lenient", is_flag=True, help="Warn of what Replicator lets pass, and of errors that the script catches."
+)
+@click.option(
+    "--replicator",
+    type=Member(ReplicatorOption),
+    help="Generation of Replicator that the script was written for.",
+    show_default="seen from its imports",
+)
+@semantic_classes_option
+@assets_root_option
+@device_option
+@threads_option
+@click.option(
+    "--worlds",
+    type=click.IntRange(min=1),
+    default=1,
+    help="Draw and path-trace so many frames together, where the graph alone decides what they show; the files are "
+    "the same. A script that captures frame by frame makes so many at each step.",
+    show_default=True,
+)
+@seed_option
+@allow_outside_option
+@save_stage_option
+@rerun_option
+@inspect_option
+@quiet_option
 def run(
-    script: Annotated[
-        Path,
-        typer.Argument(
-            metavar="SCRIPT", help="A Python script, standalone or from the Script Editor, or a Replicator YAML file."
-        ),
-    ],
-    arguments: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="ARGS", help="Arguments of the script, in its sys.argv.", show_default=False),
-    ] = None,
-    stage: Annotated[
-        Path | None, typer.Option(help="Open this stage first, as the one that is open in the GUI.", show_default=False)
-    ] = None,
-    new_stage: Annotated[
-        NewStageOption | None,
-        typer.Option(
-            help="What new stages hold: a new stage of Omniverse Code (kit: Y up, centimeters, a light) or of Isaac "
-            "Sim (isaac: Z up, meters, a light).",
-            show_default="empty, Z up, meters",
-        ),
-    ] = None,
-    frames: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N|A:B",
-            show_default=False,
-            help="A number: if the script starts no run, or one that nothing ends, capture frames 0 to this one, as "
-            "after a press on Start in the GUI. With A:B, make the frames from A up to B; `usdsdg merge` joins them.",
-        ),
-    ] = None,
-    shard: Shard = None,
-    part: Annotated[str | None, typer.Option(hidden=True, help="A:B, as --frames, of a process of --workers.")] = None,
-    workers: Workers = None,
-    resume: Resume = False,
-    overwrite: Overwrite = False,
-    map_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--map",
-            metavar="PREFIX=FOLDER",
-            show_default=False,
-            help="Where the assets below a URL or path of another machine are; repeatable, also in usdsdg.toml.",
-        ),
-    ] = None,
-    missing_assets: Annotated[
-        MissingOption,
-        typer.Option(help="Missing assets are an error, labeled boxes that stand in for them, or left out."),
-    ] = MissingOption.ERROR,
-    lenient: Annotated[
-        bool,
-        typer.Option("--lenient", help="Warn of what Replicator lets pass, and of errors that the script catches."),
-    ] = False,
-    replicator: Annotated[
-        ReplicatorOption | None,
-        typer.Option(
-            help="Generation of Replicator that the script was written for.", show_default="seen from its imports"
-        ),
-    ] = None,
-    semantic_classes: SemanticClasses = None,
-    assets_root: AssetsRoot = None,
-    device: Device = None,
-    threads: Threads = None,
-    worlds: Annotated[
-        int,
-        typer.Option(
-            min=1,
-            help="Draw and path-trace so many frames together, where the graph alone decides what they show; the files "
-            "are the same. A script that captures frame by frame makes so many at each step.",
-        ),
-    ] = 1,
-    seed: Seed = 0,
-    allow_outside: AllowOutside = False,
-    save_stage: SaveStage = None,
-    rerun: Rerun = None,
-    inspect: Inspect = False,
-    quiet: Quiet = False,
+    script: Path,
+    arguments: tuple[str, ...],
+    stage: Path | None,
+    new_stage: NewStageOption | None,
+    frames: str | None,
+    shard: str | None,
+    part: str | None,
+    workers: int | None,
+    resume: bool,
+    overwrite: bool,
+    map_: tuple[str, ...],
+    missing_assets: MissingOption,
+    lenient: bool,
+    replicator: ReplicatorOption | None,
+    semantic_classes: str | None,
+    assets_root: str | None,
+    device: str | None,
+    threads: int | None,
+    worlds: int,
+    seed: int,
+    allow_outside: bool,
+    save_stage: Path | None,
+    rerun: str | None,
+    inspect: bool,
+    quiet: bool,
 ) -> None:
     """Run an existing Replicator or Isaac Sim script unchanged, until its asyncio tasks have ended.
 
@@ -120,14 +148,14 @@ def run(
     Options of usdsdg come before SCRIPT; arguments after it belong to the script, except --assets-root and
     --save-stage, which may be given on either side. All arguments after a -- belong to the script.
     """
-    after = arguments or []
-    arguments, own = _split_own_options(after)
+    own_arguments, own = _split_own_options(arguments)
     assets_root = own.get("--assets-root", assets_root)
     save_stage = Path(own["--save-stage"]) if "--save-stage" in own else save_stage
     if not script.is_file():
         print(f"error: {no_file(script)}", file=sys.stderr)
-        raise typer.Exit(1)
+        raise Exit(1)
     with (
+        interpreter_restored(),
         command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage),
         recorded(rerun, workers=workers is not None),
     ):
@@ -135,7 +163,7 @@ def run(
         from usdsdg.cli.script.outcome import reported_outcome
         from usdsdg.session.session import current
 
-        _remark_on_own_options(script, after)
+        _remark_on_own_options(script, arguments)
         check_kind(script, FileKind.SCRIPT, FileKind.REPLICATOR_YAML)
         if stage is not None:
             check_kind(stage, FileKind.STAGE)
@@ -143,9 +171,9 @@ def run(
         portion = part or portion
         if workers is not None and (portion or shard or save_stage):
             raise BadValue("--workers makes all frames: it cannot be given with --frames A:B, --shard or --save-stage")
-        conditions = Conditions(stage, new_stage, last, replicator, map_ or (), missing_assets, lenient)
+        conditions = Conditions(stage, new_stage, last, replicator, map_, missing_assets, lenient)
         begin_run(
-            "run", script, arguments=arguments, options=conditions.facts(), seed=seed, classes=semantic_classes,
+            "run", script, arguments=own_arguments, options=conditions.facts(), seed=seed, classes=semantic_classes,
             resume=resume, overwrite=overwrite, frames=portion, shard=shard,
         )  # fmt: skip
         seed_everything(seed)
@@ -153,7 +181,7 @@ def run(
         maker = None
         if workers is not None:
             maker = ScriptWorkers(
-                script, arguments, workers, conditions, threads=threads, allow_outside=allow_outside, worlds=worlds,
+                script, own_arguments, workers, conditions, threads=threads, allow_outside=allow_outside, worlds=worlds,
                 semantic_classes=semantic_classes, assets_root=assets_root, device=device, seed=seed,
             )  # fmt: skip
         conditions.apply(script)
@@ -161,7 +189,7 @@ def run(
         # All frames are not made here, so a script that removes its folder first would lose the others.
         kept = datasets_kept() if resume or portion or shard else nullcontext()
         with reported_outcome(), kept:
-            execute_script(script, arguments, last, allow_outside=allow_outside)
+            execute_script(script, own_arguments, last, allow_outside=allow_outside)
             finish_files()
         if maker is not None:
             maker.make()
@@ -190,26 +218,26 @@ def _frames(text: str | None) -> tuple[int | None, str | None]:
     return int(text), None
 
 
-def _split_own_options(arguments: list[str]) -> tuple[list[str], dict[str, str]]:
+def _split_own_options(arguments: Sequence[str]) -> tuple[list[str], dict[str, str]]:
     """Split arguments after the script's name into the script's own and the two options of usdsdg."""
     rest, own, given = [], {}, iter(arguments)
-    for argument in given:
-        name, _, value = argument.partition("=")
-        if argument == "--":
+    for word in given:
+        name, _, value = word.partition("=")
+        if word == "--":
             rest += given
         elif name in _ON_EITHER_SIDE:
             own[name] = value or next(given, "")
         else:
-            rest.append(argument)
+            rest.append(word)
     return rest, own
 
 
-def _remark_on_own_options(script: Path, after: list[str]) -> None:
+def _remark_on_own_options(script: Path, after: Sequence[str]) -> None:
     """Say which options of usdsdg after the script it gets as its own, although it does not mention them.
 
     after: all arguments after the script; those after a -- are meant for it.
     """
-    own = {f"--{name.strip('_').replace('_', '-')}" for name in signature(run).parameters} - set(_ON_EITHER_SIDE)
+    own = {name for each in run.params for name in each.opts if name.startswith("--")} - set(_ON_EITHER_SIDE)
     given = [name for name in (each.partition("=")[0] for each in takewhile("--".__ne__, after)) if name in own]
     text = script.read_text(encoding="utf-8", errors="replace") if given else ""
     for name in given:

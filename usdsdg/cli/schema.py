@@ -2,11 +2,13 @@
 
 import enum
 import json
-from typing import Annotated
 
-import typer
+import click
 
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import command_context
+from usdsdg.cli.options.values import Member
 
 
 class SchemaKind(enum.StrEnum):
@@ -17,14 +19,16 @@ class SchemaKind(enum.StrEnum):
     BIN_PICKING = "bin-picking"
 
 
-def schema(
-    kind: Annotated[
-        SchemaKind | None,
-        typer.Argument(
-            metavar="[KIND]", help="object-based, detection or bin-picking.", show_default="all, chosen by the key job"
-        ),
-    ] = None,
-) -> None:
+@click.command(cls=Command, epilog=epilog("schema"))
+@argument(
+    "kind",
+    type=Member(SchemaKind),
+    required=False,
+    metavar="[KIND]",
+    help="object-based, detection or bin-picking.",
+    default_text="all, chosen by the key job",
+)
+def schema(kind: SchemaKind | None) -> None:
     """Print the JSON schema of configurations: keys with what they mean, types and bounds.
 
     An editor that knows YAML completes keys and underlines mistakes where the first line of a configuration is

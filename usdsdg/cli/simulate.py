@@ -1,26 +1,40 @@
 """`usdsdg simulate STAGE`: simulate the physics of a stage and save the resulting poses."""
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
-from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, command_context
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
 from usdsdg.cli.options.file_kinds import FileKind, check_kind
 from usdsdg.cli.options.output_path import output_path
+from usdsdg.cli.options.values import PATH, NumberRange
 from usdsdg.warp_start import quiet_warp
 
 
+@click.command(cls=Command, epilog=epilog("simulate"))
+@argument("stage", type=PATH, help="A USD file.")
+@argument("output", type=PATH, help="File of the simulated stage.")
+@click.option(
+    "--seconds",
+    type=NumberRange(min=0.0, max=1e6),
+    default=5.0,
+    help="Simulated time in seconds.",
+    show_default=True,
+)
+@click.option("--settle", is_flag=True, help="First move overlapping bodies apart and let all come to rest.")
+@assets_root_option
+@device_option
+@quiet_option
 def simulate(
-    stage: Annotated[Path, typer.Argument(help="A USD file.")],
-    output: Annotated[Path, typer.Argument(help="File of the simulated stage.")],
-    seconds: Annotated[float, typer.Option(min=0.0, max=1e6, help="Simulated time in seconds.")] = 5.0,
-    settle: Annotated[
-        bool, typer.Option("--settle", help="First move overlapping bodies apart and let all come to rest.")
-    ] = False,
-    assets_root: AssetsRoot = None,
-    device: Device = None,
-    quiet: Quiet = False,
+    stage: Path,
+    output: Path,
+    seconds: float,
+    settle: bool,
+    assets_root: str | None,
+    device: str | None,
+    quiet: bool,
 ) -> None:
     """Simulate the physics of a stage and save it with the final poses."""
     with command_context(assets_root=assets_root, device=device, quiet=quiet):

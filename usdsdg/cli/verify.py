@@ -3,33 +3,46 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated
 
-import typer
+import click
+from click.exceptions import Exit
 
-from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, command_context
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
+from usdsdg.cli.options.values import PLACE
 from usdsdg.cli.output import print_lines
 from usdsdg.errors import BadValue
 
 RENDERED = 10  # frames, where none are named
 
 
+@click.command(cls=Command, epilog=epilog("verify"))
+@argument("folder", type=PLACE, help="A folder or URL that a writer wrote to, or one with several datasets.")
+@click.option("--files", is_flag=True, help="Only compare the files with the journal, by size and hash.")
+@click.option("--render", is_flag=True, help="Render frames again from the recorded stage.")
+@click.option("--frames", help="Numbers of the frames to render again, as 0,12.", show_default="10 of them")
+@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
+@click.option(
+    "--limit",
+    type=click.IntRange(min=1),
+    default=200,
+    help="Print at most this many faults of a dataset.",
+    show_default=True,
+)
+@assets_root_option
+@device_option
+@quiet_option
 def verify(
-    folder: Annotated[
-        str, typer.Argument(help="A folder or URL that a writer wrote to, or one with several datasets.")
-    ],
-    files: Annotated[
-        bool, typer.Option("--files", help="Only compare the files with the journal, by size and hash.")
-    ] = False,
-    render: Annotated[bool, typer.Option("--render", help="Render frames again from the recorded stage.")] = False,
-    frames: Annotated[
-        str | None, typer.Option(help="Numbers of the frames to render again, as 0,12.", show_default="10 of them")
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
-    limit: Annotated[int, typer.Option(min=1, help="Print at most this many faults of a dataset.")] = 200,
-    assets_root: AssetsRoot = None,
-    device: Device = None,
-    quiet: Quiet = False,
+    folder: str,
+    files: bool,
+    render: bool,
+    frames: str | None,
+    as_json: bool,
+    limit: int,
+    assets_root: str | None,
+    device: str | None,
+    quiet: bool,
 ) -> None:
     """Compare the files of a dataset with its journal; read it back through its format, and check its labels.
 
@@ -58,7 +71,7 @@ def verify(
     else:
         print_lines(line for each in reports for line in each.lines(limit))
     if not is_clean:
-        raise typer.Exit(1)
+        raise Exit(1)
 
 
 def _chosen(render: bool, frames: str | None) -> list[int] | int | None:

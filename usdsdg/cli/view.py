@@ -1,40 +1,52 @@
 """`usdsdg view SOURCE`: look at a stage, at the frames of a script or job, or at a dataset, in a browser."""
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
-from usdsdg.cli.options.command_context import AssetsRoot, Device, Quiet, command_context
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
 from usdsdg.cli.options.file_kinds import FileKind, kind_of
-from usdsdg.cli.options.thread_limit import Threads
+from usdsdg.cli.options.thread_limit import threads_option
+from usdsdg.cli.options.values import PATH, PLACE
 from usdsdg.errors import ConfigError
 
-Port = Annotated[int, typer.Option(min=0, max=65535, help="Port of the page on 127.0.0.1.", show_default="a free one")]
 
-
+@click.command(cls=Command, epilog=epilog("view"))
+@argument(
+    "source",
+    type=PATH,
+    help="A USD file, a script, a Replicator YAML file, a configuration of a job, or the folder of a dataset.",
+)
+@argument(
+    "arguments",
+    nargs=-1,
+    type=PLACE,
+    metavar="[ARGS]...",
+    help="Arguments of the script, or key=value of the configuration.",
+)
+@click.option(
+    "--port",
+    type=click.IntRange(min=0, max=65535),
+    default=0,
+    help="Port of the page on 127.0.0.1.",
+    show_default="a free one",
+)
+@assets_root_option
+@device_option
+@threads_option
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of the run.", show_default="0, or the configuration's")
+@quiet_option
 def view(
-    source: Annotated[
-        Path,
-        typer.Argument(
-            metavar="SOURCE",
-            help="A USD file, a script, a Replicator YAML file, a configuration of a job, or the folder of a dataset.",
-        ),
-    ],
-    arguments: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="ARGS", help="Arguments of the script, or key=value of the configuration.", show_default=False
-        ),
-    ] = None,
-    port: Port = 0,
-    assets_root: AssetsRoot = None,
-    device: Device = None,
-    threads: Threads = None,
-    seed: Annotated[
-        int | None, typer.Option(min=0, help="Seed of the run.", show_default="0, or the configuration's")
-    ] = None,
-    quiet: Quiet = False,
+    source: Path,
+    arguments: tuple[str, ...],
+    port: int,
+    assets_root: str | None,
+    device: str | None,
+    threads: int | None,
+    seed: int | None,
+    quiet: bool,
 ) -> None:
     """Show a stage, the frames of a script or job, or a dataset on a page of this machine, which a browser opens.
 
@@ -50,7 +62,7 @@ def view(
         if source.is_dir():
             _show_dataset(source, port)
         else:
-            _show(source, arguments or [], seed, port)
+            _show(source, list(arguments), seed, port)
 
 
 def _show(source: Path, arguments: list[str], seed: int | None, port: int) -> None:

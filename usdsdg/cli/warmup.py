@@ -4,19 +4,27 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from usdsdg.cli.options.command_context import Device, Quiet, command_context
+import click
+
+from usdsdg.cli.command import Command
+from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.command_context import command_context, device_option, quiet_option
 from usdsdg.warp_start import quiet_warp, start_warp
 
 # What Warp keeps for CPUs and for CUDA.
 BINARIES = (".o", ".cubin", ".ptx")
 
 
-def warmup(device: Device = None, quiet: Quiet = False) -> None:
+@click.command(cls=Command, epilog=epilog("warmup"))
+@device_option
+@quiet_option
+def warmup(device: str | None, quiet: bool) -> None:
     """Compile all kernels ahead, for container images and clusters: runs then compile nothing.
 
     Kernels are kept in Warp's cache, WARP_CACHE_PATH if it is set. They are for this version of usdsdg, this kind of
     processor and GPU, and the device that runs will have. For example, in a Dockerfile:
 
+    \b
     ENV WARP_CACHE_PATH=/opt/kernels
     RUN usdsdg warmup --device cpu
     """

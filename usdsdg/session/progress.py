@@ -3,10 +3,12 @@
 import os
 import sys
 import time
-from typing import Any, Protocol, TextIO
+from typing import Protocol, TextIO
 
+from usdsdg.operating_system import obeys_terminal_sequences
 from usdsdg.session.notebook_progress import NotebookReporter, notebook
 from usdsdg.session.session import current
+from usdsdg.session.terminal_bars import BarReporter
 
 FIRST_LINE = 1.0  # seconds that a task takes before anything is said of it
 LINE_INTERVAL, LONGEST_INTERVAL = 5.0, 60.0  # seconds between plain lines of one task, more the longer it takes
@@ -76,42 +78,6 @@ class LineReporter:
     def close(self) -> None: ...
 
 
-class BarReporter:
-    """One rich bar per task; bars of finished tasks stay."""
-
-    def __init__(self) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-        self._progress = Progress(
-            TextColumn("[bold]{task.description}"),
-            BarColumn(bar_width=30),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[rate]}"),
-            TimeRemainingColumn(compact=True),
-            console=Console(stderr=True),
-        )
-        self._tasks: dict[str, Any] = {}
-        self._started: dict[str, float] = {}
-
-    def __call__(self, label: str, done: int, total: int | None) -> None:
-        if label not in self._tasks:
-            self._progress.start()
-            self._started[label] = time.monotonic()
-            self._tasks[label] = self._progress.add_task(label, total=total, rate="")
-        elapsed = time.monotonic() - self._started[label]
-        rate = f"{done / elapsed:.1f}/s" if elapsed > 0.2 and done else ""
-        self._progress.update(self._tasks[label], completed=done, total=total, rate=rate)
-        if total is not None and done >= total:
-            self._tasks.pop(label)
-
-    def say(self, line: str) -> None:
-        self._progress.console.print(line, markup=False, highlight=False, soft_wrap=True)
-
-    def close(self) -> None:
-        self._progress.stop()
-
-
 def described(done: int, total: int | None, elapsed: float) -> str:
     """Format progress as `12/40, 3.1/s, 9 s left`; `elapsed` in seconds."""
     rate = done / elapsed if elapsed > 0.05 else 0.0
@@ -148,7 +114,8 @@ def use_of_library(shown: bool) -> None:
 
 def use_default(quiet: bool = False) -> None:
     """Show progress as bars on a terminal, as lines elsewhere, and not at all if `quiet`."""
-    use(SilentReporter() if quiet else BarReporter() if sys.stderr.isatty() else LineReporter())
+    shows_bars = not quiet and sys.stderr.isatty() and obeys_terminal_sequences(sys.stderr)
+    use(SilentReporter() if quiet else BarReporter(described, kept=FRAMES) if shows_bars else LineReporter())
 
 
 def report(label: str, done: int, total: int | None) -> None:

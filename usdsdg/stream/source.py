@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import typer
+from click.exceptions import Exit
 
 from usdsdg import replicator_yaml
 from usdsdg.cli.options.command_context import seed_everything
 from usdsdg.cli.options.file_kinds import FileKind, kind_of
 from usdsdg.cli.script.execution import execute
+from usdsdg.cli.script.interpreter import interpreter_restored
 from usdsdg.errors import ConfigError, GraphError
 from usdsdg.scenarios import jobs
 
@@ -63,7 +62,7 @@ class Source:
         if kind is FileKind.REPLICATOR_YAML:
             replicator_yaml.run_file(self.path)
             return
-        with _interpreter_restored():
+        with interpreter_restored():
             _execute(self.path, self.arguments)
 
     def _kind(self) -> FileKind:
@@ -84,15 +83,5 @@ class Source:
 def _execute(script: Path, arguments: Sequence[str]) -> None:
     try:
         execute(script, list(arguments))
-    except typer.Exit as ended:
+    except Exit as ended:
         raise GraphError(f"{script} ended with exit code {ended.exit_code}") from None
-
-
-@contextmanager
-def _interpreter_restored() -> Iterator[None]:
-    """Restore, after a script, what it sees as its own: `__main__`, sys.argv and sys.path."""
-    main, arguments, path = sys.modules["__main__"], sys.argv, list(sys.path)
-    try:
-        yield
-    finally:
-        sys.modules["__main__"], sys.argv, sys.path[:] = main, arguments, path

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from click.testing import CliRunner
 from pxr import Gf
-from typer.testing import CliRunner
 
 from tests.sampled_cases import in_soak, sampled
 from tests.scenarios.jobs.own_meshes import write_three

@@ -12,14 +12,16 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
-import typer
+import click
+from click.exceptions import Exit
 
 from usdsdg.cli.interrupts import INTERRUPTED, let_commands_be_interrupted
 from usdsdg.cli.options.class_file import class_file
 from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.thread_limit import limit_threads
+from usdsdg.cli.options.values import PATH, PLACE
 from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning
 from usdsdg.session import progress, termination
 from usdsdg.session.device_memory import device_memory
@@ -32,27 +34,32 @@ REPEAT_SECONDS = 0.02
 DROP_SECONDS = 2.0
 COMPILER_THREADS = "usdsdg-compile"  # prefix of the names of threads in which both engines compile kernels
 
-AssetsRoot = Annotated[
-    str | None,
-    typer.Option(
-        help="Folder with the assets, laid out like Isaac Sim's, or its http(s) URL.",
-        show_default="USDSDG_ASSETS_ROOT, else demo assets",
-    ),
-]
-Device = Annotated[str | None, typer.Option(help="cpu or cuda:0.", show_default="CUDA where there is one")]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of the run; the same seed writes the same bytes.")]
-SemanticClasses = Annotated[
-    str | None,
-    typer.Option(
-        help="Classes of the dataset: names separated by commas, a .json, .yaml or .txt file, or the folder of a "
-        "dataset that goes on.",
-        show_default="what stage and graph can show",
-    ),
-]
-SaveStage = Annotated[
-    Path | None, typer.Option(help="Save the stage of the last captured frame as .usd, .usda or .usdc.")
-]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no progress.")]
+assets_root_option = click.option(
+    "--assets-root",
+    help="Folder with the assets, laid out like Isaac Sim's, or its http(s) URL.",
+    type=PLACE,
+    show_default="USDSDG_ASSETS_ROOT, else demo assets",
+)
+device_option = click.option("--device", help="cpu or cuda:0.", show_default="CUDA where there is one")
+seed_option = click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    help="Seed of the run; the same seed writes the same bytes.",
+    show_default=True,
+)
+semantic_classes_option = click.option(
+    "--semantic-classes",
+    type=PLACE,
+    metavar="TEXT",
+    help="Classes of the dataset: names separated by commas, a .json, .yaml or .txt file, or the folder of a "
+    "dataset that goes on.",
+    show_default="what stage and graph can show",
+)
+save_stage_option = click.option(
+    "--save-stage", type=PATH, help="Save the stage of the last captured frame as .usd, .usda or .usdc."
+)
+quiet_option = click.option("--quiet", "-q", is_flag=True, help="Print no progress.")
 
 
 @contextmanager
@@ -88,7 +95,7 @@ def command_context(
                 snapshot.write()
         except UsdsdgError as error:
             _exit_with_error(error)
-        except typer.Exit as ended:
+        except Exit as ended:
             if ended.exit_code:
                 _finish_after_failure(ended.exit_code)
             raise
@@ -127,7 +134,7 @@ def _exit_with_error(error: UsdsdgError) -> NoReturn:
     progress.use(progress.SilentReporter())
     tell(error)
     _finish_after_failure(1)
-    raise typer.Exit(1) from None
+    raise Exit(1) from None
 
 
 def _unreadable(error: Exception) -> UsdsdgError:
@@ -176,7 +183,7 @@ def _exit_interrupted(interrupt: KeyboardInterrupt) -> NoReturn:
         _tell("files written so far are whole")
     if any(thread.name.startswith(COMPILER_THREADS) for thread in threading.enumerate()):
         _exit_without_joining_compilers(code)
-    raise typer.Exit(code) from None
+    raise Exit(code) from None
 
 
 def _tell(line: str) -> None:

@@ -5,40 +5,42 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
+import click
 
 from usdsdg.cli.options.class_file import class_file
+from usdsdg.cli.options.values import NumberRange
 from usdsdg.errors import BadValue
 
-Resume = Annotated[bool, typer.Option("--resume", help="Go on with an unfinished run in the output folder.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Remove an earlier run in the output folder.")]
-Shard = Annotated[
-    str | None,
-    typer.Option(help="Make only the i-th of n parts of the frames, as 0/4; `usdsdg merge` joins them."),
-]
-
-Ray = Annotated[
-    str | None,
-    typer.Option(
-        metavar="[ADDRESS]",
-        help="Let actors of Ray make the frames: on this machine, or on the cluster at an address or `auto`.",
-        show_default=False,
-    ),
-]
-GpusPerWorker = Annotated[float, typer.Option(min=0.0, max=1024.0, help="GPUs of an actor of --ray, such as 0.5.")]
-AllowOutside = Annotated[
-    bool,
-    typer.Option(
-        "--allow-outside",
-        help="Let a YAML graph or a saved stage write anywhere, not only below the folder of relative output folders.",
-    ),
-]
-Workers = Annotated[
-    int | None,
-    typer.Option(min=1, help="Let so many processes make the frames, in parts.", show_default="this process alone"),
-]
+resume_option = click.option("--resume", is_flag=True, help="Go on with an unfinished run in the output folder.")
+overwrite_option = click.option("--overwrite", is_flag=True, help="Remove an earlier run in the output folder.")
+shard_option = click.option(
+    "--shard", help="Make only the i-th of n parts of the frames, as 0/4; `usdsdg merge` joins them."
+)
+ray_option = click.option(
+    "--ray",
+    metavar="[ADDRESS]",
+    help="Let actors of Ray make the frames: on this machine, or on the cluster at an address or `auto`.",
+)
+gpus_per_worker_option = click.option(
+    "--gpus-per-worker",
+    type=NumberRange(min=0.0, max=1024.0),
+    default=0.0,
+    help="GPUs of an actor of --ray, such as 0.5.",
+    show_default=True,
+)
+allow_outside_option = click.option(
+    "--allow-outside",
+    is_flag=True,
+    help="Let a YAML graph or a saved stage write anywhere, not only below the folder of relative output folders.",
+)
+workers_option = click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    help="Let so many processes make the frames, in parts.",
+    show_default="this process alone",
+)
 
 
 def begin_run(

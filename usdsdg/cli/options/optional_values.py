@@ -1,4 +1,4 @@
-"""Options whose value may be left out, which the library of the command line does not have."""
+"""Options whose value may be left out, where what follows may be a file that is not the value."""
 
 from __future__ import annotations
 

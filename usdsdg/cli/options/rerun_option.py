@@ -5,22 +5,20 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated
 
-import typer
+import click
 
+from usdsdg.cli.options.values import PLACE
 from usdsdg.errors import BadValue
 
 VIEWER = "viewer"
 
-Rerun = Annotated[
-    str | None,
-    typer.Option(
-        metavar="[FILE.rrd]",
-        help="Show the frames in the Rerun viewer, or record them in a file; needs usdsdg\\[rerun].",
-        show_default=False,
-    ),
-]
+rerun_option = click.option(
+    "--rerun",
+    metavar="[FILE.rrd]",
+    type=PLACE,
+    help="Show the frames in the Rerun viewer, or record them in a file; needs usdsdg[rerun].",
+)
 
 
 @contextmanager

@@ -2,21 +2,18 @@
 
 import os
 import sys
-from typing import Annotated
 
-import typer
+import click
 
 # Libraries read these when they are loaded: NumPy, OpenCV, PyTorch and others.
 _OF_LIBRARIES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
-Threads = Annotated[
-    int | None,
-    typer.Option(
-        min=1,
-        help="Threads that render, write files or compile at a time, in USD and other libraries too.",
-        show_default="the CPUs that it may use",
-    ),
-]
+threads_option = click.option(
+    "--threads",
+    type=click.IntRange(min=1),
+    help="Threads that render, write files or compile at a time, in USD and other libraries too.",
+    show_default="the CPUs that it may use",
+)
 
 
 def limit_threads(count: int | None) -> None:

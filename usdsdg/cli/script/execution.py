@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import CodeType, ModuleType, TracebackType
 
-import typer
+from click.exceptions import Exit
 
 
 def execute(script: Path, arguments: list[str], *, frames: int | None = None) -> None:
@@ -18,7 +18,7 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
     frames: capture frames 0 to this one in a run that nothing ends, or after the script if it captures nothing.
 
     Raises:
-        typer.Exit: the script failed or called sys.exit; its traceback, from the script on, has been printed.
+        Exit: the script failed or called sys.exit; its traceback, from the script on, has been printed.
         MissingAssets: it names assets that are missing.
     """
     from usdsdg import compat
@@ -41,13 +41,13 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
         get_app().run(lambda: exec(program, main.__dict__))
     except SystemExit as ended:
         if code := _exit_code(ended):
-            raise typer.Exit(code) from None
+            raise Exit(code) from None
     except (UsdsdgError, KeyboardInterrupt) as error:
         _print_location(error, script)
         raise
     except Exception as error:  # noqa: BLE001 - scripts may raise anything, and its traceback is printed
         _print_traceback(error, script)
-        raise typer.Exit(1) from None
+        raise Exit(1) from None
     if frames is not None:
         get_app().run(lambda: _press_start(frames))
 

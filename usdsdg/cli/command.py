@@ -1,0 +1,116 @@
+"""Commands and arguments as they are here: with help of arguments, examples at the end, and near misses of names."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import click
+
+from usdsdg.cli.interrupts import INTERRUPTED
+
+_NO_BREAK = "\N{NON-BREAKING HYPHEN}"
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class Argument(click.Argument):
+    """An argument that its command's help explains, as it does options; click has that from 8.5 on.
+
+    default_text: what holds where it is left out.
+    """
+
+    def __init__(self, *args: Any, help: str, default_text: str = "", **attributes: Any) -> None:
+        super().__init__(*args, **attributes)
+        notes = f"[default: ({default_text})]" if default_text else "[required]" if self.required else ""
+        self.help = f"{help}  {notes}".strip()
+
+    @property
+    def human_readable_name(self) -> str:
+        return super().human_readable_name.strip("[].")  # which say that it may be left out or repeated
+
+    def get_error_hint(self, ctx: click.Context | None) -> str:
+        return repr(self.human_readable_name)
+
+
+def argument(*names: str, **attributes: Any) -> Callable[[Function], Function]:
+    """Decorate a command with an `Argument`."""
+    return click.argument(*names, cls=Argument, **attributes)
+
+
+class Formatter(click.HelpFormatter):
+    """Help in which no line ends within a word such as --save-stage; click breaks lines at hyphens."""
+
+    def write_text(self, text: str) -> None:
+        super().write_text(text.replace("-", _NO_BREAK))
+
+    def write_dl(self, rows: Sequence[tuple[str, str]], *args: Any, **options: Any) -> None:
+        super().write_dl([(first, second.replace("-", _NO_BREAK)) for first, second in rows], *args, **options)
+
+    def write(self, string: str) -> None:
+        super().write(string.replace(_NO_BREAK, "-"))
+
+
+class Context(click.Context):
+    """The context of a command, with help of the formatter above."""
+
+    formatter_class = Formatter
+
+
+class Command(click.Command):
+    """A command whose Ctrl-C is an exit code of its own, whose summary is never cut off, and whose epilog has lines."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise click.exceptions.Exit(INTERRUPTED) from None
+
+    def format_help(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        self.format_usage(ctx, formatter)
+        self.format_help_text(ctx, formatter)
+        if rows := [(each.human_readable_name, each.help or "") for each in self.params if isinstance(each, Argument)]:
+            with formatter.section("Arguments"):
+                formatter.write_dl(rows)
+        self.format_options(ctx, formatter)
+        self.format_epilog(ctx, formatter)
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        if self.epilog:
+            formatter.write(f"\n{self.epilog}\n")  # line by line as it is, where click would wrap it as text
+
+    def get_short_help_str(self, limit: int = 0) -> str:
+        return summary(self)
+
+
+class Group(click.Group):
+    """A group of commands that shows its help where none is named, and near misses of a name that it does not have."""
+
+    command_class, context_class = Command, Context
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        # What click itself does here, where it prints, and the exit code, depend on its version.
+        if not args and not ctx.resilient_parsing:
+            click.echo(ctx.get_help())
+            ctx.exit(2)
+        return super().parse_args(ctx, args)
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        name = args[0]
+        if self.get_command(ctx, name) is None and not name.startswith("-") and not ctx.resilient_parsing:
+            near = difflib.get_close_matches(name, self.list_commands(ctx))
+            hint = f" Did you mean {' or '.join(map(repr, near))}?" if near else ""
+            ctx.fail(f"No such command {name!r}.{hint}")
+        return super().resolve_command(ctx, args)
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.commands)  # in the order in which they were added
+
+    def get_short_help_str(self, limit: int = 0) -> str:
+        return summary(self)
+
+
+def summary(command: click.Command) -> str:
+    """Return the first paragraph of a command's help, which click would cut off at the end of a line."""
+    return " ".join((command.help or "").strip().partition("\n\n")[0].split())
