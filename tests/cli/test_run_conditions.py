@@ -218,3 +218,33 @@ def test_frames_end_a_run_that_nothing_ends(tmp_path):
 def test_arguments_of_kit_are_settings_in_scripts_without_an_application(tmp_path):
     (tmp_path / "script.py").write_text("import carb\nprint(carb.settings.get_settings().get('/my/setting'))\n")
     assert usdsdg("run", "script.py", "--/my/setting=5", cwd=tmp_path).stdout.split() == ["5"]
+
+
+def test_a_writer_that_fails_leaves_the_datasets_of_others_whole(tmp_path):
+    """The script catches the error of its own writer, at the first frame and at the last one."""
+    script = """
+        import contextlib
+        import omni.replicator.core as rep
+
+        class Broken(rep.Writer):
+            def __init__(self):
+                self.annotators = ["rgb"]
+
+            def write(self, data):
+                raise RuntimeError("broken")
+
+        rep.WriterRegistry.register(Broken)
+        product = rep.create.render_product(rep.create.camera(position=(5, 5, 5), look_at=(0, 0, 0)), (8, 8))
+        broken, basic = rep.WriterRegistry.get("Broken"), rep.WriterRegistry.get("BasicWriter")
+        broken.initialize()
+        basic.initialize(output_dir="OUTPUT", rgb=True)
+        for writer in (broken, basic, basic, broken):
+            writer.attach(product)
+            with contextlib.suppress(RuntimeError):
+                rep.orchestrator.step()
+            writer.detach()
+    """
+    run(tmp_path, script, "--lenient")
+    done = usdsdg("verify", "out", cwd=tmp_path)
+    assert "0 faults" in done.stdout
+    assert "images: 2" in done.stdout

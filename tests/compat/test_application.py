@@ -16,14 +16,14 @@ from usdsdg.compat.isaacsim.simulation_app import SimulationApp
 from usdsdg.compat.isaacsim.test.utils.file_validation import get_folder_file_summary
 from usdsdg.compat.omni import client
 from usdsdg.compat.omni.isaac import nucleus
-from usdsdg.compat.omni.kit.app import get_app
+from usdsdg.compat.omni.kit.app import SettingChangeSubscription, get_app
 from usdsdg.compat.omni.kit.viewport.utility import get_active_viewport
 from usdsdg.compat.omni.metrics.assembler.core import get_metrics_assembler_interface
 from usdsdg.compat.omni.timeline import TimelineEventType, get_timeline_interface
 from usdsdg.compat.omni.usd import get_context
-from usdsdg.errors import AssetError, AssetNotFound, Unsupported
+from usdsdg.errors import AssetError, AssetNotFound, BadPrim, Unsupported
 from usdsdg.session import stage_context
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings_store import ChangeEventType, get_settings
 from usdsdg.stage import assets
 from usdsdg.stage.cameras import viewport_cameras
 
@@ -245,3 +245,54 @@ def test_a_folder_is_summed_up_by_extension(tmp_path):
     found = get_folder_file_summary(tmp_path, include_file_sizes=True)
     (detail,) = found["file_details"]["png"]
     assert (detail["path"], detail["size_bytes"]) == (str(tmp_path / "a.png"), (tmp_path / "a.png").stat().st_size)
+
+
+def test_the_context_computes_bounds_and_transforms_of_paths(stage):
+    """A cube of side 2, scaled by 3 along x, 10 above the origin, with a child that sticks out."""
+    cube = UsdGeom.Cube.Define(stage, "/World/cube")
+    cube.AddTranslateOp().Set(Gf.Vec3d(0, 0, 10))
+    cube.AddScaleOp().Set(Gf.Vec3f(3, 1, 1))
+    UsdGeom.Cube.Define(stage, "/World/cube/child").AddTranslateOp().Set(Gf.Vec3d(0, 4, 0))
+    low, high = get_context().compute_path_world_bounding_box("/World/cube")
+    assert (low.x, low.y, low.z) == (-3, -1, 9)
+    assert tuple(high) == (3, 5, 11)
+    matrix = get_context().compute_path_world_transform("/World/cube")
+    assert matrix == [3, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 10, 1]
+    with pytest.raises(BadPrim, match="/World/none"):
+        get_context().compute_path_world_bounding_box("/World/none")
+
+
+def test_settings_tell_those_who_subscribed(stage):
+    heard = []
+    settings = get_settings()
+    number = settings.subscribe_to_node_change_events("/my/key", lambda value, change: heard.append((value, change)))
+    held = SettingChangeSubscription("/my/key", lambda value, change: heard.append(value))
+    settings.set("/my/key", 1)
+    settings.set("/my/other", 1)
+    settings.set("/my/key", 2)
+    assert heard == [(1, ChangeEventType.CREATED), 1, (2, ChangeEventType.CHANGED), 2]
+    settings.unsubscribe_to_change_events(number)
+    settings.unsubscribe_to_change_events(number)
+    del held
+    settings.set("/my/key", 3)
+    assert len(heard) == 4
+
+
+def test_what_is_done_before_an_update_is_in_its_picture(stage):
+    """And what is done after it is not."""
+    cube = rep.functional.create.cube(name="cube", semantics={"class": "cube"})
+    camera = rep.functional.create.camera(position=(0, 0, 10), look_at=(0, 0, 0))
+    boxes = rep.annotators.get("bounding_box_2d_tight")
+    boxes.attach(rep.create.render_product(camera, (32, 32)))
+    rep.orchestrator.set_capture_on_play(True)
+    app, imageable = get_app(), UsdGeom.Imageable(cube)
+    before = app.get_pre_update_event_stream().create_subscription_to_pop(lambda _: imageable.MakeInvisible())
+    after = app.get_update_event_stream().create_subscription_to_pop(lambda _: imageable.MakeVisible())
+    get_timeline_interface().play()
+    app.update()
+    assert len(boxes.get_data()["data"]) == 0
+    before.unsubscribe()
+    app.update()
+    assert len(boxes.get_data()["data"]) == 1
+    after.unsubscribe()
+    get_timeline_interface().stop()

@@ -9,7 +9,7 @@ from usdsdg.compat.omni.kit import commands
 from usdsdg.compat.omni.kit.commands import execute
 from usdsdg.compat.omni.kit.viewport.utility import get_active_viewport
 from usdsdg.compat.omni.usd import get_context
-from usdsdg.errors import BadPrim, Unsupported
+from usdsdg.errors import ArgumentError, BadPrim, Unsupported
 
 
 def world(prim):
@@ -107,6 +107,31 @@ def test_materials_are_created_and_bound(stage):
         strength="strongerThanDescendants",
     )
     assert binding.ComputeBoundMaterial()[0].GetPath() == "/World/Looks/plain"
+
+
+@pytest.mark.parametrize("strength", [["strongerThanDescendants"], ["strongerThanDescendants"] * 2])
+def test_materials_are_bound_with_strengths_in_a_list_as_in_kits_command_log(stage, strength):
+    paths = [str(UsdGeom.Cube.Define(stage, f"/World/{name}").GetPath()) for name in ("a", "b")]
+    execute("CreatePreviewSurfaceMaterialPrim", mtl_path="/World/Looks/plain")
+    execute("BindMaterial", material_path="/World/Looks/plain", prim_path=paths, strength=strength)
+    for path in paths:
+        binding = UsdShade.MaterialBindingAPI(stage.GetPrimAtPath(path)).GetDirectBindingRel()
+        assert UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(binding) == "strongerThanDescendants"
+    with pytest.raises(ArgumentError, match="3 entries for 2 prims"):
+        execute(
+            "BindMaterial", material_path="/World/Looks/plain", prim_path=paths, strength=["weakerThanDescendants"] * 3
+        )
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_only_context_may_be_named(stage, tmp_path):
+    part = Usd.Stage.CreateNew(str(tmp_path / "part.usda"))
+    part.SetDefaultPrim(UsdGeom.Cube.Define(part, "/part").GetPrim())
+    part.Save()
+    for command in ("CreateReference", "CreatePayload"):
+        path = f"/World/{command}"
+        execute(command, usd_context=get_context(), path_to=path, asset_path=str(tmp_path / "part.usda"))
+        assert stage.GetPrimAtPath(path)
 
 
 def test_inputs_of_materials_are_set_as_omni_usd_sets_them(stage, tmp_path):

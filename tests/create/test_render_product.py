@@ -1,7 +1,7 @@
 """Render products: reuse, names, handles and errors."""
 
 import pytest
-from pxr import UsdRender
+from pxr import Gf, Usd, UsdRender
 
 import usdsdg as rep
 from usdsdg.errors import BadPrim, GraphError, RenderError, UsdsdgWarning
@@ -91,3 +91,32 @@ def test_sizes_and_cameras_can_be_set_one_by_one(stage, cameras):
     assert prim.GetResolutionAttr().Get() == (24, 12)
     with pytest.raises(RenderError):
         product.set_width(0)
+
+
+def test_a_product_shows_what_its_prim_says(stage, cameras):
+    """As scripts change it: in the session layer, where the prim is."""
+    product = rep.create.render_product(cameras.prims[0], (64, 48))
+    rgb = rep.annotators.get("rgb")
+    rgb.attach(product)
+    rep.orchestrator.step()
+    prim = UsdRender.Product(stage.GetPrimAtPath(product.path))
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        prim.GetResolutionAttr().Set(Gf.Vec2i(40, 20))
+        prim.GetCameraRel().SetTargets([f"{cameras.prims[1]}/Camera"])
+    rep.orchestrator.step()
+    assert rgb.get_data().shape == (20, 40, 4)
+    assert (product.width, product.height, product.camera_path) == (40, 20, f"{cameras.prims[1]}/Camera")
+    product.set_resolution((32, 16))
+    assert prim.GetResolutionAttr().Get() == (32, 16)
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        prim.GetResolutionAttr().Set(Gf.Vec2i(0, 20))
+    with pytest.raises(RenderError, match="0 x 20 pixels"):
+        _ = product.resolution
+
+
+def test_a_product_of_an_earlier_stage_is_not_that_of_this_one_at_its_path(cameras):
+    earlier = rep.create.render_product(cameras.prims[0], (64, 48))
+    rep.new_stage()
+    later = rep.create.render_product(rep.create.camera(), (8, 8))
+    assert later.path == earlier.path
+    assert (earlier.resolution, later.resolution) == ((64, 48), (8, 8))

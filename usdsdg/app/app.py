@@ -23,6 +23,7 @@ class App:
 
     def __init__(self) -> None:
         self._listeners: list[Callable[[float], None]] = []
+        self._early_listeners: list[Callable[[float], None]] = []
         self._waiters: list[asyncio.Future[None]] = []
         self._updates = 0
         self._started = time.perf_counter()
@@ -34,6 +35,8 @@ class App:
         """Run one application update; a playing timeline advances by one time code."""
         timeline = get_timeline()
         dt = 1.0 / timeline.get_time_codes_per_seconds()
+        for listener in list(self._early_listeners):
+            listener(dt)
         with timeline.before_picture(dt if timeline.is_playing() and timeline.is_auto_updating() else 0.0):
             graph().evaluate(time=timeline.get_elapsed_time())
         if timeline.is_playing() and timeline.is_auto_updating():
@@ -82,8 +85,11 @@ class App:
 
     def subscribe_update(self, listener: Callable[[float], None]) -> Callable[[], None]:
         """Call `listener(dt)` after each update; return the unsubscriber."""
-        self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+        return _subscribe(self._listeners, listener)
+
+    def subscribe_before_update(self, listener: Callable[[float], None]) -> Callable[[], None]:
+        """Call `listener(dt)` before the triggers of each update; return the unsubscriber."""
+        return _subscribe(self._early_listeners, listener)
 
     def get_update_number(self) -> int:
         return self._updates
@@ -102,6 +108,10 @@ class App:
         return current().event_streams.update
 
     get_post_update_event_stream = get_update_event_stream
+
+    def get_pre_update_event_stream(self) -> Any:
+        """Return the stream of events (`carb.events`) with one before each update; its payload has "dt" [s]."""
+        return current().event_streams.pre_update
 
     def get_message_bus_event_stream(self) -> Any:
         """Return the stream of events that scripts push and listen to."""
@@ -166,6 +176,11 @@ class App:
     def close(self) -> None:
         """Make `is_running` False: remaining tasks are not waited for."""
         self._running = False
+
+
+def _subscribe(listeners: list[Callable[[float], None]], listener: Callable[[float], None]) -> Callable[[], None]:
+    listeners.append(listener)
+    return lambda: listeners.remove(listener) if listener in listeners else None
 
 
 def get_app() -> App:

@@ -103,8 +103,12 @@ class Orchestrator:
             fired = []
         mode = render_mode(self._subframes(rt_subframes, fired))
         self._capture.begin(self.captures, ahead)
-        self._advance_and_expose(mode, self._duration(delta_time))
-        self._capture.finish(self.captures, timeline.get_current_time())
+        try:
+            self._advance_and_expose(mode, self._duration(delta_time))
+            self._capture.finish(self.captures, timeline.get_current_time())
+        except BaseException:
+            self._capture.give_up()
+            raise
         self.captures += 1
         for callback in list(self._captured_callbacks):
             callback()

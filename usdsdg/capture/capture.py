@@ -29,6 +29,7 @@ from usdsdg.stage.cameras.camera_reader import CameraReader
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg.writers.base import set_global_seed
+from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.run import get_run
 
 # Ticks per second of reference times.
@@ -47,6 +48,7 @@ class Capture:
         self._stages: StageRecords | None = None
         self._moment: StageMoment | None = None
         self._requests = Requests()
+        self._files: FrameFiles | None = None  # of the frame that has begun
         self._cameras: CameraReader | None = None
         self._exposure: Exposure  # of the frame that has begun
         self._ahead: PicturesAhead | None = None
@@ -63,6 +65,7 @@ class Capture:
         self._ahead, self._frame = ahead, frame
         set_global_seed(get_global_seed())
         self._requests = Requests.collect(self.frames_before + frame)
+        self._files = self._requests.files
         self._exposure, self._later = Exposure(self._requests, frame, self._camera_reader()), None
 
     def open_shutter(self) -> None:
@@ -97,6 +100,7 @@ class Capture:
             current().observations.frames += bool(self._requests.skipped)
             current().observations.unseen += not self._requests.skipped
             self._end_files()
+            append_to_journals()
             return
         self._moment = self._stage_moment()
         frames = self._frames(frame, seconds)
@@ -109,18 +113,23 @@ class Capture:
             self._output.write(writer, payload, frames, self._requests, self._moment)
         if (tap := current().tap) is not None:
             tap.take(frames, self._requests.tapped, number=self.frames_before + frame)
-        if self._requests.files is not None:
+        if self._files is not None:
             get_run().see_stage(current_stage())
         self._end_files()
+        append_to_journals()
         self._remember(frames)
         if current().tap is None:  # who takes the frames counts them
             report(FRAMES, self.frames_before + frame + 1, self.expected_frames)
 
-    def _end_files(self) -> None:
+    def give_up(self) -> None:
+        """End a frame that has begun and is not finished, because of an error."""
+        self._end_files(failed=True)
+
+    def _end_files(self, *, failed: bool = False) -> None:
         """Let the frame be whole once its files are written; it has none where all products are off."""
-        if self._requests.files is not None:
-            self._requests.files.release()
-        append_to_journals()
+        if self._files is not None:
+            self._files.release(failed=failed)
+            self._files = None
 
     def pass_over(self, frame: int) -> None:
         """Count a frame of which no writer makes files here, without looking at the stage."""

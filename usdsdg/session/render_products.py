@@ -29,13 +29,14 @@ def size_problem(width: int, height: int) -> str | None:
 class HydraTexture:
     """A render product: a camera, or several in tiles, and a resolution, with updates on or off.
 
-    `tiles` is None for the image of one camera; otherwise `camera_path` is that of the first tile.
+    `tiles` is None for the image of one camera; otherwise `camera_path` is that of the first tile. Camera and
+    resolution are those of the prim, also where a script writes its relationship or its attribute.
     """
 
     def __init__(self, path: str, camera_path: str, resolution: tuple[int, int], *, tiles: Tiles | None = None) -> None:
         self.path = path
-        self.camera_path = camera_path
-        self.resolution = resolution
+        self._camera_path = camera_path
+        self._resolution = resolution
         self.tiles = tiles
         self.updates_enabled = True
         # False: annotators alone do not cause captures of a playing timeline; they are computed when they are read.
@@ -45,6 +46,30 @@ class HydraTexture:
     def name(self) -> str:
         """The last element of the path, used as folder name and payload key."""
         return self.path.rsplit("/", 1)[-1]
+
+    @property
+    def camera_path(self) -> str:
+        """The path of the camera that it shows."""
+        prim = None if self.tiles else self._prim()
+        targets = UsdRender.Product(prim).GetCameraRel().GetForwardedTargets() if prim else []
+        return str(targets[0]) if targets else self._camera_path
+
+    @property
+    def resolution(self) -> tuple[int, int]:
+        """Width and height of its images [pixels]; setting it is `set_resolution`.
+
+        Raises:
+            RenderError: the prim has a size of which no image is possible.
+        """
+        prim = None if self.tiles else self._prim()
+        attribute = UsdRender.Product(prim).GetResolutionAttr() if prim else None
+        if not attribute or not attribute.HasAuthoredValue():
+            return self._resolution
+        return self._possible(attribute.Get())
+
+    @resolution.setter
+    def resolution(self, resolution: Sequence[int]) -> None:
+        self.set_resolution(resolution)
 
     @property
     def width(self) -> int:
@@ -75,9 +100,10 @@ class HydraTexture:
         prim = stage.GetPrimAtPath(path) if stage else None
         if not prim or not prim.IsA(UsdGeom.Camera):
             raise errors.BadPrim(f"{self.path}: {path} is not a camera on the stage")
-        self.camera_path = path
-        with self._editing() as product:
-            product.CreateCameraRel().SetTargets([path])
+        self._camera_path = path
+        if self._prim():
+            with self._editing() as product:
+                product.CreateCameraRel().SetTargets([path])
 
     def set_camera_path(self, path: str) -> None:
         """As `set_camera`."""
@@ -97,12 +123,23 @@ class HydraTexture:
         Raises:
             RenderError: an image of this size is not possible.
         """
+        self._resolution = self._possible(resolution)
+        if self._prim():
+            with self._editing() as product:
+                product.CreateResolutionAttr().Set(Gf.Vec2i(*self._resolution))
+
+    def _possible(self, resolution: Sequence[int]) -> tuple[int, int]:
         width, height = int(resolution[0]), int(resolution[1])
         if problem := size_problem(width, height):
             raise errors.RenderError(f"{self.path}: {problem}")
-        self.resolution = width, height
-        with self._editing() as product:
-            product.CreateResolutionAttr().Set(Gf.Vec2i(width, height))
+        return width, height
+
+    def _prim(self) -> Usd.Prim | None:
+        """Return its prim; None where it is no product of the current stage, of which another may have its path."""
+        state = current()
+        if state.stage is None or state.render_products.get(self.path) is not self:
+            return None
+        return state.stage.GetPrimAtPath(self.path) or None
 
     @contextmanager
     def _editing(self) -> Iterator[UsdRender.Product]:

@@ -4,7 +4,9 @@
 that only affect a user interface.
 """
 
+import itertools
 from collections.abc import Callable
+from enum import IntEnum
 from typing import Any
 
 from usdsdg.session.session import current
@@ -72,12 +74,20 @@ def normalized(path: str) -> str:
     return "/" + "/".join(part for part in path.split("/") if part)
 
 
+class ChangeEventType(IntEnum):
+    """What happened to a setting, for those who subscribed to it."""
+
+    CREATED, CHANGED, DESTROYED = range(3)
+
+
 class Settings:
     """A flat store of typed values under normalized paths."""
 
     def __init__(self) -> None:
         self._values: dict[str, Any] = dict(DEFAULTS)
         self._listeners: dict[str, list[Callable[[Any], None]]] = {}
+        self._subscriptions: dict[int, Callable[[], None]] = {}
+        self._numbers = itertools.count(1)
 
     def get(self, path: str) -> Any:
         """Return the value at `path`, or None if it is not set."""
@@ -87,7 +97,7 @@ class Settings:
         """Store `value` and call the listeners of that key."""
         key = normalized(path)
         self._values[key] = value
-        for listener in self._listeners.get(key, []):
+        for listener in list(self._listeners.get(key, [])):
             listener(value)
 
     def set_default(self, path: str, value: Any) -> None:
@@ -109,6 +119,23 @@ class Settings:
         listeners = self._listeners.setdefault(normalized(path), [])
         listeners.append(listener)
         return lambda: listeners.remove(listener) if listener in listeners else None
+
+    def subscribe_to_node_change_events(self, path: str, fn: Callable[[Any, ChangeEventType], Any]) -> int:
+        """Call `fn(value, event type)` whenever the key is set; return the number that ends it."""
+        had = [self.get(path) is not None]
+
+        def tell(value: Any) -> None:
+            change = ChangeEventType.CHANGED if had[0] else ChangeEventType.CREATED
+            had[0] = True
+            fn(value, change)
+
+        number = next(self._numbers)
+        self._subscriptions[number] = self.on_change(path, tell)
+        return number
+
+    def unsubscribe_to_change_events(self, subscription: int) -> None:
+        """End a subscription; nothing if it has ended."""
+        self._subscriptions.pop(subscription, lambda: None)()
 
     # carb.settings has one getter and setter per type.
     def get_as_int(self, path: str) -> int:

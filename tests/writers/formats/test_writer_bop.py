@@ -302,3 +302,15 @@ def test_subsets_that_are_told_apart_have_models_of_their_faces(stage, tmp_path)
 def test_options_that_cannot_be(tmp_path, options, reason):
     with pytest.raises(WriterError, match=reason):
         rep.WriterRegistry.get("BopWriter", init_params={"output_dir": str(tmp_path), **options})
+
+
+def test_an_object_that_is_scaled_to_nothing_is_not_drawn_and_ends_nothing(stage, tmp_path):
+    for name, depth in (("card", 0.0), ("box", 0.5)):
+        cube = UsdGeom.Cube.Define(stage, f"/World/{name}")
+        cube.AddScaleOp().Set(Gf.Vec3f(0.5, 0.5, depth))
+        add_labels(cube.GetPrim(), {"class": [name]})
+    camera = rep.functional.create.camera(position=(0, -4, 0), look_at=(0, 0, 0))
+    with pytest.warns(UsdsdgWarning, match="/World/card: its transform"):
+        folder = write(tmp_path, rep.create.render_product(camera, (32, 32)))
+    assert len(table(folder, "scene_gt")["0"]) == 1
+    assert json.loads((folder / "models" / "names.json").read_text()) == {"1": "box"}

@@ -129,6 +129,16 @@ def test_an_empty_picture_has_an_empty_file(tmp_path):
     assert (folder / "labels/train/000000.txt").read_text() == ""
 
 
+def test_a_dataset_without_a_class_has_its_description(tmp_path):
+    """As pictures of backgrounds have no other file that says where they are."""
+    from tests.annotators.ray_caster import new_stage
+
+    current().class_tables.reset()
+    write(tmp_path, [make_frame(new_stage(), (16, 12), filters=["class:*"])])
+    described = yaml.safe_load((tmp_path / "data.yaml").read_text())
+    assert described == {"train": "images/train", "val": "images/train", "names": {}}
+
+
 def test_classes_are_those_of_the_table(stage, tmp_path):
     rep.settings.set_semantic_classes({"pear": 9, "apple": 4, "plum": 30})
     for x, name in enumerate(("pear", "plum")):

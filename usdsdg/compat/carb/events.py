@@ -77,7 +77,8 @@ class EventStreams:
 
     def __init__(self) -> None:
         self.update, self.timeline = IEventStream("update"), IEventStream("timeline")
-        self.message_bus = IEventStream("message bus")
+        self.pre_update, self.message_bus = IEventStream("pre update"), IEventStream("message bus")
+        get_app().subscribe_before_update(lambda dt: self.pre_update.push(0, payload={"dt": dt}))
         get_app().subscribe_update(lambda dt: self.update.push(0, payload={"dt": dt}))
         get_timeline().subscribe(self._on_timeline)
 

@@ -10,6 +10,7 @@ from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.app.app import get_app
 from usdsdg.compat import stage_events as events
+from usdsdg.compat.carb import Double3
 from usdsdg.compat.carb.events import IEvent, IEventStream
 from usdsdg.compat.material_shaders import create_material_input, get_shader_from_material
 from usdsdg.compat.stage_events import (
@@ -20,10 +21,13 @@ from usdsdg.compat.stage_events import (
     stage_event_type,
     stage_events,
 )
+from usdsdg.compat.wrappers.bounds import aligned, bbox_cache
+from usdsdg.compat.wrappers.prim_paths import existing_prim
 from usdsdg.errors import Unsupported
 from usdsdg.session import stage_context
 from usdsdg.session.session import current
 from usdsdg.stage.paths import next_free_path
+from usdsdg.stage.time_code import current_time
 
 __all__ = [
     "Selection", "StageEventType", "StageRenderingEventType", "StageState", "UsdContext", "create_material_input",
@@ -211,6 +215,25 @@ class UsdContext:
     def get_selection(self) -> Selection:
         """Return the paths that are selected, which scripts set and commands work on."""
         return current().selection
+
+    def compute_path_world_bounding_box(self, path: Any) -> tuple[Double3, Double3]:
+        """Return minimum and maximum of what is at `path` and below it, in the world [stage units].
+
+        Raises:
+            BadPrim: there is no such prim.
+        """
+        cache = bbox_cache(current_time(), use_extents_hint=False)
+        box = aligned(cache, Usd.PrimRange(existing_prim(str(path)))).tolist()
+        return Double3(box[:3]), Double3(box[3:])
+
+    def compute_path_world_transform(self, path: Any) -> list[float]:
+        """Return the 16 numbers of the matrix from the space of a prim to the world, row by row, for row vectors.
+
+        Raises:
+            BadPrim: there is no such prim.
+        """
+        matrix = get_world_transform_matrix(existing_prim(str(path)), current_time())
+        return [value for row in matrix for value in row]
 
     def get_stage_loading_status(self) -> tuple[str, int, int]:
         """Return (message, files loaded, files to load): loading is synchronous, so nothing is ever pending."""

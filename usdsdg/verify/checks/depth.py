@@ -18,6 +18,8 @@ _RELATIVE = 2e-5
 # silhouettes and what is thinner than a pixel.
 _NEARER, _ODD = 0.02, 0.05
 _FEWEST = 20
+# Depths whose ratio is below this are one distance; the relative error of a logarithm of their ratios in 32 bits.
+_ONE_DISTANCE, _ROUNDING = 1 + 1e-5, 2.0**-22
 
 
 def check(seen: Seen) -> Faults:
@@ -31,7 +33,8 @@ def check(seen: Seen) -> Faults:
             yield from _from_others(seen, depth, seen.truth)
     yield from _kinds_agree(seen)
     for file, image, values in seen.extra.get("drawn depth", []):
-        wrong, *_ = sorted((np.abs(image.astype(int) - each) > 1 for each in _grays(values)), key=np.count_nonzero)
+        levels = image.astype(int)
+        wrong, *_ = sorted((np.abs(levels - gray) > off for gray, off in _grays(values)), key=np.count_nonzero)
         if wrong.any():
             yield Fault(file, seen.name, f"the gray image is not that of the depth in {of_pixels(wrong)}")
 
@@ -112,12 +115,18 @@ def _from_others(seen: Seen, depth: Depth, truth: Truth) -> Faults:
             )  # fmt: skip
 
 
-def _grays(depth: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the gray levels of depth [m]: over its own range, and over that of datasets before version 0.2."""
+def _grays(depth: np.ndarray) -> Iterator[tuple[np.ndarray, float]]:
+    """Yield gray levels of depth [m] and how far off they may be, over the ranges that writers have had.
+
+    These are the depth's own, in which one distance is white also where its rounding differs, and 0.00001 to 100 m of
+    datasets before version 0.2.
+    """
     finite = depth[np.isfinite(depth) & (depth > 0)].astype(np.float64)
     near, far = (finite.min(), finite.max()) if finite.size else (1e-5, 100.0)
-    yield _gray(depth, near, far if far > near else near * 2.0)
-    yield _gray(depth, 1e-5, 100.0)
+    end = far if far > near * _ONE_DISTANCE else near * 2.0
+    # Writers compute in 32 bits, whose rounding counts more the narrower the range is.
+    yield _gray(depth, near, end), 1 + _ROUNDING * 255 / np.log(end / near)
+    yield _gray(depth, 1e-5, 100.0), 1
 
 
 def _gray(depth: np.ndarray, near: float, far: float) -> np.ndarray:

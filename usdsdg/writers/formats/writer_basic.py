@@ -370,8 +370,8 @@ def colorize_distance(distance: np.ndarray, near: float | None = None, far: floa
         near = float(finite.min()) if finite.size else 1e-5
     if far is None:
         far = float(finite.max()) if finite.size else 100.0
-    # All at one distance: any range above it gives white.
-    far = far if far > near else near * 2.0
+    # All at one distance, up to the rounding of depths: any range above it gives white.
+    far = far if far > near * (1 + 1e-5) else near * 2.0
     # The logarithm of a ratio, so that `near` is exactly white in float32.
     fraction = np.log(np.clip(distance, near, far) / np.float32(near)) / np.log(far / near)
     return (np.clip(1.0 - fraction, 0, 1) * 255).astype(np.uint8)

@@ -12,7 +12,7 @@ FileFacts = tuple[int, str]
 
 @dataclass(eq=False)
 class FrameFiles:
-    """The files of one captured frame, in every folder. It is whole when it is closed and all its jobs have succeeded.
+    """The files of one captured frame, in every folder. It is whole when it has ended and all its jobs have succeeded.
 
     Jobs of the queue of files hold it while they are open; several threads do so at once.
     """
@@ -51,16 +51,22 @@ class FrameFiles:
         self.states.setdefault(folder, {})[writer] = values
 
     @property
-    def is_whole(self) -> bool:
-        """Whether all of its files have been written."""
-        return self.holds == 0 and not self.has_failed
+    def has_ended(self) -> bool:
+        """Whether nothing of it waits to be written: it is whole, or never will be."""
+        return self.holds == 0
 
 
 class FramesInHand:
-    """The captured frames that are not in the journal yet, oldest first."""
+    """The captured frames that are not in the journal yet, oldest first.
+
+    A frame that will never be whole, as a script caught an error of a writer and went on, keeps all later ones of its
+    folders out of their journals, which then end before it; those of other folders are whole as if it had not been.
+    """
 
     def __init__(self) -> None:
         self._frames: deque[FrameFiles] = deque()
+        self._whole: list[FrameFiles] = []
+        self._lacking: set[str] = set()  # folders of frames that will never be whole
         self._lock = threading.Lock()
 
     def begin(self, number: int) -> FrameFiles:
@@ -71,19 +77,28 @@ class FramesInHand:
         return frame
 
     def take_whole(self) -> list[FrameFiles]:
-        """Remove and return the frames that are whole, up to the first one that is not."""
-        taken = []
+        """Remove and return the frames that are whole, up to the first one that may still become so."""
         with self._lock:
-            while self._frames and self._frames[0].is_whole:
-                taken.append(self._frames.popleft())
+            self._sort_out()
+            taken, self._whole = self._whole, []
         return taken
 
     def count_whole(self) -> int:
         """Return how many frames `take_whole` would return."""
         with self._lock:
-            return next((place for place, each in enumerate(self._frames) if not each.is_whole), len(self._frames))
+            self._sort_out()
+            return len(self._whole)
 
-    def count(self) -> int:
-        """Return how many frames are in hand."""
+    def lacks(self, folder: str) -> bool:
+        """Return whether a folder lacks a frame that was begun: it has failed, or has not ended."""
         with self._lock:
-            return len(self._frames)
+            self._sort_out()
+            return folder in self._lacking or bool(self._frames)
+
+    def _sort_out(self) -> None:
+        while self._frames and self._frames[0].has_ended:
+            frame = self._frames.popleft()
+            if frame.has_failed or not self._lacking.isdisjoint(frame.folders):
+                self._lacking |= frame.folders.keys()
+            else:
+                self._whole.append(frame)

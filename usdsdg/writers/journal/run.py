@@ -246,9 +246,8 @@ class Run:
             return
         self._is_closed = True
         self.append()
-        is_whole = complete and not self._in_hand.count()
-        for folder in self.folders:
-            folder.close(complete=is_whole)
+        for name, folder in tuple(self._folders.items()):
+            folder.close(complete=complete and not self._in_hand.lacks(name))
 
     def forget_removed(self) -> None:
         """Forget folders that a script has removed itself after its last file, as with a temporary one."""

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
+import usdsdg as rep
 from usdsdg.compat.isaacsim.core.utils import (
     bounds,
     mesh,
     prims,
+    render_product,
     rotations,
     semantics,
     string,
@@ -195,3 +197,20 @@ def test_ops_are_replaced(stage):
     np.testing.assert_allclose(np.array(cube.ComputeLocalToWorldTransform(0)), before, atol=1e-6)
     xforms.clear_xform_ops(cube.GetPrim())
     assert xforms.get_local_pose("/World/cube")[0].tolist() == [0, 0, 0]
+
+
+def test_render_products_are_read_and_changed_by_path(stage):
+    first, second = (rep.functional.create.camera(name=name) for name in ("first", "second"))
+    product, path = render_product.create_hydra_texture((64, 48), str(first.GetPath()))
+    assert product.path == path
+    assert render_product.get_resolution(path) == (64, 48)
+    assert render_product.get_camera_prim_path(path) == first.GetPath()
+    render_product.set_camera_prim_path(path, str(second.GetPath()))
+    render_product.set_resolution(path, (32, 16))
+    assert (product.camera_path, product.resolution) == (str(second.GetPath()), (32, 16))
+    with pytest.raises(BadPrim, match="not a camera"):
+        render_product.set_camera_prim_path(path, "/none")
+    with pytest.raises(BadPrim, match="there is no render product"):
+        render_product.get_resolution("/Render/none")
+    with pytest.raises(Unsupported, match=r"rep\.annotators\.get"):
+        render_product.add_aov(path, "LdrColor")

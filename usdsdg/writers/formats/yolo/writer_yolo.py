@@ -87,7 +87,7 @@ class YoloWriter(Writer):
             *(named_annotators.get(name, labels) for name in (BOXES, INSTANCES, *more)),
         ]
         self._keypoints = keypoints
-        self._listed: list[str] = []
+        self._listed: list[str] | None = None  # in data.yaml, once that is written
         self._frame_id = 0
 
     def annotators_to_skip(self) -> list[Annotator]:

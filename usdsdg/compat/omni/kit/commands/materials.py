@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg.compat.omni.kit.commands.registry import command
-from usdsdg.errors import BadPrim
+from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.materials import define_mdl
@@ -83,21 +83,25 @@ def create_preview_surface_material_prim(
 def bind_material(
     prim_path: AnyPath | Sequence[AnyPath],
     material_path: AnyPath,
-    strength: str | None = None,
+    strength: str | Sequence[str] | None = None,
     material_purpose: str = "",
     stage: Usd.Stage | None = None,
 ) -> None:
     """Bind a material to prims; the path "" or "None" unbinds.
 
+    strength: of all bindings, or a list with one for all or one for each prim, as Kit's command log has it.
+
     Raises:
         BadPrim: a prim or the material is not on the stage.
+        ArgumentError: the list of strengths has another length than that of the prims.
     """
     target = stage or current_stage()
     material = UsdShade.Material(target.GetPrimAtPath(str(material_path))) if str(material_path) else None
     unbind = str(material_path) in ("", "None")
     if not unbind and not material:
         raise BadPrim(f"BindMaterial: {material_path} is not a material on the stage")
-    for path in [prim_path] if isinstance(prim_path, (str, Sdf.Path)) else prim_path:
+    paths = [prim_path] if isinstance(prim_path, (str, Sdf.Path)) else list(prim_path)
+    for path, one in zip(paths, _strengths(strength, len(paths))):
         prim = target.GetPrimAtPath(str(path))
         if not prim:
             raise BadPrim(f"BindMaterial: {path} is not on the stage")
@@ -105,7 +109,15 @@ def bind_material(
         if unbind:
             binding.UnbindDirectBinding(material_purpose)
         else:
-            binding.Bind(material, strength or UsdShade.Tokens.weakerThanDescendants, material_purpose)
+            binding.Bind(material, one or UsdShade.Tokens.weakerThanDescendants, material_purpose)
+
+
+def _strengths(given: str | Sequence[str] | None, count: int) -> Sequence[str | None]:
+    if given is None or isinstance(given, str):
+        return [given] * count
+    if len(given) not in (1, count):
+        raise ArgumentError(f"BindMaterial: strength has {len(given)} entries for {count} prims; give one, or {count}")
+    return list(given) * count if len(given) == 1 else list(given)
 
 
 def _define_scope(stage: Usd.Stage, path: str) -> None:

@@ -15,8 +15,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 _SUFFIX = "Command"
 # Arguments that name an undo state, the user interface or the only context; they change nothing.
 _IGNORED = frozenset({
-    "context_name", "usd_context_name", "select_new_prim", "old_selected_paths", "expand_in_stage", "prev",
-    "old_transform_matrix", "old_translation", "old_rotation_euler", "old_rotation_order", "old_scale",
+    "context_name", "usd_context", "usd_context_name", "select_new_prim", "old_selected_paths", "expand_in_stage",
+    "prev", "old_transform_matrix", "old_translation", "old_rotation_euler", "old_rotation_order", "old_scale",
     "had_transform_at_key", "prepend_default_prim",
 })  # fmt: skip
 
