@@ -39,7 +39,7 @@ def _chain(stage, spins, kind=UsdPhysics.SphericalJoint, *, damping=0.0, **optio
 
 
 def _momentum(engine, paths):
-    """Angular momentum about the common center of mass (3,) [kg m²/s], and kinetic energy [J] of the motion about it."""
+    """Angular momentum (3,) [kg m²/s] and kinetic energy [J] of the motion about the common center of mass."""
     rows = [engine.rigid_bodies.index(path) for path in paths]
     poses, velocities = engine._session.world.poses()[rows].astype(float), engine.velocities(paths)
     places, speeds = poses[:, :3] - poses[:, :3].mean(axis=0), velocities[:, :3] - velocities[:, :3].mean(axis=0)

@@ -5,7 +5,6 @@
 
 import warp as wp
 
-
 TINY = wp.constant(1.0e-12)  # of the cube of a moment of inertia: below this, nothing resists a turn about a line
 
 
