@@ -9,9 +9,9 @@ from unittest import mock
 import numpy as np
 import pytest
 import warp as wp
-from pxr import Usd
+from pxr import Usd, UsdPhysics
 
-from tests.physics import calm_scenes, test_locked_axes, test_small_bodies, test_squeezes
+from tests.physics import calm_scenes, test_calm, test_locked_axes, test_small_bodies, test_squeezes
 from tests.physics.scenes import add, new_stage, physics_material, playing
 from usdsdg.compilation import ModuleLoad
 from usdsdg_physics import NewtonEngine
@@ -187,6 +187,31 @@ def test_cuda_gives_the_same_bits_twice_and_what_the_cpu_gives_in_a_short_time()
 
     assert (run("cuda:0", 2.0) == run("cuda:0", 2.0)).all()
     assert run("cuda:0", 0.2) == pytest.approx(run("cpu", 0.2), abs=1e-3)
+
+
+@pytest.mark.parametrize("heavy", [20.0, 100.0])
+def test_what_is_light_carries_what_is_heavy(heavy):
+    test_calm.test_a_light_cube_carries_a_heavy_one(heavy)
+
+
+def test_what_is_light_carries_what_is_heavy_beside_a_pile():
+    """The tower gets sweeps of its own, and the pile, of other pairs than it has, those that it has without it."""
+
+    def ends(tower: bool) -> tuple[np.ndarray, np.ndarray]:
+        stage = new_stage()
+        floor(stage)
+        for i in range(40):
+            at = (2 + 0.21 * (i % 4), 0.21 * (i // 4 % 4), 0.1 + 0.21 * (i // 16))
+            add(stage, f"/World/box_{i:02}", at=at)
+        for k in range(3 if tower else 0):
+            cube = add(stage, f"/World/tower_{k}", at=(0, 0, 0.05 + 0.1 * k), scale=(0.05, 0.05, 0.05))
+            UsdPhysics.MassAPI.Apply(cube).CreateMassAttr(100.0 if k == 2 else 1.0)
+        poses = moved(stage, 1.0).poses()
+        return poses[:40], poses[40:]
+
+    pile, tower = ends(True)
+    assert tower[:, :3] == pytest.approx(np.array([[0, 0, 0.05 + 0.1 * k] for k in range(3)]), abs=2e-3)
+    assert pile == pytest.approx(ends(False)[0], abs=1e-5)
 
 
 def test_what_is_light_lifts_what_is_heavy():

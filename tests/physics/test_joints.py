@@ -7,12 +7,15 @@ the pendulum, the double pendulum and the damped door here.
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdPhysics
 
 from tests.physics.mechanisms import angle, drive, free_axes, joint, limit, rod, rotation
 from tests.physics.scenes import add, new_stage, playing, position, set_value, velocity
+from usdsdg.errors import UsdsdgWarning
 
 G, STEP = 9.81, 1.0 / 60.0
 LAG = 1.0 / 480.0  # half of the solver's step
@@ -519,6 +522,7 @@ def test_friction_holds_a_joint_up_to_its_torque():
         UsdPhysics.MassAPI.Apply(lever).CreateMassAttr(1.0)
         path = f"/World/hinge_{number}"
         made = joint(stage, path, UsdPhysics.RevoluteJoint, "", f"/World/lever_{number}", (0, number, 1), axis="Y")
+        UsdPhysics.ArticulationRootAPI.Apply(lever)
         made.GetPrim().AddAppliedSchema("PhysxJointAxisAPI:angular")
         name = "physxJointAxis:angular:staticFrictionEffort"
         made.GetPrim().CreateAttribute(name, Sdf.ValueTypeNames.Float).Set(friction)
@@ -529,6 +533,49 @@ def test_friction_holds_a_joint_up_to_its_torque():
     assert held == pytest.approx(0.0, abs=1e-4)
     inertia = 0.1**2 + (0.2**2 + 0.04**2) / 12
     assert slides == pytest.approx((G * 0.1 - 0.6) / inertia * 0.2, rel=0.1)  # a little less as it turns
+
+
+@pytest.mark.parametrize("articulated", [False, True])
+@pytest.mark.parametrize(
+    ("name", "amount"),
+    [
+        ("physxJoint:jointFriction", 0.5),
+        ("physxJoint:armature", 2.0),
+        ("physxJoint:maxJointVelocity", 90.0),
+        ("physxJointAxis:angular:viscousFrictionCoefficient", 0.05),
+        ("physxJointAxis:angular:staticFrictionEffort", 5.0),
+    ],
+)
+def test_what_rubs_or_resists_in_joints_acts_in_articulations_alone(name, amount, articulated):
+    """PhysX (ovphysx 0.7.0) turns a hinged rod that begins with 4 rad/s on where there is no articulation."""
+    stage, path = new_stage(), f"/World/{name.replace(':', '_')}"
+    lever = add(stage, "/World/rod", at=(0.3, 0, 0), scale=(0.3, 0.05, 0.05), gravity=False)
+    lever.CreateAttribute("physxRigidBody:linearDamping", Sdf.ValueTypeNames.Float).Set(0.0)
+    made = joint(stage, path, UsdPhysics.RevoluteJoint, "", "/World/rod", (0, 0, 0), axis="Z")
+    UsdPhysics.RigidBodyAPI(lever).CreateAngularVelocityAttr(Gf.Vec3f(0, 0, np.degrees(4)))
+    UsdPhysics.RigidBodyAPI(lever).CreateVelocityAttr(Gf.Vec3f(0, 1.2, 0))
+    if "armature" in name:
+        # Without a drive an armature only changes what the velocity of the body is to its axis.
+        drive(made, "angular", damping=0.1)
+    made.GetPrim().AddAppliedSchema("PhysxJointAxisAPI:angular" if "Axis" in name else "PhysxJointAPI")
+    made.GetPrim().CreateAttribute(name, Sdf.ValueTypeNames.Float).Set(amount)
+    if articulated:
+        UsdPhysics.ArticulationRootAPI.Apply(lever)
+    plain = 4.0 * np.exp(-0.1 * np.degrees(1.0) * 5 * STEP / _rod_inertia()) if "armature" in name else 4.0
+    with nullcontext() if articulated else pytest.warns(UsdsdgWarning, match=f"outside of articulations: {path}"):
+        engine = playing(stage)
+    for _ in range(5):
+        engine.step(STEP)
+    (speed,) = engine.joint_velocities([path])
+    if articulated:
+        assert abs(speed - plain) > 0.3
+    else:
+        assert speed == pytest.approx(plain, rel=0.03, abs=1e-3)
+
+
+def _rod_inertia():
+    """Of the rod of 6 kg about its hinge [kg m²]."""
+    return 6.0 * (0.3**2 + (0.6**2 + 0.1**2) / 12)
 
 
 def test_runs_repeat_bit_for_bit():

@@ -8,7 +8,6 @@ from pxr import Gf, Sdf, UsdPhysics
 
 from tests.physics.mechanisms import free_axes, joint
 from tests.physics.scenes import add, new_stage, playing
-from usdsdg.errors import UsdsdgWarning
 
 STEP, SECONDS = 1.0 / 60.0, 1.0
 
@@ -61,15 +60,6 @@ def test_links_that_float_turn_less_against_each_other_and_keep_their_momentum()
     # Equal inertias: what one loses the other gets, so that the difference decays at twice the rate.
     assert first + second == pytest.approx(np.radians(90), rel=0.01)
     assert second - first == pytest.approx(np.radians(90) * np.exp(-4.0 * SECONDS), rel=0.08)
-
-
-def test_a_limit_of_speed_on_a_body_that_joints_move_is_named():
-    stage = new_stage()
-    prim = damped_body(stage, "/World/a")
-    prim.CreateAttribute("physxRigidBody:maxLinearVelocity", Sdf.ValueTypeNames.Float).Set(1.0)
-    joint(stage, "/World/joint", UsdPhysics.PrismaticJoint, "", "/World/a", (0, 0, 0), axis="X")
-    with pytest.warns(UsdsdgWarning, match="maxLinearVelocity has no effect on bodies that joints move: /World/a"):
-        playing(stage).step(STEP)
 
 
 @pytest.mark.parametrize("slides", [("transX",), ("transX", "transY", "transZ")])

@@ -205,6 +205,7 @@ def test_the_second_hinge_of_a_door_rubs_too():
     for number in range(2):
         path = f"/World/door_{number}"
         UsdPhysics.MassAPI.Apply(add(stage, path, at=(0.4, 2 * number, 1), scale=(0.4, 0.02, 0.9))).CreateMassAttr(10.0)
+        UsdPhysics.ArticulationRootAPI.Apply(stage.GetPrimAtPath(path))
         for name, z in (("top", 1.7), ("bottom", 0.3)):
             made = joint(
                 stage, f"/World/{name}_{number}", UsdPhysics.RevoluteJoint, "", path, (0, 2 * number, z), axis="Z"

@@ -540,3 +540,16 @@ def test_a_surface_may_have_any_rest_offset(kind, recwarn):
     prim.CreateAttribute("physxCollision:restOffset", Sdf.ValueTypeNames.Float).Set(-3.0)
     _parse(stage)
     assert not [str(warning.message) for warning in recwarn]
+
+
+def test_several_scenes_and_the_bodies_of_others_are_named():
+    stage = new_stage()
+    UsdPhysics.Scene.Define(stage, "/Slow").CreateGravityMagnitudeAttr(1.0)
+    for name, owner in (("mine", "/PhysicsScene"), ("slow", "/Slow"), ("free", None)):
+        body = add(stage, f"/World/{name}")
+        if owner:
+            UsdPhysics.RigidBodyAPI(body).CreateSimulationOwnerRel().SetTargets([owner])
+    with pytest.warns(
+        errors.UsdsdgWarning, match=r"in the first, /PhysicsScene, .* of the others, .*: /World/slow\. Remove"
+    ):
+        playing(stage)

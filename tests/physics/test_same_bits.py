@@ -36,6 +36,7 @@ def gripper(stage):
     rod(stage, "/World/wheel", (-0.8, -0.8, 0.5), (-0.8, -0.2, 0.5))
     axle = joint(stage, "/World/axle", UsdPhysics.RevoluteJoint, "", "/World/wheel", (-0.8, -0.5, 0.5), axis="X")
     drive(axle, "angular", damping=10.0, target_velocity=2000.0)
+    UsdPhysics.ArticulationRootAPI.Apply(axle.GetPrim())
     axle.GetPrim().AddAppliedSchema("PhysxJointAPI")
     axle.GetPrim().CreateAttribute("physxJoint:maxJointVelocity", Sdf.ValueTypeNames.Float).Set(300.0)
     return lambda engine, frame: None

@@ -29,6 +29,7 @@ class Bodies:
     # depend on its order.
     overflow_count: wp.array[wp.int32]
     overflow_change: wp.array2d[wp.int64]
+    burden: wp.array[wp.int32]  # not 0 of those that lie near where light ones carry heavy ones
 
 
 @wp.struct
@@ -45,6 +46,7 @@ class Pairs:
     group_size: wp.array[wp.int32]  # (GROUPS,)
     group_begin: wp.array[wp.int32]  # (GROUPS + 1,)
     group_filled: wp.array[wp.int32]  # (GROUPS,)
+    burdened: wp.array[wp.int32]  # (1,) 0, or one more than there are pairs with `burden`
 
 
 @wp.struct

@@ -19,11 +19,16 @@ SETTLED = wp.constant(1.0e-4)  # part of its loads that a pair may still change 
 FIXED_POINT = wp.constant(wp.float64(2.0**36))
 
 
+# Of more pairs than this, light bodies that carry heavy ones get no sweeps of their own, which others would wait for.
+MOST_BURDENED = wp.constant(64)
+
+
 @wp.kernel(enable_backward=False)
 def sweep(
     threads: wp.int32,
     blocks: wp.int32,
     iterations: wp.int32,
+    burdened: wp.int32,
     # in and out
     counter: wp.array[wp.int32],
     bodies: Bodies,
@@ -32,8 +37,11 @@ def sweep(
 ):
     """Solve the rows of all pairs `iterations` times: color by color, those without a color, then those on the world.
 
-    Threads solve pairs of one color at the same time and wait for each other before the next.
+    Threads solve pairs of one color at the same time and wait for each other before the next. If `burdened` is not 0,
+    only pairs near where light bodies carry heavy ones.
     """
+    if burdened != 0 and (pairs.burdened[0] == 0 or pairs.burdened[0] > MOST_BURDENED):
+        return
     thread = wp.tid()
     passed = int(0)
     for _ in range(iterations):
@@ -43,13 +51,15 @@ def sweep(
             if end == begin:  # pairs have the lowest colors that they can
                 break
             for place in range(begin + thread, end, threads):
-                solve_pair(pairs.order[place], bodies, pairs, rows)
+                if burdened == 0 or is_burdened(pairs.order[place], bodies, pairs):
+                    solve_pair(pairs.order[place], bodies, pairs, rows)
             passed = wait_for_all(counter, blocks, passed)
         begin = pairs.group_begin[OVERFLOW]
         end = pairs.group_begin[OVERFLOW + 1]
         if end > begin:
             for place in range(begin + thread, end, threads):
-                solve_overflowing_pair(pairs.order[place], bodies, pairs, rows)
+                if burdened == 0 or is_burdened(pairs.order[place], bodies, pairs):
+                    solve_overflowing_pair(pairs.order[place], bodies, pairs, rows)
             passed = wait_for_all(counter, blocks, passed)
             for body in range(thread, bodies.overflow_count.shape[0], threads):
                 apply_overflow(body, bodies)
@@ -58,8 +68,14 @@ def sweep(
         end = pairs.group_begin[GROUND + 1]
         if end > begin:
             for place in range(begin + thread, end, threads):
-                solve_pair(pairs.order[place], bodies, pairs, rows)
+                if burdened == 0 or is_burdened(pairs.order[place], bodies, pairs):
+                    solve_pair(pairs.order[place], bodies, pairs, rows)
             passed = wait_for_all(counter, blocks, passed)
+
+
+@wp.func
+def is_burdened(pair: int, bodies: Bodies, pairs: Pairs):
+    return bodies.burden[pairs.first[pair]] != 0 or bodies.burden[pairs.second[pair]] != 0
 
 
 @wp.func

@@ -107,12 +107,6 @@ def add_joints(
         built.articulations.append(builder.articulation_count)
         builder.add_articulation(added, label=tree.root or tree.branches[0].joint.path)
         built.links |= dict.fromkeys(tree.bodies, number)
-        limited = [path for path in tree.bodies if path != tree.root and np.isfinite(scene.bodies[path].max_velocity)]
-        if limited:
-            warn_once(
-                f"maxLinearVelocity has no effect on bodies that joints move: {', '.join(sorted(limited))}. Limit "
-                "their joints with physxJoint:maxJointVelocity."
-            )
     for tree in trees:
         for branch in tree.loops:
             with warnings.catch_warnings():

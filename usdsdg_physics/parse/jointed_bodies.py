@@ -78,7 +78,7 @@ def mark_articulated(found: PhysicsPrims, bodies: Mapping[str, Body], joints: Ma
     enabled = (prim for prim in found.articulations if value(prim, "physxArticulation:articulationEnabled", True))
     roots = [str(prim.GetPath()) for prim in enabled]
     if not roots:
-        return dict(joints)
+        return _without_articulation(joints)
     kinematic = {path for path, body in bodies.items() if body.kinematic}
     links = [
         joint
@@ -99,7 +99,25 @@ def mark_articulated(found: PhysicsPrims, bodies: Mapping[str, Body], joints: Ma
             "as in PhysX, physics:breakForce and physics:breakTorque have no effect on the joints of an articulation: "
             f"{listed(unbroken)}. Set physics:excludeFromArticulation on those that shall break."
         )
-    return {path: replace(joint, articulated=path in marked) for path, joint in joints.items()}
+    return _without_articulation({path: replace(joint, articulated=path in marked) for path, joint in joints.items()})
+
+
+def _without_articulation(joints: Mapping[str, Joint]) -> dict[str, Joint]:
+    """Return the joints, of which those of no articulation neither rub nor resist nor have a highest speed."""
+    bare = {"armature": 0.0, "friction": 0.0, "static_friction": 0.0, "damping": 0.0, "max_velocity": float("inf")}
+    found, ignored = {}, []
+    for path, joint in joints.items():
+        axes = joint.axes if joint.articulated else tuple(replace(axis, **bare) for axis in joint.axes)
+        found[path] = replace(joint, axes=axes)
+        if axes != joint.axes:
+            ignored.append(path)
+    if ignored:
+        warn_once(
+            "as in PhysX, physxJoint:jointFriction, armature and maxJointVelocity and PhysxJointAxisAPI have no effect "
+            f"on joints outside of articulations: {listed(sorted(ignored))}. Apply UsdPhysics.ArticulationRootAPI to "
+            "one of their bodies or a prim above, or use a drive with damping and maxForce."
+        )
+    return found
 
 
 def read_jointed_pairs(

@@ -205,10 +205,20 @@ def _warn_left_out(found: PhysicsPrims) -> None:
             f"{listed(found.static_belts)}. Apply RigidBodyAPI with physics:kinematicEnabled."
         )
     if len(found.scenes) > 1:
-        names = listed([str(path) for path in sorted(prim.GetPath() for prim in found.scenes)])
+        paths = sorted(prim.GetPath() for prim in found.scenes)
+        others = sorted(str(prim.GetPath()) for prim in found.bodies if not _is_owned(prim, paths[0]))
+        owned = f", also bodies of the others, which collide with all: {listed(others)}" if others else ""
         warn_once(
-            f"the stage has several PhysicsScenes ({names}); everything is simulated in the first. Remove the others."
+            f"the stage has several PhysicsScenes ({listed(list(map(str, paths)))}); everything is simulated in the "
+            f"first, {paths[0]}, with its gravity and steps{owned}. Remove the others."
         )
+
+
+def _is_owned(prim: Usd.Prim, scene: Sdf.Path) -> bool:
+    """Return whether a scene is, or is among, the simulation owners of a body."""
+    relation = prim.GetRelationship("physics:simulationOwner")
+    owners = relation.GetTargets() if relation else []
+    return not owners or scene in owners
 
 
 def _find_animated(found: PhysicsPrims) -> None:

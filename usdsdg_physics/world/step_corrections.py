@@ -107,7 +107,7 @@ class StepCorrections:
             if built.joints.trees
             else None
         )
-        self.link_damping = LinkDamping(model) if built.joints.trees else None
+        self.link_damping = LinkDamping(model, bodies) if built.joints.trees else None
         joints = built.joints
         self.loads = (
             JointLoads(model, [row[1:] for row in joints.breakable], joints.rubbing)
@@ -160,15 +160,13 @@ class StepCorrections:
         if self.distances is not None:
             self.distances.add_contacts(state, self._surface_velocity, h)
         if self.link_damping is not None:
-            self.link_damping.add(state, h)
+            self.link_damping.add(state, h, limits=substep == 0)
 
     def after_solver(
         self, kind: StepKind, substep: int, before: newton.State, after: newton.State, observed: Any
     ) -> None:
         """Correct what the solver's step made of a state; `observed` has what `observables` names."""
         h = kind.substep
-        if self.link_damping is not None:
-            self.link_damping.remove(before)
         if self.report is not None:
             self.report.note_forces(observed.contact_f, substep, h)
         if self.distances is not None and self.distances.breakable:
@@ -177,6 +175,8 @@ class StepCorrections:
             self.links.revert_nonfinite(before, after)
         if self.floating_trees:
             self.floating_trees.keep_momentum(before, after, h)
+        if self.link_damping is not None:
+            self.link_damping.remove(before)
         if self.loads is not None:
             self.loads.apply(before, observed.body_parent_f)
         if self.locked_axes is not None:

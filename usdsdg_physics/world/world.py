@@ -11,6 +11,7 @@ import numpy as np
 
 from usdsdg_physics.corrections.bodies.stabilization import REST_DELAY
 from usdsdg_physics.corrections.contacts.contact_report import ContactRows
+from usdsdg_physics.corrections.contacts.friction_anchors import center_friction
 from usdsdg_physics.model.build import (
     build_model,
     build_pipeline,
@@ -59,6 +60,7 @@ class World:
         self.pipeline = build_pipeline(self.model, capacity=capacity, extra=extra_contacts)
         load_kernels(self.pipeline, progress=progress)
         self.solver = build_solver(built, self.pipeline, capacity=capacity)
+        center_friction(self.solver)
         self.solver.restitution_velocity_threshold = scene.bounce_threshold
         self.body_index, self.shape_index = built.body_index, built.shape_index
         self._halves = Halves(scene, built.body_index)

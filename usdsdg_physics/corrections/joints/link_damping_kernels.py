@@ -1,4 +1,4 @@
-"""Drag of links."""
+"""Drag of links, and their highest velocities."""
 
 # Code of Warp kernels is not Python to a type checker.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportGeneralTypeIssues=false, reportIndexIssue=false, reportOperatorIssue=false
@@ -42,3 +42,34 @@ def drag_links(
         body_f[body] = body_f[body] + wp.spatial_vector(force, torque)
         if other >= 0:
             body_f[other] = body_f[other] - wp.spatial_vector(wp.vec3(0.0), torque)
+
+
+@wp.kernel(enable_backward=False)
+def limit_links(
+    links: wp.array[wp.int32],
+    dt: float,
+    # body
+    max_velocity: wp.array[wp.float32],
+    max_angular_velocity: wp.array[wp.float32],
+    body_mass: wp.array[wp.float32],
+    body_inertia: wp.array[wp.mat33],
+    body_q: wp.array[wp.transform],
+    body_qd: wp.array[wp.spatial_vector],
+    # out
+    body_f: wp.array[wp.spatial_vector],
+):
+    """Add the forces that take from links, if they were free, the velocity that is above their limits in a step."""
+    body = links[wp.tid()]
+    velocity = wp.spatial_top(body_qd[body])
+    spin = wp.spatial_bottom(body_qd[body])
+    speed = wp.length(velocity)
+    turning = wp.length(spin)
+    force = wp.vec3(0.0)
+    torque = wp.vec3(0.0)
+    if speed > max_velocity[body]:
+        force = (body_mass[body] * (max_velocity[body] / speed - 1.0) / dt) * velocity
+    if turning > max_angular_velocity[body]:
+        rotation = wp.transform_get_rotation(body_q[body])
+        change = (max_angular_velocity[body] / turning - 1.0) * spin
+        torque = wp.quat_rotate(rotation, body_inertia[body] * wp.quat_rotate_inv(rotation, change)) / dt
+    body_f[body] = body_f[body] + wp.spatial_vector(force, torque)
