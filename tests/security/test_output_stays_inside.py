@@ -14,6 +14,9 @@ from usdsdg.session.confinement import confined
 from usdsdg.session.stage_context import snapshot
 from usdsdg.stage import flatten
 
+# Writers that another test of the process has attached write too.
+pytestmark = pytest.mark.usefixtures("stage")
+
 GRAPH = """
     camera: {{create.camera: {{position: [0, 0, 5], look_at: [0, 0, 0]}}}}
     cube: {{create.cube: {{semantics: [[class, cube]]}}}}
