@@ -18,13 +18,3 @@ def filled(corners: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
         x = x0[crossing] + (row + 0.5 - y0[crossing]) / (y1[crossing] - y0[crossing]) * (x1[crossing] - x0[crossing])
         inside[row] = (x[:, None] > middles).sum(axis=0) % 2 == 1
     return inside
-
-
-def without_holes(mask: np.ndarray) -> np.ndarray:
-    """Return a mask (H, W) with its holes filled, as the outlines of its parts have it.
-
-    Pixels that touch at a corner only are different parts, so that they close no hole.
-    """
-    from scipy import ndimage
-
-    return np.asarray(ndimage.binary_fill_holes(mask, structure=np.ones((3, 3))), bool)

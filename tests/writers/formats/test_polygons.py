@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from usdsdg.writers.formats.shapes.polygons import joined, outlines
+from usdsdg.writers.formats.shapes.polygons import joined, outlines, without_holes
 
 
 def filled(polygon, shape):
@@ -48,11 +48,17 @@ def test_outlines_filled_are_the_parts_without_their_holes(mask):
 @settings(max_examples=100, deadline=None)
 @given(masks())
 def test_joined_outlines_fill_all_parts(mask):
-    found = outlines(mask)
-    if found:
-        holes_filled = np.any([filled(each, mask.shape) for each in found], axis=0)
-        nested = np.sum([filled(each, mask.shape) for each in found], axis=0) > 1
-        assert (filled(joined(found), mask.shape) | nested).tobytes() == holes_filled.tobytes()
+    whole = without_holes(mask)
+    assert (whole == ndimage.binary_fill_holes(mask, np.ones((3, 3)))).all()
+    if mask.any():
+        assert filled(joined(outlines(whole)), mask.shape).tobytes() == whole.tobytes()
+
+
+def test_what_is_inside_of_a_hole_is_covered_once():
+    ring = np.ones((7, 7), bool)
+    ring[1:6, 1:6] = False
+    ring[3, 3] = True
+    assert filled(joined(outlines(without_holes(ring))), ring.shape).all()
 
 
 def test_corners_of_a_square():

@@ -14,6 +14,7 @@ from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.record import CLASSES
 from usdsdg.verify.checks.compare import differs, of_pixels, text
+from usdsdg.writers.formats.shapes.polygons import without_holes
 from usdsdg.writers.formats.yolo.yolo_files import DESCRIPTION, NAME
 
 BOXES = "bounding_box_2d_tight_fast"
@@ -199,11 +200,7 @@ def _oriented(seen: Seen, file: str, thing: Thing, corners: np.ndarray, mask: np
 
 
 def _outline(seen: Seen, file: str, thing: Thing, corners: np.ndarray, mask: np.ndarray) -> Faults:
-    """An outline holds the pixels of its object, and no others but those in its holes."""
-    from scipy import ndimage
-
-    inside = filled(corners, mask.shape)
-    holes = ndimage.binary_fill_holes(mask) & ~mask
-    wrong = (inside != mask) & ~holes
+    """An outline holds the pixels of its object and those in its holes, and no others."""
+    wrong = filled(corners, mask.shape) != without_holes(mask)
     if wrong.any():
         yield Fault(file, seen.name, f"the outline of {thing.path} is that of its mask, but {of_pixels(wrong)}")

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from usdsdg.datasets.faults import Fault, Faults
-from usdsdg.datasets.polygons import without_holes
 from usdsdg.datasets.seen import Mask, Masks, Seen
 from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.verify.checks.compare import of_pixels
+from usdsdg.writers.formats.shapes.polygons import without_holes
 
 _OTHER = "other"
 _BLACK_IS_FINE = ("unlabelled", "background")

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from usdsdg.datasets.faults import Fault, Faults
-from usdsdg.datasets.polygons import without_holes
 from usdsdg.datasets.seen import Labeled, Seen
 from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.verify.checks.compare import of_pixels, text
 from usdsdg.verify.checks.poses import truncation
 from usdsdg.writers.formats.class_names import class_name
 from usdsdg.writers.formats.cvat import files as cvat
+from usdsdg.writers.formats.shapes.polygons import without_holes
 from usdsdg.writers.formats.voc import files as voc
 
 BOXES = "bounding_box_2d_tight_fast"

@@ -21,7 +21,10 @@ def outlines(mask: np.ndarray) -> list[np.ndarray]:
 
 
 def joined(parts: Sequence[np.ndarray]) -> np.ndarray:
-    """Return one polygon (N, 2) of several, with connections of no width between nearest corners, there and back."""
+    """Return one polygon (N, 2) of several, with connections of no width between nearest corners, there and back.
+
+    By the even-odd rule it covers what the parts cover if none is inside of another (see `without_holes`).
+    """
     whole = parts[0]
     for part in parts[1:]:
         distances = ((whole[:, None] - part[None]) ** 2).sum(axis=2)
@@ -29,6 +32,16 @@ def joined(parts: Sequence[np.ndarray]) -> np.ndarray:
         around = np.concatenate([part[there:], part[: there + 1]])
         whole = np.concatenate([whole[: here + 1], around, whole[here:]])
     return whole
+
+
+def without_holes(mask: np.ndarray) -> np.ndarray:
+    """Return a mask (H, W) with its holes filled, as the outlines of its parts have it.
+
+    Pixels that touch at a corner only are different parts, so that they close no hole.
+    """
+    from scipy import ndimage
+
+    return np.asarray(ndimage.binary_fill_holes(mask, structure=np.ones((3, 3))), bool)
 
 
 def _area(loop: np.ndarray) -> float:

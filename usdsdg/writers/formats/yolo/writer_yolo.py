@@ -18,7 +18,7 @@ from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_text
 from usdsdg.writers.formats import class_places
 from usdsdg.writers.formats.picture_names import stem_of
-from usdsdg.writers.formats.shapes.polygons import joined, outlines
+from usdsdg.writers.formats.shapes.polygons import joined, outlines, without_holes
 from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
 from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.formats.yolo import yolo_files as files
@@ -200,7 +200,8 @@ class YoloWriter(Writer):
         """Return the corners of the mask's outline [pixels]."""
         x, y = int(row["x_min"]), int(row["y_min"])
         objects = seen[INSTANCES]["data"][y : int(row["y_max"]) + 1, x : int(row["x_max"]) + 1]
-        return joined(outlines(objects == instance)) + np.array((x, y))
+        # What is inside of a hole is in the outline around it already, which has no holes.
+        return joined(outlines(without_holes(objects == instance))) + np.array((x, y))
 
 
 def _text(fractions: np.ndarray) -> str:
