@@ -9,12 +9,18 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from tests.physics.mechanisms import joint, rod
 from tests.physics.scenes import DEVICE, add, new_stage, playing, position, set_value, velocity
+from usdsdg.errors import UsdsdgWarning
 from usdsdg_physics import NewtonEngine
 
 G, STEP = 9.81, 1.0 / 60.0
 V = np.array([1.2, 0.0, 0.0])
 # Single precision of positions near 5 m that are 1/60 s apart.
 ROUNDING = 1e-4
+
+
+def said(recorded: pytest.WarningsRecorder) -> list[str]:
+    """Return the warnings of ours: the interpreter may find files of other tests that were left open meanwhile."""
+    return [str(each.message) for each in recorded if issubclass(each.category, UsdsdgWarning)]
 
 
 def hand(stage: Usd.Stage, *, at=(0.0, 0.0, 5.0)) -> Usd.Prim:
@@ -75,7 +81,7 @@ def test_what_is_welded_to_a_moving_hand_has_its_velocity_and_flies_on_when_let_
     assert position(held)[0] == pytest.approx(1.2 * 50 * STEP, abs=1e-4)
     engine.stop()
     assert position(held).tolist() == [0, 0, 4.7]
-    assert not recwarn
+    assert said(recwarn) == []
 
 
 @pytest.mark.parametrize("how", ["disabled", "removed", "deactivated"])
@@ -98,7 +104,7 @@ def test_however_a_weld_ends_in_the_middle_of_a_motion(how, written, recwarn):
     expected = np.array([V, V - (0, 0, G * STEP)])
     assert engine.velocities(["/World/hand", "/World/item"])[:, :3] == pytest.approx(expected, abs=ROUNDING)
     assert position(held) == pytest.approx(V * 11 * STEP + (0, 0, 4.7 - G * STEP**2), abs=1e-5)
-    assert not recwarn
+    assert said(recwarn) == []
 
 
 def test_time_samples_that_move_a_hand_move_what_it_holds():
@@ -198,7 +204,7 @@ def test_edits_that_need_a_new_world_do_not_stop_a_hand(recwarn):
         assert velocity(held) == pytest.approx(V, abs=ROUNDING)
         assert engine.velocities(["/World/hand"])[0, :3] == pytest.approx(V, abs=ROUNDING)
         assert position(held) == pytest.approx(V * step * STEP + (0, 0, 4.7), abs=1e-5)
-    assert not recwarn
+    assert said(recwarn) == []
 
 
 def test_a_hand_without_joints_goes_on_where_a_body_is_added():
@@ -243,7 +249,7 @@ def test_a_hand_that_is_put_somewhere_before_the_first_step_takes_what_it_holds_
         assert velocity(prim) == pytest.approx([0, 0, 0], abs=1e-6)
     engine.stop()
     assert position(first).tolist() == [0.5, 0, 5]
-    assert not recwarn
+    assert said(recwarn) == []
 
 
 def test_what_is_grasped_before_the_first_step_stays_where_it_is(recwarn):
@@ -256,7 +262,7 @@ def test_what_is_grasped_before_the_first_step_stays_where_it_is(recwarn):
     for _ in range(3):
         engine.step(STEP)
     assert position(held) == pytest.approx([0, 0, 4.7], abs=1e-6)
-    assert not recwarn
+    assert said(recwarn) == []
 
 
 def test_what_is_welded_to_something_fixed_rests_and_falls_from_rest():
