@@ -140,7 +140,7 @@ def _syncfs() -> Any:
 
 
 def obeys_terminal_sequences(terminal: TextIO) -> bool:
-    """Return whether a terminal moves its cursor when it is told to; that of Windows is asked to do so."""
+    """Return whether a terminal interprets ANSI control sequences; on Windows they are enabled first."""
     if not IS_WINDOWS:
         return os.environ.get("TERM") != "dumb"
     windows: Any = msvcrt

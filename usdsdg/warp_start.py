@@ -7,10 +7,12 @@ import logging
 import os
 import sys
 import tempfile
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from usdsdg.errors import OutputNotWritable
 
@@ -19,6 +21,7 @@ _NO_DRIVER = b"Warp CUDA warning: Could not find or load the NVIDIA CUDA driver.
 _DRIVERS = {"linux": ("libcuda.so", "libcuda.so.1"), "win32": ("nvcuda.dll",)}
 _NVIDIA = "0x10de"  # the vendor, as PCI devices tell it
 _DISPLAY = "0x03"  # the class of display and 3D controllers begins so
+_loading = threading.Lock()
 
 
 def quiet_warp() -> None:
@@ -43,6 +46,20 @@ def start_warp() -> None:
         raise OutputNotWritable(
             f"the folder of compiled kernels cannot be made: {error}. Name another: export WARP_CACHE_PATH=FOLDER"
         ) from error
+
+
+def loaded_on_cpu(find: Callable[[], Any]) -> Any:
+    """Return the kernel that `find` imports, loaded for the CPU; threads wait for the one that compiles or loads it.
+
+    It takes seconds the first time, and a thread cannot do it once the program is ending.
+    """
+    import warp
+
+    with _loading:
+        quiet_warp()  # where nothing is rendered, it has not started
+        kernel = find()
+        kernel.module.load(warp.get_device("cpu"), 1)
+        return kernel
 
 
 @cache

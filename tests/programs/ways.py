@@ -70,22 +70,17 @@ def parts(folder: Path, draws: random.Random) -> None:
     usdsdg(folder, "merge", OUTPUT)
 
 
-def resumed(folder: Path, draws: random.Random) -> None:
+def resumed(folder: Path, draws: random.Random, *options: str) -> None:
     whole = folder.parent / "plain" / OUTPUT
     shutil.copytree(whole, folder / OUTPUT)
     after = draws.randint(0, count(whole))
     for home in folders(folder / OUTPUT):
         cut(home, after)
-    run(folder, "--resume")
+    run(folder, *options, "--resume")
 
 
 def resumed_by_workers(folder: Path, draws: random.Random) -> None:
-    whole = folder.parent / "plain" / OUTPUT
-    shutil.copytree(whole, folder / OUTPUT)
-    after = draws.randint(0, count(whole))
-    for home in folders(folder / OUTPUT):
-        cut(home, after)
-    run(folder, "--workers", "2", "--resume")
+    resumed(folder, draws, "--workers", "2")
 
 
 def reproduced(folder: Path, draws: random.Random) -> None:

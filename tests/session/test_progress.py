@@ -6,17 +6,9 @@ import sys
 
 import pytest
 
+from tests.session.clock import Clock
 from usdsdg.session import progress
 from usdsdg.session.progress import FRAMES, LONGEST_INTERVAL, VARIABLE, LineReporter, SilentReporter
-
-
-class Clock:
-    """Time in seconds, which tests set."""
-
-    now = 0.0
-
-    def monotonic(self) -> float:
-        return self.now
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from tests.session.clock import Clock
 from usdsdg.session import progress, terminal_bars
 from usdsdg.session.progress import FRAMES, described
 from usdsdg.session.terminal_bars import LONGEST_BAR, SHORTEST_BAR, BarReporter, LinesAbove
@@ -45,15 +46,6 @@ class Terminal(io.StringIO):
                 lines[row] = lines[row][:column].ljust(column) + part + lines[row][column + 1 :]
                 column += 1
         return [line.rstrip() for line in lines]
-
-
-class Clock:
-    """Time in seconds, which tests set."""
-
-    now = 0.0
-
-    def monotonic(self) -> float:
-        return self.now
 
 
 @pytest.fixture

@@ -68,7 +68,7 @@ def _write_material(node: Node, execution: int) -> None:
     for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
         bound[path] = mdl_material(chosen) if is_mdl(chosen) else prim_at(prim_paths(chosen)[0])
         bind_material(prim_at(path), bound[path])
-    for path in bound.keys() - warned:
+    for path in sorted(bound.keys() - warned):
         _warn_if_hidden(prim_at(path), bound)
     warned.update(bound)
 

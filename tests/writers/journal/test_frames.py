@@ -1,4 +1,4 @@
-"""Frames in hand: which are told to the journals, in which order."""
+"""Captured frames whose files are being written: which of them journals list, and in which order."""
 
 from usdsdg.writers.journal.frames import FramesInHand
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from usdsdg.warp_start import quiet_warp
+from usdsdg.warp_start import loaded_on_cpu
 
 # Bytes that share their codes.
 BLOCK = 1 << 18
@@ -30,7 +30,6 @@ _LIST_LENGTHS = {
     **dict.fromkeys((1, 2, 10, 11, 12, 13, 14, 15), 5),
 }
 _LIST_ORDER = (16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15)
-_loading = threading.Lock()
 _of_thread = threading.local()
 
 
@@ -46,7 +45,7 @@ def compress(data: np.ndarray, *, distance: int = 1) -> bytes:
         raise ValueError("no bytes to compress")
     import warp as wp
 
-    kernel = _kernel()
+    kernel = loaded_on_cpu(_kernel)
     source = data.reshape(-1)
     stream = np.empty(2 * source.size + 1024, np.uint8)  # no code has more than 15 bits
     place = np.empty(2, np.int64)
@@ -57,8 +56,8 @@ def compress(data: np.ndarray, *, distance: int = 1) -> bytes:
 
 
 def load() -> None:
-    """Load warp and the kernel, which takes seconds the first time; a thread cannot once the program is ending."""
-    _kernel()
+    """Load warp and the kernel; see `loaded_on_cpu`."""
+    loaded_on_cpu(_kernel)
 
 
 def _wrapped(array: np.ndarray) -> Any:
@@ -77,15 +76,9 @@ def _scratch() -> list[Any]:
 
 
 def _kernel() -> Any:
-    """Return the kernel, compiled; threads wait for the one that compiles it."""
-    import warp as wp
+    from usdsdg.stage.image_files.run_kernels import deflate_runs
 
-    with _loading:
-        quiet_warp()  # where nothing is rendered, it has not started
-        from usdsdg.stage.image_files.run_kernels import deflate_runs
-
-        deflate_runs.module.load(wp.get_device("cpu"), 1)
-        return deflate_runs
+    return deflate_runs
 
 
 @lru_cache(maxsize=4)

@@ -22,6 +22,20 @@ def local_to_world(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) 
     return UsdGeom.XformCache(time).GetLocalToWorldTransform(prim)
 
 
+def inverse(matrix: np.ndarray) -> np.ndarray:
+    """Return the inverse (4, 4) of an affine matrix of row vectors, also of one that flattens, as a scale of 0 does.
+
+    That one has many: points which it takes to a place lie at this place again.
+    """
+    try:
+        return np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:
+        found = np.eye(4)
+        found[:3, :3] = np.linalg.pinv(matrix[:3, :3])
+        found[3, :3] = -matrix[3, :3] @ found[:3, :3]
+        return found
+
+
 def world_to_local(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Gf.Matrix4d:  # noqa: B008
     """Return the inverse of `local_to_world`.
 

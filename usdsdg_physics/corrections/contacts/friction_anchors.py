@@ -33,12 +33,10 @@ def center_friction(solver: Any) -> bool:
 
     def build_centered(model: newton.Model, state: newton.State, contacts: newton.Contacts, **options: object) -> None:
         build(model, state, contacts, **options)
-        # On the CPU each thread copies all arguments, which takes longer than its work.
-        threads = patches.capacity if model.device.is_cuda else 1
         wp.launch(
             center_anchors,
-            dim=threads,
-            inputs=[contacts.rigid_contact_count, model.gravity, model.body_com, state.body_q, threads],
+            dim=patches.capacity,
+            inputs=[contacts.rigid_contact_count, model.gravity, model.body_com, state.body_q],
             outputs=[patches.current, patches.view],
             device=model.device,
         )

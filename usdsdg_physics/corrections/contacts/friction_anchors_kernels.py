@@ -22,7 +22,6 @@ def center_anchors(
     gravity: wp.array[wp.vec3],
     center: wp.array[wp.vec3],
     body_q: wp.array[wp.transform],
-    threads: int,
     # in and out
     frame: _PatchFrame,
     patches: FrictionPatches,
@@ -31,21 +30,9 @@ def center_anchors(
 
     The springs that hold them are a motion of the plane, taken at the new places.
     """
-    for contact in range(wp.tid(), wp.min(count[0], frame.center.shape[0]), threads):
-        if patches.weight[contact] == 0.5:
-            center_face(contact, gravity, center, body_q, frame, patches)
-
-
-@wp.func
-def center_face(
-    first: int,
-    gravity: wp.array[wp.vec3],
-    center: wp.array[wp.vec3],
-    body_q: wp.array[wp.transform],
-    frame: _PatchFrame,
-    patches: FrictionPatches,
-):
-    """Move the anchors of the face of which a contact is one of two, if it is the first."""
+    first = wp.tid()
+    if first >= wp.min(count[0], frame.center.shape[0]) or patches.weight[first] != 0.5:
+        return
     second = int(-1)
     contacts = int(1)
     contact = int(patches.next_contact[first])

@@ -17,7 +17,7 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.geometry.deforming import deformations
 from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.geometry.triangles import triangles_below
-from usdsdg.stage.poses.transforms import as_array
+from usdsdg.stage.poses.transforms import as_array, inverse
 from usdsdg.stage.semantics.labels import get_labels, is_labeled
 from usdsdg.writers.formats.bop.shape_edits import ShapeEdits, own_path
 
@@ -199,20 +199,6 @@ def measures(points: np.ndarray) -> dict[str, float]:
     return {"diameter": _diameter(points), **{name: float(value) for name, value in named.items()}}
 
 
-def world_to_local(matrix: np.ndarray) -> np.ndarray:
-    """Return the inverse (4, 4) of a prim's transform to the world.
-
-    A transform that flattens, as with a scale of 0, has many: this one's points lie where the prim's are in the world.
-    """
-    try:
-        return np.linalg.inv(matrix)
-    except np.linalg.LinAlgError:
-        inverse = np.eye(4)
-        inverse[:3, :3] = np.linalg.pinv(matrix[:3, :3])
-        inverse[3, :3] = -matrix[3, :3] @ inverse[:3, :3]
-        return inverse
-
-
 def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
     """Return the triangles of a labeled prim without those of labeled prims inside of it; None if it has none.
 
@@ -223,7 +209,7 @@ def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
     prim = stage.GetPrimAtPath(own_path(path))
     if not prim:
         return None
-    to_local = world_to_local(as_array(UsdGeom.XformCache().GetLocalToWorldTransform(prim)))
+    to_local = inverse(as_array(UsdGeom.XformCache().GetLocalToWorldTransform(prim)))
     inner = [
         each.GetPath()
         for each in Usd.PrimRange(prim, Usd.TraverseInstanceProxies())

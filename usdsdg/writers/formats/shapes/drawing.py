@@ -1,15 +1,12 @@
 """Anti-aliased lines and discs on an image."""
 
-import threading
 from typing import Any
 
 import numpy as np
 
-from usdsdg.warp_start import quiet_warp
+from usdsdg.warp_start import loaded_on_cpu
 
 Color = tuple[int, int, int]
-
-_loading = threading.Lock()
 
 
 class Canvas:
@@ -42,12 +39,11 @@ class Canvas:
 
 
 def load() -> Any:
-    """Return the kernel, loaded; threads wait for the one that loads it, which takes a second the first time."""
-    import warp as wp
+    """Return the kernel, loaded; see `loaded_on_cpu`."""
+    return loaded_on_cpu(_kernel)
 
-    with _loading:
-        quiet_warp()  # where nothing is rendered, it has not started
-        from usdsdg.writers.formats.shapes.stroke_kernels import draw_strokes
 
-        draw_strokes.module.load(wp.get_device("cpu"), 1)
-        return draw_strokes
+def _kernel() -> Any:
+    from usdsdg.writers.formats.shapes.stroke_kernels import draw_strokes
+
+    return draw_strokes

@@ -9,8 +9,8 @@ from pxr import Usd, UsdGeom
 from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.errors import warn_once
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.poses.transforms import as_array, local_to_world, meters_per_unit
-from usdsdg.writers.formats.bop.bop_models import Stretches, model_of, warn_of_deformation, world_to_local
+from usdsdg.stage.poses.transforms import as_array, inverse, local_to_world, meters_per_unit
+from usdsdg.writers.formats.bop.bop_models import Stretches, model_of, warn_of_deformation
 from usdsdg.writers.formats.bop.shape_edits import ShapeEdits
 from usdsdg.writers.formats.ycb_video.ycb_pictures import first_class
 
@@ -94,6 +94,6 @@ def points_file(points: np.ndarray) -> bytes:
 def vertices_in(mesh: UsdGeom.Mesh | Usd.Prim, frame: Usd.Prim) -> np.ndarray:
     """Return the vertices (N, 3) of a mesh in the frame of another prim [m]."""
     prim = mesh.GetPrim()
-    matrix = as_array(local_to_world(prim)) @ world_to_local(as_array(local_to_world(frame)))
+    matrix = as_array(local_to_world(prim)) @ inverse(as_array(local_to_world(frame)))
     points = np.array(UsdGeom.PointBased(prim).GetPointsAttr().Get() or [], np.float64).reshape(-1, 3)
     return (points @ matrix[:3, :3] + matrix[3, :3]) * meters_per_unit(prim.GetStage())
