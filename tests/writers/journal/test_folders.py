@@ -225,3 +225,14 @@ def test_arguments_that_say_where_the_data_are_are_no_part_of_the_recipe(tmp_pat
     assert found[0] == found[1]
     assert found[0][:2] == ["--size", "3"]
     assert found[0][3] == "/elsewhere/x"
+
+
+def test_a_part_that_goes_on_leaves_what_processes_of_other_parts_are_writing(tmp_path):
+    run(tmp_path, portion=Portion.of_frames("0:1"), frames=(0,))
+    being_written = tmp_path / ".1.png.17-4.part"
+    being_written.write_bytes(b"half")
+    own = tmp_path / ".usdsdg/parts/0-1/.spool.17-5.part"
+    own.write_bytes(b"half")
+    DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.RESUME, Portion.of_frames("0:1")).release()
+    assert being_written.exists()
+    assert not own.exists()

@@ -78,7 +78,8 @@ class DatasetFolder:
             self.journal = Journal(home / NAME)
             self.was_complete = self.journal.was_complete
             if mode is Mode.RESUME:
-                _remove_unfinished(path)
+                # Of the dataset only where no process of another part can be writing.
+                _remove_unfinished(path if portion is None else home)
                 self._go_on_with_spools()
                 _warn_of_lost(place, home / NAME)
             if recipe.read(path) is None:
