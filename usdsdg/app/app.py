@@ -173,6 +173,10 @@ class App:
         if self._loop is not None:
             self._loop.run_ready()
 
+    def has_other_tasks(self) -> bool:
+        """Return whether a task of the script waits to run, apart from the one that asks."""
+        return self._loop is not None and self._loop.has_other_tasks()
+
     def close(self) -> None:
         """Make `is_running` False: remaining tasks are not waited for."""
         self._running = False

@@ -12,6 +12,7 @@ from pxr import Usd
 
 from usdsdg import rng
 from usdsdg.app.app import get_app
+from usdsdg.app.frames_of_others import FramesOfOthers
 from usdsdg.app.saved_graph import author_run
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.capture.capture import Capture
@@ -241,12 +242,14 @@ class Orchestrator:
         self._capture.expected_frames = None if num_frames is None else self.captures + num_frames
         last = self.captures + (num_frames or 0)
         self._last = last if num_frames is not None else None
+        others = FramesOfOthers(self._capture, self._is_unseen)
         self._start_unseen = True
         frames_remain = _triggers_remain if num_frames is None else lambda: self.captures < last and not _all_ended()
         try:
             while frames_remain():
                 if self.status is not Status.PAUSED:
                     with self._running():
+                        self._pass_over_others(others)
                         self.step(-1, False, None)
                 yield
                 if self.status is Status.STOPPED:
@@ -263,6 +266,25 @@ class Orchestrator:
         before: frames of the job on earlier stages, after which the frames of this one are counted.
         """
         self._capture.expected_frames, self._capture.frames_before = count, before
+
+    def _pass_over_others(self, others: FramesOfOthers) -> None:
+        """Count the next frames of a run that other processes make, as far as these need not be evaluated here."""
+        while self._frames_of_run and (count := others.count(self.captures, self._last)):
+            end = self.captures + count
+            while self.captures < end:
+                with whole_frame():
+                    others.fire(self.captures, end)
+                    if self._plays_timeline(None):
+                        get_timeline().play()
+                    if seconds := self._duration(None):
+                        get_app().advance(seconds)
+                    self._capture.pass_over(self.captures)
+                    self.captures += 1
+                    self._frames_of_run += 1
+
+    def _is_unseen(self) -> bool:
+        """Return whether no code of the script can look at the stage between frames."""
+        return not self._captured_callbacks and not get_app().has_other_tasks()
 
     def pass_over(self, frames: int) -> None:
         """Count frames that other processes make, without evaluating, simulating or rendering anything."""

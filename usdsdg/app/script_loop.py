@@ -39,6 +39,11 @@ class ScriptLoop:
             stop.cancel()
         self._raise_unretrieved()
 
+    def has_other_tasks(self) -> bool:
+        """Return whether there are tasks that have not ended, apart from the one that runs."""
+        own = asyncio.current_task(self._loop) if self._loop.is_running() else None
+        return any(task is not own for task in asyncio.all_tasks(self._loop))
+
     def run_until_complete(self, work: Coroutine[Any, Any, Any]) -> Any:
         """Run one coroutine to its end, along with other tasks, and return its result."""
         result = self._loop.run_until_complete(work)

@@ -21,12 +21,27 @@ def check_time_independent(remedy: str = "") -> None:
         raise Unsupported(f"worlds: the timeline plays and {what}, so frames follow from each other. {remedy}".strip())
 
 
+def may_move(stage: Usd.Stage) -> bool:
+    """Return whether bodies or time samples may change what the stage shows while the timeline plays, if it does.
+
+    Without a renderer; time samples that no ray meets count, too.
+    """
+    if not (get_timeline().is_playing() or captures_on_play()):
+        return False
+    if any(layer.ListAllTimeSamples() for layer in stage.GetUsedLayers()):
+        return True
+    return any(prim.HasMetadata("clips") or prim.HasAPI(UsdPhysics.RigidBodyAPI) for prim in _every_prim(stage))
+
+
+def _every_prim(stage: Usd.Stage) -> Usd.PrimRange:
+    return Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))
+
+
 def _moving(stage: Usd.Stage) -> str:
     """Return what changes while the timeline plays; "" for nothing."""
     renderer = engines.renderer()
     renderer.sync(stage_time(stage))
     if not renderer.time.IsDefault():
         return "the stage is animated"
-    everything = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
-    body = next((prim for prim in Usd.PrimRange.Stage(stage, everything) if prim.HasAPI(UsdPhysics.RigidBodyAPI)), None)
+    body = next((prim for prim in _every_prim(stage) if prim.HasAPI(UsdPhysics.RigidBodyAPI)), None)
     return "" if body is None else f"{body.GetPath()} is a rigid body"

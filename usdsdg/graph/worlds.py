@@ -42,26 +42,44 @@ def in_worlds(kind: str) -> Callable[[Twin], Twin]:
 class WorldDraws:
     """The draws of the graph for frame `frame` and those that follow, one for each of `count` worlds.
 
-    Making one runs pending nodes, and authors what frame `frame` shows; the stage has to show the frame before.
+    Making one runs pending nodes, and authors what frame `frame` shows; the stage has to show the frame before. With
+    `is_shown` the stage shows `frame` already, and nothing is run.
 
     Raises:
         Unsupported: a trigger does not fire by frames; nothing has been run then.
         GraphError: a node failed; the message names the script line that made it.
     """
 
-    def __init__(self, graph: Graph, frame: int, count: int) -> None:
+    def __init__(self, graph: Graph, frame: int, count: int, *, is_shown: bool = False) -> None:
         frames = frame + np.arange(count)
         self._firings = [Firings.of(trigger, frames) for trigger in graph.triggers]
         self.count = count
+        if not is_shown:
+            self._show_first(graph)
+        # What follows counts from here.
+        self._executed = [firings.trigger.executions for firings in self._firings]
+        self._runs = [(firings, node, node.executions) for firings in self._firings for node in firings.trigger.nodes]
+
+    def _show_first(self, graph: Graph) -> None:
         graph.run_impulses()
         for firings in self._firings:
             if firings.fires[0]:
                 for node in firings.trigger.nodes:
                     run(node)
                 firings.trigger.executions += 1
-        # What follows counts from here.
-        self._executed = [firings.trigger.executions for firings in self._firings]
-        self._runs = [(firings, node, node.executions) for firings in self._firings for node in firings.trigger.nodes]
+
+    def independent_values(self) -> WorldValues | None:
+        """Return what the worlds have where none depends on an earlier one; else, or where it is not known, None.
+
+        Then what a node writes depends on the number of its execution alone, and no node of another trigger writes it.
+        """
+        uses = WorldUses()
+        try:
+            values = self._drawn_together(uses, lenient=False)
+        except UsdsdgError:  # evaluating the frames tells what is wrong, where it is
+            return None
+        written = {(path, name) for path, drawn in values.values.items() for name in drawn}
+        return values if uses.are_in_order and written.isdisjoint(values.read_from_stage) else None
 
     def values(self) -> WorldValues:
         """Return what the worlds have instead of what the stage has.
@@ -78,8 +96,11 @@ class WorldDraws:
             uses.are_in_order = False
         return values if uses.are_in_order else self._drawn_in_turn()
 
-    def _drawn_together(self, uses: WorldUses) -> WorldValues:
-        """Return the values of all worlds by one call of each twin; note in `uses` what twins read and write."""
+    def _drawn_together(self, uses: WorldUses, *, lenient: bool = True) -> WorldValues:
+        """Return the values of all worlds by one call of each twin; note in `uses` what twins read and write.
+
+        lenient: leave out what a twin cannot do where all worlds have the same.
+        """
         values = WorldValues(self.count, stage_time(current_stage()))
         for firings, node, executed in self._runs:
             executions = executed - 1 + firings.later()
@@ -88,7 +109,8 @@ class WorldDraws:
                     continue
                 raise Unsupported(f"worlds: {node.describe()} has not run yet and is about to. {REMEDY}")
             # Where all worlds have one draw it is on the stage, and among the values for those who save a world.
-            with nullcontext() if executions[-1] > executions[0] else suppress(Unsupported):
+            is_same = executions[-1] == executions[0]
+            with suppress(Unsupported) if is_same and (lenient or firings.trigger.exhausted) else nullcontext():
                 _run_twin(node, executions, values)
             uses.note((*firings.cadence, executed), values, is_steady=firings.is_steady)
         values.steady = uses.steady()

@@ -77,7 +77,7 @@ class PosedPrim:
         upwards: (worlds or 1, 3) directions of the world; None: the stage's up axis.
         """
         stage, to_world = self.prim.GetStage(), self._values.parent_to_world(self.prim)
-        eyes = self._values.local_to_world(self.prim)[:, 3, :3]
+        eyes = self._values.origin_to_world(self.prim)
         eyes, targets = np.broadcast_arrays(eyes, targets)
         upwards = np.array([up_vector(stage)], np.float64) if upwards is None else upwards
         turned = look_at_rotations(eyes, targets, np.broadcast_to(upwards, eyes.shape), stage_up_axis=up_axis(stage))
@@ -111,7 +111,7 @@ def points_in_worlds(role: str, node: Node, executions: np.ndarray, index: int, 
         return drawn.astype(np.float64)
     paths = [target] if isinstance(target, str) else target
     if is_paths(paths):
-        origins = [values.local_to_world(current_stage().GetPrimAtPath(path))[:, 3, :3] for path in paths]
+        origins = [values.origin_to_world(current_stage().GetPrimAtPath(path)) for path in paths]
         return np.mean(np.broadcast_arrays(*origins), axis=0)
     if isinstance(target, list) and len(target) == len(node.prims) and not np.isscalar(target[0]):
         target = target[index]

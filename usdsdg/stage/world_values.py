@@ -7,6 +7,7 @@ the stage. `author` writes those of one world to the stage.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,15 @@ _SCALARS = {
 _OPS = UsdGeom.XformOp
 _EULER = {getattr(_OPS, f"TypeRotate{order}"): order for order in ROTATION_ORDERS}
 _SINGLE = {getattr(_OPS, f"TypeRotate{axis}"): "XYZ".index(axis) for axis in "XYZ"}
+# Ops of one axis: the op of all three, the axis, and the number of the two others.
+_ONE_AXIS = {
+    getattr(_OPS, f"Type{name}{axis}"): (getattr(_OPS, f"Type{name}"), "XYZ".index(axis), rest)
+    for name, rest in (("Translate", 0.0), ("Scale", 1.0))
+    for axis in "XYZ"
+}
+_ABOUT_ORIGIN = frozenset(
+    value for name, value in vars(_OPS).items() if name.startswith(("TypeRotate", "TypeScale", "TypeOrient"))
+)
 
 
 class Targets:
@@ -68,6 +78,7 @@ class WorldValues:
         values: (worlds, ...) arrays, in the precision of the attribute.
         sources: what has drawn the values of a prim, for messages.
         steady: prim path and name of the attributes that every frame writes anew.
+        read_from_stage: prim path and name of the attributes that were read before they were set, if at all.
     """
 
     def __init__(self, count: int, time: Usd.TimeCode = Usd.TimeCode.Default()) -> None:  # noqa: B008
@@ -75,6 +86,7 @@ class WorldValues:
         self.values: dict[Sdf.Path, dict[str, Array]] = {}
         self.sources: dict[Sdf.Path, str] = {}
         self.steady: frozenset[tuple[Sdf.Path, str]] = frozenset()
+        self.read_from_stage: set[tuple[Sdf.Path, str]] = set()
         self._reads: set[tuple[Sdf.Path, str]] = set()
         self._writes: set[tuple[Sdf.Path, str]] = set()
 
@@ -125,8 +137,12 @@ class WorldValues:
 
     def held(self, prim: Usd.Prim, name: str) -> Array | None:
         """Return the values of one attribute of a prim; None where it is the same in all worlds."""
-        self._reads.add((prim.GetPath(), name))
-        return self.of(prim.GetPath()).get(name)
+        path = prim.GetPath()
+        self._reads.add((path, name))
+        held = self.of(path).get(name)
+        if held is None:
+            self.read_from_stage.add((path, name))
+        return held
 
     def moved(self) -> list[Sdf.Path]:
         """Return the prims whose local transforms differ."""
@@ -136,12 +152,19 @@ class WorldValues:
         """(worlds, 4, 4) float64, the prim's local transforms for row vectors; (1, 4, 4) if they are the same."""
         return self.local_matrices_of([prim])[:, 0]
 
-    def local_matrices_of(self, prims: Sequence[Usd.Prim], layouts: OpLayouts | None = None) -> Array:
-        """(worlds or 1, prims, 4, 4) `local_matrices` of many prims; those with the same ops are computed together."""
+    def local_matrices_of(
+        self, prims: Sequence[Usd.Prim], layouts: OpLayouts | None = None, *, of_origins: bool = False
+    ) -> Array:
+        """(worlds or 1, prims, 4, 4) `local_matrices` of many prims; those with the same ops are computed together.
+
+        of_origins: only their last rows count, so that ops which turn and scale about the origin are not read.
+        """
         layouts = OpLayouts() if layouts is None else layouts
         groups: dict[tuple, list[tuple[int, list[Any]]]] = {}
         for row, prim in enumerate(prims):
             ops = layouts.ops(prim)
+            if of_origins:
+                ops = ops[: len(ops) - len(list(takewhile(_keeps_origin, reversed(ops))))]
             drawn = [self.held(prim, str(op.GetAttr().GetName())) for op in ops]
             if inverse := next((op for op, own in zip(ops, drawn) if op.IsInverseOp() and own is not None), None):
                 raise Unsupported(f"{prim.GetPath()}: {inverse.GetName()} cannot differ between worlds")
@@ -183,6 +206,13 @@ class WorldValues:
             return self.parent_to_world(prim)
         return self.local_matrices(prim) @ self.parent_to_world(prim)
 
+    def origin_to_world(self, prim: Usd.Prim) -> Array:
+        """(worlds, 3) or (1, 3) float64, the origin of the prim's own space in the world."""
+        matrices = self.parent_to_world(prim)
+        if UsdGeom.Xformable(prim):
+            matrices = self.local_matrices_of([prim], of_origins=True)[:, 0] @ matrices
+        return matrices[:, 3, :3]
+
     def author(self, stage: Usd.Stage, world: int) -> None:
         """Author the values of one world in the edit target of the stage."""
         with Sdf.ChangeBlock():
@@ -207,6 +237,10 @@ class WorldValues:
         with Sdf.ChangeBlock():
             for attribute, value in changed:
                 _author(attribute, value)
+
+
+def _keeps_origin(op: UsdGeom.XformOp) -> bool:
+    return op.GetOpType() in _ABOUT_ORIGIN
 
 
 def _is_about(value: Any, other: Array) -> bool:
@@ -257,6 +291,9 @@ def applied(kind: Any, values: Array, matrix: Array | None) -> Array:
 
     values: (worlds, prims, ...), quaternions as x, y, z, w. matrix: (worlds or 1, prims, 4, 4); None: the identity.
     """
+    if kind in _ONE_AXIS:
+        kind, axis, rest = _ONE_AXIS[kind]
+        values = np.where(np.arange(3) == axis, np.asarray(values, np.float64)[..., None], rest)
     worlds, prims = values.shape[:2]
     if kind == _OPS.TypeTransform:
         own = values.astype(np.float64)

@@ -222,6 +222,11 @@ class Writer(ABC):
             return bool(self._trigger())
         return self._trigger.executions != self._executions
 
+    @property
+    def is_always_due(self) -> bool:
+        """Whether it is due at every frame."""
+        return self._trigger == ON_FRAME
+
     def pass_over(self) -> None:
         """Note that the frame that it is due at has been handled: given to it, or to nobody."""
         self._scheduled = False

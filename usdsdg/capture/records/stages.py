@@ -21,6 +21,7 @@ from usdsdg.record import STAGES
 from usdsdg.session.settings_store import get_settings
 from usdsdg.stage import flatten
 from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.world_values import WorldValues
 
 SETTING = "/usdsdg/labels/recordStage"
 # Layers on disk that were edited are copied up to this size; a stage that is larger has no stage record [bytes].
@@ -145,6 +146,26 @@ class StageRecords:
         else:
             self._note(changes)
 
+    def follow_unseen(self, values: WorldValues) -> bool:
+        """Take note of what the next captures change, which are passed over; return whether later ones may change more.
+
+        values: what they show, after the capture that was looked at last.
+        """
+        if self._base is None:
+            return False
+        may_change = False
+        for prim, columns in values.values.items():
+            for name in filter(_decides_labels, columns if _matters(prim) else ()):
+                path, column = prim.AppendProperty(name), columns[name]
+                if path not in self._changed and (column[1:] != column[:1]).any():
+                    self._add(path)
+                may_change |= path not in self._changed
+        return may_change
+
+    def pass_over(self) -> None:
+        """Count a capture of which `follow_unseen` was told."""
+        self._captures += 1
+
     def _note(self, changes: Changes) -> None:
         # Frame by frame the same properties change.
         if self._seen.issuperset(changes.edited):
@@ -156,14 +177,17 @@ class StageRecords:
                 continue
             if _matters(prim):
                 for name in sorted(filter(_decides_labels, names)):
-                    path = prim.AppendProperty(name)
-                    if path in self._changed:
-                        continue
-                    if attribute := self._stage.GetAttributeAtPath(path):
-                        self._changed[path], self._in_order = (attribute, attribute.GetTypeName()), None
-                    elif name.startswith(_BINDINGS) and (binding := self._stage.GetRelationshipAtPath(path)):
-                        self._changed[path], self._in_order = (binding, None), None
+                    self._add(prim.AppendProperty(name))
             self._noted[prim] = names if noted is None else noted | names
+
+    def _add(self, path: Sdf.Path) -> None:
+        """Let records have a property."""
+        if path in self._changed:
+            return
+        if attribute := self._stage.GetAttributeAtPath(path):
+            self._changed[path], self._in_order = (attribute, attribute.GetTypeName()), None
+        elif path.name.startswith(_BINDINGS) and (binding := self._stage.GetRelationshipAtPath(path)):
+            self._changed[path], self._in_order = (binding, None), None
 
 
 def _values(
