@@ -31,6 +31,7 @@ class ClassTable:
         self._ids: dict[Key, int] = {}
         self._colors: dict[int, tuple[int, int, int, int]] = {}
         self._given, self._closed, self._begun = len(given), closed, False
+        self._listed: list[dict[str, Any]] | None = None
         taken = {each.id for each in given}
         free = (number for number in range(FIRST_LABELED, len(given) + len(taken) + FIRST_LABELED))
         for each in given:
@@ -59,6 +60,8 @@ class ClassTable:
                 "be another in other runs. List it there."
             )
         self._begun = True
+        if missing:
+            self._listed = None
         first = max(self._ids.values(), default=FIRST_LABELED - 1) + 1
         self._ids.update((key, number) for number, key in enumerate(missing, first))
 
@@ -76,7 +79,15 @@ class ClassTable:
         return dict(self._colors)
 
     def listed(self) -> list[dict[str, Any]]:
-        """Return the table as it is written beside a dataset: id, labels, color and name of each class."""
+        """Return the table as it is written beside a dataset: id, labels, color and name of each class.
+
+        The list is made anew where a class is added; it must not be changed.
+        """
+        if self._listed is None:
+            self._listed = self._rows()
+        return self._listed
+
+    def _rows(self) -> list[dict[str, Any]]:
         rows = []
         for number, labels in self.labels().items():
             color = self._colors.get(number) or colors_of_ids([number])[0].tolist()

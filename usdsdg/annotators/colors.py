@@ -1,5 +1,7 @@
 """Colors of segmentation ids: a function of the id alone, so that they are the same in all frames and runs."""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -13,7 +15,12 @@ def colors_of_ids(ids: ArrayLike) -> np.ndarray:
 
     Ids of labeled prims start at 2; 0 is transparent black and 1 opaque black.
     """
-    ids = np.asarray(ids, np.uint64)
+    return _colors_of_ids(np.ascontiguousarray(ids, np.uint64).tobytes()).copy()
+
+
+@lru_cache(maxsize=32)  # frame by frame the same ids are shown
+def _colors_of_ids(content: bytes) -> np.ndarray:
+    ids = np.frombuffer(content, np.uint64)
     colors = hashed_colors(ids)
     colors[ids == UNLABELLED] = (0, 0, 0, 255)
     colors[ids == BACKGROUND] = 0
