@@ -6,7 +6,7 @@ import what `OF_ENGINES` names besides the rooms of its own engine that its row 
 
 ENGINES = ("usdsdg_physics", "usdsdg_render")
 # What their rooms may import of usdsdg.
-OF_ENGINES = ("compilation", "errors", "parallel", "readback", "stage")
+OF_ENGINES = ("compilation", "errors", "image_files", "parallel", "readback", "stage")
 
 # usdsdg: name -> what it may import, names without "usdsdg.".
 USDSDG = {
@@ -18,7 +18,8 @@ USDSDG = {
     "warp_start": "errors",
     "compilation": "",
     "stores": "errors operating_system",
-    "stage": "errors operating_system warp_start",
+    "image_files": "errors warp_start",
+    "stage": "errors operating_system image_files",
     "session": "errors operating_system stage warp_start",
     "articulations": "errors stage session",
     "graph": "errors stage session",
@@ -33,7 +34,7 @@ USDSDG = {
     "create": "errors stage session arguments graph distribution modify calibration",
     "randomizer": "errors stage session arguments graph distribution scatter modify",
     "annotators": "errors warp_start parallel buffers readback stage session arguments graph",
-    "writers": "errors operating_system warp_start stores stage session arguments annotators",
+    "writers": "errors operating_system warp_start image_files stores stage session arguments annotators",
     "functional": "errors stage session arguments graph rng scatter randomizer writers",
     "physics": "errors stage arguments graph distribution modify functional",
     "get": "errors stage session arguments graph functional",
@@ -50,7 +51,7 @@ USDSDG = {
     "writers record usdsdg_render.settings",
     "app": "errors stage session graph rng distribution create annotators writers trigger capture",
     "orchestrator": "errors session arguments app",
-    "demo": "errors stage",
+    "demo": "errors image_files stage",
     "mirror": "errors stores stage session",
     "meshes": "errors stores stage session mirror",
     "example": "demo",
@@ -60,10 +61,10 @@ USDSDG = {
     "notebook": "errors stage session arguments graph create annotators writers capture pictures datasets inspect",
     "verify": "errors parallel stores stage session annotators writers record datasets",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
-    "scenarios": "errors stores stage session arguments graph calibration create writers capture app orchestrator "
-    "settings demo meshes __init__",
-    "compat": "errors operating_system warp_start stores stage session articulations arguments graph distribution "
-    "create annotators writers functional app orchestrator settings demo",
+    "scenarios": "errors image_files stores stage session arguments graph calibration create writers capture app "
+    "orchestrator settings demo meshes __init__",
+    "compat": "errors operating_system warp_start image_files stores stage session articulations arguments graph "
+    "distribution create annotators writers functional app orchestrator settings demo",
     "cli": "errors operating_system warp_start stage session",
     "workers": "errors operating_system stage stores session writers",
     "stream": "errors operating_system session annotators capture scenarios replicator_yaml cli __init__",

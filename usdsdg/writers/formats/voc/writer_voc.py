@@ -13,8 +13,8 @@ import numpy as np
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.class_table import ClassTable
 from usdsdg.errors import WriterError, warn_once
+from usdsdg.image_files.png import encode_png
 from usdsdg.session.session import current
-from usdsdg.stage.image_files.png import encode_png
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_bytes, write_image, write_text
 from usdsdg.writers.formats import class_places
