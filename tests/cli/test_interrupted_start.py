@@ -36,7 +36,7 @@ def usdsdg(*arguments: str, module: str, on_interrupt=signal.SIG_DFL) -> subproc
 # The last two modules of pxr are imported by C++, which drops a KeyboardInterrupt in one and turns it into a
 # TypeError in the other.
 @pytest.mark.parametrize(
-    "module", ["usdsdg.cli.commands", "numpy", "click", "pxr.Sdf", "pxr.Kind", "pxr.Vt", "usdsdg.cli.simulate"]
+    "module", ["usdsdg.cli.app", "numpy", "click", "pxr.Sdf", "pxr.Kind", "pxr.Vt", "usdsdg.cli.commands.simulate"]
 )
 def test_an_interrupt_during_imports_ends_the_program_with_one_line(module):
     done = usdsdg("doctor", module=module)

@@ -60,7 +60,7 @@ def test_one_thread_bounds_all_pools_and_writes_the_same_files(tmp_path):
 LIMITED = """
 import os
 
-from usdsdg.cli import commands
+from usdsdg.cli import app
 from usdsdg.cli.options.thread_limit import limit_threads
 
 before = len(os.listdir("/proc/self/task"))

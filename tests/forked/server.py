@@ -20,7 +20,7 @@ from typing import Any
 from tests.forked.client import STREAMS
 
 MODULES = (
-    "usdsdg.cli.commands", "usdsdg.functional", "usdsdg.orchestrator", "usdsdg.create", "usdsdg.modify",
+    "usdsdg.cli.app", "usdsdg.functional", "usdsdg.orchestrator", "usdsdg.create", "usdsdg.modify",
     "usdsdg.capture", "usdsdg.writers.formats", "usdsdg.verify.verify", "usdsdg.inspect", "usdsdg.scenarios.jobs",
     "usdsdg_render.renderer", "usdsdg_physics.engine", "trimesh", "newton",
 )  # fmt: skip

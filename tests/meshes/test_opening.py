@@ -11,7 +11,7 @@ from pxr import Usd
 
 import usdsdg as rep
 from tests.sampled_cases import sampled
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage
 from usdsdg.compat.isaacsim.replicator.behavior.utils.scene_utils import create_asset
 from usdsdg.compat.omni.kit import commands

@@ -28,7 +28,7 @@ POLL_SECONDS = 0.005
 ENGINES = (usdsdg_physics, usdsdg_render)
 MODULES = (
     "newton._src.solvers.steel",
-    "usdsdg.cli.generate",
+    "usdsdg.cli.commands.generate",
     "usdsdg.orchestrator",
     "usdsdg.scenarios.bin_picking.job",
 )
