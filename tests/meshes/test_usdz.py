@@ -16,10 +16,7 @@ from usdsdg.errors import AssetError, UsdsdgWarning
 from usdsdg.meshes import cache
 from usdsdg.session.stage_context import current_stage, open_stage
 
-
-@pytest.fixture(autouse=True)
-def _own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def corners_of(mesh):
