@@ -1,4 +1,4 @@
-"""`usdsdg generate CONFIG`: run the object-based scenario from a YAML or JSON file, or the graph of a saved stage."""
+"""`usdsdg generate CONFIG`: run a job from its YAML or JSON file, or the graph of a saved stage."""
 
 import time
 from collections.abc import Sequence
