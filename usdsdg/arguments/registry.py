@@ -13,11 +13,9 @@ class Registry(Generic[Member]):
     """A mapping from names to the members of one family, in insertion order."""
 
     def __init__(self, family: str, error: type[UsdsdgError]) -> None:
-        """Begin without members.
-
-        Args:
-            family: what a member is called in messages, in the singular ("writer").
-            error: raised for names that are unknown or taken.
+        """Args:
+        family: what a member is called in messages, in the singular ("writer").
+        error: raised for names that are unknown or taken.
         """
         self.family = family
         self._error = error
