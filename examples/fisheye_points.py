@@ -34,7 +34,7 @@ for k in range(12):
     paint = rep.create.material_omnipbr(diffuse=[(0.6, 0.1, 0.1), (0.1, 0.4, 0.15), (0.1, 0.25, 0.6)][k % 3])
     rep.create.cube(position=position, scale=(0.8, 0.8, 1.5), material=paint)
 
-# The angle from the axis is `polynomial_b` times the distance from the center, in pixels of the nominal image.
+# The angle from the axis is `fisheye_polynomial_b` times the distance from the center, in pixels of the nominal image.
 fisheye = rep.create.camera(
     position=(0, 0, 2), clipping_range=(0.01, 100), projection_type="fisheyePolynomial", fisheye_max_fov=190,
     fisheye_nominal_width=1000, fisheye_nominal_height=1000, fisheye_optical_centre_x=500,

@@ -43,3 +43,9 @@ def stage():
     set_global_seed(1)
     yield new_stage()
     session.restart()
+
+
+@pytest.fixture
+def fresh_warnings():
+    """Warnings that tests before have caused are given again."""
+    errors.forget_warnings()

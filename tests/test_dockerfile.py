@@ -4,7 +4,7 @@ import re
 import shlex
 from pathlib import Path
 
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 
 ROOT = Path(__file__).resolve().parents[1]
 INSTRUCTIONS = {"FROM", "ENV", "RUN", "COPY", "USER", "WORKDIR", "ENTRYPOINT", "CMD"}

@@ -8,27 +8,13 @@ import gc
 import pytest
 
 import usdsdg as rep
+from tests.app.counting import Counting
 from usdsdg.app.app import get_app
 from usdsdg.app.frame_loop import get_orchestrator
 from usdsdg.app.status import Status
 from usdsdg.session import stage_context
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
-
-
-class Counting(rep.Writer):
-    """Records the time of every frame that it receives."""
-
-    def __init__(self) -> None:
-        self.annotators = ["camera_params"]
-        self.times: list[float] = []
-        self.ended = 0
-
-    def write(self, data) -> None:
-        self.times.append(get_timeline().get_current_time())
-
-    def on_final_frame(self) -> None:
-        self.ended += 1
 
 
 @pytest.fixture

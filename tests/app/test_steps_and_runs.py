@@ -5,26 +5,12 @@ import asyncio
 import pytest
 
 import usdsdg as rep
+from tests.app.counting import Counting
 from usdsdg.app.app import get_app
 from usdsdg.app.status import Status
 from usdsdg.orchestrator import OrchestratorError
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
-
-
-class Counting(rep.Writer):
-    """Records the time of each frame that it receives, and whether the run has ended."""
-
-    def __init__(self) -> None:
-        self.annotators = ["camera_params"]
-        self.times: list[float] = []
-        self.ended = 0
-
-    def write(self, data) -> None:
-        self.times.append(get_timeline().get_current_time())
-
-    def on_final_frame(self) -> None:
-        self.ended += 1
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+from tests.cli.datasets import content
 from usdsdg import orchestrator
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.session import session
@@ -74,11 +75,6 @@ def cut(home: Path, frames: int) -> None:
 def folders(folder: Path) -> list[Path]:
     """Return the folders with datasets, in the order of their names."""
     return sorted(path.parent.parent for path in folder.rglob(".usdsdg/recipe.json"))
-
-
-def content(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of every file below a folder, by its path."""
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def differences(found: Path, expected: Path) -> list[str]:

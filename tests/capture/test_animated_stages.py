@@ -9,7 +9,7 @@ from pxr import Gf, Usd, UsdGeom
 
 import usdsdg as rep
 from tests.stage.geometry.characters import add_character
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.session.stage_context import new_stage, open_stage
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.poses.look_at import look_at_matrix

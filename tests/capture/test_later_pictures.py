@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 import usdsdg as rep
+from tests.cli.datasets import content
 from tests.verify import datasets
 from usdsdg import parallel
 from usdsdg.capture import later_pictures
@@ -93,10 +94,6 @@ def basic_writer(folder: Path, products: list, **options):
     return writer
 
 
-def files_of(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
-
-
 def captured(folder: Path, *, later: bool, falls: bool = False, frames: int = 4, threads: int = 4) -> dict[str, bytes]:
     """Capture frames of a new stage with two writers; return their files."""
     session.restart()
@@ -111,7 +108,7 @@ def captured(folder: Path, *, later: bool, falls: bool = False, frames: int = 4,
     for _ in range(frames):
         rep.orchestrator.step()
     rep.orchestrator.wait_until_complete()
-    return files_of(folder)
+    return content(folder)
 
 
 @pytest.mark.parametrize("falls", [False, True])
@@ -274,7 +271,7 @@ def test_settings_of_the_next_frame_do_not_change_the_picture(tmp_path, stage, g
         rep.set_global_seed(77)
         gate.set()
         rep.orchestrator.wait_until_complete()
-        pictures[later] = files_of(folder)["rgb_0001.png"]
+        pictures[later] = content(folder)["rgb_0001.png"]
     assert pictures[False] == pictures[True]
 
 
@@ -339,7 +336,7 @@ def test_writers_that_store_pictures_never_look_at_pixels(tmp_path, stage, start
     def switched_off(frame: int) -> None:
         get_settings().set(later_pictures.SETTING, False)
 
-    at_once = files_of(datasets.make(tmp_path / "x", STORED, edit=switched_off))
+    at_once = content(datasets.make(tmp_path / "x", STORED, edit=switched_off))
     assert not started
     returned = threading.Semaphore(0)
     real = later_pictures.LaterPictures._trace
@@ -355,7 +352,7 @@ def test_writers_that_store_pictures_never_look_at_pixels(tmp_path, stage, start
             rep.orchestrator.get_orchestrator().on_captured(lambda: started and returned.release())
 
     monkeypatch.setattr(later_pictures.LaterPictures, "_trace", trace)
-    later = files_of(datasets.make(tmp_path / "y", STORED, edit=let_trace_once_captured))
+    later = content(datasets.make(tmp_path / "y", STORED, edit=let_trace_once_captured))
     assert started == [1, 2, 3]
     assert sorted(later) == sorted(at_once)
     assert [name for name in at_once if later[name] != at_once[name]] == []

@@ -112,7 +112,7 @@ def said(mistake: Mistake, folder: Path) -> str:
 
 
 def _fill(folder: Path) -> None:
-    from usdsdg.cli.new import Kind, write_starting_point
+    from usdsdg.cli.commands.new import Kind, write_starting_point
 
     (folder / "scene.usda").write_text('#usda 1.0\n(\n    upAxis = "Z"\n)\n\ndef Cube "Cube"\n{\n}\n')
     (folder / "script.py").write_text("import usdsdg as rep\n")
@@ -138,7 +138,7 @@ def _there(folder: Path) -> Iterator[None]:
 
 
 def _of_command(arguments: str) -> str:
-    from usdsdg.cli.commands import app
+    from usdsdg.cli.app import app
 
     done = CliRunner().invoke(app, arguments.split())
     assert done.exit_code not in (0, None), f"usdsdg {arguments} ended with {done.exit_code}:\n{done.output}"

@@ -9,7 +9,7 @@ import pytest
 from click.shell_completion import BashComplete
 from click.testing import CliRunner
 
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.cli.examples import EXAMPLES
 from usdsdg.cli.options.optional_values import completed
 

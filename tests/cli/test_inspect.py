@@ -7,8 +7,8 @@ from click.testing import CliRunner
 
 from tests.inspect.datasets import pose_object, write_pose
 from tests.scripts.conftest import usdsdg
-from usdsdg.cli.commands import app
-from usdsdg.cli.inspect import show_written
+from usdsdg.cli.app import app
+from usdsdg.cli.commands.inspect import show_written
 from usdsdg.errors import DatasetError
 from usdsdg.session import progress
 from usdsdg.session.session import current

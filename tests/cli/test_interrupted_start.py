@@ -9,6 +9,7 @@ import time
 import pytest
 
 from tests.sampled_cases import sampled
+from tests.signaled import started
 
 PROGRAM = """
 import signal, sys
@@ -36,7 +37,7 @@ def usdsdg(*arguments: str, module: str, on_interrupt=signal.SIG_DFL) -> subproc
 # The last two modules of pxr are imported by C++, which drops a KeyboardInterrupt in one and turns it into a
 # TypeError in the other.
 @pytest.mark.parametrize(
-    "module", ["usdsdg.cli.commands", "numpy", "click", "pxr.Sdf", "pxr.Kind", "pxr.Vt", "usdsdg.cli.simulate"]
+    "module", ["usdsdg.cli.app", "numpy", "click", "pxr.Sdf", "pxr.Kind", "pxr.Vt", "usdsdg.cli.commands.simulate"]
 )
 def test_an_interrupt_during_imports_ends_the_program_with_one_line(module):
     done = usdsdg("doctor", module=module)
@@ -68,21 +69,15 @@ def Sphere "ball" ( prepend apiSchemas = ["PhysicsRigidBodyAPI", "PhysicsCollisi
 )
 def test_an_interrupt_does_not_wait_for_compilers(command, label, tmp_path):
     (tmp_path / "scene.usda").write_text(SCENE)
-    process = subprocess.Popen(
-        [sys.executable, "-m", "usdsdg", command, "scene.usda", "out.usda", "--device=cpu"],
-        cwd=tmp_path, env={**os.environ, "WARP_CACHE_PATH": str(tmp_path / "kernels")},
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )  # fmt: skip
-    try:
+    arguments = ["-m", "usdsdg", command, "scene.usda", "out.usda", "--device=cpu"]
+    kernels = {"WARP_CACHE_PATH": str(tmp_path / "kernels")}
+    with started(arguments, cwd=tmp_path, env=os.environ | kernels) as process:
         assert process.stderr is not None
         assert any(label in line for line in process.stderr)
         time.sleep(0.2)  # until a compiler is at work
         process.send_signal(signal.SIGINT)
         interrupted = time.monotonic()
         _, stderr = process.communicate(timeout=60)
-    finally:
-        process.kill()
     assert process.returncode == 130, stderr
     assert stderr.splitlines()[-1] == "files written so far are whole"
     # Compiling takes at least five seconds.

@@ -7,7 +7,7 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
-from usdsdg.cli.new import SCHEMA, Kind, write_starting_point
+from usdsdg.cli.commands.new import SCHEMA, Kind, write_starting_point
 from usdsdg.errors import OutputNotWritable
 from usdsdg.scenarios.jobs import load_job
 

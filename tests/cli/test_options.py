@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import usdsdg as rep
 from tests.scripts.conftest import ROOT, usdsdg
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.cli.options.optional_values import completed
 from usdsdg.cli.options.output_path import output_path
 from usdsdg.errors import AssetUnreadable, OutputNotWritable

@@ -2,7 +2,7 @@
 
 from tests.cli.datasets import FRAMES, content, generate, merge, run, write_job
 from tests.sampled_cases import in_soak
-from usdsdg.cli.generate import make_part
+from usdsdg.cli.commands.generate import make_part
 from usdsdg.cli.options.optional_values import completed
 
 
@@ -55,7 +55,7 @@ def test_a_part_leaves_nothing_to_be_written_at_exit(tmp_path):
     job = write_job(tmp_path, "CocoWriter")
     given = ["generate", "-q", str(job), "--device", "cpu", "--set", f"writer_kwargs.output_dir={tmp_path}/out"]
     code = (
-        "import shutil, sys; from usdsdg.cli.generate import make_part\n"
+        "import shutil, sys; from usdsdg.cli.commands.generate import make_part\n"
         f"given = {given!r}\n"
         "said = [make_part([*given, '--frames', part, '--resume']) for part in ('0:1', '1:2')]\n"
         f"shutil.rmtree('{tmp_path}/out')\n"

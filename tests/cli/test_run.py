@@ -8,8 +8,8 @@ import textwrap
 
 import pytest
 
-from tests.cli.signaled import run_and_signal
 from tests.scripts.conftest import usdsdg
+from tests.signaled import run_and_signal
 
 
 def run(folder, script: str, *arguments: str, expect: int = 0) -> subprocess.CompletedProcess[str]:

@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from tests.cli.signaled import run_and_signal
+from tests.signaled import run_and_signal
 
 SCRIPT = """
 import os, sys

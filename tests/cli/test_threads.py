@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.datasets import ROOT
+from tests.cli.datasets import ROOT, content
 from tests.sampled_cases import in_soak
 from tests.scripts.conftest import usdsdg
 
@@ -39,10 +39,6 @@ print(json.dumps({
 """
 
 
-def files_of(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
-
-
 @in_soak
 def test_one_thread_bounds_all_pools_and_writes_the_same_files(tmp_path):
     (tmp_path / "script.py").write_text(SCRIPT)
@@ -52,7 +48,7 @@ def test_one_thread_bounds_all_pools_and_writes_the_same_files(tmp_path):
     told = json.loads(next(line for line in bounded.stdout.splitlines() if line.startswith("{")))
     assert told == {"available": 1, "usd": 1, "omp": "1", "rendering": 0, "writing": 1}
     usdsdg("run", "--quiet", "--device", "cpu", "script.py", "all", cwd=tmp_path, fresh=True)
-    one, every = files_of(tmp_path / "one"), files_of(tmp_path / "all")
+    one, every = content(tmp_path / "one"), content(tmp_path / "all")
     assert "rgb_0001.png" in one
     assert one == every
 
@@ -60,7 +56,7 @@ def test_one_thread_bounds_all_pools_and_writes_the_same_files(tmp_path):
 LIMITED = """
 import os
 
-from usdsdg.cli import commands
+from usdsdg.cli import app
 from usdsdg.cli.options.thread_limit import limit_threads
 
 before = len(os.listdir("/proc/self/task"))

@@ -3,7 +3,7 @@
 import pytest
 from click.testing import CliRunner
 
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.session import session
 
 pytest.importorskip("uvicorn")

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from tests.cli.test_options import output_of
-from usdsdg.cli import warmup
+from usdsdg.cli.commands import warmup
 
 
 def compile_into(folder: Path, *names: str):

@@ -6,7 +6,7 @@ import what `OF_ENGINES` names besides the rooms of its own engine that its row 
 
 ENGINES = ("usdsdg_physics", "usdsdg_render")
 # What their rooms may import of usdsdg.
-OF_ENGINES = ("compilation", "errors", "parallel", "readback", "stage")
+OF_ENGINES = ("compilation", "errors", "image_files", "parallel", "readback", "stage")
 
 # usdsdg: name -> what it may import, names without "usdsdg.".
 USDSDG = {
@@ -18,7 +18,8 @@ USDSDG = {
     "warp_start": "errors",
     "compilation": "",
     "stores": "errors operating_system",
-    "stage": "errors operating_system warp_start",
+    "image_files": "errors warp_start",
+    "stage": "errors operating_system image_files",
     "session": "errors operating_system stage warp_start",
     "articulations": "errors stage session",
     "graph": "errors stage session",
@@ -33,7 +34,7 @@ USDSDG = {
     "create": "errors stage session arguments graph distribution modify calibration",
     "randomizer": "errors stage session arguments graph distribution scatter modify",
     "annotators": "errors warp_start parallel buffers readback stage session arguments graph",
-    "writers": "errors operating_system warp_start stores stage session arguments annotators",
+    "writers": "errors operating_system warp_start image_files stores stage session arguments annotators",
     "functional": "errors stage session arguments graph rng scatter randomizer writers",
     "physics": "errors stage arguments graph distribution modify functional",
     "get": "errors stage session arguments graph functional",
@@ -50,7 +51,7 @@ USDSDG = {
     "writers record usdsdg_render.settings",
     "app": "errors stage session graph rng distribution create annotators writers trigger capture",
     "orchestrator": "errors session arguments app",
-    "demo": "errors stage",
+    "demo": "errors image_files stage",
     "mirror": "errors stores stage session",
     "meshes": "errors stores stage session mirror",
     "example": "demo",
@@ -60,10 +61,10 @@ USDSDG = {
     "notebook": "errors stage session arguments graph create annotators writers capture pictures datasets inspect",
     "verify": "errors parallel stores stage session annotators writers record datasets",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
-    "scenarios": "errors stores stage session arguments graph calibration create writers capture app orchestrator "
-    "settings demo meshes __init__",
-    "compat": "errors operating_system warp_start stores stage session articulations arguments graph distribution "
-    "create annotators writers functional app orchestrator settings demo",
+    "scenarios": "errors image_files stores stage session arguments graph calibration create writers capture app "
+    "orchestrator settings demo meshes __init__",
+    "compat": "errors operating_system warp_start image_files stores stage session articulations arguments graph "
+    "distribution create annotators writers functional app orchestrator settings demo",
     "cli": "errors operating_system warp_start stage session",
     "workers": "errors operating_system stage stores session writers",
     "stream": "errors operating_system session annotators capture scenarios replicator_yaml cli __init__",
@@ -147,36 +148,39 @@ LATE = {
         "usdsdg_physics.corrections usdsdg_physics.queries usdsdg_physics.solver",
         "defining kernels and compiling them is the work that this module does on two threads",
     ),
-    "usdsdg.cli.assets": ("usdsdg.mirror", COMMAND),
-    "usdsdg.cli.commands": ("usdsdg.__init__", COMMAND),
-    "usdsdg.cli.compat": ("usdsdg.compat", COMMAND),
-    "usdsdg.cli.convert": ("usdsdg.meshes", COMMAND),
-    "usdsdg.cli.doctor": ("usdsdg.__init__ usdsdg_render.path usdsdg_render.device usdsdg_render.renderer", COMMAND),
+    "usdsdg.cli.commands.assets": ("usdsdg.mirror", COMMAND),
+    "usdsdg.cli.app": ("usdsdg.__init__", COMMAND),
+    "usdsdg.cli.commands.compat": ("usdsdg.compat", COMMAND),
+    "usdsdg.cli.commands.convert": ("usdsdg.meshes", COMMAND),
+    "usdsdg.cli.commands.doctor": (
+        "usdsdg.__init__ usdsdg_render.path usdsdg_render.device usdsdg_render.renderer",
+        COMMAND,
+    ),
     "usdsdg.cli.options.file_kinds": ("usdsdg.arguments usdsdg.scenarios", COMMAND),
-    "usdsdg.cli.generate": ("usdsdg.parallel usdsdg.scenarios usdsdg.workers", COMMAND),
-    "usdsdg.cli.inspect": ("usdsdg.datasets usdsdg.inspect", COMMAND),
-    "usdsdg.cli.render": ("usdsdg.stores usdsdg.__init__", COMMAND),
-    "usdsdg.cli.run": ("usdsdg.replicator_yaml usdsdg.writers", COMMAND),
+    "usdsdg.cli.commands.generate": ("usdsdg.parallel usdsdg.scenarios usdsdg.workers", COMMAND),
+    "usdsdg.cli.commands.inspect": ("usdsdg.datasets usdsdg.inspect", COMMAND),
+    "usdsdg.cli.commands.render": ("usdsdg.stores usdsdg.__init__", COMMAND),
+    "usdsdg.cli.commands.run": ("usdsdg.replicator_yaml usdsdg.writers", COMMAND),
     "usdsdg.cli.options.rerun_option": ("usdsdg.writers", COMMAND),
     "usdsdg.cli.script.missing_names": ("usdsdg.compat", COMMAND),
     "usdsdg.cli.script.workers": ("usdsdg.parallel usdsdg.workers", COMMAND),
     "usdsdg.cli.script.execution": ("usdsdg.app usdsdg.compat usdsdg.orchestrator usdsdg.writers", COMMAND),
     "usdsdg.cli.options.command_context": ("usdsdg.graph usdsdg.orchestrator usdsdg.settings usdsdg.writers", COMMAND),
     "usdsdg.cli.options.dataset_options": ("usdsdg.writers", COMMAND),
-    "usdsdg.cli.merge": ("usdsdg.stores usdsdg.writers", COMMAND),
-    "usdsdg.cli.schema": ("usdsdg.scenarios", COMMAND),
-    "usdsdg.cli.reproduce": (
+    "usdsdg.cli.commands.merge": ("usdsdg.stores usdsdg.writers", COMMAND),
+    "usdsdg.cli.commands.schema": ("usdsdg.scenarios", COMMAND),
+    "usdsdg.cli.commands.reproduce": (
         "usdsdg.datasets usdsdg.graph usdsdg.scenarios usdsdg.verify usdsdg.writers",
         COMMAND,
     ),
     "usdsdg.cli.options.thread_limit": ("usdsdg.parallel usdsdg.writers", COMMAND),
-    "usdsdg.cli.verify": ("usdsdg.datasets usdsdg.verify", COMMAND),
-    "usdsdg.cli.warmup": (
+    "usdsdg.cli.commands.verify": ("usdsdg.datasets usdsdg.verify", COMMAND),
+    "usdsdg.cli.commands.warmup": (
         "usdsdg.compilation usdsdg.parallel usdsdg_physics.__init__ usdsdg_render.device usdsdg_render.renderer",
         COMMAND,
     ),
-    "usdsdg.cli.simulate": ("usdsdg_physics.__init__", COMMAND),
-    "usdsdg.cli.view": ("usdsdg.view", COMMAND),
+    "usdsdg.cli.commands.simulate": ("usdsdg_physics.__init__", COMMAND),
+    "usdsdg.cli.commands.view": ("usdsdg.view", COMMAND),
 }
 
 # Packages that need what is not installed with usdsdg, by the name of what they need.

@@ -32,7 +32,6 @@ IS = {
 }
 CUBE, MESH, CAMERA, MATERIAL = "/World/cube", "/World/mesh", "/World/camera", "/World/material"
 PRIMS = {"input_prims": MESH}
-UNIT = ((0, 0, 0), (1, 1, 1))
 AUGMENTATION = lambda data_in: data_in  # noqa: E731
 
 # Arguments by function; functions that are not listed are called without arguments.

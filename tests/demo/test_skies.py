@@ -11,7 +11,7 @@ from usdsdg.demo import asset_urls
 from usdsdg.demo.skies.panorama import panorama
 from usdsdg.demo.skies.patterns import plain
 from usdsdg.demo.skies.room import Block, Lamp, Room
-from usdsdg.stage.image_files import radiance_hdr
+from usdsdg.image_files import radiance_hdr
 
 
 def read_hdr(path: Path) -> np.ndarray:

@@ -8,11 +8,15 @@ from __future__ import annotations
 import atexit
 import functools
 import os
+import select
 import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import IO
+
+from tests.forked.client import ask, told
 
 ROOT = Path(__file__).resolve().parents[2]
 CLIENT = Path(__file__).with_name("client.py")
@@ -62,3 +66,33 @@ def run(
     """
     python = [sys.executable] if fresh else command()
     return subprocess.run([*python, *arguments], cwd=cwd, env=env, capture_output=True, text=True, timeout=timeout)
+
+
+class Fork:
+    """A program in a fork that can be sent signals at any moment, on Linux only.
+
+    Args:
+        arguments: as after `python`.
+        output: where what it prints goes, also its errors.
+    """
+
+    def __init__(self, arguments: Sequence[str], *, cwd: Path, output: IO[str]) -> None:
+        with open(os.devnull) as nothing:
+            streams = [nothing.fileno(), output.fileno(), output.fileno()]
+            self._connection = ask(server(), list(arguments), str(cwd), streams)
+        self.pid = int(told(self._connection))
+        self.returncode: int | None = None
+        self.processor_seconds = 0.0  # when it has ended: what it has taken of processors, with processes that it began
+
+    def poll(self) -> int | None:
+        """Return its exit code, -N where signal N has ended it; None before its end."""
+        if self.returncode is None and select.select([self._connection], [], [], 0)[0]:
+            self.wait()
+        return self.returncode
+
+    def wait(self) -> int:
+        """Wait for its end; return its exit code."""
+        if self.returncode is None:
+            self.returncode, self.processor_seconds = int(told(self._connection)), told(self._connection)
+            self._connection.close()
+        return self.returncode

@@ -9,17 +9,35 @@ import socket
 import sys
 
 STREAMS = 3  # input, output, errors
+NUMBER = 32  # bytes of a number that the server tells
+
+
+def ask(server, arguments, folder, streams):
+    """Ask for a fork; return the connection, over which the server tells what `told` returns.
+
+    The server kills the fork when this end of the connection is closed, as by a time limit.
+    """
+    connection = socket.socket(socket.AF_UNIX)
+    connection.connect(str(server))
+    data = json.dumps({"arguments": arguments, "folder": folder, "variables": dict(os.environ)}).encode()
+    socket.send_fds(connection, [f"{len(data):8}".encode()], streams)
+    connection.sendall(data)
+    return connection
+
+
+def told(connection):
+    """Return the next number that the server tells: first the process id of the fork, at its end the exit code.
+
+    Raises:
+        ValueError: the server is gone.
+    """
+    return float(connection.recv(NUMBER, socket.MSG_WAITALL))
 
 
 def main() -> int:
-    connection = socket.socket(socket.AF_UNIX)
-    connection.connect(sys.argv[1])
-    asked = {"arguments": sys.argv[2:], "folder": os.getcwd(), "variables": dict(os.environ)}
-    data = json.dumps(asked).encode()
-    socket.send_fds(connection, [f"{len(data):8}".encode()], range(STREAMS))
-    connection.sendall(data)
-    # The server ends the fork when this end of the connection is closed, as by a time limit.
-    code = int(connection.recv(16) or 1)
+    connection = ask(sys.argv[1], sys.argv[2:], os.getcwd(), range(STREAMS))
+    told(connection)
+    code = int(told(connection))
     if code < 0:
         os.kill(os.getpid(), -code)
     return code

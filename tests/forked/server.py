@@ -10,6 +10,7 @@ import contextlib
 import importlib
 import json
 import os
+import pkgutil
 import runpy
 import select
 import signal
@@ -17,13 +18,15 @@ import socket
 import sys
 from typing import Any
 
-from tests.forked.client import STREAMS
+from tests.forked.client import NUMBER, STREAMS
 
 MODULES = (
-    "usdsdg.cli.commands", "usdsdg.functional", "usdsdg.orchestrator", "usdsdg.create", "usdsdg.modify",
+    "usdsdg.cli.app", "usdsdg.functional", "usdsdg.orchestrator", "usdsdg.create", "usdsdg.modify",
     "usdsdg.capture", "usdsdg.writers.formats", "usdsdg.verify.verify", "usdsdg.inspect", "usdsdg.scenarios.jobs",
-    "usdsdg_render.renderer", "usdsdg_physics.engine", "trimesh", "newton",
+    "trimesh", "newton",
 )  # fmt: skip
+# All of their modules, of which scenes need some or others.
+ENGINES = ("usdsdg_render", "usdsdg_physics")
 
 
 def serve(path: str) -> dict[str, Any]:
@@ -48,18 +51,25 @@ def forked(connection: socket.socket) -> dict[str, Any]:
     data = connection.recv(int(header), socket.MSG_WAITALL)
     fork = os.fork()
     if fork:
+        tell(connection, fork)
         ended = os.pidfd_open(fork)
         if ended not in select.select([ended, connection], [], [])[0]:
             os.kill(fork, signal.SIGKILL)
-        code = os.waitstatus_to_exitcode(os.waitpid(fork, 0)[1])
-        with contextlib.suppress(BrokenPipeError):
-            connection.send(str(code).encode())
+        _, status, usage = os.wait4(fork, 0)
+        for number in (os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime):
+            tell(connection, number)
         os._exit(0)
     connection.close()
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
         os.close(stream)
     return json.loads(data)
+
+
+def tell(connection: socket.socket, number: float) -> None:
+    """Tell a client a number: of the process, then at its end its exit code and its processor seconds."""
+    with contextlib.suppress(BrokenPipeError):
+        connection.sendall(f"{number:{NUMBER}}".encode())
 
 
 def reap(*_: object) -> None:
@@ -88,6 +98,9 @@ def main() -> None:
     os.environ["PXR_WORK_THREAD_LIMIT"] = "1"
     for name in MODULES:
         importlib.import_module(name)
+    for name in ENGINES:
+        for module in pkgutil.walk_packages(importlib.import_module(name).__path__, f"{name}."):
+            importlib.import_module(module.name)
     signal.signal(signal.SIGCHLD, reap)
     asked = serve(sys.argv[1])
     os.chdir(asked["folder"])

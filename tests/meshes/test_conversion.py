@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from PIL import Image
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.errors import AssetError, AssetUnreadable, ConfigError, OutputNotWritable, Unsupported, UsdsdgWarning
 from usdsdg.meshes import repairs
 from usdsdg.meshes.cache import converted

@@ -11,7 +11,7 @@ from pxr import Usd
 
 import usdsdg as rep
 from tests.sampled_cases import sampled
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage
 from usdsdg.compat.isaacsim.replicator.behavior.utils.scene_utils import create_asset
 from usdsdg.compat.omni.kit import commands
@@ -40,9 +40,7 @@ BROKEN = {
 }
 
 
-@pytest.fixture(autouse=True)
-def _own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 @pytest.fixture(params=list(BROKEN))

@@ -15,10 +15,7 @@ from usdsdg.session.stage_context import current_stage, open_stage
 from usdsdg.stage import assets
 from usdsdg.stage.semantics.labels import get_labels
 
-
-@pytest.fixture(autouse=True)
-def _own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 @pytest.fixture

@@ -11,15 +11,12 @@ from tests.meshes.test_conversion import meshes, opened, source_of, surface
 from tests.meshes.test_places import labels_below, size
 from tests.soak.meshes.made_usdz import package
 from tests.soak.meshes.shapes import checker, cup, textured_box
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.errors import AssetError, UsdsdgWarning
 from usdsdg.meshes import cache
 from usdsdg.session.stage_context import current_stage, open_stage
 
-
-@pytest.fixture(autouse=True)
-def _own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 def corners_of(mesh):

@@ -14,7 +14,7 @@ from usdsdg.session import session
 from usdsdg.session.stage_context import new_stage
 from usdsdg.stage.cameras import default_view
 
-PAINT_ALONE, BOXES = (), "bounding_box_2d_tight"
+BOXES = "bounding_box_2d_tight"
 
 
 def scene():

@@ -6,14 +6,11 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
 from tests.physics.mechanisms import joint
 from tests.physics.scenes import add, new_stage, playing, position
-from usdsdg.errors import forget_warnings
 
 STEP, G = 1 / 60, 9.81
 
 
-@pytest.fixture(autouse=True)
-def _each_test_hears_its_warnings():
-    forget_warnings()
+pytestmark = pytest.mark.usefixtures("fresh_warnings")
 
 
 def _fixed(stage: Usd.Stage, bodies=("", ""), at0=(0, 0, 0), at1=(0, 0, 0), kind=UsdPhysics.FixedJoint):

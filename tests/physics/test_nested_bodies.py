@@ -5,15 +5,12 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
 from tests.physics.scenes import add, fallen, make_body, new_stage, playing, position
-from usdsdg.errors import forget_warnings
 
 STEP, STEPS = 1 / 60, 20
 FALL = fallen(STEPS)
 
 
-@pytest.fixture(autouse=True)
-def _each_test_hears_its_warnings():
-    forget_warnings()
+pytestmark = pytest.mark.usefixtures("fresh_warnings")
 
 
 def _falling(stage: Usd.Stage, *, rotate=(0, 0, 30)) -> UsdGeom.Xform:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tests import forked
 from tests.capture.part_runs import cut, folders
+from tests.cli.datasets import content
 from tests.programs.blocks import Block, Script
 
 OUTPUT = "out"
@@ -137,11 +138,6 @@ def compared(way: str, folder: Path, seed: int) -> str:
         return ""
     mine, theirs = content(folder / way / OUTPUT), content(folder / "plain" / OUTPUT)
     return ", ".join(sorted(name for name in mine.keys() | theirs.keys() if mine.get(name) != theirs.get(name)))
-
-
-def content(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of every file below a folder, by its path."""
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def shrunk(script: Script, fails: Callable[[Script], bool]) -> Script:

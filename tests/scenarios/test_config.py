@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 import yaml
 
 from usdsdg.errors import ConfigError
-from usdsdg.scenarios.object_based.config import load_config
+from usdsdg.scenarios.jobs import load_job
+from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -25,6 +27,12 @@ def written(tmp_path):
 
 
 TARGET = "labeled_assets_and_properties: [{url: /Isaac/a.usd, label: a}]\n"
+
+
+def load_config(path: Path, overrides: Sequence[str] = ()) -> ObjectBasedConfig:
+    config = load_job(path, overrides)[1]
+    assert isinstance(config, ObjectBasedConfig)
+    return config
 
 
 def problems(path: Path, *overrides: str) -> list[str]:

@@ -4,7 +4,7 @@ import pytest
 
 from tests.cli.datasets import content, generate, merge, write_job
 from tests.sampled_cases import in_soak
-from usdsdg.cli.generate import make_part
+from usdsdg.cli.commands.generate import make_part
 from usdsdg.scenarios.episodes import Episode, episodes
 
 

@@ -4,7 +4,6 @@ import io
 import os
 import re
 import signal
-import subprocess
 import sys
 import threading
 from types import SimpleNamespace
@@ -12,6 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from tests.session.clock import Clock
+from tests.signaled import started
 from usdsdg.session import progress, terminal_bars
 from usdsdg.session.progress import FRAMES, described
 from usdsdg.session.terminal_bars import LONGEST_BAR, SHORTEST_BAR, BarReporter, LinesAbove
@@ -295,18 +295,12 @@ def test_an_interrupt_leaves_the_terminal_as_it_was(tmp_path):
     before = termios.tcgetattr(follower)
     code = f"import sys, runpy\ntry:\n    runpy.run_path({str(tmp_path / 'command.py')!r})\n"
     code += "except Exception as ended:\n    sys.exit(ended.exit_code)\n"
-    process = subprocess.Popen(
-        [sys.executable, "-c", code],
-        stdin=follower,
-        stdout=follower,
-        stderr=follower,
-        env={**os.environ, "TERM": "xterm"},
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
-    text = ""
-    while "files written so far are whole" not in text:
-        text += os.read(leader, 4096).decode(errors="replace")
-    assert process.wait(60) == 130
+    streams, variables = dict.fromkeys(("stdin", "stdout", "stderr"), follower), os.environ | {"TERM": "xterm"}
+    with started(["-c", code], env=variables, **streams) as process:
+        text = ""
+        while "files written so far are whole" not in text:
+            text += os.read(leader, 4096).decode(errors="replace")
+        assert process.wait(60) == 130
     assert termios.tcgetattr(follower) == before
     os.close(follower)
     os.close(leader)

@@ -10,7 +10,7 @@ import pytest
 import usdsdg as rep
 from tests.site.test_walks import PAGES as WALKED
 from tests.site.walk import ROOT, Block, blocks
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.cli.options.optional_values import completed
 
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]

@@ -12,7 +12,6 @@ import contextlib
 import logging
 import os
 import random
-import resource
 import shutil
 import signal
 import subprocess
@@ -24,7 +23,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tests.cli.datasets import content
-from tests.soak.command_runs import POLL_SECONDS, CommandRun, CopiedRun
+from tests.soak.command_runs import POLL_SECONDS, CommandRun
 from tests.soak.processor_time import processor_seconds
 from tests.stores.servers import KEYS, Bucket, FailingProxy
 
@@ -52,12 +51,10 @@ class Trials:
         """most_ends: how often a dataset is ended before it is left to its end."""
         self._folder, self._most_ends, self._random = folder, most_ends, random.Random()
         (folder / "job.yaml").write_text(JOB)
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         whole = self._start(folder / "whole")
         if whole.wait():
             sys.exit(f"the uninterrupted run failed with {whole.returncode}: {whole.said}")
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        self._processor_seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        self._processor_seconds = whole.processor_seconds
         self._whole = content(folder / "whole")
 
     def run(self, how: str, seed: int) -> str | None:
@@ -163,8 +160,7 @@ class Trials:
 
     def _start(self, out: Path | str, *options: str) -> CommandRun:
         arguments = ["generate", "-q", str(self._folder / "job.yaml"), "--device", "cpu"]
-        has_threads = threading.active_count() > 1  # servers of buckets
-        return (CommandRun if has_threads else CopiedRun)([*arguments, "--set", f"output_dir={out}", *options])
+        return CommandRun([*arguments, "--set", f"output_dir={out}", *options])
 
 
 class _Bucket(Bucket):

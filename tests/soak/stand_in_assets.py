@@ -8,8 +8,8 @@ import numpy as np
 from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
+from usdsdg.image_files import radiance_hdr
 from usdsdg.stage import schemas
-from usdsdg.stage.image_files import radiance_hdr
 from usdsdg.stage.schemas import physx
 
 Vector = tuple[float, float, float]

@@ -29,7 +29,7 @@ class Kind(NamedTuple):
 
 KINDS: list[Kind] = []
 FRAME, OTHER = "0001", "0000"
-STALE, MID_RUN = 1, 2
+MID_RUN = 2
 
 
 def kind(name: str, dataset: str) -> Callable[[Callable[[Path], None]], Callable[[Path], None]]:

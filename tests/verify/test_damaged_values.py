@@ -26,7 +26,7 @@ IN_ONE_PROCESS = """
 import json, sys
 from pathlib import Path
 from click.testing import CliRunner
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 
 folder, found = Path(sys.argv[1]), []
 for closed, *arguments in ("rgb_0000.png", "verify", "-q"), (".usdsdg/journal.jsonl", "verify", "-q", "--files"), (

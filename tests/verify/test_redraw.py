@@ -11,7 +11,7 @@ from tests.sampled_cases import sampled
 from tests.verify import datasets, faults_above
 from usdsdg.annotators.ownership import LabeledStage
 from usdsdg.capture import subsets
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.datasets.folder import Folder
 from usdsdg.session import session
 from usdsdg.session.settings_store import get_settings

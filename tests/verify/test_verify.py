@@ -16,7 +16,7 @@ import usdsdg as rep
 from tests.sampled_cases import sampled
 from tests.verify import datasets
 from tests.verify.all_label_faults import KINDS
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.errors import DatasetError
 from usdsdg.verify import verify, verify_all
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+
+from tests.signaled import started
 
 ROOT = Path(__file__).resolve().parents[2]
 SECONDS = 120.0
@@ -18,12 +18,11 @@ SECONDS = 120.0
 @contextlib.contextmanager
 def viewing(*arguments: object, folder: Path) -> Iterator[str]:
     """Start the command in a folder, yield the address that it prints, and end it as Ctrl-C does."""
-    command = [sys.executable, "-m", "usdsdg", "view", "--quiet", "--device", "cpu", *map(str, arguments)]
-    with (folder / "errors.txt").open("w") as errors:
-        process = subprocess.Popen(
-            command, cwd=folder, stdout=subprocess.PIPE, stderr=errors, text=True,
-            env=os.environ | {"PYTHONPATH": str(ROOT)},
-        )  # fmt: skip
+    command = ["-m", "usdsdg", "view", "--quiet", "--device", "cpu", *map(str, arguments)]
+    with (
+        (folder / "errors.txt").open("w") as errors,
+        started(command, cwd=folder, stderr=errors, env=os.environ | {"PYTHONPATH": str(ROOT)}) as process,
+    ):
         # A command that says nothing is ended, so that reading its address ends too.
         timer = threading.Timer(SECONDS, process.kill)
         timer.start()
@@ -37,7 +36,3 @@ def viewing(*arguments: object, folder: Path) -> Iterator[str]:
             assert process.wait(SECONDS) == 130, (folder / "errors.txt").read_text()
         finally:
             timer.cancel()
-            if process.poll() is None:
-                process.kill()
-                process.wait(SECONDS)
-            process.stdout.close()

@@ -6,7 +6,7 @@ import pytest
 from click.testing import CliRunner
 
 from usdsdg.capture.pictures_ahead import PicturesAhead
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.session import session
 
 SCRIPT = Path(__file__).parents[2] / "examples/scenes/moving_shapes.py"

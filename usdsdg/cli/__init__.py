@@ -1,1 +1,1 @@
-"""Command line: one module per command; `program` is the entry point, `command_context` what all commands share."""
+"""Command line: `program` is the entry point, `commands` has a module for each, `options` what they share."""

@@ -8,6 +8,6 @@ def main() -> None:
     """Run the `usdsdg` program."""
     replace_closed_streams()
     end_at_once_on_interrupt()
-    from usdsdg.cli.commands import main as run_command
+    from usdsdg.cli.app import main as run_command
 
     run_command()

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from usdsdg.errors import WriterError
+from usdsdg.image_files.motion_jpeg import Video, encode_frame
 from usdsdg.session.session import current
-from usdsdg.stage.image_files.motion_jpeg import Video, encode_frame
 from usdsdg.stores.whole_file import write_whole
 
 

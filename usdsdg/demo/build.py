@@ -116,7 +116,7 @@ def _write_assets(folder: Path) -> None:
 
 def _write_sky(path: Path, make_room: Callable[[], Room]) -> None:
     from usdsdg.demo.skies.panorama import panorama
-    from usdsdg.stage.image_files import radiance_hdr
+    from usdsdg.image_files import radiance_hdr
 
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(radiance_hdr.encode(panorama(make_room())))

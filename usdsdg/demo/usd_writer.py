@@ -23,7 +23,7 @@ def write_asset(path: Path, asset: Asset) -> None:
     for name, surfaces in asset.bodies.items():
         placed = [surface.moved(*offset) for surface in surfaces]
         _write_mesh(stage, root.GetPath().AppendChild(name), placed, materials)
-    _write_extents_hint(stage, root)
+    _write_extents_hint(root)
     stage.GetRootLayer().Save()
 
 
@@ -138,6 +138,6 @@ def _write_texture(stage: Usd.Stage, path: Sdf.Path, material: Material, layer_p
     return texture
 
 
-def _write_extents_hint(stage: Usd.Stage, root: Usd.Prim) -> None:
+def _write_extents_hint(root: Usd.Prim) -> None:
     cache = UsdGeom.BBoxCache(Usd.TimeCode.Default(), [UsdGeom.Tokens.default_])
     UsdGeom.ModelAPI.Apply(root).SetExtentsHint(UsdGeom.ModelAPI(root).ComputeExtentsHint(cache))

@@ -32,7 +32,7 @@ def annotator_html(annotator: Annotator) -> str:
     parts = [html.title(annotator.name, f"{where}{_shape(held)}")]
     if (drawn := drawn_picture(annotator, held)) is not None:
         parts += [html.image(drawn[0]), html.note(drawn[1])]
-    return "".join([*parts, _tables(annotator, held)])
+    return "".join([*parts, _tables(held)])
 
 
 def annotator_png(annotator: Annotator) -> bytes | None:
@@ -77,7 +77,7 @@ def _held_by(annotator: Annotator, names: Sequence[str]) -> Annotation | None:
     return None
 
 
-def _tables(annotator: Annotator, held: Annotation) -> str:
+def _tables(held: Annotation) -> str:
     parts = []
     array = None if held.data is None else np.asarray(held.data)
     if array is not None and array.dtype.names:

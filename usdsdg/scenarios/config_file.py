@@ -39,7 +39,7 @@ class _Source:
 
 
 def read_config(path: str | os.PathLike[str], overrides: Sequence[str], model: type[Model]) -> Model:
-    """Read a file, apply "key=value" overrides and validate the result as a `model`.
+    """Read a file, apply overrides (`path_tracing.spp=16`, `resolution.0=320`) and validate the result as a `model`.
 
     Raises:
         ConfigError: with every problem found, each with its line, its key and the expected values.

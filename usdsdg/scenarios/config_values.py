@@ -7,7 +7,6 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from usdsdg.arguments.values import MOST_PRIMS, TOO_MANY_PRIMS
 
 # Numbers are strict: "3" and true are not numbers.
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
 # Lengths of a scene, and times: physics and its matrices end at numbers that no scene has.
 Length = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1e6)]

@@ -49,6 +49,14 @@ def set_value(attribute: Usd.Attribute, value: Any) -> None:
         raise _bad_value(attribute, value)
 
 
+def remove_value(prim: Usd.Prim, name: str) -> None:
+    """Remove an attribute's opinion in the edit target, and block one that a reference brings."""
+    prim.RemoveProperty(name)
+    attribute = prim.GetAttribute(name)
+    if attribute and attribute.HasAuthoredValue():
+        attribute.Block()
+
+
 def asset_path(value: Any) -> Sdf.AssetPath:
     """Return the asset path of an existing file; "" and names with <UDIM> stay as they are.
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pxr import Gf, Sdf, Usd
 
 from usdsdg import errors
+from usdsdg.stage.attributes import remove_value
 
 NAMESPACE = "usdsdg:keypoints"
 _DEFAULT = Usd.TimeCode.Default()
@@ -46,7 +47,7 @@ def set_keypoints(prim: Usd.Prim, points: Mapping[str, Sequence[float]], *, repl
     checked = {_checked_name(name): _checked_point(name, point) for name, point in points.items()}
     if replace:
         for name in get_keypoints(prim).keys() - checked.keys():
-            _remove(prim, f"{NAMESPACE}:{name}")
+            remove_value(prim, f"{NAMESPACE}:{name}")
     for name, point in checked.items():
         prim.CreateAttribute(f"{NAMESPACE}:{name}", Sdf.ValueTypeNames.Point3d, custom=True).Set(point)
 
@@ -60,14 +61,6 @@ def keypoints_vary(prim: Usd.Prim) -> bool:
     """Return whether keypoints of a prim may have another value at another time."""
     found = prim.GetAuthoredPropertiesInNamespace(NAMESPACE)
     return any(isinstance(each, Usd.Attribute) and each.ValueMightBeTimeVarying() for each in found)
-
-
-def _remove(prim: Usd.Prim, name: str) -> None:
-    """Remove an attribute's opinion in the edit target, and block one that a reference brings."""
-    prim.RemoveProperty(name)
-    attribute = prim.GetAttribute(name)
-    if attribute and attribute.HasAuthoredValue():
-        attribute.Block()
 
 
 def _checked_name(name: str) -> str:

@@ -13,9 +13,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from usdsdg.errors import Unsupported, WriterError
-from usdsdg.stage.image_files import exr, runs
-from usdsdg.stage.image_files.npy import npy_chunks
-from usdsdg.stage.image_files.png import png_chunks
+from usdsdg.image_files import exr, runs
+from usdsdg.image_files.npy import npy_chunks
+from usdsdg.image_files.png import png_chunks
 from usdsdg.stores.whole_file import write_whole
 
 

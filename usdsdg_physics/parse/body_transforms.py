@@ -4,6 +4,7 @@ from collections.abc import Collection
 
 from pxr import Gf, Sdf, Usd, UsdGeom
 
+from usdsdg.stage.poses.transforms import product_of_ops
 from usdsdg.stage.time_code import current_time, default_or_current_time
 
 
@@ -29,7 +30,5 @@ class BodyXformCache(UsdGeom.XformCache):
         return matrix if local.GetResetXformStack() else matrix * self.GetLocalToWorldTransform(prim.GetParent())
 
     def _own(self, xformable: UsdGeom.Xformable) -> Gf.Matrix4d:
-        matrix = Gf.Matrix4d(1.0)
-        for op in xformable.GetOrderedXformOps():  # the op listed last is applied first
-            matrix = op.GetOpTransform(default_or_current_time(op.GetAttr())) * matrix
-        return matrix
+        ops = xformable.GetOrderedXformOps()
+        return product_of_ops(op.GetOpTransform(default_or_current_time(op.GetAttr())) for op in ops)

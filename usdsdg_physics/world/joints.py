@@ -231,20 +231,6 @@ class Joints:
             self._control.joint_f.zero_()
             self._pushed = False
 
-    def efforts_of_drives(self, state: newton.State) -> np.ndarray:
-        """Return what the drives' springs ask for (A,) [N, N m], within their limits."""
-        efforts = np.zeros(len(self.axes))
-        positions, velocities = self.positions(state), self.velocities(state)
-        stiffness, damping, most = (
-            array.numpy()[self._dofs].astype(np.float64)
-            for array in (self._model.joint_target_ke, self._model.joint_target_kd, self._model.joint_effort_limit)
-        )
-        for row, drive in self._drives.items():
-            spring = stiffness[row] * (drive.target - positions[row])
-            spring += damping[row] * (drive.target_velocity - velocities[row])
-            efforts[row] = np.clip(spring, -most[row], most[row])
-        return efforts
-
     def _write_drives(self, drives: Mapping[int, Drive], state: newton.State) -> None:
         """Write drives to the model, by row; those per mass are scaled by the inertia that their axis moves now."""
         if not drives:

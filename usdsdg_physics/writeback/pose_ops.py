@@ -17,11 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
+from usdsdg.stage.poses.transforms import as_array, product_of_ops
 from usdsdg.stage.poses.xform_ops import EULER_ORDERS, SINGLE_AXES
 from usdsdg.stage.time_code import current_time
 
 _OP = UsdGeom.XformOp
-_IDENTITY = np.eye(4)
 
 
 @dataclass(frozen=True)
@@ -95,11 +95,7 @@ def _pose_ops(
 
 
 def _product(ops: list[UsdGeom.XformOp]) -> np.ndarray:
-    """Return the matrix of consecutive ops; the op listed last is applied first."""
-    matrix = _IDENTITY
-    for op in ops:
-        matrix = np.array(op.GetOpTransform(current_time())) @ matrix
-    return matrix
+    return as_array(product_of_ops(op.GetOpTransform(current_time()) for op in ops))
 
 
 def _insert(xformable: UsdGeom.Xformable, ops: list[UsdGeom.XformOp], index: int, kind: str) -> list[UsdGeom.XformOp]:

@@ -5,8 +5,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 import warp as wp
 
 from usdsdg.compilation import THREADS, ModuleLoad, Progress, load_modules
+from usdsdg.image_files.run_kernels import deflate_runs
 from usdsdg.parallel import CUDA_BLOCK, available_threads
-from usdsdg.stage.image_files.run_kernels import deflate_runs
 from usdsdg_render.bvh import build, compress, forest
 from usdsdg_render.kernels.labels import label_kernels, parts
 from usdsdg_render.kernels.path import cpu_path, tone_map, wavefront, wavelet_denoiser

@@ -72,7 +72,7 @@ class DeviceWorlds:
         copy_rows(memory.host("lights"), lights.reshape(-1))
         self._fill_worlds(scene, worlds)
         memory.upload()
-        self._fill_tables(scene, worlds, surface_count)
+        self._fill_tables(worlds, surface_count)
 
     def _fit(self, count: int, instances: int, materials: int, slots: int, lights: int) -> None:
         total, node = count * instances, tlas_node_dtype(self.device)
@@ -130,7 +130,7 @@ class DeviceWorlds:
         rows["unit"], rows["strength"] = unit, strength
         rows["dome_from_world"] = worlds.dome_from_world
 
-    def _fill_tables(self, scene: Scene, worlds: Worlds, surface_count: int) -> None:
+    def _fill_tables(self, worlds: Worlds, surface_count: int) -> None:
         base, memory = self._base.tables, self._memory
         tables: Any = structs.SceneTables()
         for name in ("textures", "texel_values", "albedo_table", "instance_light", "dome"):

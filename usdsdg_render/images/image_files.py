@@ -10,9 +10,9 @@ from PIL import Image, UnidentifiedImageError
 from pxr import Ar, Sdf, Usd
 
 from usdsdg import errors
+from usdsdg.image_files import png16, radiance_hdr
 from usdsdg.stage import assets
 from usdsdg.stage.assets.opened import note_opened
-from usdsdg.stage.image_files import png16, radiance_hdr
 from usdsdg.stage.time_code import current_value
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -14,9 +14,6 @@ from usdsdg_render.materials.mdl import mdl_name
 from usdsdg_render.materials.mdl_inputs import WHITE
 from usdsdg_render.materials.network import Network, shader_id
 from usdsdg_render.materials.shading import MAX_COLOR
-
-# What a column depends on besides the input itself, of each shader.
-Constants = Sequence[tuple[float, ...]]
 
 
 class Rule(NamedTuple):

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable
 
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import Changes, is_below
 from usdsdg.stage.geometry import point_velocities
 from usdsdg.stage.geometry.point_velocities import have_velocities
+from usdsdg.stage.time_code import transform_varies
 from usdsdg_render.sync.gprims import Gprims
 from usdsdg_render.sync.invalidation import DirtySet
 from usdsdg_render.sync.time_varying import Splines, has_splines_or_clips
@@ -76,7 +77,7 @@ class Animation:
         """Find what varies among the drawn prims, for `add_to`."""
         self._tree = tree
         varying = {path: names for path, prim in zip(tree.paths, tree.prims) if (names := self._names(path, prim))}
-        self._transforms = [path for path in varying if _has_varying_transform(tree.prims[tree.index[path]])]
+        self._transforms = [path for path in varying if transform_varies(tree.prims[tree.index[path]])]
         self._lights = {path for path in varying if tree.kinds[tree.index[path]] in (LIGHT, DOME)}
         self._instancers = {path for path in varying if tree.kinds[tree.index[path]] == INSTANCER}
         # An instancer varies with its prototypes.
@@ -144,8 +145,3 @@ class Animation:
         if self._tree is None:
             return {}
         return {path: attribute.Get(time) for path, attribute in self._tree.varying_visibility.items()}
-
-
-def _has_varying_transform(prim: Usd.Prim) -> bool:
-    xformable = UsdGeom.Xformable(prim)
-    return bool(xformable) and xformable.TransformMightBeTimeVarying()

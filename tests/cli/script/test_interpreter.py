@@ -5,7 +5,7 @@ import sys
 import pytest
 from click.testing import CliRunner
 
-from usdsdg.cli.commands import app
+from usdsdg.cli.app import app
 from usdsdg.session import session
 from usdsdg.session.session import current
 

@@ -7,16 +7,11 @@ import pytest
 import warp as wp
 from pxr import Usd
 
-from usdsdg.errors import UsdsdgWarning, forget_warnings
+from usdsdg.errors import UsdsdgWarning
 from usdsdg_render.path.dropped_samples import DroppedSamples
 from usdsdg_render.path.film import Film
 from usdsdg_render.path.film_batch import FilmBatch
 from usdsdg_render.renderer import WarpRenderer
-
-
-@pytest.fixture(autouse=True)
-def _untold() -> None:
-    forget_warnings()
 
 
 def drop(film: Film | FilmBatch, count: int) -> None:

@@ -15,8 +15,8 @@ from tests.sampled_cases import in_soak, sampled
 from tests.scenarios.jobs.own_meshes import write_three
 from tests.scenarios.jobs.page import documented
 from tests.scenarios.jobs.test_detection import digests, usdsdg
-from usdsdg.cli.commands import app
-from usdsdg.cli.generate import make_part
+from usdsdg.cli.app import app
+from usdsdg.cli.commands.generate import make_part
 from usdsdg.errors import ConfigError
 from usdsdg.scenarios.bin_picking import job
 from usdsdg.scenarios.bin_picking.bin import suiting

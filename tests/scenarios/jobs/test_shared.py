@@ -12,12 +12,12 @@ from PIL import Image
 
 from tests.scenarios.jobs.own_meshes import write_three
 from usdsdg.errors import AssetError, ConfigError, WriterError
+from usdsdg.image_files import radiance_hdr
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.jobs import load_job
 from usdsdg.scenarios.shared.decks import deal, variants
 from usdsdg.scenarios.shared.mesh_folder import files_by_label, read_assets
 from usdsdg.scenarios.shared.pictures import mean_luminance, pictures_in
-from usdsdg.stage.image_files import radiance_hdr
 from usdsdg.writers.formats.splits import Splits
 
 CONFIGS = Path(__file__).parents[3] / "configs"

@@ -8,10 +8,10 @@ import traceback
 from pathlib import Path
 from typing import Any
 
-from usdsdg.cli.generate import generate
+from usdsdg.cli.commands.generate import generate
+from usdsdg.cli.commands.render import render
+from usdsdg.cli.commands.run import run
 from usdsdg.cli.part import run_here
-from usdsdg.cli.render import render
-from usdsdg.cli.run import run
 
 COMMANDS = {"render": render, "generate": generate, "run": run}
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from usdsdg.image_files import exr
 from usdsdg.stage.cameras.lens_attributes import LensParameters
-from usdsdg.stage.image_files import exr
 
 # Strong barrel distortion, decentered, with different focal lengths; coefficients typical of calibrations.
 _BARREL = LensParameters(

@@ -13,18 +13,16 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 
 import usdsdg.session.stage_context  # noqa: F401  registers the schemas
 from tests.stage.cameras.lens_cases import CASES, mei_directions, write_directions
-from usdsdg.errors import AssetError, AssetNotFound, AssetUnreadable, Unsupported, UsdsdgWarning, forget_warnings
+from usdsdg.errors import AssetError, AssetNotFound, AssetUnreadable, Unsupported, UsdsdgWarning
+from usdsdg.image_files import exr
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.cameras.lens_attributes import LensParameters
 from usdsdg.stage.cameras.lens_tables import LensTable, from_octahedral, to_octahedral
-from usdsdg.stage.image_files import exr
 
 SIZE = (960, 600)
 
 
-@pytest.fixture(autouse=True)
-def no_warning_is_suppressed():
-    forget_warnings()
+pytestmark = pytest.mark.usefixtures("fresh_warnings")
 
 
 def view(**lens) -> CameraView:

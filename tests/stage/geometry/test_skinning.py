@@ -5,15 +5,12 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdSkel
 
 from tests.stage.geometry.characters import LENGTH, RINGS, SIDES, add_blend_shape, add_character
-from usdsdg.errors import forget_warnings
 from usdsdg.stage.geometry.skinning import Skinning
 
 CODES = (0.0, 6.0, 12.0, 19.5, 24.0)
 
 
-@pytest.fixture(autouse=True)
-def fresh_warnings():
-    forget_warnings()
+pytestmark = pytest.mark.usefixtures("fresh_warnings")
 
 
 def world_points(prim, points, time):

@@ -288,3 +288,12 @@ def test_authoring_goes_to_the_edit_target(stage, xform):
     path = Sdf.Path("/World/a.xformOp:translate")
     assert stage.GetSessionLayer().GetAttributeAtPath(path)
     assert not stage.GetRootLayer().GetAttributeAtPath(path)
+
+
+def test_the_product_of_ops_is_the_local_matrix(xform):
+    xform.AddTranslateOp().Set(TRANSLATE)
+    xform.AddRotateZYXOp().Set(DEGREES)
+    xform.AddScaleOp().Set(SCALE)
+    product = transforms.product_of_ops(op.GetOpTransform(Usd.TimeCode.Default()) for op in xform.GetOrderedXformOps())
+    assert product == xform.GetLocalTransformation()
+    assert transforms.product_of_ops([]) == Gf.Matrix4d(1)

@@ -1,7 +1,4 @@
 import os
-import subprocess
-import sys
-import textwrap
 import threading
 import warnings
 from functools import partial
@@ -11,6 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests.writers.backends.python_runs import run_python
 from usdsdg import backends
 from usdsdg.errors import OutputNotWritable, UsdsdgWarning, WriterError, WriterRegistryError
 from usdsdg.stores import whole_file
@@ -248,18 +246,6 @@ def test_a_full_disk_leaves_no_part_of_a_file(tmp_path, monkeypatch):
     assert isinstance(caught.value.__cause__, OSError)
     assert names(tmp_path) == ["x.bin"]
     assert (tmp_path / "x.bin").read_bytes() == b"before"
-
-
-def run_python(code: str, *arguments: str) -> subprocess.CompletedProcess:
-    root = Path(__file__).resolve().parents[3]
-    return subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(code), *arguments],
-        env={**os.environ, "PYTHONPATH": str(root)},
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
 
 
 def test_a_real_limit_on_file_size_keeps_whole_files_and_raises(tmp_path):

@@ -1,7 +1,6 @@
 """Order, bounds, failures and the end of the I/O queue."""
 
 import os
-import subprocess
 import sys
 import textwrap
 import threading
@@ -12,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.writers.backends.python_runs import run_python
 from usdsdg.errors import OutputNotWritable, WriterError
 from usdsdg.session.session import current
 from usdsdg.writers import BackendGroup, BaseBackend, DiskBackend, files
@@ -232,14 +232,6 @@ def test_settings_reach_the_queue(stage):
 
 
 # The end
-
-
-def run_python(code: str, *arguments: str) -> subprocess.CompletedProcess:
-    root = Path(__file__).resolve().parents[3]
-    return subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(code), *arguments],
-        env={**os.environ, "PYTHONPATH": str(root)}, capture_output=True, text=True, timeout=60, check=False,
-    )  # fmt: skip
 
 
 SLOW = """

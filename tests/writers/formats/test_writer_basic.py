@@ -8,7 +8,7 @@ from PIL import Image
 
 from tests.annotators.kinds.test_skeleton import add_character
 from tests.annotators.ray_caster import known, make_frame, new_stage, place
-from tests.annotators.scenes import mask_of, street
+from tests.annotators.scenes import mask_of
 from tests.dataset_files import data_names
 from usdsdg import annotators, functional, writers
 from usdsdg.annotators.colors import colors_of_ids
@@ -33,11 +33,6 @@ ALL = [
     "camera_params",
     "pointcloud",
 ]
-
-
-@pytest.fixture(scope="module")
-def frame():
-    return make_frame(street(), (64, 48), filters=["class:*"])
 
 
 def write(folder, frames, payload=None, count=1, **options):

@@ -9,7 +9,7 @@ from PIL import Image
 from tests.annotators.ray_caster import known, make_frame
 from tests.annotators.scenes import mask_of, street
 from tests.dataset_files import data_names
-from tests.stage.image_files.test_motion_jpeg import images_of
+from tests.image_files.test_motion_jpeg import images_of
 from usdsdg import annotators, writers
 from usdsdg.errors import UsdsdgWarning, WriterError, forget_warnings
 

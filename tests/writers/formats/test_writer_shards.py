@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.annotators.ray_caster import known, make_frame
-from tests.annotators.scenes import street
+from tests.annotators.ray_caster import known
 from tests.writers.formats.test_writer_yolo import PRODUCT
 from tests.writers.formats.test_writer_yolo import write as written
 from usdsdg import annotators, writers
@@ -22,15 +21,7 @@ from usdsdg.writers.formats.shards.tar_shard import Archive, TarSample
 SIZE = (64, 48)
 
 
-@pytest.fixture(scope="module")
-def frame():
-    return make_frame(street(), SIZE, filters=["class:*"])
-
-
-@pytest.fixture(autouse=True)
-def _classes_of_the_frame(frame):
-    """The frame is shared by the tests, the class table is not."""
-    current().class_tables.of("class:*").add(frame.selection("class:*").labels)
+pytestmark = pytest.mark.usefixtures("classes_of_the_frame")
 
 
 write = partial(written, kind="WebDatasetWriter")

@@ -9,7 +9,6 @@ from PIL import Image
 
 import usdsdg as rep
 from tests.annotators.ray_caster import add_cube, make_frame, new_stage
-from tests.annotators.scenes import street
 from tests.dataset_files import data_names
 from tests.writers.formats.test_writer_yolo import PRODUCT, labeled_in_view
 from tests.writers.formats.test_writer_yolo import write as written
@@ -23,15 +22,7 @@ SIZE = (64, 48)
 write = partial(written, kind="VocWriter")
 
 
-@pytest.fixture(scope="module")
-def frame():
-    return make_frame(street(), SIZE, filters=["class:*"])
-
-
-@pytest.fixture(autouse=True)
-def _classes_of_the_frame(frame):
-    """The frame is shared by the tests, the class table is not."""
-    current().class_tables.of("class:*").add(frame.selection("class:*").labels)
+pytestmark = pytest.mark.usefixtures("classes_of_the_frame")
 
 
 def objects(folder, stem="000000"):

@@ -7,7 +7,7 @@ from PIL import Image
 
 import usdsdg as rep
 from tests.annotators.ray_caster import known, make_frame
-from tests.annotators.scenes import mask_of, street
+from tests.annotators.scenes import mask_of
 from tests.dataset_files import data_names
 from tests.writers.formats.test_polygons import filled
 from usdsdg import annotators, writers
@@ -18,15 +18,7 @@ from usdsdg.writers.formats.splits import Splits
 PRODUCT = "/Render/HydraTextures/rp1"
 
 
-@pytest.fixture(scope="module")
-def frame():
-    return make_frame(street(), (64, 48), filters=["class:*"])
-
-
-@pytest.fixture(autouse=True)
-def _classes_of_the_frame(frame):
-    """The frame is shared by the tests, the class table is not."""
-    current().class_tables.of("class:*").add(frame.selection("class:*").labels)
+pytestmark = pytest.mark.usefixtures("classes_of_the_frame")
 
 
 def write(folder, frames, kind="YoloWriter", **options):

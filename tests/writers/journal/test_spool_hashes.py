@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from tests.writers.journal.test_folders import recipe, write_frame
-from usdsdg.cli import merge
+from usdsdg.cli.commands import merge
 from usdsdg.errors import DatasetError, WriterError
 from usdsdg.session import session
 from usdsdg.writers.backends.disk import DiskBackend

@@ -61,10 +61,10 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
             found.setdefault((video.as_posix(), view, match["number"]), {})[kind] = file
     for (video, view, number), parts in sorted(found.items()):
         yield _seen(folder, PurePosixPath(video).name, view, number, parts)
-    _check_lists(folder, files, {(video, number) for video, _, number in found})
+    _check_lists(folder, {(video, number) for video, _, number in found})
 
 
-def _check_lists(folder: Folder, files: list[str], frames: set[tuple[str, str]]) -> None:
+def _check_lists(folder: Folder, frames: set[tuple[str, str]]) -> None:
     """Note what a list of frames names that is not there, and the reverse."""
     for root in sorted({PurePosixPath(video).parent.parent for video, _ in frames}):
         file = (root / _LIST).as_posix()

@@ -3,14 +3,11 @@
 The default of a key is that of Isaac Sim's example.
 """
 
-import os
-from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from usdsdg.errors import ConfigError
-from usdsdg.scenarios.config_file import read_config
 from usdsdg.scenarios.config_values import (
     AtLeastOne,
     Count,
@@ -187,13 +184,3 @@ class ObjectBasedConfig(Section):
         if info.data.get("num_cameras") and info.data.get("num_frames") and not any(asset.count for asset in assets):
             raise ValueError("lists no object, but cameras need one to look at; expected at least one with count > 0")
         return assets
-
-
-def load_config(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> ObjectBasedConfig:
-    """Read a YAML or JSON file, then apply "key=value" overrides (`path_tracing.spp=16`, `resolution.0=320`).
-
-    Raises:
-        ConfigError: the file is missing or unreadable, or has unknown keys, wrong types or impossible values;
-            one message names all of them, with their lines.
-    """
-    return read_config(path, overrides, ObjectBasedConfig)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
+from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.shared.pictures import mean_luminance
@@ -82,12 +82,3 @@ def show(prim: Usd.Prim, visible: bool) -> None:
 def _log_uniform(generator: np.random.Generator, bounds: tuple[float, float]) -> float:
     low, high = bounds
     return float(low * (high / low) ** generator.random())
-
-
-def look_rotation(ahead: np.ndarray, up: np.ndarray) -> Gf.Quatd:
-    """Return the rotation of a camera prim that looks along `ahead` with `up` upwards in the picture."""
-    z = -np.asarray(ahead, np.float64) / np.linalg.norm(ahead)
-    x = np.cross(up, z)
-    x /= np.linalg.norm(x)
-    rows = np.stack([x, np.cross(z, x), z])
-    return Gf.Matrix3d(*rows.ravel().tolist()).ExtractRotation().GetQuat()

@@ -10,9 +10,9 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from usdsdg.errors import AssetError, AssetNotFound, ConfigError
+from usdsdg.image_files import exr, radiance_hdr
 from usdsdg.stage import assets
 from usdsdg.stage.assets.folder_files import files_in
-from usdsdg.stage.image_files import exr, radiance_hdr
 
 PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff")
 SKIES = (".hdr", ".exr", *PICTURES)

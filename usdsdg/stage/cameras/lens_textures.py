@@ -10,9 +10,9 @@ import numpy as np
 from pxr import Ar
 
 from usdsdg import errors
+from usdsdg.image_files import exr
 from usdsdg.stage import assets
 from usdsdg.stage.cameras.lens_tables import LensTable, to_octahedral
-from usdsdg.stage.image_files import exr
 
 _REMEDY = "write an OpenEXR file with 32-bit floats"
 # Vectors shorter than this transmit no light; the median length of the others may differ from 1 by rounding.

@@ -1,6 +1,6 @@
 """Transforms of prims as matrices, and the stage's up axis and length unit."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +75,14 @@ def local_matrices(prims: Sequence[Usd.Prim], time: Usd.TimeCode = Usd.TimeCode.
     """Return the matrices (N, 4, 4) from each prim's own space to its parent's."""
     cache = UsdGeom.XformCache(time)
     return np.stack([as_array(cache.GetLocalTransformation(prim)[0]) for prim in prims])
+
+
+def product_of_ops(matrices: Iterable[Gf.Matrix4d]) -> Gf.Matrix4d:
+    """Return the matrix of xform ops from those of each, in the order of xformOpOrder: the last applies first."""
+    product = Gf.Matrix4d(1.0)
+    for matrix in matrices:
+        product = matrix * product
+    return product
 
 
 def as_array(matrix: Gf.Matrix4d) -> Array:

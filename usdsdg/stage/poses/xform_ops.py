@@ -17,7 +17,7 @@ from usdsdg.stage.poses.rotations import (
     matrix_from_quat,
     quat_from_matrix,
 )
-from usdsdg.stage.poses.transforms import SINGULAR, as_array, parent_to_world
+from usdsdg.stage.poses.transforms import SINGULAR, as_array, parent_to_world, product_of_ops
 
 Vector: TypeAlias = Sequence[float] | Gf.Vec3d | Gf.Vec3f | np.ndarray
 Quaternion: TypeAlias = Gf.Quatd | Gf.Quatf | Gf.Quath
@@ -166,10 +166,7 @@ class _Ops:
     def applied_after(self, op: UsdGeom.XformOp) -> Gf.Matrix4d | None:
         """Return the matrix of the ops that are applied after one, which are listed before it; None without any."""
         after = self.ops[: self.ops.index(op)]
-        matrix = Gf.Matrix4d(1.0)
-        for each in after:
-            matrix = each.GetOpTransform(Usd.TimeCode.Default()) * matrix
-        return matrix if after else None
+        return product_of_ops(each.GetOpTransform(Usd.TimeCode.Default()) for each in after) if after else None
 
     def translation_for(self, op: UsdGeom.XformOp, point: Vector) -> Vector:
         """Return the value of a translate op that lands at a point of the parent's space."""

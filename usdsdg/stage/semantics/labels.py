@@ -13,6 +13,7 @@ from typing import Literal
 from pxr import Sdf, Tf, Usd, UsdSemantics, Vt
 
 from usdsdg import errors
+from usdsdg.stage.attributes import remove_value
 from usdsdg.stage.schemas import semantics_schema
 
 Labels = dict[str, list[str]]
@@ -291,7 +292,7 @@ def _drop(prim: Usd.Prim, types: set[str] | None) -> None:
         kind, _, instance = schema.partition(":")
         if kind == _NEW and (types is None or instance in types):
             prim.RemoveAPI(UsdSemantics.LabelsAPI, instance)
-            _remove_value(prim, f"semantics:labels:{instance}")
+            remove_value(prim, f"semantics:labels:{instance}")
         elif kind == _OLD and (types is None or _old_pair(prim, instance)[0] in types):
             _drop_old(prim, instance)
     noted = prim.GetCustomDataByKey(WRITTEN) or {}
@@ -301,16 +302,8 @@ def _drop(prim: Usd.Prim, types: set[str] | None) -> None:
 
 def _drop_old(prim: Usd.Prim, instance: str) -> None:
     prim.RemoveAPI(semantics_schema.SemanticsAPI, instance)
-    _remove_value(prim, f"semantic:{instance}:params:semanticType")
-    _remove_value(prim, f"semantic:{instance}:params:semanticData")
-
-
-def _remove_value(prim: Usd.Prim, name: str) -> None:
-    """Remove an attribute's opinion in the edit target, and block one that a reference brings."""
-    prim.RemoveProperty(name)
-    attribute = prim.GetAttribute(name)
-    if attribute and attribute.HasAuthoredValue():
-        attribute.Block()
+    remove_value(prim, f"semantic:{instance}:params:semanticType")
+    remove_value(prim, f"semantic:{instance}:params:semanticData")
 
 
 def _editable_descendants(root: Usd.Prim) -> Iterator[Usd.Prim]:

@@ -15,7 +15,7 @@ from usdsdg.errors import Unsupported, WriterError, warn_once
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.transforms import meters_per_unit
-from usdsdg.writers.base import Writer
+from usdsdg.writers.aggregate_writer import AggregateWriter
 from usdsdg.writers.files import write_bytes, write_image
 from usdsdg.writers.formats import class_places
 from usdsdg.writers.formats.bop import bop_files as files
@@ -33,7 +33,7 @@ AMODAL = "amodal_instance_segmentation"
 MANY = 1 << 62  # frames of a scene without end
 
 
-class BopWriter(Writer):
+class BopWriter(AggregateWriter):
     """Writes `<split>/<scene>/rgb`, `depth`, `mask`, `mask_visib`, `scene_camera.json`, `scene_gt.json`,
     `scene_gt_info.json`; `models/obj_NNNNNN.ply` with `models_info.json`, and `names.json` of their classes; and
     `camera.json`, of the first picture (bop.felk.cvut.cz).
@@ -117,11 +117,6 @@ class BopWriter(Writer):
     def on_final_frame(self) -> None:
         for tables in (*self._scenes.values(), self._tables):
             tables.write()
-
-    def detach(self) -> None:
-        super().detach()
-        if self.backend is not None:
-            self.on_final_frame()
 
     def _scene_of(self, product: str) -> Scene:
         """Return the scene of a render product that this frame belongs to; its tables are written when it ends."""

@@ -12,8 +12,8 @@ from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.stage_context import current_stage
 from usdsdg.writers import base
+from usdsdg.writers.aggregate_writer import AggregateWriter
 from usdsdg.writers.backends.group import BackendDispatch
-from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image
 from usdsdg.writers.formats.coco import coco_annotations, coco_file, coco_keypoints
 from usdsdg.writers.formats.coco.class_categories import ClassCategories
@@ -31,7 +31,7 @@ _XYWH_ABSOLUTE = 1  # value of `bbox_mode` for x, y, width and height in pixels
 _MASKS = ("rle", "polygon")
 
 
-class CocoWriter(Writer):
+class CocoWriter(AggregateWriter):
     """Writes COCO's forms of datasets (cocodataset.org), with the file names of Replicator or, plain, those of COCO.
 
     Replicator's: `<product>/rgb_<camera>_<id>.NNNN.png`, next to it `panoptic_...` with each pixel in the color of its
@@ -191,11 +191,6 @@ class CocoWriter(Writer):
 
     def on_final_frame(self) -> None:
         self._files.write()
-
-    def detach(self) -> None:
-        super().detach()
-        if self.backend is not None:
-            self.on_final_frame()
 
     def _describe(self) -> None:
         """Tell the JSON files their names, categories and what is before the images."""

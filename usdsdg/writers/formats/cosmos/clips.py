@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from usdsdg.errors import warn_once
+from usdsdg.image_files.motion_jpeg import Video, encode_frame
 from usdsdg.session.session import current
-from usdsdg.stage.image_files.motion_jpeg import Video, encode_frame
 from usdsdg.writers.aggregate import Aggregate, Texts
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import BackendGroup

@@ -9,15 +9,15 @@ from usdsdg.annotators import named_annotators
 from usdsdg.annotators.packed_colors import unpacked
 from usdsdg.errors import WriterError
 from usdsdg.session.stage_context import current_stage
+from usdsdg.writers.aggregate_writer import AggregateWriter
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
-from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_image
 from usdsdg.writers.formats.cosmos.clips import MODALITIES, Clip, picture_of
 from usdsdg.writers.options import typed
 
 
-class CosmosWriter(Writer):
+class CosmosWriter(AggregateWriter):
     """Writes `clip_NNNN/<modality>/<modality>_NNNN.png` and, when a clip ends, `clip_NNNN/<modality>.mp4`; below
     `<product>/` with several render products. The modalities are
 
@@ -94,11 +94,6 @@ class CosmosWriter(Writer):
     def on_final_frame(self) -> None:
         """Write the videos of the clip so far, if there are new frames."""
         self._pictures.write()
-
-    def detach(self) -> None:
-        super().detach()
-        if self.backend is not None:
-            self.on_final_frame()
 
     def next_clip(self) -> None:
         """End the clip and write its videos; later frames belong to a new clip, which starts at frame 0."""

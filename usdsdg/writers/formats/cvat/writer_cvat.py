@@ -13,7 +13,7 @@ from usdsdg.annotators import named_annotators
 from usdsdg.annotators.class_table import ClassTable
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
-from usdsdg.writers.base import Writer
+from usdsdg.writers.aggregate_writer import AggregateWriter
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json
 from usdsdg.writers.formats import class_places
 from usdsdg.writers.formats.class_names import class_name, class_names
@@ -27,7 +27,7 @@ RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentat
 SHAPES = ("mask", "polygon", "box")
 
 
-class CvatWriter(Writer):
+class CvatWriter(AggregateWriter):
     """Writes `images/N.png`, `annotations.xml` ("CVAT for images 1.1") and `labels.json`, the labels of the task.
 
     To import: create a task with the pictures and, as raw labels, the content of labels.json; then upload
@@ -98,11 +98,6 @@ class CvatWriter(Writer):
 
     def on_final_frame(self) -> None:
         self._file.write()
-
-    def detach(self) -> None:
-        super().detach()
-        if self.backend is not None:
-            self.on_final_frame()
 
     def _shapes(self, seen: Mapping[str, Any]) -> list[str]:
         """Return the shapes of the objects of one picture."""

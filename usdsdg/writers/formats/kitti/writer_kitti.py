@@ -12,8 +12,8 @@ from usdsdg.annotators.colors import colors_of_ids
 from usdsdg.errors import Unsupported, WriterError, warn_once
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.transforms import up_axis
+from usdsdg.writers.aggregate_writer import AggregateWriter
 from usdsdg.writers.backends.group import BackendDispatch
-from usdsdg.writers.base import Writer
 from usdsdg.writers.files import write_image, write_text
 from usdsdg.writers.formats.kitti import files, kitti_images, kitti_object
 from usdsdg.writers.formats.kitti.image_sets import ImageSet
@@ -31,7 +31,7 @@ UNKNOWN = 3  # of levels of occlusion
 _IGNORED = "dontcare"  # in small letters
 
 
-class KittiWriter(Writer):
+class KittiWriter(AggregateWriter):
     """Writes `<camera>/<kind>/N.png` and `.txt`, below `<product>/` with several render products.
 
     With `plain_names` or `splits` it writes KITTI's own layout instead: `training/image_2/NNNNNN.png`,
@@ -161,11 +161,6 @@ class KittiWriter(Writer):
     def on_final_frame(self) -> None:
         for pictures in self._sets.values():
             pictures.write()
-
-    def detach(self) -> None:
-        super().detach()
-        if self.backend is not None:
-            self.on_final_frame()
 
     def _write_picture(self, root: str, number: int, seen: Mapping[str, Any]) -> None:
         ids, colors = kitti_images.class_images(seen[CLASSES], self._classes)

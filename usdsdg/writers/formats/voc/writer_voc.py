@@ -13,9 +13,9 @@ import numpy as np
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.class_table import ClassTable
 from usdsdg.errors import WriterError, warn_once
+from usdsdg.image_files.png import encode_png
 from usdsdg.session.session import current
-from usdsdg.stage.image_files.png import encode_png
-from usdsdg.writers.base import Writer
+from usdsdg.writers.aggregate_writer import AggregateWriter
 from usdsdg.writers.files import checked_image_format, checked_padding, write_bytes, write_image, write_text
 from usdsdg.writers.formats import class_places
 from usdsdg.writers.formats.class_names import class_name, class_names
@@ -34,7 +34,7 @@ RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentat
 BOXES_3D, CAMERA = "bounding_box_3d_fast", "camera_params"
 
 
-class VocWriter(Writer):
+class VocWriter(AggregateWriter):
     """Writes `JPEGImages/N.jpg`, `Annotations/N.xml`, `SegmentationClass/N.png` and `SegmentationObject/N.png`.
 
     Lists of pictures are `ImageSets/Main/<split>.txt`, `ImageSets/Main/<class>_<split>.txt` and
@@ -112,11 +112,6 @@ class VocWriter(Writer):
     def on_final_frame(self) -> None:
         for sets in self._sets.values():
             sets.write()
-
-    def detach(self) -> None:
-        super().detach()
-        if self.backend is not None:
-            self.on_final_frame()
 
     def _objects(self, seen: Mapping[str, Any]) -> list[VocObject]:
         boxes, camera = seen[BOXES], seen[CAMERA]

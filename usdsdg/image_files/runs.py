@@ -76,7 +76,7 @@ def _scratch() -> list[Any]:
 
 
 def _kernel() -> Any:
-    from usdsdg.stage.image_files.run_kernels import deflate_runs
+    from usdsdg.image_files.run_kernels import deflate_runs
 
     return deflate_runs
 

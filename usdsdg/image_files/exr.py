@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from usdsdg.errors import AssetUnreadable, Unsupported
-from usdsdg.stage.image_files import runs
+from usdsdg.image_files import runs
 
 MAGIC = b"\x76\x2f\x31\x01"
 # Pixel types by code, and compressions by code with the number of lines in a chunk.

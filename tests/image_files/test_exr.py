@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from usdsdg.errors import AssetUnreadable, Unsupported
-from usdsdg.stage.image_files import exr
+from usdsdg.image_files import exr
 
 SHAPES = st.tuples(st.integers(1, 40), st.integers(1, 9)) | st.tuples(
     st.integers(1, 40), st.integers(1, 9), st.integers(2, 4)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from usdsdg import errors
-from usdsdg.stage.image_files import radiance_hdr
+from usdsdg.image_files import radiance_hdr
 
 HEADER = b"#?RADIANCE\n# made by hand\nFORMAT=32-bit_rle_rgbe\n\n"
 

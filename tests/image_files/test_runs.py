@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from usdsdg.stage.image_files import runs
+from usdsdg.image_files import runs
 
 pieces = st.lists(st.tuples(st.integers(0, 255), st.integers(1, 700)), min_size=1, max_size=60)
 

@@ -50,7 +50,7 @@ def write_starting_point(kind: Kind, path: Path) -> list[str]:
     Raises:
         OutputNotWritable: the file exists, has a suffix of another kind, or cannot be written.
     """
-    from usdsdg.cli.schema import schema_text
+    from usdsdg.cli.commands.schema import schema_text
     from usdsdg.errors import OutputNotWritable
 
     template = resources.files("usdsdg.cli") / "starting_points" / _TEMPLATES[kind]

@@ -10,25 +10,25 @@ import sys
 
 import click
 
-from usdsdg.cli.assets import assets
 from usdsdg.cli.command import Group
-from usdsdg.cli.compat import compat
-from usdsdg.cli.completion import completion
-from usdsdg.cli.convert import convert
-from usdsdg.cli.doctor import doctor
-from usdsdg.cli.generate import generate
-from usdsdg.cli.inspect import inspect
-from usdsdg.cli.merge import merge
-from usdsdg.cli.new import new
+from usdsdg.cli.commands.assets import assets
+from usdsdg.cli.commands.compat import compat
+from usdsdg.cli.commands.completion import completion
+from usdsdg.cli.commands.convert import convert
+from usdsdg.cli.commands.doctor import doctor
+from usdsdg.cli.commands.generate import generate
+from usdsdg.cli.commands.inspect import inspect
+from usdsdg.cli.commands.merge import merge
+from usdsdg.cli.commands.new import new
+from usdsdg.cli.commands.render import render
+from usdsdg.cli.commands.reproduce import reproduce
+from usdsdg.cli.commands.run import run
+from usdsdg.cli.commands.schema import schema
+from usdsdg.cli.commands.simulate import simulate
+from usdsdg.cli.commands.verify import verify
+from usdsdg.cli.commands.view import view
+from usdsdg.cli.commands.warmup import warmup
 from usdsdg.cli.options.optional_values import completed
-from usdsdg.cli.render import render
-from usdsdg.cli.reproduce import reproduce
-from usdsdg.cli.run import run
-from usdsdg.cli.schema import schema
-from usdsdg.cli.simulate import simulate
-from usdsdg.cli.verify import verify
-from usdsdg.cli.view import view
-from usdsdg.cli.warmup import warmup
 
 # Columns: help takes the width of the terminal, which click bounds by 80.
 WIDEST = 1000

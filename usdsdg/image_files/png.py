@@ -12,7 +12,7 @@ import zlib
 
 import numpy as np
 
-from usdsdg.stage.image_files import runs
+from usdsdg.image_files import runs
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _FILTER_UP = 2

@@ -1,4 +1,4 @@
-"""`usdsdg generate CONFIG`: run the object-based scenario from a YAML or JSON file, or the graph of a saved stage."""
+"""`usdsdg generate CONFIG`: run a job from its YAML or JSON file, or the graph of a saved stage."""
 
 import time
 from collections.abc import Sequence
@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from usdsdg.cli.command import Command, argument
+from usdsdg.cli.commands.inspect import inspect_option, show_written
 from usdsdg.cli.examples import epilog
-from usdsdg.cli.inspect import inspect_option, show_written
 from usdsdg.cli.options.command_context import (
     assets_root_option,
     command_context,

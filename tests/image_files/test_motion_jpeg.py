@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from usdsdg.errors import WriterError
-from usdsdg.stage.image_files.motion_jpeg import Video, encode_frame
+from usdsdg.image_files.motion_jpeg import Video, encode_frame
 
 CONTAINERS = {b"moov", b"trak", b"mdia", b"minf", b"dinf", b"stbl"}
 

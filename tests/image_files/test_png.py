@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from PIL import Image
 
-from usdsdg.stage.image_files import png
+from usdsdg.image_files import png
 
 sides = st.integers(1, 40)
 shapes = st.one_of(

@@ -10,8 +10,8 @@ import click
 from click.exceptions import Exit
 
 from usdsdg.cli.command import Command, argument
+from usdsdg.cli.commands.inspect import inspect_option, show_written
 from usdsdg.cli.examples import epilog
-from usdsdg.cli.inspect import inspect_option, show_written
 from usdsdg.cli.options.command_context import (
     assets_root_option,
     command_context,

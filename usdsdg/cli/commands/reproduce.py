@@ -233,7 +233,7 @@ def _generate(file: Path, overrides: list[str]) -> None:
 
 
 def _run(file: Path, arguments: list[str], recipe: Recipe, stage: Path | None) -> None:
-    from usdsdg.cli.run import execute_script
+    from usdsdg.cli.commands.run import execute_script
     from usdsdg.cli.script.conditions import Conditions
 
     wanted: Any = recipe.options.get("stage")
