@@ -17,7 +17,7 @@ import socket
 import sys
 from typing import Any
 
-from tests.forked.client import STREAMS
+from tests.forked.client import DIGITS, EXECUTABLE, STREAMS
 
 MODULES = (
     "usdsdg.cli.commands", "usdsdg.functional", "usdsdg.orchestrator", "usdsdg.create", "usdsdg.modify",
@@ -44,10 +44,12 @@ def serve(path: str) -> dict[str, Any]:
 def forked(connection: socket.socket) -> dict[str, Any]:
     """Fork once more, and return there; the parent tells the client the exit code, or kills the fork if that ends."""
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-    header, streams, *_ = socket.recv_fds(connection, 8, STREAMS)
+    header, streams, *_ = socket.recv_fds(connection, DIGITS, STREAMS)
     data = connection.recv(int(header), socket.MSG_WAITALL)
     fork = os.fork()
     if fork:
+        with contextlib.suppress(BrokenPipeError):
+            connection.send(f"{fork:{DIGITS}}".encode())
         ended = os.pidfd_open(fork)
         if ended not in select.select([ended, connection], [], [])[0]:
             os.kill(fork, signal.SIGKILL)
@@ -93,6 +95,7 @@ def main() -> None:
     os.chdir(asked["folder"])
     os.environ.clear()
     os.environ.update(asked["variables"])
+    sys.executable = os.environ.get(EXECUTABLE, sys.executable)  # for programs that start others
     run(asked["arguments"])
 
 

@@ -236,3 +236,21 @@ def test_a_part_that_goes_on_leaves_what_processes_of_other_parts_are_writing(tm
     DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.RESUME, Portion.of_frames("0:1")).release()
     assert being_written.exists()
     assert not own.exists()
+
+
+def test_a_folder_in_which_others_begin_is_empty(tmp_path):
+    place = FolderPlace(tmp_path)
+    (tmp_path / ".17-0.part").touch()  # another process tries whether it can write
+    run(tmp_path / "coco", frames=(0,))  # of another writer
+    (tmp_path / "yolo/.usdsdg").mkdir(parents=True)
+    (tmp_path / "voc").mkdir()
+    assert not place.has_files()
+    DatasetFolder(place, recipe(), Mode.RESUME, None).release()
+    (tmp_path / "voc/a.png").touch()
+    assert place.has_files()
+
+
+def test_a_dataset_that_was_begun_below_another_one_keeps_nobody_from_going_on(tmp_path):
+    run(tmp_path / "below", frames=(0,), complete=False)
+    run(tmp_path, Mode.RESUME, frames=(0,))
+    assert (tmp_path / "0.png").exists()

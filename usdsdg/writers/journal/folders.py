@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from enum import Enum
@@ -19,7 +20,7 @@ from usdsdg.writers.journal import journal, lines, recipe
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME, Contents, Journal
-from usdsdg.writers.journal.place import PARTS, FolderPlace, Lock, Place
+from usdsdg.writers.journal.place import LATEST, PARTS, FolderPlace, Lock, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
@@ -90,10 +91,12 @@ class DatasetFolder:
         except BaseException:
             self.release()
             raise
+        self.end = self.journal.contents.end  # the frame after those that were whole then
         self._shared: dict[str, FileFacts] = {}
         self._facts: Facts = {}
         self._first: int | None = None
-        self._classes: str | None = None
+        self._latest: dict[Path, bytes] = {}  # files of the part that wait to be written
+        self._keeping = threading.Lock()  # the capture tells of them, and threads that write files write them
 
     @property
     def aggregates(self) -> Path:
@@ -110,11 +113,20 @@ class DatasetFolder:
             self._first = frame
 
     def keep_classes(self, table: str) -> None:
-        """Tell the content of the class file, of which those who join parts need that of the last frames.
+        """As `keep_latest`, of the class file."""
+        self._keep(self._home / recipe.CLASS_FILE, table.encode())
+
+    def keep_latest(self, path: str, data: bytes) -> None:
+        """Tell the content of a file about all frames, of which those who join parts need that of the last frames.
 
         Processes that make other parts write the same file of the dataset.
         """
-        self._classes = table
+        self._keep(self._home / LATEST / path, data)
+
+    def _keep(self, file: Path, data: bytes) -> None:
+        if self.portion is not None:
+            with self._keeping:
+                self._latest[file] = data
 
     def note_shared(self, path: str, facts: FileFacts) -> None:
         """Tell that a file has been written that belongs to no frame."""
@@ -134,9 +146,10 @@ class DatasetFolder:
         spools = self.spools.facts()  # before the sync, after which all of these bytes are on the disk
         names = [*shared, *(name for line in frames for name in line[lines.FILES])]
         self.place.sync([*names, *(each.relative_to(self.path).as_posix() for each in self.spools.files())])
-        if self.portion is not None and (classes := self._classes) is not None:
-            self._classes = None
-            write_whole(self._home / recipe.CLASS_FILE, classes.encode())
+        with self._keeping:
+            latest, self._latest = self._latest, {}
+        for file, data in latest.items():
+            write_whole(file, data)
         self.place.push()
         self.journal.append(frames, shared, facts, spools=spools)
         self.place.push()

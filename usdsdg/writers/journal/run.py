@@ -180,10 +180,15 @@ class Run:
         claimed = self.claim(folder) if folder is not None else None
         return claimed is not None and claimed.has(number)
 
-    def take_kept(self, folder: str | None, writer: str) -> dict[str, Any]:
-        """Return, once, what a writer kept after the last frame that was made before; writer: its key."""
+    def take_kept(self, folder: str | None, writer: str, number: int) -> dict[str, Any]:
+        """Return, once, what a writer kept after the last frame that was made before; writer: its key.
+
+        number: of the frame that follows; at one before that last frame, as of another part, nothing is returned.
+        """
         claimed = self.claim(folder) if folder is not None else None
-        return claimed.journal.contents.states.pop(writer, {}) if claimed is not None else {}
+        if claimed is None or number < claimed.end:
+            return {}
+        return claimed.journal.contents.states.pop(writer, {})
 
     def is_wanted_soon(self, folder: str | None, number: int, ahead: int) -> bool:
         """Return whether a writer's files of a capture, or of one of so many that follow it, are to be made."""
