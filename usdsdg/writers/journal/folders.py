@@ -20,7 +20,7 @@ from usdsdg.writers.journal import journal, lines, recipe
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME, Contents, Journal
-from usdsdg.writers.journal.place import LATEST, PARTS, FolderPlace, Lock, Place
+from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Lock, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
@@ -48,10 +48,12 @@ class DatasetFolder:
         portion: Portion | None,
         *,
         before: Callable[[], object] = lambda: None,
+        with_parts: bool = False,
     ) -> None:
         """Claim a place for a run.
 
-        before: called with the lock, before the journal is read.
+        before: called with the lock, before the journal is read. with_parts: parts that are there are gone on with, by
+        other processes, or joined.
 
         Raises:
             DatasetInTheWay: another run is there, or writes there now; the message says how to go on.
@@ -73,9 +75,11 @@ class DatasetFolder:
             raise not_writable(path, error) from error
         try:
             place.pull(portion)
-            check(place, wanted, mode, portion)
+            check(place, wanted, mode, portion, with_parts=with_parts)
             before()
             self._make_room(mode)
+            if portion is None and not with_parts:
+                shutil.rmtree(path / PARTS, ignore_errors=True)  # which have no frames
             self.journal = Journal(home / NAME)
             self.was_complete = self.journal.was_complete
             if mode is Mode.RESUME:
@@ -167,6 +171,7 @@ class DatasetFolder:
                 self.journal.close(complete=complete, recipe=written, kept=kept, spools=kept if complete else spools)
                 if complete:
                     shutil.rmtree(self.aggregates / ONCE, ignore_errors=True)
+                    shutil.rmtree(self.path / JOINED, ignore_errors=True)
             else:
                 self.journal.close(complete=complete, spools=spools, first=self._first)
             self.place.push(whole=True)
@@ -234,8 +239,10 @@ def check_unused(place: Place, portion: Portion | None) -> None:
             return
 
 
-def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None) -> None:
+def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None, *, with_parts: bool = False) -> None:
     """Check that a run may write to a place, of which what is there is known.
+
+    with_parts: as in `DatasetFolder`.
 
     Raises:
         DatasetInTheWay: another run is there; the message says how to go on.
@@ -268,6 +275,12 @@ def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None) -> 
             f"{there} has a run of another recipe, of {name}:\n  {listed}\n"
             "Choose another output_dir, or remove that run with --overwrite."
         )
+    if mode is Mode.RESUME and portion is None and not with_parts and _has_parts(path):
+        raise DatasetInTheWay(
+            f"{there} has parts of --workers, --frames or --shard, whose frames a process without these options would "
+            "make again. Go on with --workers N --resume, or with each part; `usdsdg merge` joins them once all are "
+            "whole. --overwrite begins again."
+        )
     if mode is Mode.NEW and not _is_complete(path, portion):
         raise DatasetInTheWay(
             f"{there} has an unfinished run of this recipe. Go on with --resume, begin again with --overwrite, or "
@@ -287,6 +300,11 @@ def _check_room_for_part(path: Path, there: str, mode: Mode, *, is_other: bool) 
         f"{there} has {what}, and a process that makes a part of a dataset would leave its files there. Choose another "
         "output_dir, or remove this one first."
     )
+
+
+def _has_parts(path: Path) -> bool:
+    """Return whether there is a part with frames."""
+    return any(journal.read(each).frames for each in (path / PARTS).glob(f"*/{NAME}"))
 
 
 def _is_complete(path: Path, portion: Portion | None) -> bool:

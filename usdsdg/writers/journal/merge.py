@@ -20,11 +20,10 @@ from usdsdg.writers.journal.facts import joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.lines import FACTS, FRAME, SHARED, SPOOLS, is_count, parsed_record
-from usdsdg.writers.journal.place import LATEST, PARTS, Place
+from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, SpoolHashes, check_whole
 
-JOINED = f"{BESIDE}/joined"
 _SHARD = re.compile(r"\d+-of-(\d+)")
 MAX_SHARDS = 100_000
 _SHOWN = 8

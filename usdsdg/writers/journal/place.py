@@ -21,6 +21,7 @@ from usdsdg.writers.journal.portion import Portion
 
 JOURNAL = "journal.jsonl"
 PARTS = f"{BESIDE}/parts"
+JOINED = f"{BESIDE}/joined"  # folder of parts that have been joined, until the dataset is whole
 LATEST = "latest"  # folder of a part, with its versions of files about all frames that grow with them
 _LEASES = f"{BESIDE}/leases"
 _ALL, _PART, _SHARED = f"{_LEASES}/all", f"{_LEASES}/part-", f"{_LEASES}/shared-"
