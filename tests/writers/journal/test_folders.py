@@ -254,3 +254,14 @@ def test_a_dataset_that_was_begun_below_another_one_keeps_nobody_from_going_on(t
     run(tmp_path / "below", frames=(0,), complete=False)
     run(tmp_path, Mode.RESUME, frames=(0,))
     assert (tmp_path / "0.png").exists()
+
+
+def test_a_run_that_goes_on_leaves_what_is_being_written_to_a_dataset_below(tmp_path):
+    run(tmp_path, frames=(0,), complete=False)
+    run(tmp_path / "below", frames=(0,), complete=False)
+    for folder in (tmp_path, tmp_path / "below", tmp_path / "below/images"):
+        folder.mkdir(exist_ok=True)
+        (folder / ".1.png.17-4.part").write_bytes(b"half")
+    DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.RESUME, None).release()
+    left = {path.parent.name for path in tmp_path.rglob("*.part")}
+    assert left == {"below", "images"}

@@ -373,8 +373,10 @@ def _has_size(path: Path, size: int) -> bool:
 
 
 def _remove_unfinished(path: Path) -> None:
-    """Remove the files that a process was writing when it died."""
-    for folder, _, names in os.walk(path):
+    """Remove the files that a process was writing when it died, apart from folders with datasets of their own."""
+    for folder, below, names in os.walk(path):
+        # Other processes may be writing to those.
+        below[:] = [name for name in below if not Path(folder, name, BESIDE).is_dir()]
         for name in filter(_PART.match, names):
             with suppress(FileNotFoundError):
                 os.unlink(os.path.join(folder, name))

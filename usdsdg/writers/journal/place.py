@@ -156,6 +156,8 @@ class FolderPlace:
         for folder, below, names in os.walk(self.path):
             if any(PART.fullmatch(name) is None for name in names):  # others may be writing, or trying whether they can
                 return True
+            if any(Path(folder, name).is_symlink() for name in below):  # which no writer makes
+                return True
             # Not what is in folders of other writers, each a dataset of its own, which may have been made before.
             below[:] = [name for name in below if name != BESIDE and not Path(folder, name, BESIDE).is_dir()]
         return False
