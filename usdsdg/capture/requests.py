@@ -124,13 +124,19 @@ class Requests:
         """Request for the tap what writers that are due would be given; where none is attached, all products."""
         for writer in due:
             writer.pass_over()
-        if not tap.needs(frame):
-            return
         written = {path for writer in due for path in writer.render_products}
-        for product in products():
-            if product.updates_enabled and (product.path in written or not attached_writers()):
-                self._add(product.path, tap.annotators, "the stream")
-                self.tapped.append(product.path)
+        shown = [
+            product.path
+            for product in products()
+            if product.updates_enabled and (product.path in written or not attached_writers())
+        ]
+        if not tap.needs(frame):
+            # Classes are numbered at the same frames in all processes that share out the frames.
+            self.skipped_filters |= dict.fromkeys(requirements(tap.annotators).filters if shown else ())
+            return
+        for path in shown:
+            self._add(path, tap.annotators, "the stream")
+            self.tapped.append(path)
 
     @classmethod
     def of_product(cls, path: str) -> Requests:
