@@ -2,6 +2,7 @@
 
 import ast
 import errno
+import gc
 import os
 import subprocess
 import sys
@@ -144,3 +145,34 @@ def test_memory_is_known_by_another_way(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(operating_system, "Path", lambda _text: SimpleNamespace(exists=lambda: False))
     largest = operating_system.memory_of_process()["rss"]
     assert 0.5 * exact < largest
+
+
+def test_processes_with_one_number_have_names_of_their_own():
+    """As in containers that see the same folder, where each has a number of 1."""
+    code = (
+        "import os; os.getpid = lambda: 1\n"
+        "from pathlib import Path; from usdsdg.stores import whole_file; import usdsdg.operating_system as system\n"
+        "part = whole_file._part_of(Path('/tmp/x'), b'', False)\n"
+        "print(system.process_name(), whole_file._unique())"
+    )
+    said = [subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True) for _ in range(2)]
+    assert len({name for each in said for name in each.stdout.split()}) == 4
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes do not fork")
+def test_a_fork_leaves_a_folder_that_is_removed_with_an_object(tmp_path):
+    class Owner:
+        pass
+
+    owner = Owner()
+    (folder := tmp_path / "a").mkdir()
+    operating_system.removed_with(owner, folder)
+    if (pid := os.fork()) == 0:
+        del owner
+        gc.collect()
+        os._exit(0)
+    os.waitpid(pid, 0)
+    assert folder.is_dir()
+    del owner
+    gc.collect()
+    assert not folder.exists()

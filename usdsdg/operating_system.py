@@ -8,7 +8,9 @@ from __future__ import annotations
 import ctypes
 import errno
 import os
+import shutil
 import sys
+import weakref
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -28,6 +30,7 @@ IS_WINDOWS = os.name == "nt"
 BINARY = getattr(os, "O_BINARY", 0)
 # Far behind the end of any file: Windows locks bytes, and those that are locked cannot be read.
 _LOCKED_BYTE = 1 << 40
+_TOKEN = os.urandom(4).hex()
 # A bit of the mode of a console of Windows: it obeys sequences of control characters.
 _VIRTUAL_TERMINAL = 4
 
@@ -43,6 +46,24 @@ def around_fork(*, before: Callable[[], None] | None = None, in_child: Callable[
     """Have functions called when this process forks, until it ends; nothing where processes do not fork."""
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(before=before or _nothing, after_in_child=in_child)
+
+
+def process_name() -> str:
+    """Return a name that no other process has, for files that several may make at once.
+
+    In containers, and on other machines that see the same folder, processes may have the same number.
+    """
+    return f"{os.getpid()}-{_TOKEN}"
+
+
+def removed_with(owner: object, folder: Path) -> None:
+    """Remove a folder together with an object, or at the end of this process; forks of the process leave it."""
+    weakref.finalize(owner, _remove_unless_copied, folder, os.getpid())
+
+
+def _remove_unless_copied(folder: Path, process: int) -> None:
+    if os.getpid() == process:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def _nothing() -> None:

@@ -10,7 +10,7 @@ import pytest
 from pxr import UsdGeom
 
 import usdsdg as rep
-from tests.capture.part_runs import differences, run, run_again, run_parts
+from tests.capture.part_runs import differences, folders, run, run_again, run_parts
 from tests.sampled_cases import in_soak
 from tests.verify import datasets
 from usdsdg.session.session import current
@@ -18,6 +18,9 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.semantics.labels import add_labels
 from usdsdg.writers.formats.rerun import rrd_content
 from usdsdg.writers.journal.folders import Mode
+from usdsdg.writers.journal.place import FolderPlace
+from usdsdg.writers.journal.portion import Portion
+from usdsdg.writers.parts import join_parts
 
 SIZE, FRAMES = (48, 32), 6
 SPLITS = {"splits": {"train": 2, "val": 1}}
@@ -158,3 +161,26 @@ def test_recordings_hold_the_same_in_parts_and_in_runs_that_go_on(tmp_path):
     assert len(held(whole)) == FRAMES
     assert held(tmp_path / "parts") == held(whole)
     assert held(tmp_path / "died") == held(whole)
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        pytest.param(PICTURES, marks=in_soak), pytest.param(POSES, marks=in_soak), pytest.param(OTHERS, marks=in_soak),
+        pytest.param(SHARDS, marks=in_soak), {name: (OTHERS | POSES)[name] for name in ("yolo", "keypoints", "dope")},
+    ],
+    ids=["pictures", "poses", "others", "shards", "some"],
+)  # fmt: skip
+@pytest.mark.parametrize("portions", [("0:2", "2:6"), ("0/2", "1/2")], ids=["parts", "shards"])
+def test_parts_that_died_go_on(table, portions, tmp_path):
+    """What a writer has kept belongs after the last frame of the part, not before the frames of other parts."""
+    script, whole, folder = moving(table), tmp_path / "whole", tmp_path / "parts"
+    run(script, whole)
+    for text in portions:
+        portion = Portion.of_shard(text) if "/" in text else Portion.of_frames(text)
+        with pytest.raises(Died):
+            run(dying(table, 4), folder, portion)
+        run(script, folder, portion, Mode.RESUME)
+    for home in folders(folder):
+        join_parts(FolderPlace(home))
+    assert differences(folder, whole) == []

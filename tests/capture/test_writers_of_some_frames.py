@@ -95,6 +95,27 @@ def test_a_frame_that_no_part_has_made_is_told(tmp_path):
         join_parts(FolderPlace(tmp_path / "late"))
 
 
+def in_one_folder(folder: Path) -> None:
+    """Capture with writers in one folder, of which the first one is due at every third frame."""
+    product = scene()
+    for kind, options in (("KittiWriter", {"trigger": rep.trigger.on_frame(interval=3)}), ("PoseWriter", {})):
+        writer = rep.writers.get(kind)
+        writer.initialize(output_dir=str(folder))
+        writer.attach(product, **options)
+    for _ in range(FRAMES):
+        rep.orchestrator.step()
+
+
+@pytest.mark.filterwarnings("ignore:.*is written to by several writers")
+@pytest.mark.parametrize("portions", [("4:6", "1:4", "0:1"), ("1/2", "0/2")])
+def test_parts_of_writers_in_one_folder_are_joined(portions, tmp_path):
+    run(in_one_folder, tmp_path / "whole")
+    run_parts(in_one_folder, tmp_path / "parts", *portions)
+    assert differences(tmp_path / "parts", tmp_path / "whole") == []
+    run_again(in_one_folder, tmp_path / "again", tmp_path / "whole", 4)
+    assert differences(tmp_path / "again", tmp_path / "whole") == []
+
+
 def products_off(folder: Path) -> None:
     """Capture, at times with all render products off."""
     product = scene()

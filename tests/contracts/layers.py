@@ -52,7 +52,7 @@ USDSDG = {
     "app": "errors stage session graph rng distribution create annotators writers trigger capture",
     "orchestrator": "errors session arguments app",
     "demo": "errors image_files stage",
-    "mirror": "errors stores stage session",
+    "mirror": "errors operating_system stores stage session",
     "meshes": "errors stores stage session mirror",
     "example": "demo",
     "datasets": "errors stage stores writers record",

@@ -9,6 +9,7 @@ import atexit
 import functools
 import os
 import select
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -47,6 +48,14 @@ def command() -> list[str]:
     if not hasattr(os, "pidfd_open"):
         return [sys.executable]
     return [sys.executable, "-I", "-S", str(CLIENT), str(server())]
+
+
+def executable() -> str:
+    """Return a file that does what `python` does, in a fork: what a program starts that is given it in EXECUTABLE."""
+    path = server().with_name("python")
+    path.write_text(f'#!/bin/sh\nexec {shlex.join(command())} "$@"\n')
+    path.chmod(0o755)
+    return str(path)
 
 
 def run(

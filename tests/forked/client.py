@@ -1,15 +1,20 @@
 """Ask the server for a fork with the arguments, folder, variables and streams of this process, and end as it does.
 
 A file of its own that imports little: `python -I -S client.py SOCKET ARGUMENTS...` stands in for `python ARGUMENTS...`.
+Signals that ask a process to end are passed on to the fork; SIGKILL ends it, too.
 """
 
+import contextlib
 import json
 import os
+import signal
 import socket
 import sys
 
 STREAMS = 3  # input, output, errors
 NUMBER = 32  # bytes of a number that the server tells
+EXECUTABLE = "USDSDG_TESTS_PYTHON"  # variable with what forks start programs with
+PASSED_ON = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 def ask(server, arguments, folder, streams):
@@ -35,12 +40,26 @@ def told(connection):
 
 
 def main() -> int:
+    signal.pthread_sigmask(signal.SIG_BLOCK, PASSED_ON)
     connection = ask(sys.argv[1], sys.argv[2:], os.getcwd(), range(STREAMS))
-    told(connection)
+    _pass_on_signals(int(told(connection)))
     code = int(told(connection))
     if code < 0:
+        if -code in PASSED_ON:
+            signal.signal(-code, signal.SIG_DFL)
         os.kill(os.getpid(), -code)
     return code
+
+
+def _pass_on_signals(fork: int) -> None:
+    def pass_on(number: int, _: object) -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(fork, number)
+
+    for number in PASSED_ON:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, pass_on)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, PASSED_ON)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ import socket
 import sys
 from typing import Any
 
-from tests.forked.client import NUMBER, STREAMS
+from tests.forked.client import EXECUTABLE, NUMBER, STREAMS
 
 MODULES = (
     "usdsdg.cli.app", "usdsdg.functional", "usdsdg.orchestrator", "usdsdg.create", "usdsdg.modify",
@@ -106,6 +106,7 @@ def main() -> None:
     os.chdir(asked["folder"])
     os.environ.clear()
     os.environ.update(asked["variables"])
+    sys.executable = os.environ.get(EXECUTABLE, sys.executable)  # for programs that start others
     run(asked["arguments"])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from pathlib import Path
 
 from tests.programs.blocks import OWN_WRITER, Block, Script
 
@@ -12,15 +13,17 @@ class RandomScript:
 
     def __init__(self, seed: int) -> None:
         self._some = random.Random(seed)
+        self._layers = random.Random(f"layers {seed}")  # so that all else of a seed stays as it is
         self._names = 0
         self._events: list[str] = []
+        self._in_frames: list[Block] = []  # what is done to layers before each step
 
     def make(self) -> Script:
         """Return the script."""
         some = self._some
         self.features: set[str] = set()
         self._physics = some.random() < 0.3
-        blocks = self._scene() + self._views()
+        blocks = self._in_layers(self._scene()) + self._views()
         functions = self._randomizers()
         triggers = [self._trigger() for _ in range(some.choice([1, 2, 2, 3]))]
         middle = functions + triggers
@@ -74,6 +77,46 @@ class RandomScript:
                 with_.below.append(Block("rep.physics.mass(mass=uniform(0.5, 2))"))
             blocks += [with_, Block("with floor:", [Block("rep.physics.collider(approximation_shape='none')")])]
         return blocks
+
+    def _in_layers(self, scene: list[Block]) -> list[Block]:
+        """Return the scene on a stage of several layers: sublayers, references, another edit target."""
+        some = self._layers
+        if some.random() < 0.5:
+            return scene
+        self.features.add("layers")
+        stage, below = "omni.usd.get_context().get_stage()", Path(__file__).parent
+        part, layer = f"{str(below / 'part.usda')!r}", f"{str(below / 'layer.usda')!r}"
+        blocks = [Block(f"stage = {stage}")]
+        if some.random() < 0.5:
+            blocks.append(Block(f"stage.GetRootLayer().subLayerPaths.append({layer})"))
+        if some.random() < 0.5:
+            blocks += [
+                Block("edits = Sdf.Layer.CreateAnonymous('.usda')"),
+                Block("stage.GetRootLayer().subLayerPaths.insert(0, edits.identifier)"),
+                Block("stage.SetEditTarget(edits)"),
+            ]
+        elif some.random() < 0.3:
+            blocks.append(Block("stage.SetEditTarget(stage.GetSessionLayer())"))
+        if some.random() < 0.3:
+            scene = [Block("with rep.new_layer():", scene)]
+        after = [Block("part = stage.DefinePrim('/World/part', 'Xform')")]
+        after += [
+            Block(f"part.{some.choice(['GetReferences().AddReference', 'GetPayloads().AddPayload'])}({part})"),
+            Block(f"UsdGeom.XformCommonAPI(part).SetTranslate(({some.uniform(-2, 2):.3f}, 2, 1))"),
+        ]
+        if some.random() < 0.4:
+            after.append(Block("part.SetInstanceable(True)"))
+        if some.random() < 0.4:
+            after.append(Block("stage.SetEditTarget(stage.GetRootLayer())"))
+        self._in_frames = [
+            Block("if frame == 1:", [Block("UsdGeom.XformCommonAPI(part).SetTranslate((0, 2, random.random()))")]),
+            Block("if frame == 2:", [Block("stage.MuteLayer(stage.GetRootLayer().subLayerPaths[-1])")]),
+            Block("stage.SetEditTarget([stage.GetRootLayer(), stage.GetSessionLayer()][frame % 2])"),
+            Block("if frame == 2:", [Block("part.GetReferences().ClearReferences()")]),
+            Block("if frame == 2:", [Block(f"stage.GetRootLayer().subLayerPaths.append({layer})")]),
+        ]
+        self._in_frames = some.sample(self._in_frames, some.choice([0, 1, 2]))
+        return blocks + scene + after
 
     def _views(self) -> list[Block]:
         some = self._some
@@ -347,7 +390,7 @@ class RandomScript:
             ]
         play = [Block("omni.timeline.get_timeline_interface().play()")] if plays or how == "play" else []
         options = some.choice(["", "", "delta_time=0.0", "delta_time=1 / 30", "rt_subframes=2", "pause_timeline=False"])
-        inner = self._change()
+        inner = self._change() + self._in_frames
         if how == "play":
             update = Block("omni.kit.app.get_app().update()")
             inner.append(Block(f"for _ in range({some.choice([1, 3])}):", [update]))

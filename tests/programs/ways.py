@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
+import os
 import random
 import shutil
+import signal
+import subprocess
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -95,10 +100,68 @@ def reproduced(folder: Path, draws: random.Random) -> None:
     assert all(line.endswith(" 0 different") for line in said.splitlines() if " different" in line), said
 
 
+def killed(folder: Path, draws: random.Random) -> None:
+    """End the script by SIGKILL, SIGTERM or Ctrl-C at random moments, and go on."""
+    for _ in range(draws.randint(1, 3)):
+        folder.mkdir(parents=True, exist_ok=True)
+        script = ["run", "-q", "--device", "cpu", "--threads", "1", "--resume", "../script.py", OUTPUT]
+        begun = subprocess.Popen(
+            [*forked.command(), "-m", "usdsdg", *script],
+            cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+        )  # fmt: skip
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            begun.wait(draws.uniform(0.1, 4))
+        begun.send_signal(draws.choice([signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT]))
+        begun.wait(60)
+    _go_on(folder)
+
+
+def _go_on(folder: Path) -> None:
+    """Go on as soon as the fork of a client that was killed has ended, too."""
+    for attempt in range(20):
+        try:
+            run(folder, "--resume")
+            return
+        except Refused as refused:
+            if "another process is writing" not in str(refused) or attempt == 19:
+                raise
+            time.sleep(0.5)
+
+
+def spawned(folder: Path, draws: random.Random) -> None:
+    """Run the script in a process that multiprocessing has spawned."""
+    folder.mkdir(parents=True, exist_ok=True)
+    given = ["run", "-q", "--device", "cpu", "--threads", "1", "../script.py", OUTPUT]
+    variables = {**os.environ, "PYTHONPATH": str(forked.ROOT)}
+    done = forked.run(["-m", "tests.programs.spawned", *given], cwd=folder, env=variables, timeout=200)
+    if done.returncode:
+        raise Refused(f"exit code {done.returncode}: {(done.stderr or done.stdout).strip()[-3000:]}")
+
+
+def streamed(folder: Path, draws: random.Random) -> None:
+    """Compares by itself: what processes of a stream show is the same with any number of them."""
+    folder.mkdir(parents=True, exist_ok=True)
+    found = []
+    for count in ("0", "1", "3"):
+        done = forked.run(
+            ["-m", "tests.programs.streamed", count, "../script.py", OUTPUT],
+            cwd=folder, env={**os.environ, "PYTHONPATH": str(forked.ROOT)}, timeout=200,
+        )  # fmt: skip
+        if "is not in the class table of this dataset, which all its parts share" in done.stderr:
+            return  # a class that comes up late, which such parts have to be told
+        if done.returncode:
+            raise Refused(f"{count} processes: {(done.stderr or done.stdout).strip()[-3000:]}")
+        found.append(json.loads(done.stdout.split("SHOWN ", 1)[1]))
+    for count, other in ((1, found[1]), (3, found[2])):
+        differ = [key for key in found[0].keys() | other.keys() if found[0].get(key) != other.get(key)]
+        assert not differ, f"{count} processes show {len(differ)} of {len(found[0])} otherwise: {sorted(differ)[:9]}"
+
+
+COMPARED = ("reproduced", "streamed")  # ways that compare by themselves
 WAYS: dict[str, Callable[[Path, random.Random], None]] = {
     each.__name__: each
     for each in (plain, threads, workers, worlds, shards, parts, resumed, resumed_by_workers, reproduced)
-}
+} | {each.__name__: each for each in (killed, spawned, streamed)}
 
 
 def count(output: Path) -> int:
@@ -134,7 +197,7 @@ def compared(way: str, folder: Path, seed: int) -> str:
         return str(error)[:1500]
     except Refused as error:
         return f"REFUSED {error}"
-    if way == "reproduced":
+    if way in COMPARED:
         return ""
     mine, theirs = content(folder / way / OUTPUT), content(folder / "plain" / OUTPUT)
     return ", ".join(sorted(name for name in mine.keys() | theirs.keys() if mine.get(name) != theirs.get(name)))

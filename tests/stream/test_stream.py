@@ -163,3 +163,27 @@ def test_frames_are_counted_over_the_episodes_of_a_job(tmp_path):
     assert failure is None
     assert [row[0] for row in whole] == [0, 1, 2]
     assert odd == whole[1::2]
+
+
+LATE = """
+import omni.replicator.core as rep
+
+ball = rep.create.sphere(position=(0, 1, 0), semantics=[("class", "ball")])
+late = rep.create.cube(position=(0, -1, 0), semantics=[("class", "after")])
+camera = rep.create.camera(position=(6, 0, 0), look_at=(0, 0, 0))
+product = rep.create.render_product(camera, (24, 16))
+for frame in range(4):
+    if frame == 1:
+        rep.modify.semantics([("class", "before")], input_prims=late, mode="replace")
+    rep.orchestrator.step()
+"""
+
+
+def test_a_class_that_comes_up_before_the_first_frame_of_a_part_has_no_other_ids_there(tmp_path):
+    """Else one id would mean two classes in batches of several workers."""
+    (tmp_path / "late.py").write_text(LATE)
+    common = {"job": str(tmp_path / "late.py"), "annotators": ["semantic_segmentation"]}
+    rows = streams(tmp_path, *({**common, "part": [number, 2]} for number in range(2)))
+    assert [len(row) for row, _ in rows] == [1, 0]
+    for _, failure in rows:
+        assert "'before' is not in the class table of this dataset" in failure

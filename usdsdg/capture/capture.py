@@ -70,7 +70,11 @@ class Capture:
         set_global_seed(get_global_seed())
         self._requests = Requests.collect(self.frames_before + frame)
         self._files = self._requests.files
-        self._exposure, self._later = Exposure(self._requests, frame, self._camera_reader()), None
+        try:
+            self._exposure, self._later = Exposure(self._requests, frame, self._camera_reader()), None
+        except BaseException:
+            self.give_up()
+            raise
 
     def open_shutter(self) -> None:
         """Read the poses at which a motion-blurred exposure begins."""

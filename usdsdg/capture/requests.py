@@ -16,6 +16,7 @@ from usdsdg.session.session import current
 from usdsdg.writers.base import Writer, attached_writers
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.run import get_run
+from usdsdg.writers.sharing import note_writer
 from usdsdg_render.settings import LIGHT_AOVS
 
 
@@ -67,10 +68,15 @@ class Requests:
         if (tap := current().tap) is not None:
             requests._divert(tap, due, frame)
             return requests
-        requests._share_out(due)
-        for writer in requests.writers:
-            for path in writer.render_products:
-                requests._add(path, writer.annotators_of(path), type(writer).__name__)
+        try:
+            requests._share_out(due)
+            for writer in requests.writers:
+                for path in writer.render_products:
+                    requests._add(path, writer.annotators_of(path), type(writer).__name__)
+        except BaseException:
+            if requests.files is not None:  # or the journal would wait for this frame
+                requests.files.release(failed=True)
+            raise
         return requests
 
     def _share_out(self, due: list[Writer]) -> None:
@@ -78,6 +84,9 @@ class Requests:
         if not due:
             return
         run, folders = get_run(), [frame_records.folder_of(writer) for writer in due]
+        for writer, folder in zip(due, folders):
+            if folder is not None:
+                note_writer(folder, writer.turn)
         number, wanted = run.begin_frame(folders)
         self.writers = [writer for writer, is_wanted in zip(due, wanted) if is_wanted]
         self.keys = {id(writer): (writer_key(writer, due), folder) for writer, folder in zip(due, folders)}
@@ -90,7 +99,7 @@ class Requests:
                 self.files.touch(folder)
         for writer, folder, is_wanted in zip(due, folders, wanted):
             if not run.is_made(folder, number):
-                for name, value in run.take_kept(folder, self.keys[id(writer)][0]).items():
+                for name, value in run.take_kept(folder, self.keys[id(writer)][0], number).items():
                     setattr(writer, name, value)
             if frame_records.is_on() and frame_records.sink_of(writer) is not None:
                 self._recorded.update(writer.render_products)
@@ -115,13 +124,19 @@ class Requests:
         """Request for the tap what writers that are due would be given; where none is attached, all products."""
         for writer in due:
             writer.pass_over()
-        if not tap.needs(frame):
-            return
         written = {path for writer in due for path in writer.render_products}
-        for product in products():
-            if product.updates_enabled and (product.path in written or not attached_writers()):
-                self._add(product.path, tap.annotators, "the stream")
-                self.tapped.append(product.path)
+        shown = [
+            product.path
+            for product in products()
+            if product.updates_enabled and (product.path in written or not attached_writers())
+        ]
+        if not tap.needs(frame):
+            # Classes are numbered at the same frames in all processes that share out the frames.
+            self.skipped_filters |= dict.fromkeys(requirements(tap.annotators).filters if shown else ())
+            return
+        for path in shown:
+            self._add(path, tap.annotators, "the stream")
+            self.tapped.append(path)
 
     @classmethod
     def of_product(cls, path: str) -> Requests:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
+
+from usdsdg.operating_system import process_name
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class Records:
         """Store a record, atomically."""
         file = self._file(record.path)
         file.parent.mkdir(parents=True, exist_ok=True)
-        temporary = file.with_name(f".{file.name}.{os.getpid()}")
+        temporary = file.with_name(f".{file.name}.{process_name()}")
         temporary.write_text(json.dumps(asdict(record)), encoding="utf-8")
         temporary.replace(file)
 

@@ -13,6 +13,7 @@ from usdsdg.mirror.download import Blobs
 from usdsdg.mirror.records import Record, Records
 from usdsdg.mirror.references import references_of
 from usdsdg.mirror.store import RemoteStore
+from usdsdg.operating_system import process_name
 from usdsdg.session.progress import report
 from usdsdg.stage.assets import cache_folder
 
@@ -132,7 +133,7 @@ class RootMirror:
         """Put a file into the mirror, atomically: a link to its content, or a copy where links are not possible."""
         target = Path(self.folder) / record.path
         target.parent.mkdir(parents=True, exist_ok=True)
-        temporary = target.with_name(f".{os.getpid()}.{target.name}")
+        temporary = target.with_name(f".{process_name()}.{target.name}")
         temporary.unlink(missing_ok=True)
         try:
             os.link(self._blobs.path_of(record), temporary)

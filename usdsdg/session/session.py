@@ -96,6 +96,8 @@ class Session:
         self.writers: list[Any] = []  # attached, in the order of attaching
         # By output folder, the first live backend that wrote into it.
         self.backends: WeakValueDictionary[str, Any] = WeakValueDictionary()
+        # By output folder or URL, what stands for the first writer that was due there.
+        self.writers_turns: dict[str, object] = {}
         self.companion: Any = None  # a `JobRecording`, which records what writers are attached to
         self.tap: Any = None  # a `usdsdg.capture.tap.Tap`, which gets the frames in place of the writers
         self.worlds: Any = None  # a `usdsdg.capture.worlds.WorldTap`, which gets many worlds at each step

@@ -9,6 +9,7 @@ from pathlib import Path
 from pxr import Ar, Sdf, Tf, Usd, UsdUtils
 
 from usdsdg import errors
+from usdsdg.operating_system import process_name
 from usdsdg.stage.assets.url import is_utf8
 from usdsdg.stage.usd_errors import reason
 
@@ -64,7 +65,7 @@ def check_writable(path: Path) -> None:
 
 
 def _temporary(path: Path) -> Path:
-    return path.with_name(f".{path.stem}.{os.getpid()}{path.suffix.lower()}")
+    return path.with_name(f".{path.stem}.{process_name()}{path.suffix.lower()}")
 
 
 def _not_writable(path: Path, failure: OSError | Tf.ErrorException) -> errors.OutputNotWritable:

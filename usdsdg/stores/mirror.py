@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import hashlib
 import re
-import shutil
 import tempfile
-import weakref
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from usdsdg.errors import StoreError
+from usdsdg.operating_system import removed_with
 from usdsdg.stores.store import Store
 
 _PIECE = re.compile(r"(.+)\.pieces/(\w+)-(\d+)")
@@ -36,7 +35,7 @@ class Mirror:
         appended to.
         """
         self.path = Path(tempfile.mkdtemp(prefix="usdsdg-mirror-"))
-        weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+        removed_with(self, self.path)
         self._store, self._prefix, self._is_kept, self._grows = store, prefix, is_kept, grows
         self._there: dict[str, set[str]] = {}  # objects of the store by the file of which they are
         self._same: dict[str, tuple[int, int]] = {}  # of each file: time [ns] and size when the store had the same

@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import IO
 
 from usdsdg.errors import OutputNotWritable
-from usdsdg.operating_system import name_if_free, sync_file, sync_file_system
+from usdsdg.operating_system import name_if_free, process_name, sync_file, sync_file_system
 
 # Names of files that are being written, and of locks beside files.
 PART = re.compile(r"\..*\.(part|lock)")
 
 _part_numbers = itertools.count()
+_FOLDER_ATTEMPTS = 5
 # Up to so many files are synced one by one.
 _FEW = 8
 
@@ -51,7 +52,7 @@ def write_new(path: Path, data: bytes | Iterable[bytes | memoryview]) -> bool:
 @contextlib.contextmanager
 def _part_of(path: Path, data: bytes | Iterable[bytes | memoryview], durable: bool) -> Iterator[Path]:
     """Write a file under a temporary name, which the body gives its own name."""
-    part = path.with_name(f".{path.name[:100]}.{os.getpid()}-{next(_part_numbers)}.part")
+    part = path.with_name(f".{path.name[:100]}.{_unique()}.part")
     try:
         try:
             _write(part, [data] if isinstance(data, bytes) else data)
@@ -65,6 +66,10 @@ def _part_of(path: Path, data: bytes | Iterable[bytes | memoryview], durable: bo
             raise
     except OSError as error:
         raise not_writable(path, error) from error
+
+
+def _unique() -> str:
+    return f"{process_name()}-{next(_part_numbers)}"
 
 
 def _remove(part: Path) -> None:
@@ -108,11 +113,12 @@ def _write(part: Path, chunks: Iterable[bytes | memoryview]) -> None:
 
 def _opened(part: Path) -> IO[bytes]:
     """Open a new file; only where its folder is missing, make that first."""
-    try:
-        return open(part, "wb")
-    except FileNotFoundError:
-        part.parent.mkdir(parents=True, exist_ok=True)
-        return open(part, "wb")
+    for _ in range(_FOLDER_ATTEMPTS):  # a process of another part may remove the folder while it is empty
+        with contextlib.suppress(FileNotFoundError):
+            return open(part, "wb")
+        with contextlib.suppress(FileNotFoundError):
+            part.parent.mkdir(parents=True, exist_ok=True)
+    return open(part, "wb")
 
 
 def synced(file: IO[bytes]) -> None:
@@ -169,7 +175,7 @@ def check_writable(folder: Path) -> None:
     Raises:
         OutputNotWritable: they cannot.
     """
-    probe = folder / f".{os.getpid()}-{next(_part_numbers)}.part"
+    probe = folder / f".{_unique()}.part"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe.touch()

@@ -8,11 +8,11 @@ from collections.abc import Callable, Sequence
 from usdsdg.errors import BadValue
 from usdsdg.session.session import current
 from usdsdg.workers import local, ray_cluster
-from usdsdg.workers.plan import Part, plan
+from usdsdg.workers.plan import Part, drop_others, plan
 from usdsdg.workers.progress import PartsProgress
 from usdsdg.workers.ray_cluster import MakePart, Resources
 from usdsdg.writers.journal.folders import DatasetFolder, shared_lock
-from usdsdg.writers.parts import join_parts
+from usdsdg.writers.parts import forget_parts, join_parts
 
 FRAMES = "--frames"
 MakeParts = Callable[[Sequence[Part], Callable[[], None]], None]
@@ -31,6 +31,7 @@ def make_dataset(places: Sequence[str], frames: int, count: int, make: MakeParts
     """
     if not places:
         raise BadValue("several processes need an output folder that all of them see; this job writes to none")
+    current().run.shares_out = True
     for each in places:
         current().run.claim(each)  # removes an earlier run, or goes on with it, as the options say
     claimed = current().run.folders
@@ -40,20 +41,24 @@ def make_dataset(places: Sequence[str], frames: int, count: int, make: MakeParts
 
 def make_claimed(folders: Sequence[DatasetFolder], frames: int, count: int, make: MakeParts, *, unit: int = 1) -> None:
     """As `make_dataset`, in folders that the run has claimed and released."""
-    if all(each.was_complete for each in folders):
-        return
-    places = [each.place for each in folders]
+    # Where the first process of an earlier run died while it joined parts, some datasets are whole.
+    places = [each.place for each in folders if not each.was_complete]
+    whole = [each.place for each in folders if each.was_complete]
     locks = []
     try:
         for place in places:
             locks.append(shared_lock(place))
-        parts = plan(places, frames, count, unit=unit)
-        make(parts, PartsProgress(places[0], frames).tick)
+        if places:
+            parts = plan(places, frames, count, unit=unit)
+            make(parts, PartsProgress(places[0], frames).tick)
     finally:
         for lock in locks:
             lock.release()
     for place in places:
+        drop_others(place, frames)
         join_parts(place)
+    for place in whole:
+        forget_parts(place)
 
 
 def on_this_machine(arguments: Sequence[str], count: int, *, option: str = FRAMES) -> MakeParts:

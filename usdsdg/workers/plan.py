@@ -17,7 +17,7 @@ from usdsdg.writers.journal import journal
 from usdsdg.writers.journal.folders import AGGREGATES
 from usdsdg.writers.journal.journal import NAME, Journal
 from usdsdg.writers.journal.merge import parts_of
-from usdsdg.writers.journal.place import PARTS, Place
+from usdsdg.writers.journal.place import JOINED, PARTS, Place
 from usdsdg.writers.journal.recipe import CLASS_FILE, CLASSES
 
 _FRAMES = re.compile(r"(\d+)-(\d+)")
@@ -48,17 +48,21 @@ def plan(places: Sequence[Place], frames: int, count: int, *, unit: int = 1) -> 
     begun: dict[Part, bool] = {}  # whether it is complete
     for place in places:
         place.pull()
+    places = [place for place in places if not _is_joined(place.path)]
     _keep_as_parts(places)
     for place in places:
         place.push(whole=True)
-    folders, where = [place.path for place in places], places[0].name
+    folders = [place.path for place in places if not _is_whole(place.path / PARTS / f"0-{frames}" / NAME)]
+    if not folders:
+        return []
+    where = places[0].name
     names = {part.name for folder in folders for part in parts_of(folder)}
     for name in names:
         match = _FRAMES.fullmatch(name)
         if match is None or int(match[2]) > frames:
             raise DatasetError(f"{where} has the part {name}, which is none of --workers; merge it or --overwrite")
         files = [folder / PARTS / name / NAME for folder in folders]
-        is_complete = all(file.is_file() and journal.read(file).is_complete for file in files)
+        is_complete = all(map(_is_whole, files))
         begun[Part(int(match[1]), int(match[2]))] = is_complete
     gaps, end = [], 0
     for part in sorted(begun, key=lambda each: each.first):
@@ -110,10 +114,32 @@ def _end_of_one_process(folder: Path) -> int:
     if not own.is_file():
         return 0
     contents = journal.read(own)
-    if contents.frames and contents.frames == {
-        frame for part in parts_of(folder) for frame in journal.read(part / NAME).frames
-    }:
+    in_parts = {frame for part in parts_of(folder) for frame in journal.read(part / NAME).frames}
+    if contents.frames and contents.frames == in_parts:
         shutil.rmtree(folder / BESIDE / AGGREGATES, ignore_errors=True)  # of a process that died while it joined them
         os.truncate(own, 0)
         return 0
+    if contents.frames > in_parts:
+        shutil.rmtree(folder / PARTS, ignore_errors=True)  # of one that died while it removed those that it had joined
     return contents.end
+
+
+def drop_others(place: Place, frames: int) -> None:
+    """Remove what processes have made for other datasets' sake in a place of which all `frames` were there before."""
+    place.pull()
+    parts = place.path / PARTS
+    others = [each for each in parts_of(place.path) if each.name != f"0-{frames}"]
+    if others and ((place.path / JOINED).is_dir() or _is_whole(parts / f"0-{frames}" / NAME)):
+        for each in [parts] if (place.path / JOINED).is_dir() else others:
+            shutil.rmtree(each, ignore_errors=True)
+        place.push()
+
+
+def _is_joined(folder: Path) -> bool:
+    """Return whether a process died that had joined the parts, and not closed the journal yet."""
+    return (folder / JOINED).is_dir() and not parts_of(folder)
+
+
+def _is_whole(file: Path) -> bool:
+    """Return whether the journal of a part is there and complete."""
+    return file.is_file() and journal.read(file).is_complete

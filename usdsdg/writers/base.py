@@ -69,6 +69,7 @@ class Writer(ABC):
     _scheduled: bool
     _class_file: ClassFile
     _executions: Any
+    _turn: object  # what is made between two calls of `initialize`
     _facts: dict[str, Any]  # entries of `metadata` that `get_metadata` has put there
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Writer:
@@ -77,7 +78,7 @@ class Writer(ABC):
         writer.annotators, writer.metadata, writer._facts = list(cls.annotators), dict(cls.metadata), {}
         writer._render_products, writer._numbered_products, writer._trigger = (), (), ON_FRAME
         writer._payload, writer._scheduled, writer._executions = None, False, None
-        writer._class_file = ClassFile()
+        writer._class_file, writer._turn = ClassFile(), object()
         writer.parameters = {}
         return writer
 
@@ -117,7 +118,7 @@ class Writer(ABC):
         """
         check_names(type(self).__name__, type(self).__init__, kwargs)
         self.annotators, self.metadata = list(type(self).annotators), dict(type(self).metadata)
-        self.num_written, self._facts = 0, {}
+        self.num_written, self._facts, self._turn = 0, {}, object()
         self.parameters = dict(kwargs)
         self.__init__(**kwargs)
 
@@ -183,6 +184,11 @@ class Writer(ABC):
     def reset(self) -> None:
         """Restart the count of written frames at 0."""
         self.num_written = 0
+
+    @property
+    def turn(self) -> object:
+        """What stands for the writer since it was initialized, from when on it numbers its files."""
+        return self._turn
 
     def schedule_write(self) -> None:
         """Write the next captured frame regardless of the trigger."""

@@ -10,9 +10,16 @@ from usdsdg.session.session import current
 from usdsdg.writers.aggregates import finish_run
 from usdsdg.writers.journal import merge, recipe
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
-from usdsdg.writers.journal.place import FolderPlace, Place
+from usdsdg.writers.journal.place import JOINED, PARTS, FolderPlace, Place
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.run import Run
+
+
+def forget_parts(place: Place) -> None:
+    """Remove what is left of parts beside a whole dataset: those that have been joined, or were made once more."""
+    for name in (PARTS, JOINED):
+        shutil.rmtree(place.path / name, ignore_errors=True)
+    place.push()
 
 
 def join_parts(place: Place) -> int:
@@ -28,12 +35,11 @@ def join_parts(place: Place) -> int:
         raise DatasetError(f"{place.name} has no parts to be joined: there is no {recipe.FILE}")
     wanted = Recipe.of_values(values, Path(place.name))
     # With the lock of the whole dataset, which no part may hold meanwhile.
-    claimed = DatasetFolder(place, wanted, Mode.RESUME, None, before=lambda: merge.join(place))
+    claimed = DatasetFolder(place, wanted, Mode.RESUME, None, before=lambda: merge.join(place), with_parts=True)
     current().run = run = Run()
     run.begin(wanted, Mode.RESUME, None)
     run.adopt(claimed)
     finish_run(complete=True)
-    shutil.rmtree(place.path / merge.JOINED, ignore_errors=True)
     if isinstance(place, FolderPlace):
         current().written_folders.setdefault(place.name)
     return claimed.journal.count

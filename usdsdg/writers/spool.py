@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import shutil
 import tempfile
 import weakref
 from collections.abc import Callable, Iterator, Mapping
@@ -16,7 +15,7 @@ from threading import Lock
 from typing import Any
 
 from usdsdg.errors import WriterError
-from usdsdg.operating_system import BINARY
+from usdsdg.operating_system import BINARY, removed_with
 from usdsdg.session.session import current
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.addresses import is_url
@@ -229,7 +228,7 @@ class _TemporaryFolder:
 
     def __init__(self) -> None:
         self.path = Path(tempfile.mkdtemp(prefix="usdsdg-spool-"))
-        weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+        removed_with(self, self.path)
 
 
 def kind_of(path: Path) -> str:

@@ -236,3 +236,32 @@ def test_a_part_that_goes_on_leaves_what_processes_of_other_parts_are_writing(tm
     DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.RESUME, Portion.of_frames("0:1")).release()
     assert being_written.exists()
     assert not own.exists()
+
+
+def test_a_folder_in_which_others_begin_is_empty(tmp_path):
+    place = FolderPlace(tmp_path)
+    (tmp_path / ".17-0.part").touch()  # another process tries whether it can write
+    run(tmp_path / "coco", frames=(0,))  # of another writer
+    (tmp_path / "yolo/.usdsdg").mkdir(parents=True)
+    (tmp_path / "voc").mkdir()
+    assert not place.has_files()
+    DatasetFolder(place, recipe(), Mode.RESUME, None).release()
+    (tmp_path / "voc/a.png").touch()
+    assert place.has_files()
+
+
+def test_a_dataset_that_was_begun_below_another_one_keeps_nobody_from_going_on(tmp_path):
+    run(tmp_path / "below", frames=(0,), complete=False)
+    run(tmp_path, Mode.RESUME, frames=(0,))
+    assert (tmp_path / "0.png").exists()
+
+
+def test_a_run_that_goes_on_leaves_what_is_being_written_to_a_dataset_below(tmp_path):
+    run(tmp_path, frames=(0,), complete=False)
+    run(tmp_path / "below", frames=(0,), complete=False)
+    for folder in (tmp_path, tmp_path / "below", tmp_path / "below/images"):
+        folder.mkdir(exist_ok=True)
+        (folder / ".1.png.17-4.part").write_bytes(b"half")
+    DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.RESUME, None).release()
+    left = {path.parent.name for path in tmp_path.rglob("*.part")}
+    assert left == {"below", "images"}

@@ -67,8 +67,6 @@ class FrameRecords:
     """Writes the records of all writers."""
 
     def __init__(self) -> None:
-        # Writers that share a folder count their frames alike, so all but the first have names of their own.
-        self._sharing: dict[str, list[Writer]] = {}
         # Backends by their id and the path of a stage that they have; held, so that an id means one backend.
         self._stages: dict[tuple[int, str], BaseBackend] = {}
 
@@ -127,10 +125,11 @@ class FrameRecords:
                 backend.schedule(_put_bytes, path=moment.base, data=moment.content)
 
     def _path(self, writer: Writer, backend: BaseBackend, number: int) -> str:
-        key = _folder_of(backend) or str(id(backend))
-        owners = [each for each in self._sharing.get(key, ()) if each in attached_writers()]
-        self._sharing[key] = owners = owners if writer in owners else [*owners, writer]
-        place = owners.index(writer)
+        # Writers that share a folder count their frames alike, so all but the first have names of their own. The first
+        # is the one that was attached first: which of them writes first differs from part to part.
+        key = _place_of(backend)
+        owners = [each for each in attached_writers() if (own := sink_of(each)) is not None and _place_of(own) == key]
+        place = owners.index(writer) if writer in owners else 0
         return f"{FRAMES}/{f'{type(writer).__name__}-{place}-' if place else ''}{number:06d}.npz"
 
 
@@ -271,6 +270,10 @@ def _can_write(backend: BaseBackend) -> bool:
     if isinstance(backend, BackendGroup):
         return all(map(_can_write, backend.backends))
     return type(backend).write_blob is not BaseBackend.write_blob
+
+
+def _place_of(backend: BaseBackend) -> str:
+    return _folder_of(backend) or str(id(backend))
 
 
 def _folder_of(backend: BaseBackend) -> str:

@@ -34,8 +34,7 @@ def merge(place: str, quiet: bool) -> None:
 def _datasets(place: str) -> list[str]:
     """Return the datasets in a folder that have parts, as where a job has written several formats; of a URL itself."""
     from usdsdg.stores.addresses import is_url
-    from usdsdg.writers.journal.merge import JOINED
-    from usdsdg.writers.journal.place import PARTS
+    from usdsdg.writers.journal.place import JOINED, PARTS
     from usdsdg.writers.journal.recipe import FILE
 
     if is_url(place) or Path(place, FILE).is_file():

@@ -1,6 +1,5 @@
 """Files that take the place of missing assets: a labeled box, an empty prim, a gray image, a plain material."""
 
-import os
 import re
 import struct
 import zlib
@@ -8,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path, PurePosixPath
 
 from usdsdg import errors
+from usdsdg.operating_system import process_name
 from usdsdg.stage.assets import url
 from usdsdg.stage.assets.cache_folder import cache_folder
 from usdsdg.stage.assets.mesh_files import MESHES
@@ -119,7 +119,7 @@ def _kept(name: str, contents: bytes) -> str:
     try:
         if not file.is_file() or file.read_bytes() != contents:
             file.parent.mkdir(parents=True, exist_ok=True)
-            temporary = Path(f"{file}.{os.getpid()}")
+            temporary = Path(f"{file}.{process_name()}")
             temporary.write_bytes(contents)
             temporary.replace(file)
     except OSError as error:

@@ -11,7 +11,9 @@ from usdsdg.stores.addresses import address_of, is_url
 from usdsdg.stores.paths import path_below
 from usdsdg.stores.whole_file import check_writable, write_whole, write_whole_with_hash
 from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.recipe import FILE as RECIPE
+from usdsdg.writers.sharing import warn_of_sharing
 
 
 def set_disk_root(path: str | os.PathLike | None) -> None:
@@ -132,7 +134,7 @@ def _free_folder(folder: Path) -> Path:
 
 def _warn_of_leftovers(folder: Path) -> None:
     """Warn that files of an earlier, longer run would remain among the new ones."""
-    if any(folder.iterdir()) and not (folder / RECIPE).exists():
+    if not (folder / RECIPE).exists() and FolderPlace(folder).has_files():
         warn_once(
             f"{folder} is not empty: files of the same names are replaced, the others stay. "
             "Empty it or give another output_dir to keep runs apart."
@@ -142,7 +144,4 @@ def _warn_of_leftovers(folder: Path) -> None:
 def _warn_of_sharing(backend: DiskBackend) -> None:
     """Warn that writers with the same folder replace each other's files."""
     if not backend.ends_run and current().backends.setdefault(backend.output_dir, backend) is not backend:
-        warn_once(
-            f"{backend.output_dir} is written to by several writers: files of the same names, such as metadata.txt, "
-            "replace each other. Give each writer an output_dir of its own."
-        )
+        warn_of_sharing(backend.output_dir)

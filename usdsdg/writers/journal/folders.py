@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from enum import Enum
@@ -19,7 +20,7 @@ from usdsdg.writers.journal import journal, lines, recipe
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME, Contents, Journal
-from usdsdg.writers.journal.place import PARTS, FolderPlace, Lock, Place
+from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Lock, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
@@ -47,10 +48,12 @@ class DatasetFolder:
         portion: Portion | None,
         *,
         before: Callable[[], object] = lambda: None,
+        with_parts: bool = False,
     ) -> None:
         """Claim a place for a run.
 
-        before: called with the lock, before the journal is read.
+        before: called with the lock, before the journal is read. with_parts: parts that are there are gone on with, by
+        other processes, or joined.
 
         Raises:
             DatasetInTheWay: another run is there, or writes there now; the message says how to go on.
@@ -72,9 +75,11 @@ class DatasetFolder:
             raise not_writable(path, error) from error
         try:
             place.pull(portion)
-            check(place, wanted, mode, portion)
+            check(place, wanted, mode, portion, with_parts=with_parts)
             before()
             self._make_room(mode)
+            if portion is None and not with_parts:
+                shutil.rmtree(path / PARTS, ignore_errors=True)  # which have no frames
             self.journal = Journal(home / NAME)
             self.was_complete = self.journal.was_complete
             if mode is Mode.RESUME:
@@ -90,10 +95,12 @@ class DatasetFolder:
         except BaseException:
             self.release()
             raise
+        self.end = self.journal.contents.end  # the frame after those that were whole then
         self._shared: dict[str, FileFacts] = {}
         self._facts: Facts = {}
         self._first: int | None = None
-        self._classes: str | None = None
+        self._latest: dict[Path, bytes] = {}  # files of the part that wait to be written
+        self._keeping = threading.Lock()  # the capture tells of them, and threads that write files write them
 
     @property
     def aggregates(self) -> Path:
@@ -110,11 +117,20 @@ class DatasetFolder:
             self._first = frame
 
     def keep_classes(self, table: str) -> None:
-        """Tell the content of the class file, of which those who join parts need that of the last frames.
+        """As `keep_latest`, of the class file."""
+        self._keep(self._home / recipe.CLASS_FILE, table.encode())
+
+    def keep_latest(self, path: str, data: bytes) -> None:
+        """Tell the content of a file about all frames, of which those who join parts need that of the last frames.
 
         Processes that make other parts write the same file of the dataset.
         """
-        self._classes = table
+        self._keep(self._home / LATEST / path, data)
+
+    def _keep(self, file: Path, data: bytes) -> None:
+        if self.portion is not None:
+            with self._keeping:
+                self._latest[file] = data
 
     def note_shared(self, path: str, facts: FileFacts) -> None:
         """Tell that a file has been written that belongs to no frame."""
@@ -134,9 +150,10 @@ class DatasetFolder:
         spools = self.spools.facts()  # before the sync, after which all of these bytes are on the disk
         names = [*shared, *(name for line in frames for name in line[lines.FILES])]
         self.place.sync([*names, *(each.relative_to(self.path).as_posix() for each in self.spools.files())])
-        if self.portion is not None and (classes := self._classes) is not None:
-            self._classes = None
-            write_whole(self._home / recipe.CLASS_FILE, classes.encode())
+        with self._keeping:
+            latest, self._latest = self._latest, {}
+        for file, data in latest.items():
+            write_whole(file, data)
         self.place.push()
         self.journal.append(frames, shared, facts, spools=spools)
         self.place.push()
@@ -154,6 +171,7 @@ class DatasetFolder:
                 self.journal.close(complete=complete, recipe=written, kept=kept, spools=kept if complete else spools)
                 if complete:
                     shutil.rmtree(self.aggregates / ONCE, ignore_errors=True)
+                    shutil.rmtree(self.path / JOINED, ignore_errors=True)
             else:
                 self.journal.close(complete=complete, spools=spools, first=self._first)
             self.place.push(whole=True)
@@ -221,8 +239,10 @@ def check_unused(place: Place, portion: Portion | None) -> None:
             return
 
 
-def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None) -> None:
+def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None, *, with_parts: bool = False) -> None:
     """Check that a run may write to a place, of which what is there is known.
+
+    with_parts: as in `DatasetFolder`.
 
     Raises:
         DatasetInTheWay: another run is there; the message says how to go on.
@@ -255,6 +275,12 @@ def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None) -> 
             f"{there} has a run of another recipe, of {name}:\n  {listed}\n"
             "Choose another output_dir, or remove that run with --overwrite."
         )
+    if mode is Mode.RESUME and portion is None and not with_parts and _has_parts(path):
+        raise DatasetInTheWay(
+            f"{there} has parts of --workers, --frames or --shard, whose frames a process without these options would "
+            "make again. Go on with --workers N --resume, or with each part; `usdsdg merge` joins them once all are "
+            "whole. --overwrite begins again."
+        )
     if mode is Mode.NEW and not _is_complete(path, portion):
         raise DatasetInTheWay(
             f"{there} has an unfinished run of this recipe. Go on with --resume, begin again with --overwrite, or "
@@ -274,6 +300,11 @@ def _check_room_for_part(path: Path, there: str, mode: Mode, *, is_other: bool) 
         f"{there} has {what}, and a process that makes a part of a dataset would leave its files there. Choose another "
         "output_dir, or remove this one first."
     )
+
+
+def _has_parts(path: Path) -> bool:
+    """Return whether there is a part with frames."""
+    return any(journal.read(each).frames for each in (path / PARTS).glob(f"*/{NAME}"))
 
 
 def _is_complete(path: Path, portion: Portion | None) -> bool:
@@ -342,8 +373,10 @@ def _has_size(path: Path, size: int) -> bool:
 
 
 def _remove_unfinished(path: Path) -> None:
-    """Remove the files that a process was writing when it died."""
-    for folder, _, names in os.walk(path):
+    """Remove the files that a process was writing when it died, apart from folders with datasets of their own."""
+    for folder, below, names in os.walk(path):
+        # Other processes may be writing to those.
+        below[:] = [name for name in below if not Path(folder, name, BESIDE).is_dir()]
         for name in filter(_PART.match, names):
             with suppress(FileNotFoundError):
                 os.unlink(os.path.join(folder, name))

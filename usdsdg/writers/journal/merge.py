@@ -20,11 +20,10 @@ from usdsdg.writers.journal.facts import joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.lines import FACTS, FRAME, SHARED, SPOOLS, is_count, parsed_record
-from usdsdg.writers.journal.place import PARTS, Place
+from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, SpoolHashes, check_whole
 
-JOINED = f"{BESIDE}/joined"
 _SHARD = re.compile(r"\d+-of-(\d+)")
 MAX_SHARDS = 100_000
 _SHOWN = 8
@@ -68,9 +67,12 @@ def join(place: Place) -> int:
         write_whole(joined_spool, _joined_spool(pieces))
         spools[name] = facts_of(joined_spool)
     classes = _joined_classes(parts)
+    latest = _latest({part: contents[part.name].end for part in parts})
     if classes is not None:
-        place.write(recipe.CLASSES, classes)
-    write_whole(folder / BESIDE / NAME, _joined_journal(parts, spools, classes))
+        latest[recipe.CLASSES] = classes
+    for name, data in latest.items():
+        place.write(name, data)
+    write_whole(folder / BESIDE / NAME, _joined_journal(parts, spools, latest))
     shutil.rmtree(folder / JOINED, ignore_errors=True)
     os.replace(folder / PARTS, folder / JOINED)  # at once: parts of which some are gone could not be joined again
     return sum(len(each.frames) for each in contents.values())
@@ -151,6 +153,19 @@ def _joined_classes(parts: list[Path]) -> bytes | None:
     return max((file.read_bytes() for file in files), key=_count_of_classes, default=None)
 
 
+def _latest(ends: Mapping[Path, int]) -> dict[str, bytes]:
+    """Return the files of which each part has a version of its own, as the part with the last frames has them.
+
+    ends: by the folder of a part, the frame after its last one.
+    """
+    found: dict[str, bytes] = {}
+    for part in sorted(ends, key=lambda each: ends[each]):
+        for file in sorted((part / LATEST).rglob("*")):
+            if file.is_file():
+                found[file.relative_to(part / LATEST).as_posix()] = file.read_bytes()
+    return found
+
+
 def _count_of_classes(table: bytes) -> int:
     try:
         return sum(len(each["classes"]) for each in json.loads(table)["tables"])
@@ -158,11 +173,10 @@ def _count_of_classes(table: bytes) -> int:
         return -1
 
 
-def _joined_journal(parts: list[Path], spools: Mapping[str, FileFacts], classes: bytes | None) -> Iterator[bytes]:
+def _joined_journal(parts: list[Path], spools: Mapping[str, FileFacts], latest: Mapping[str, bytes]) -> Iterator[bytes]:
     contents = [journal.read(part / NAME) for part in parts]
     shared = {name: facts for each in contents for name, facts in each.shared.items()}
-    if classes is not None:
-        shared[recipe.CLASSES] = (len(classes), hashlib.sha256(classes).hexdigest())
+    shared |= {name: (len(data), hashlib.sha256(data).hexdigest()) for name, data in latest.items()}
     frames = [(line for line in journal.lines(part / NAME) if FRAME in line) for part in parts]
     yield journal.encoded({SHARED: shared, FACTS: joined(each.facts for each in contents), SPOOLS: spools})
     yield from map(journal.encoded, heapq.merge(*frames, key=lambda line: line[FRAME]))

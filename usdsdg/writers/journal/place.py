@@ -16,11 +16,13 @@ from usdsdg.stores.lease import Lease
 from usdsdg.stores.locks import FileLock
 from usdsdg.stores.mirror import Mirror
 from usdsdg.stores.store import Store
-from usdsdg.stores.whole_file import sync_all, write_whole
+from usdsdg.stores.whole_file import PART, sync_all, write_whole
 from usdsdg.writers.journal.portion import Portion
 
 JOURNAL = "journal.jsonl"
 PARTS = f"{BESIDE}/parts"
+JOINED = f"{BESIDE}/joined"  # folder of parts that have been joined, until the dataset is whole
+LATEST = "latest"  # folder of a part, with its versions of files about all frames that grow with them
 _LEASES = f"{BESIDE}/leases"
 _ALL, _PART, _SHARED = f"{_LEASES}/all", f"{_LEASES}/part-", f"{_LEASES}/shared-"
 # What of `.usdsdg` is mirrored; the rest, such as the records of frames, is written as the data are.
@@ -71,7 +73,7 @@ class Place(Protocol):
         ...
 
     def has_files(self) -> bool:
-        """Return whether there is something besides `.usdsdg`."""
+        """Return whether there is a file, apart from `.usdsdg` and from datasets in folders below."""
         ...
 
     def read(self, name: str) -> bytes | None:
@@ -151,7 +153,14 @@ class FolderPlace:
 
     def has_files(self) -> bool:
         """Return whether there are files; see `Place`."""
-        return self.path.is_dir() and any(each.name != BESIDE for each in self.path.iterdir())
+        for folder, below, names in os.walk(self.path):
+            if any(PART.fullmatch(name) is None for name in names):  # others may be writing, or trying whether they can
+                return True
+            if any(Path(folder, name).is_symlink() for name in below):  # which no writer makes
+                return True
+            # Not what is in folders of other writers, each a dataset of its own, which may have been made before.
+            below[:] = [name for name in below if name != BESIDE and not Path(folder, name, BESIDE).is_dir()]
+        return False
 
     def read(self, name: str) -> bytes | None:
         """Return the content of a file; see `Place`."""
@@ -220,7 +229,14 @@ class StorePlace:
 
     def has_files(self) -> bool:
         """Return whether there are files; see `Place`."""
-        return any(not name.startswith(f"{BESIDE}/") for name, _ in self.store.list())
+        others, within = set(), set()  # folders with files, and those that are datasets of their own
+        for name, _ in self.store.list():
+            top, beside, _ = f"/{name}".partition(f"/{BESIDE}/")
+            if beside:
+                within.add(top)
+            else:
+                others.add(top.rpartition("/")[0])
+        return not all(any(f"{each}/".startswith(f"{top}/") for top in within - {""}) for each in others)
 
     def read(self, name: str) -> bytes | None:
         """Return the content of a file; see `Place`."""

@@ -44,6 +44,7 @@ class Run:
         self.portion: Portion | None = None
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
         self.counts_only = False  # frames are counted here, and made by other processes
+        self.shares_out = False  # other processes make the frames
         self.captures = 0  # at which a writer was due
         self.made = 0  # frames of which this process made files
         self.scratch: Path | None = None  # folder below which all files go that would go to other places
@@ -81,7 +82,8 @@ class Run:
             place = self._place(os.fspath(folder))
             place.pull(self.portion)
             try:
-                folders.check(place, self.recipe.of(place.name), self.mode, self.portion)
+                with_parts = self._with_parts
+                folders.check(place, self.recipe.of(place.name), self.mode, self.portion, with_parts=with_parts)
             except DatasetInTheWay:
                 folders.check_unused(place, self.portion)  # such a run looks unfinished, and cannot be gone on with
                 raise
@@ -120,7 +122,8 @@ class Run:
             if folder not in self._folders and self._has_recipe() and not self._is_closed:
                 assert self.recipe is not None
                 place = self._place(folder)
-                claimed = DatasetFolder(place, self.recipe.of(place.name), self.mode, self.portion)
+                of_place = self.recipe.of(place.name)
+                claimed = DatasetFolder(place, of_place, self.mode, self.portion, with_parts=self._with_parts)
                 self._folders[folder] = claimed
                 if self.mode is Mode.RESUME and (there := len(claimed.journal.contents.frames)):
                     say_once(f"{place.name} has {there} frames, which are not made again")
@@ -180,10 +183,15 @@ class Run:
         claimed = self.claim(folder) if folder is not None else None
         return claimed is not None and claimed.has(number)
 
-    def take_kept(self, folder: str | None, writer: str) -> dict[str, Any]:
-        """Return, once, what a writer kept after the last frame that was made before; writer: its key."""
+    def take_kept(self, folder: str | None, writer: str, number: int) -> dict[str, Any]:
+        """Return, once, what a writer kept after the last frame that was made before; writer: its key.
+
+        number: of the frame that follows; at one before that last frame, as of another part, nothing is returned.
+        """
         claimed = self.claim(folder) if folder is not None else None
-        return claimed.journal.contents.states.pop(writer, {}) if claimed is not None else {}
+        if claimed is None or number < claimed.end:
+            return {}
+        return claimed.journal.contents.states.pop(writer, {})
 
     def is_wanted_soon(self, folder: str | None, number: int, ahead: int) -> bool:
         """Return whether a writer's files of a capture, or of one of so many that follow it, are to be made."""
@@ -259,6 +267,10 @@ class Run:
         for folder in self._folders.values():
             folder.release()
         self._folders.clear()
+
+    @property
+    def _with_parts(self) -> bool:
+        return self.counts_only or self.shares_out
 
     def _place(self, name: str) -> Place:
         if name not in self._places:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from functools import partial
@@ -14,13 +15,14 @@ from usdsdg.annotators.class_table import ClassTable
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
 from usdsdg.writers.aggregate_writer import AggregateWriter
-from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_json
+from usdsdg.writers.files import checked_image_format, checked_padding, write_image, write_text
 from usdsdg.writers.formats import class_places
 from usdsdg.writers.formats.class_names import class_name, class_names
 from usdsdg.writers.formats.cvat import cvat_xml, files
 from usdsdg.writers.formats.picture_names import stem_of
 from usdsdg.writers.formats.shapes.polygons import outlines
 from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
+from usdsdg.writers.latest import keep_latest
 from usdsdg.writers.options import CommonOptions, common_backend, common_labels, typed
 
 RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentation_fast"
@@ -140,5 +142,7 @@ class CvatWriter(AggregateWriter):
             return
         assert self.backend is not None
         self._listed = labels
+        text = json.dumps(labels, indent=1)
+        keep_latest(self.backend, files.LABELS, text)
         with current().io_queue.of_all_frames():
-            self.backend.schedule_after_all(write_json, path=files.LABELS, data=labels, indent=1)
+            self.backend.schedule_after_all(write_text, path=files.LABELS, text=text)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from usdsdg.errors import OutputNotWritable, Unsupported
+from usdsdg.operating_system import process_name
 from usdsdg.session.render_products import products
 from usdsdg.writers.base import attached_writers
 from usdsdg.writers.formats.rerun.rerun_chunks import APPLICATION
@@ -77,7 +78,7 @@ class JobRecording:
 
 
 def _unfinished(file: Path) -> Path:
-    return file.with_name(f".{file.stem}.{os.getpid()}{SUFFIX}")
+    return file.with_name(f".{file.stem}.{process_name()}{SUFFIX}")
 
 
 def _writable(file: Path) -> Path:

@@ -28,6 +28,7 @@ from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.formats.voc import files
 from usdsdg.writers.formats.voc.image_sets import ImageSets, shown
 from usdsdg.writers.formats.voc.voc_xml import VocObject, text
+from usdsdg.writers.latest import keep_latest
 from usdsdg.writers.options import CommonOptions, common_backend, common_labels, typed
 
 RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentation_fast"
@@ -195,6 +196,7 @@ class VocWriter(AggregateWriter):
             f"{name}:{','.join(map(str, colors[index]))}::\n" for index, name in enumerate([files.BACKGROUND, *names])
         ]
         text = "# label:color_rgb:parts:actions\n" + "".join(rows)
+        keep_latest(self.backend, files.LABELS, text)
         with current().io_queue.of_all_frames():
             self.backend.schedule_after_all(write_text, path=files.LABELS, text=text)
 

@@ -22,6 +22,7 @@ from usdsdg.writers.formats.shapes.polygons import joined, outlines, without_hol
 from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
 from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.formats.yolo import yolo_files as files
+from usdsdg.writers.latest import keep_latest
 from usdsdg.writers.options import CommonOptions, common_backend, common_labels, typed
 
 RGB, BOXES, INSTANCES = "rgb", "bounding_box_2d_tight_fast", "instance_segmentation_fast"
@@ -131,6 +132,7 @@ class YoloWriter(Writer):
             described["kpt_shape"] = [len(self._keypoints or ()), 3]
         described["names"] = dict(enumerate(names))
         text = yaml.safe_dump(described, sort_keys=False)
+        keep_latest(self.backend, files.DESCRIPTION, text)
         # In turn, since it replaces the earlier file.
         with current().io_queue.of_all_frames():
             self.backend.schedule_in_turn(files.DESCRIPTION, write_text, path=files.DESCRIPTION, text=text)
