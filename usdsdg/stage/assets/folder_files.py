@@ -6,7 +6,7 @@ from pathlib import Path
 
 from usdsdg.errors import AssetUnreadable
 
-MOST_FILES = 1_000_000  # below a folder that is searched, which takes some 20 seconds
+MOST_FILES = 1_000_000  # below a folder that is searched
 
 
 def files_in(folder: str | os.PathLike[str], suffixes: tuple[str, ...], *, recursive: bool = True) -> list[str]:
