@@ -103,6 +103,13 @@ def test_a_first_run_has_no_warning_and_ends_with_the_next_commands(tmp_path):
     assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2
 
 
+def test_a_folder_is_named_once_whatever_the_number_of_stages(tmp_path):
+    """As of bin picking, each drop of which has a stage of its own."""
+    scene = "rep.create.light(light_type='Dome')\n" + CAMERA + "rep.orchestrator.step()\n"
+    done = python(tmp_path, scene + "new_stage()\n" + scene)
+    assert done.stderr.count("BasicWriter writes to") == 1
+
+
 def test_a_program_is_silent_where_the_environment_or_a_setting_says_so(tmp_path, monkeypatch):
     quiet = "rep.settings.carb_settings('/usdsdg/progress', False)\n"
     scene = "rep.create.light(light_type='Dome')\n" + CAMERA + "rep.orchestrator.step()\n"

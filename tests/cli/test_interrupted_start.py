@@ -50,6 +50,12 @@ def test_a_command_that_has_begun_finishes_its_files():
     assert done.stderr.splitlines()[-1] == "files written so far are whole"
 
 
+@pytest.mark.parametrize("command", ["verify", "inspect"])
+def test_a_command_that_only_reads_has_no_files_to_finish(command, tmp_path):
+    done = usdsdg(command, str(tmp_path), module=f"usdsdg.{command}.report")
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
+
+
 def test_an_ignored_interrupt_stays_ignored():
     done = usdsdg("--version", module="numpy", on_interrupt=signal.SIG_IGN)
     assert done.returncode == 0

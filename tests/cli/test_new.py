@@ -5,8 +5,10 @@ import sys
 
 import pytest
 import yaml
+from click.testing import CliRunner
 from jsonschema import Draft202012Validator
 
+from usdsdg.cli.app import app
 from usdsdg.cli.commands.new import SCHEMA, Kind, write_starting_point
 from usdsdg.errors import OutputNotWritable
 from usdsdg.scenarios.jobs import load_job
@@ -44,3 +46,9 @@ def test_no_file_is_replaced_and_suffixes_are_those_of_the_kind(tmp_path):
         write_starting_point(Kind.SCRIPT, tmp_path / "b.yaml")
     with pytest.raises(OutputNotWritable, match="cannot be written"):
         write_starting_point(Kind.SCRIPT, path / "b.py")
+
+
+def test_a_job_may_be_called_as_in_configurations(tmp_path):
+    done = CliRunner().invoke(app, ["new", "bin_picking", str(tmp_path / "bin.yaml")])
+    assert done.exit_code == 0, done.output
+    assert load_job(tmp_path / "bin.yaml")[1].job == "bin_picking"

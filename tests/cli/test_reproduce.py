@@ -55,7 +55,7 @@ def test_changed_files_of_the_chosen_frames_are_named(made, tmp_path):
         (tmp_path / "out" / name).write_bytes(b"{}")
     done = reproduce(tmp_path / "out", "--frames", f"{shown[0]},{shown[1]}")
     assert done.returncode == 1, done.stderr
-    assert done.stdout.count("is made with other bytes") == 1
+    assert done.stdout.count("is made with other bytes, which are those of the journal") == 1
     assert "2 frames of" in done.stdout
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from tests.inspect.datasets import keypoints_in_camera, picture, pixel, pose_object, write_pose
 from tests.inspect.page import Page
+from usdsdg.errors import DatasetError
 from usdsdg.inspect import inspect
 
 MUG = ([0.1, -0.05, -2.0], [0.2, 0.3, 0.4])
@@ -163,3 +164,10 @@ def test_keypoints_of_another_lens_are_taken_from_the_picture(tmp_path, style):
     write_pose(tmp_path, 0, [seen_by_fisheye], style)
     seen = page(tmp_path).frame("000000")["objects"][0]
     assert sorted(map(tuple, seen["cuboid"])) == [(10.0 + 2 * k, 30.0 - k) for k in range(9)]
+
+
+def test_files_of_a_users_writer_with_such_names_are_not_taken_for_poses(tmp_path):
+    picture(tmp_path / "0000.png")
+    (tmp_path / "0000.json").write_text('{"rings": 8, "depths": [0, 1]}')
+    with pytest.raises(DatasetError, match="nothing in"):
+        inspect(tmp_path)

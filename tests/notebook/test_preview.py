@@ -153,6 +153,11 @@ def test_bad_arguments_have_one_error(stage, options, error, words):
         rep.preview(**options)
 
 
+def test_a_preview_of_a_lens_without_a_focal_length_says_what_it_must_be(stage):
+    with pytest.raises(errors.RenderError, match=r"focalLength -5.0 \(it must be above 0\)"):
+        rep.preview(rep.create.camera(position=(0, -6, 0), focal_length=-5))
+
+
 def test_tiles_have_no_preview(stage):
     cameras = [rep.create.camera(position=(0, -6, z)) for z in (0, 1)]
     with pytest.raises(errors.Unsupported, match="tiles"):

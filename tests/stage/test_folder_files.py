@@ -52,3 +52,14 @@ def test_a_folder_that_may_not_be_read_is_named(folder, monkeypatch):
     monkeypatch.setattr(folder_files.os, "scandir", refusing)
     with pytest.raises(AssetUnreadable, match=r"shelf/deep cannot be searched for files: Permission denied"):
         files_in(folder, (".obj",))
+
+
+def test_a_whole_disk_is_not_searched(folder):
+    with pytest.raises(AssetUnreadable, match="give the folder that the files are in"):
+        files_in(os.path.abspath(os.sep), (".obj",))
+
+
+def test_a_search_ends_at_more_files_than_assets_are(folder, monkeypatch):
+    monkeypatch.setattr(folder_files, "MOST_FILES", 3)
+    with pytest.raises(AssetUnreadable, match="more than 3 files"):
+        files_in(folder, (".obj",))

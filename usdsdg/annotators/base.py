@@ -74,7 +74,14 @@ class AnnotatorSpec:
         return (self.compute.__doc__ or "").strip()
 
 
-annotator_specs: Registry[AnnotatorSpec] = Registry("annotator", AnnotatorRegistryError)
+# What other tools call these by.
+_LIKELY = {
+    "depth": ("distance_to_image_plane", "distance_to_camera"),
+    "mask": ("semantic_segmentation", "instance_segmentation"),
+    "bbox": ("bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d"),
+    "color": ("rgb",),
+}
+annotator_specs: Registry[AnnotatorSpec] = Registry("annotator", AnnotatorRegistryError, likely=_LIKELY)
 
 # Init parameters of every annotator that reads labels.
 LABEL_PARAMS: Mapping[str, Any] = {"semanticTypes": None, "semanticFilter": None}

@@ -1,7 +1,7 @@
 """Registry of named members (annotators, writers, ...), and registration of script functions in a module."""
 
 import difflib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 from usdsdg.errors import UsdsdgError
@@ -12,11 +12,15 @@ Member = TypeVar("Member")
 class Registry(Generic[Member]):
     """A mapping from names to the members of one family, in insertion order."""
 
-    def __init__(self, family: str, error: type[UsdsdgError]) -> None:
+    def __init__(
+        self, family: str, error: type[UsdsdgError], *, likely: Mapping[str, Sequence[str]] | None = None
+    ) -> None:
         """Args:
         family: what a member is called in messages, in the singular ("writer").
         error: raised for names that are unknown or taken.
+        likely: by words in lower case that a name may have, members that are meant, which no spelling is near to.
         """
+        self._likely = likely or {}
         self.family = family
         self._error = error
         self._members: dict[str, Member] = {}
@@ -62,7 +66,8 @@ class Registry(Generic[Member]):
         return len(self._members)
 
     def _unknown(self, name: str) -> str:
-        close = near_misses(name, self._members)
+        likely = [each for word, names in self._likely.items() if word in str(name).casefold() for each in names]
+        close = (likely or near_misses(name, self._members))[:3]
         if close:
             return f"No {self.family} is named {name!r}. Did you mean {' or '.join(map(repr, close))}?"
         known = ", ".join(sorted(self._members)) or "none"

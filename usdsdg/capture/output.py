@@ -11,7 +11,7 @@ from usdsdg.capture.records.frames import FrameRecords
 from usdsdg.capture.records.stages import StageMoment
 from usdsdg.capture.requests import Requests, Skipped
 from usdsdg.errors import watch_foreign
-from usdsdg.session.progress import report, say
+from usdsdg.session.progress import report, say_once
 from usdsdg.session.render_products import products
 from usdsdg.session.session import current
 from usdsdg.writers.base import Writer, attached_writers
@@ -90,7 +90,7 @@ class WriterOutput:
         name, folder = type(writer).__name__, getattr(writer.backend, "output_dir", None)
         if folder is not None and (name, folder) not in self._reported:
             self._reported.add((name, folder))
-            say(f"{name} writes to {folder}")
+            say_once(f"{name} writes to {folder}")
 
 
 def _attached(writer: Writer, frames: Mapping[str, Frame]) -> dict[str, Frame]:

@@ -59,7 +59,30 @@ class Context(click.Context):
 
 
 class Command(click.Command):
-    """A command whose Ctrl-C is an exit code of its own, whose summary is never cut off, and whose epilog has lines."""
+    """A command whose Ctrl-C is an exit code of its own, whose summary is never cut off, and whose epilog has lines.
+
+    meant: returns what was meant by an option or argument that the command does not have, or "".
+    """
+
+    def __init__(self, *args: Any, meant: Callable[[str], str] | None = None, **attributes: Any) -> None:
+        super().__init__(*args, **attributes)
+        self.meant = meant or (lambda _name: "")
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        given = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            if hint := self.meant(error.option_name):
+                error.message, error.possibilities = f"No such option {error.option_name!r}. {hint}", None
+            raise
+        except click.BadParameter:
+            raise
+        except click.UsageError as error:  # of arguments that are too many
+            _, rest, _ = self.make_parser(ctx).parse_args(given)
+            if hint := next((hint for each in rest if (hint := self.meant(each))), ""):
+                error.message = f"{error.message}. {hint}"
+            raise
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -99,7 +122,8 @@ class Group(click.Group):
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         name = args[0]
         if self.get_command(ctx, name) is None and not name.startswith("-") and not ctx.resilient_parsing:
-            near = difflib.get_close_matches(name, self.list_commands(ctx))
+            options = [f"--{name}"] if name in ("help", "version") else []
+            near = options or difflib.get_close_matches(name, self.list_commands(ctx))
             hint = f" Did you mean {' or '.join(map(repr, near))}?" if near else ""
             ctx.fail(f"No such command {name!r}.{hint}")
         return super().resolve_command(ctx, args)

@@ -220,13 +220,19 @@ def graph() -> Graph:
 
 
 def act_now(kind: str, input_prims: Any = None, **inputs: Any) -> ReplicatorItem:
-    """Execute an action with constant inputs at once; inside a trigger, add it as a node instead."""
+    """Execute an action with constant inputs at once; inside a trigger, add it as a node instead.
+
+    Raises:
+        GraphError: no prims are given or enclose it. An item of none, as of count=0, is acted on as such.
+    """
     if current_trigger() is not None:
         return act(kind, input_prims, **inputs)
     prims = prim_paths(input_prims) or current_prims()
     given = {role: plain(value) for role, value in inputs.items() if value is not None}
     node = Node(kind=kind, inputs=given, prims=prims, key="now")
-    if action := action_of(kind):
+    if not prims and input_prims is None:
+        let_pass(GraphError(f"{node.describe()} has no prims to act on: {why_no_prims(input_prims)}."))
+    elif action := action_of(kind):
         action(node, 0)
     return ReplicatorItem(node)
 

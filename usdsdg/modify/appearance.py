@@ -98,7 +98,9 @@ def _write_visibility(node: Node, execution: int) -> None:
         else draw_scalars(value, node, execution, "value")
     )
     if not all(isinstance(visible, (bool, np.bool_)) or visible in (0, 1) for visible in per_prim):
-        raise ArgumentError(f"visibility is {shown(value)}; expected True or False, or a list with one per prim")
+        raise ArgumentError(
+            f"visibility is {shown(value)} (visible, in rep.create); expected True, False, or a list with one per prim"
+        )
     prims = target_prims(node)
     if are_apart(prims):
         tokens = [UsdGeom.Tokens.inherited if visible else UsdGeom.Tokens.invisible for visible in per_prim]

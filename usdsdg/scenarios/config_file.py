@@ -56,13 +56,13 @@ def read_config(path: str | os.PathLike[str], overrides: Sequence[str], model: t
     return config
 
 
-def read_key(path: str | os.PathLike[str], overrides: Sequence[str], key: str) -> Any:
-    """Return one value of a file with its overrides, as it is written; None where it is not given.
+def read_values(path: str | os.PathLike[str], overrides: Sequence[str]) -> dict[str, Any]:
+    """Return the values of a file with its overrides, as they are written.
 
     Raises:
         ConfigError: the file is missing or unreadable.
     """
-    return _read(Path(path), overrides).values.get(key)
+    return _read(Path(path), overrides).values
 
 
 def _read(file: Path, overrides: Sequence[str]) -> _Source:
@@ -152,9 +152,12 @@ def _parse_yaml(file: Path, text: str) -> Any:
     try:
         return _load_yaml(text) or {}
     except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
         problem = str(error.problem or error.context)
-        remedy = "; indent with spaces instead of tabs" if r"'\t'" in problem else ""
+        is_no_key = "expected ':'" in problem  # which is noticed on the line after it
+        mark = error.context_mark if is_no_key and error.context_mark else error.problem_mark
+        line = mark.line + 1 if mark else 1
+        remedy = "; a key is followed by a colon and a space" if is_no_key else ""
+        remedy = "; indent with spaces instead of tabs" if r"'\t'" in problem else remedy
         raise ConfigError(f"{file}, line {line}: not valid YAML: {problem}{remedy}") from None
     except yaml.YAMLError as error:
         raise ConfigError(f"{file}: not valid YAML: {error}") from None

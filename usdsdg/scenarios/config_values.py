@@ -46,7 +46,17 @@ def _ordered(values: _Pair) -> _Pair:
 
 
 Range = Annotated[tuple[Positive, Positive], AfterValidator(_ordered)]
-CountRange = Annotated[tuple[Count, Count], AfterValidator(_ordered)]
+
+
+def _of_one_scene(values: tuple[int, int]) -> tuple[int, int]:
+    if values[1] > MOST_IN_SCENE:
+        raise ValueError(f"{list(values)}: at most {MOST_IN_SCENE:,} are placed in one picture or bin; expected fewer")
+    return values
+
+
+# What is placed in one picture or bin, each against all others.
+MOST_IN_SCENE = 10_000
+CountRange = Annotated[tuple[Count, Count], AfterValidator(_ordered), AfterValidator(_of_one_scene)]
 
 
 class Section(BaseModel):

@@ -11,7 +11,7 @@ from usdsdg.errors import ConfigError
 from usdsdg.scenarios.bin_picking import job as bin_picking
 from usdsdg.scenarios.bin_picking.config import BinPickingConfig
 from usdsdg.scenarios.config_errors import suggestion
-from usdsdg.scenarios.config_file import read_config, read_key
+from usdsdg.scenarios.config_file import read_config, read_values
 from usdsdg.scenarios.detection import job as detection
 from usdsdg.scenarios.detection.config import DetectionConfig
 from usdsdg.scenarios.object_based import job as object_based
@@ -66,17 +66,41 @@ JOBS = {
 }
 
 
+def keys_of_jobs() -> dict[str, list[str]]:
+    """Return the keys of all configurations, each with the jobs that have it."""
+    found: dict[str, list[str]] = {}
+    for name, job in JOBS.items():
+        for key in job.model.model_fields:
+            found.setdefault(key, []).append(name)
+    return found
+
+
 def load_job(path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> tuple[Job, Any]:
     """Return the job of a configuration file, and its configuration with "key=value" overrides applied.
 
     Raises:
         ConfigError: the job is not known, or as `read_config`.
     """
-    name = read_key(path, overrides, KEY)
+    values = read_values(path, overrides)
+    name = values.get(KEY)
     if name is None:
+        _check_that_no_job_is_meant(path, list(values))
         return JOBS["object_based"], read_config(path, overrides, ObjectBasedConfig)
     known = [each for each in JOBS if each != "object_based"]
     if name not in known:
         hint = suggestion(str(name), known) or f"; there are {', '.join(known)}"
         raise ConfigError(f"{path}: {KEY}: {name!r} is not known{hint}")
     return JOBS[name], read_config(path, overrides, JOBS[name].model)
+
+
+def _check_that_no_job_is_meant(path: str | os.PathLike[str], keys: list[str]) -> None:
+    """Check that a file without the key `job` has not only keys of others than the object-based scenario.
+
+    Raises:
+        ConfigError: it has, so the key was forgotten.
+    """
+    known = keys_of_jobs()
+    of_others = [key for key in keys if key in known and "object_based" not in known[key]]
+    if of_others and not any(known.get(key) == ["object_based"] for key in keys):
+        jobs = " or ".join(f"`{KEY}: {name}`" for name in known[of_others[0]])
+        raise ConfigError(f"{path} has no key {KEY}, but {', '.join(of_others)}: add {jobs}")

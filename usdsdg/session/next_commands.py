@@ -10,6 +10,8 @@ from pathlib import Path
 from usdsdg.session.session import current
 
 _COMMANDS = {"inspect": "its images and labels on one page", "verify": "checks its files against each other"}
+_OF_PARTS = {"merge": "joins the parts, when all are made"}
+_FORMATS = "usdsdg.writers.formats."  # package of the writers whose files can be read back
 
 
 def written_datasets() -> list[Path]:
@@ -19,13 +21,22 @@ def written_datasets() -> list[Path]:
 
 def next_commands(folders: Iterable[Path]) -> list[str]:
     """Return a line for each command that looks at these datasets: `usdsdg inspect cubes   (...)`."""
+    commands = _OF_PARTS if current().run.portion is not None else _COMMANDS
+    if _are_all_of_users():
+        commands = {name: what for name, what in commands.items() if name != "inspect"}
     pairs = [
         (f"usdsdg {command} {shlex.quote(_shortest(folder))}", what)
         for folder in folders
-        for command, what in _COMMANDS.items()
+        for command, what in commands.items()
     ]
     width = max((len(command) for command, _ in pairs), default=0)
     return [f"{'next: ' if number == 0 else '      '}{c:{width}}   ({what})" for number, (c, what) in enumerate(pairs)]
+
+
+def _are_all_of_users() -> bool:
+    """Return whether writers are attached, none of them of a format that is known here."""
+    kinds = [type(writer).__mro__ for writer in current().writers]
+    return bool(kinds) and not any(base.__module__.startswith(_FORMATS) for kind in kinds for base in kind)
 
 
 def _shortest(folder: Path) -> str:

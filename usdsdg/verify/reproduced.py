@@ -51,11 +51,12 @@ def compare(folder: Path, made: Path, portion: Portion | None, *, exact: bool) -
             there, frame = ("made again", wanted[name].frame) if name in wanted else ("there", again[name].frame)
             result.faults.append(Fault(name, frame, f"is not {there}"))
         else:
-            _compare_file(folder, made, name, wanted[name].frame, result, exact=exact)
+            _compare_file(folder, made, name, wanted[name], result, exact=exact)
     return result
 
 
-def _compare_file(folder: Path, made: Path, name: str, frame: str, result: Comparison, *, exact: bool) -> None:
+def _compare_file(folder: Path, made: Path, name: str, listed: ListedFile, result: Comparison, *, exact: bool) -> None:
+    frame = listed.frame
     try:
         there, again = facts_of(folder / name), facts_of(made / name)
     except OSError as error:
@@ -67,7 +68,9 @@ def _compare_file(folder: Path, made: Path, name: str, frame: str, result: Compa
         _compare_recordings(folder, made, name, frame, result)
     elif exact:
         old, new = there[1][:12], again[1][:12]
-        result.faults.append(Fault(name, frame, "is made with other bytes", f"SHA-256 {old}", new))
+        is_listed = again[1] == listed.sha256
+        whose = ", which are those of the journal: the file here was changed" if is_listed else ""
+        result.faults.append(Fault(name, frame, f"is made with other bytes{whose}", f"SHA-256 {old}", new))
     else:
         _compare_within_tolerance(folder, made, name, frame, result)
 

@@ -188,7 +188,10 @@ class NothingRecognized(DatasetError):
 
 
 def _nothing_in(folder: str | os.PathLike[str]) -> NothingRecognized:
-    return NothingRecognized(f"nothing in {folder} is a dataset in a format that usdsdg writes")
+    return NothingRecognized(
+        f"nothing in {folder} is a dataset in a format that usdsdg writes; give the folder that a writer wrote to "
+        "(its output_dir)"
+    )
 
 
 def _found(check: Callable[..., Faults], seen: Seen, *others: Any) -> list[Fault]:

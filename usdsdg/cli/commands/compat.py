@@ -8,7 +8,9 @@ from click.exceptions import Exit
 from usdsdg.cli.command import Command, argument
 from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import command_context
+from usdsdg.cli.options.file_kinds import no_file
 from usdsdg.cli.options.values import PATH
+from usdsdg.errors import ConfigError
 
 
 @click.command(cls=Command, epilog=epilog("compat"))
@@ -29,6 +31,8 @@ def compat(scripts: tuple[Path, ...], json: bool, every: bool) -> None:
         if not scripts:
             print(board.board_json() if json else board.board_text())
             return
+        if missing := next((each for each in scripts if not each.is_file()), None):
+            raise ConfigError(no_file(missing))
         rows = board.rows_of(uses_of(scripts))
         print(board.report_json(rows) if json else board.report_text(rows, supported=every))
     if any(row.state == MISSING for row in rows):

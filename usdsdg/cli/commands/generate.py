@@ -41,7 +41,17 @@ from usdsdg.errors import BadValue
 RAY_THREADS, PARTS_ON_RAY = 2, 4
 
 
-@click.command(cls=Command, epilog=epilog("generate"))
+def _meant(name: str) -> str:
+    """Return how a key of configurations is set, where it was given as an option or argument."""
+    from usdsdg.scenarios.jobs import keys_of_jobs
+
+    key, equals, value = name.lstrip("-").replace("-", "_").partition("=")
+    if key.partition(".")[0] not in keys_of_jobs():
+        return ""
+    return f"Keys of the configuration are set by --set {key}={value if equals else '...'}"
+
+
+@click.command(cls=Command, epilog=epilog("generate"), meant=_meant)
 @argument("config", type=PATH, help="Configuration such as configs/detection.yaml, or a .usd saved with its graph.")
 @click.option("--set", "set_", multiple=True, help="Override a key: num_frames=3, resolution=[320,240].")
 @assets_root_option

@@ -30,7 +30,7 @@ def inspect(folder: str, output: Path | None) -> None:
 
     Prints a line for each problem, such as an image without labels.
     """
-    with command_context(quiet=True):
+    with command_context(quiet=True, keeps_files=False):
         _make_page(folder, output and output_path(output))
 
 

@@ -31,7 +31,11 @@ if TYPE_CHECKING:
 BLACK = 2  # highest pixel value of an image that counts as black
 
 
-@click.command(cls=Command, epilog=epilog("render"))
+def _meant(name: str) -> str:
+    return "Give --width and --height." if name in ("--resolution", "--size") else ""
+
+
+@click.command(cls=Command, epilog=epilog("render"), meant=_meant)
 @argument("stage", type=PATH, help="A USD file.")
 @argument("output", type=PLACE, help="Folder or URL for the images and label arrays.")
 @click.option("--camera", help="Path of the camera.", show_default="the stage's first, else one that sees everything")

@@ -65,7 +65,7 @@ def reproduce(
     The dataset is kept as it is: what a script does to its output folder itself, such as shutil.rmtree, is left out or
     refused.
     """
-    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet):
+    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, keeps_files=False):
         from usdsdg.datasets.on_disk import RECORDS, on_disk
         from usdsdg.session import session
         from usdsdg.writers.journal.portion import Portion

@@ -50,7 +50,7 @@ def verify(
 
     Prints a line for every fault, and one for each dataset in the folder; the exit code is 1 if there are any faults.
     """
-    with command_context(assets_root=assets_root, device=device, quiet=quiet or as_json):
+    with command_context(assets_root=assets_root, device=device, quiet=quiet or as_json, keeps_files=False):
         from usdsdg.datasets.on_disk import on_disk
         from usdsdg.session.progress import report as progress
         from usdsdg.verify import verify_all

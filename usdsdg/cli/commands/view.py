@@ -53,7 +53,7 @@ def view(
     Drag to orbit, click a thing for its labels and pose, run the triggers again, play the physics.
     Writers write nothing. The address has a random token: nobody else can read the page. Ctrl-C ends it.
     """
-    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet):
+    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, keeps_files=False):
         from usdsdg.view.server import check_installed
 
         check_installed()

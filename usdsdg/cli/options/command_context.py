@@ -70,8 +70,11 @@ def command_context(
     threads: int | None = None,
     quiet: bool = False,
     save_stage: Path | None = None,
+    keeps_files: bool = True,
 ) -> Iterator[None]:
     """Set up, run the body of a command, and finish its files.
+
+    keeps_files: False for a command that makes no dataset or other result bit by bit, where it is ended early.
 
     Errors of usdsdg, Ctrl-C and signals to end (SIGTERM, SIGHUP) end the program with one message, without a traceback.
     """
@@ -100,7 +103,7 @@ def command_context(
                 _finish_after_failure(ended.exit_code)
             raise
         except KeyboardInterrupt as interrupt:
-            _exit_interrupted(interrupt)
+            _exit_interrupted(interrupt, keeps_files)
         except Exception as error:
             if not _is_of_pxr(error):
                 raise
@@ -174,12 +177,12 @@ def _finish_after_failure(code: int) -> bool:
     return False
 
 
-def _exit_interrupted(interrupt: KeyboardInterrupt) -> NoReturn:
+def _exit_interrupted(interrupt: KeyboardInterrupt, keeps_files: bool) -> NoReturn:
     progress.use(progress.SilentReporter())
     is_signal = isinstance(interrupt, termination.Terminated)
     code, what = (interrupt.exit_code, str(interrupt)) if is_signal else (INTERRUPTED, "interrupted")
-    _tell(f"{what}: finishing the files in hand; Ctrl-C again stops at once")
-    if _finish_after_failure(code):
+    _tell(f"{what}: finishing the files in hand; Ctrl-C again stops at once" if keeps_files else what)
+    if _finish_after_failure(code) and keeps_files:
         _tell("files written so far are whole")
     if any(thread.name.startswith(COMPILER_THREADS) for thread in threading.enumerate()):
         _exit_without_joining_compilers(code)

@@ -34,6 +34,8 @@ def check_kind(file: Path, *accepted: FileKind) -> None:
 
 def no_file(file: Path) -> str:
     """Return the message about a file that is missing, with similar names in its folder."""
+    if file.is_dir():
+        return f"{file} is a folder; give a file"
     there = [each.name for each in file.parent.iterdir() if each.is_file()] if file.parent.is_dir() else []
     near = difflib.get_close_matches(file.name, there, n=2)
     hint = f"did you mean {' or '.join(str(file.with_name(name)) for name in near)}?" if near else "give its path"

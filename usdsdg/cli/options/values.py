@@ -21,6 +21,8 @@ class Member(click.Choice):
         self._kind = kind
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if isinstance(value, str) and value not in self.choices:
+            value = value.replace("_", "-")  # as the job of `bin-picking` is called in configurations
         return self._kind(super().convert(value, param, ctx))
 
 

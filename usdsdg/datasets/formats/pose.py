@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.datasets import cuboids
+from usdsdg.datasets.attempt import UNREADABLE, attempt
 from usdsdg.datasets.cuboids import KEYPOINTS, PinholeCamera
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.matching import record_of
@@ -30,6 +32,7 @@ _NEAR_ENOUGH = 2.5
 FILE = re.compile(r"^(?P<number>\d+)(?P<overlay>_overlay)?\.(?P<kind>png|jpe?g|json)$", re.IGNORECASE)
 BOXES = "bounding_box_3d_fast"
 _ROUNDED = 1e-5
+_KEYS = {"camera_data", "keypoint_order", "objects"}
 
 
 def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
@@ -40,10 +43,28 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
         if match:
             kind = "json" if match["kind"].lower() == "json" else "picture"
             found.setdefault((view_of(Path(file)), match["number"]), {})["overlay" if match["overlay"] else kind] = file
-    views = {view for (view, _), parts in found.items() if "json" in parts}
+    tables: dict[str, list[str]] = {}
+    for (view, _), parts in sorted(found.items()):
+        if "json" in parts:
+            tables.setdefault(view, []).append(parts["json"])
+    views = {view for view, files in tables.items() if _is_mine(folder, files)}
     for (view, number), parts in sorted(found.items()):
         if view in views:
             yield _seen(folder, view, number, parts)
+
+
+def _is_mine(folder: Folder, tables: list[str]) -> bool:
+    """Return whether JSON files are of PoseWriter: writers of users may number theirs like this, too.
+
+    One file with a key of PoseWriter's is enough. Where none can be read, the names are all that tells.
+    """
+    readable = 0
+    for file in tables:
+        values = attempt([], file, "?", UNREADABLE, lambda file=file: json.loads((folder.path / file).read_bytes()))
+        readable += values is not None
+        if isinstance(values, dict) and not _KEYS.isdisjoint(values):
+            return True
+    return not readable
 
 
 def view_of(path: Path) -> str:

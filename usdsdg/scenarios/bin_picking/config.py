@@ -85,7 +85,9 @@ class BinPickingConfig(JobConfig):
     output_dir: Text = Field(default="_out_bin_picking", description="the folder of the dataset")
     rendering: Rendering = Field(default=Rendering(samples=12), description="a mapping with samples and path_tracing")
     formats: Formats = Field(
-        default={"bop": {}}, validate_default=True, description="formats to write with their options"
+        default={"bop": {}},
+        validate_default=True,
+        description="formats to write with their options, such as {bop: {}, coco: {}}",
     )
     splits: dict[Text, Positive] = Field(
         default={"train_pbr": 0.8, "val_pbr": 0.2},

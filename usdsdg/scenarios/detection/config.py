@@ -95,7 +95,9 @@ class DetectionConfig(JobConfig):
     )
     output_dir: Text = Field(default="_out_detection", description="the folder of the dataset")
     formats: Formats = Field(
-        default={"yolo": {}, "coco": {}}, validate_default=True, description="formats to write with their options"
+        default={"yolo": {}, "coco": {}},
+        validate_default=True,
+        description="formats to write with their options, such as {yolo: {}, coco: {}}",
     )
     splits: dict[Text, Positive] = Field(
         default={"train": 0.8, "val": 0.2}, description="shares of the parts, for example {train: 0.8, val: 0.2}"

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from usdsdg.errors import AssetUnreadable
 
+MOST_FILES = 1_000_000  # below a folder that is searched
+
 
 def files_in(folder: str | os.PathLike[str], suffixes: tuple[str, ...], *, recursive: bool = True) -> list[str]:
     """Return the sorted paths of the files with one of the suffixes, which are in lower case.
@@ -16,8 +18,11 @@ def files_in(folder: str | os.PathLike[str], suffixes: tuple[str, ...], *, recur
         recursive: also search the subfolders. Those that are removed meanwhile are left out.
 
     Raises:
-        AssetUnreadable: this user may not read the folder or one in it, of which files would be missing.
+        AssetUnreadable: this user may not read the folder or one in it, of which files would be missing; or it is no
+            folder of assets, but a whole disk or one with more than `MOST_FILES` files.
     """
+    if recursive and Path(folder).resolve().parent == Path(folder).resolve():
+        raise AssetUnreadable(f"{folder} is a whole disk, which is not searched: give the folder that the files are in")
     return sorted(
         path
         for path in _paths(os.fspath(folder), recursive)
@@ -26,8 +31,13 @@ def files_in(folder: str | os.PathLike[str], suffixes: tuple[str, ...], *, recur
 
 
 def _paths(folder: str, recursive: bool) -> Iterator[str]:
-    seen = {os.path.realpath(folder)}
+    seen, count = {os.path.realpath(folder)}, 0
     for place, folders, files in os.walk(folder, followlinks=True, onerror=_refuse):
+        count += len(files)
+        if count > MOST_FILES:
+            raise AssetUnreadable(
+                f"{folder} has more than {MOST_FILES:,} files: give the folder of those that are meant"
+            )
         yield from (os.path.join(place, file) for file in files)
         inside = sorted(folders) if recursive else []
         real = {name: os.path.realpath(os.path.join(place, name)) for name in inside}

@@ -302,9 +302,9 @@ def _check(view: CameraView) -> None:
     if view.width < 1 or view.height < 1:
         problem = f"a resolution of {view.width} x {view.height}"
     elif not view.horizontal_aperture > 0:
-        problem = f"horizontalAperture {view.horizontal_aperture}"
+        problem = f"horizontalAperture {view.horizontal_aperture} (it must be above 0)"
     elif not view.focal_length > 0 and view.projection_type == "pinhole":
-        problem = f"focalLength {view.focal_length}"
+        problem = f"focalLength {view.focal_length} (it must be above 0)"
     elif not 0 < view.clipping_range[0] < view.clipping_range[1] and view.projection_type == "pinhole":
         problem = f"clippingRange {view.clipping_range} (near must be positive and below far)"
     elif view.clipping_range[0] < 0 and view.projection_type in LENS_MODELS:

@@ -102,7 +102,9 @@ def world_bounds(stage: Usd.Stage, time: Usd.TimeCode | None = None) -> tuple[np
         boxes = boxes[np.isfinite(boxes).all(axis=(1, 2))]
         if len(boxes):
             return boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
-    raise StageError(f"{stage.GetRootLayer().identifier} has no visible geometry, so there is nothing to look at")
+    layer = stage.GetRootLayer()
+    name = "the stage" if layer.anonymous else layer.identifier
+    raise StageError(f"{name} has no visible geometry, so there is nothing to look at; create or open something first")
 
 
 def _bounds(prim: Usd.Prim, time: Usd.TimeCode, cache: UsdGeom.BBoxCache, skinning: Skinning) -> np.ndarray | None:
