@@ -163,9 +163,12 @@ class Graph:
         impulses, self.impulses = self.impulses, []
         for node in impulses:
             run(node)
-            for value in node.inputs.values():
-                if isinstance(value, ReplicatorItem) and value.node.name and "samples" in value.node.state:
-                    self.drawn_once[value.node.name] = list(value.node.state["samples"])
+            for role, value in node.inputs.items():
+                if isinstance(value, ReplicatorItem) and "samples" in value.node.state:
+                    if value.node.name:
+                        self.drawn_once[value.node.name] = list(value.node.state["samples"])
+                    parts = value.named_parts(f"{node.key}/{value.node.name or role}", node.executions - 1, node.prims)
+                    self.drawn_once |= {name: list(rows) for name, rows in parts.items()}
 
     def _fire(self, context: TriggerContext) -> list[Trigger]:
         due = [trigger for trigger in self.triggers if not trigger.exhausted and trigger.due(context)]

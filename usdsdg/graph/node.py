@@ -229,6 +229,10 @@ class ReplicatorItem:
         """Restore the trigger or prims of the enclosing block."""
         (current().open_groups if self._trigger is None else current().open_triggers).pop()
 
+    def named_parts(self, consumer: str, execution: int, prims: Sequence[str]) -> dict[str, Any]:
+        """Return draws of distributions with a name inside of this one, by name; only those of `combine` have any."""
+        return {}
+
     @property
     def trigger(self) -> Any | None:
         """The trigger (`evaluate.Trigger`) that this is the item of, or None."""
