@@ -82,6 +82,8 @@ class Graph:
         self.triggers: list[Trigger] = []
         self.impulses: list[Node] = []
         self.drawn_once: dict[str, list[Any]] = {}  # by name, the draws of named distributions outside triggers
+        # By path, where projector and targets were when a projection was computed; None: not looked for yet.
+        self.projections: dict[str, Any] | None = None
         self._events: list[str] = []
         self._keys: Counter[str] = Counter()
 
