@@ -21,3 +21,5 @@ def test_textures_are_images_that_randomizers_take(stage):
     assert {Path(file) for file in textures if "Warehouse" in file} <= set(folder.iterdir())
     with pytest.raises(AttributeError, match="it has TEXTURES and TEXTURES_DIR"):
         _ = rep.example.MODELS
+    with pytest.raises(AttributeError, match="get_assets_root_path"):
+        _ = rep.example.ASSETS_DIR

@@ -4,7 +4,7 @@ import pytest
 
 import usdsdg as rep
 from usdsdg import get
-from usdsdg.errors import BadPrim, GraphError, Unsupported, UsdsdgWarning
+from usdsdg.errors import BadPrim, GraphError, Unsupported
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 from usdsdg.stage.semantics import labels
@@ -98,11 +98,9 @@ def test_prims_at_paths(stage):
         get.prim_at_path("/World/nowhere")
 
 
-def test_invalid_patterns_raise_errors_and_ignored_arguments_warn(stage):
+def test_invalid_patterns_raise_errors(stage):
     with pytest.raises(GraphError, match="not a regular expression"):
         get.prims(path_pattern="(")
-    with pytest.warns(UsdsdgWarning, match="cache_result=False is ignored"):
-        get.prims(cache_result=False)
 
 
 def test_functions_of_scripts_can_be_registered_in_get(stage):

@@ -25,5 +25,9 @@ def __getattr__(name: str) -> Any:
     if name == "TEXTURES_DIR":
         return f"{demo.root()}/{_PROPS.format('Simple_Warehouse', '')}".rpartition("/")[0]
     if name != "TEXTURES":
-        raise AttributeError(f"module 'usdsdg.example' has no attribute {name!r}; it has TEXTURES and TEXTURES_DIR")
+        hint = "; assets are below --assets-root, where isaacsim.storage.native.get_assets_root_path() says"
+        raise AttributeError(
+            f"module 'usdsdg.example' has no attribute {name!r}; it has TEXTURES and TEXTURES_DIR"
+            + (hint if name.endswith("DIR") else "")
+        )
     return [f"{demo.root()}/{_PROPS.format(place, picture)}" for place, picture in _PICTURES]

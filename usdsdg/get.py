@@ -1,22 +1,24 @@
 """Search for prims by path, type and labels: `rep.get`. Results are items for `with` and `input_prims`.
 
-Prims are searched when the line runs, in stage order; the graph's own nodes, inactive prims, classes, and what is
-inside of instances and cannot be edited, are left out.
+Prims are searched when the line runs, in stage order, and with `cache_result=False` again at each execution of what
+acts on them; the graph's own nodes, inactive prims, classes, and what is inside of instances and cannot be edited, are
+left out.
 """
 
 from collections.abc import Callable
 from typing import Any
 
-from pxr import Usd
-
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
-from usdsdg.errors import BadPrim, Unsupported, let_pass, warn_once
+from usdsdg.errors import BadPrim, Unsupported, let_pass
 from usdsdg.functional import get as find
+from usdsdg.graph.live_prims import LivePrims, search
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
 from usdsdg.graph.node_prims import PIPELINE
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import prim_at
+
+_SEARCH = "get"
 
 
 def prims(
@@ -33,28 +35,33 @@ def prims(
         semantics: pairs of type and label, [("class", "cube")] or {"class": "cube"}; a prim matches if it has a label
             of that type which contains the given one, for any of the pairs; of shapes and subsets labels of their
             material count too. `semantics_exclusion` likewise.
-        cache_result: False (search again at every execution) is not available: it warns, and prims are searched once.
+        cache_result: False: what acts on the prims searches them again at each execution. It does nothing where there
+            are none then.
         ignore_case: whether paths match case-insensitively.
 
     Raises:
         ArgumentError: a pattern is not a regular expression, or `semantics` are not labels.
     """
-    found = find.prims(
-        None, path_pattern, path_match, path_pattern_exclusion, prim_types, prim_types_exclusion, semantics,
-        semantics_exclusion, ignore_case=ignore_case,
-    )  # fmt: skip
-    return _item("OgnGetPrims", found, cache_result, name)
+    conditions = {
+        "path_pattern": path_pattern, "path_match": path_match, "path_pattern_exclusion": path_pattern_exclusion,
+        "prim_types": prim_types, "prim_types_exclusion": prim_types_exclusion, "semantics": semantics,
+        "semantics_exclusion": semantics_exclusion, "ignore_case": ignore_case,
+    }  # fmt: skip
+    return _item("prims", conditions, cache_result, name)
 
 
-def _item(kind: str, found: list[Usd.Prim], cache_result: bool, name: str | None) -> ReplicatorItem:
-    if not cache_result:
-        warn_once(
-            "get: cache_result=False is ignored; prims are found once, when the line runs. Create them before it."
-        )
-    paths = (str(prim.GetPath()) for prim in found)
-    return ReplicatorItem(
-        Node(kind=kind, prims=tuple(path for path in paths if not path.startswith(f"{PIPELINE}/")), name=name)
-    )
+def _item(function: str, conditions: dict[str, Any], cache_result: bool, name: str | None) -> ReplicatorItem:
+    given = {key: value for key, value in conditions.items() if value is not None}
+    part = {"kind": _SEARCH, "arguments": {"function": function, **given}}
+    found = _search(function, **given) if cache_result else LivePrims([part])
+    return ReplicatorItem(Node(kind="OgnGetPrims", prims=found, name=name))
+
+
+@search(_SEARCH)
+def _search(function: str, **conditions: Any) -> tuple[str, ...]:
+    """Return the paths of what `functional.get.<function>` finds on the current stage."""
+    paths = (str(prim.GetPath()) for prim in getattr(find, function)(None, **conditions))
+    return tuple(path for path in paths if not path.startswith(f"{PIPELINE}/"))
 
 
 def prim_at_path(path: Any, name: str | None = None) -> ReplicatorItem:
@@ -96,11 +103,11 @@ def _by_type(kind: str) -> Callable[..., ReplicatorItem]:
         semantics_exclusion: Any = None, cache_result: bool = True, name: str | None = None,
         path_match: str | None = None,
     ) -> ReplicatorItem:  # fmt: skip
-        found = finder(
-            None, path_pattern, path_pattern_exclusion, semantics, semantics_exclusion, path_match=path_match,
-            ignore_case=True,
-        )  # fmt: skip
-        return _item("OgnGetPrims", found, cache_result, name)
+        conditions = {
+            "path_pattern": path_pattern, "path_pattern_exclusion": path_pattern_exclusion, "semantics": semantics,
+            "semantics_exclusion": semantics_exclusion, "path_match": path_match, "ignore_case": True,
+        }  # fmt: skip
+        return _item(kind, conditions, cache_result, name)
 
     get.__name__ = get.__qualname__ = kind
     get.__doc__ = f"{finder.__doc__.partition(';')[0]}; see `prims` for the arguments."

@@ -173,3 +173,13 @@ def test_a_placeholder_refuses_what_cannot_be_harmless():
     assert bool(made)
     with pytest.raises(Unsupported, match=r"a\.b\.function"):
         cast("Any", PlaceholderModule("a.b", subject)).function()
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "remedy"),
+    [("utils", "AttrMap", "modify.attribute"), ("randomizer", "objects", "randomizer.instantiate")],
+)
+def test_a_name_whose_work_is_done_elsewhere_says_where(module, name, remedy):
+    told = run(f"import omni.replicator.core.{module} as found; told('found.{name}', found=found)")
+    assert told.startswith("AttributeError")
+    assert remedy in told

@@ -5,11 +5,12 @@ from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from usdsdg.compat.omni import usd
-from usdsdg.compat.omni.kit import commands
+from usdsdg.compat.omni.kit import commands, undo
 from usdsdg.compat.omni.kit.commands import execute
 from usdsdg.compat.omni.kit.viewport.utility import get_active_viewport
 from usdsdg.compat.omni.usd import get_context
 from usdsdg.errors import ArgumentError, BadPrim, Unsupported
+from usdsdg.session.session import current
 
 
 def world(prim):
@@ -76,6 +77,30 @@ def test_rotations_turn_in_their_order(stage, order):
     assert Gf.IsClose(world(prim), expected, 1e-6)
     execute("TransformPrim", path="/World/cube", new_transform_matrix=Gf.Matrix4d().SetTranslate((7, 0, 0)))
     assert Gf.IsClose(world(prim), Gf.Matrix4d().SetTranslate((7, 0, 0)), 1e-6)
+
+
+@pytest.mark.parametrize("op", ["AddRotateXYZOp", "AddOrientOp"])
+def test_rotations_may_be_vectors_of_usd_whatever_op_the_prim_has(stage, op):
+    cube = UsdGeom.Cube.Define(stage, "/World/cube")
+    getattr(cube, op)()
+    execute("TransformPrimSRT", path="/World/cube", new_rotation_euler=Gf.Vec3d(0, 0, 30))
+    assert Gf.IsClose(world(cube.GetPrim()), Gf.Matrix4d().SetRotate(Gf.Rotation(Gf.Vec3d(0, 0, 1), 30)), 1e-6)
+
+
+def test_what_is_selected_stays_so_when_it_moves(stage):
+    stage.DefinePrim("/World/a/inner")
+    current().selection.set_selected_prim_paths(["/World/a", "/World/a/inner"])
+    execute("MovePrim", path_from="/World/a", path_to="/World/b")
+    assert current().selection.get_selected_prim_paths() == ["/World/b", "/World/b/inner"]
+
+
+def test_commands_may_be_grouped_and_are_not_undone(stage):
+    with undo.group(), undo.disabled():
+        execute("CreatePrim", prim_type="Cube", prim_path="/World/c")
+    assert stage.GetPrimAtPath("/World/c")
+    assert not undo.can_undo()
+    with pytest.raises(Unsupported, match="keep the value"):
+        undo.undo()
 
 
 def test_properties_are_set_and_created(stage):

@@ -388,6 +388,7 @@ block(
     get_reduced_ref_time(numerator, denominator)
     GRAPH_PATH
     REPLICATOR_SCOPE
+    open_stage(path)
     """,
 )
 block(

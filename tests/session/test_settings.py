@@ -6,7 +6,7 @@ from pxr import UsdGeom
 import usdsdg as rep
 from usdsdg.capture.render_settings import render_mode
 from usdsdg.errors import ConfigError
-from usdsdg.session.settings_store import get_settings
+from usdsdg.session.settings_store import Settings, get_settings
 
 pytestmark = pytest.mark.usefixtures("stage")
 
@@ -96,3 +96,24 @@ def test_invalid_values_raise_and_change_nothing(stage, name, value, message):
     assert {key: get_settings().get(key) for key in MODES} == before
     assert (UsdGeom.GetStageUpAxis(stage), UsdGeom.GetStageMetersPerUnit(stage)) == ("Z", 1)
     assert not stage.GetPrimAtPath("/PhysicsScene")
+
+
+def test_what_is_below_a_key_is_a_dictionary():
+    settings = Settings()
+    settings.set("/mine/size", 3)
+    settings.set("mine/deep/name", "x")
+    settings.set("/minerals", 1)
+    assert settings.get("/mine") == {"size": 3, "deep": {"name": "x"}}
+    assert settings.get("/mine/deep/") == {"name": "x"}
+    assert settings.get("/mine/deeper") is None
+    assert settings.get("/rtx/post")["tonemap"]["filmIso"] == 100
+
+
+def test_values_inside_of_a_dictionary_have_keys():
+    settings = Settings()
+    settings.set("/mine", {"a": {"b": 1}, "c": 2})
+    assert settings.get("/mine/a/b") == 1
+    assert settings.get("/mine/a") == {"b": 1}
+    assert settings.get("/mine/c") == 2
+    assert settings.get("/mine/c/d") is None
+    assert settings.get("/mine/x/y") is None

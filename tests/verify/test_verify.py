@@ -124,6 +124,31 @@ def test_objects_may_change_their_class(stage, tmp_path, colorize):
     assert len({json.dumps(table) for table in tables}) > 1, "no object has changed its class"
 
 
+@pytest.mark.parametrize("types", [["class", "shape"], ["shape"]])
+def test_labels_may_be_of_other_types_than_class(stage, tmp_path, types):
+    rep.create.light(light_type="dome")
+    rep.create.cube(semantics=[("class", "box"), ("shape", "cuboid")])
+    rep.create.sphere(position=(0, 2, 0), semantics=[("class", "ball")])
+    eye = rep.create.camera(position=(9, 0, 0), look_at=(0, 0, 0))
+    kinds = ("bounding_box_2d_tight", "bounding_box_3d", "instance_segmentation", "semantic_segmentation", "occlusion")
+    assert written("BasicWriter", tmp_path, eye, semantic_types=types, **dict.fromkeys(kinds, True)) == []
+    assert len(np.load(tmp_path / "bounding_box_2d_tight_0000.npy")) == len(types)
+
+
+def test_masks_that_were_augmented_are_not_compared(stage, tmp_path):
+    rep.create.light(light_type="dome")
+    rep.create.cube(semantics=[("class", "box")])
+    made = rep.writers.get("BasicWriter")
+    made.initialize(output_dir=str(tmp_path), instance_segmentation=True)
+    made.augment_annotator(
+        "instance_segmentation_fast", rep.annotators.Augmentation.from_function(lambda data_in: data_in[::-1])
+    )
+    made.attach(rep.create.render_product(rep.create.camera(position=(9, 0, 1), look_at=(0, 0, 1)), (64, 48)))
+    rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    assert verify(tmp_path).faults == []
+
+
 def test_objects_may_reach_far_beyond_the_picture_of_bop(stage, tmp_path):
     rep.create.light(light_type="dome")
     rep.create.cube(position=(0, 0, 0), rotation=(40, 30, 20), scale=(0.2, 30, 0.2), semantics=[("class", "beam")])

@@ -1,6 +1,6 @@
 """Annotators and augmentations under Replicator's older names: `rep.AnnotatorRegistry`."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -36,10 +36,27 @@ class NodeConnectionTemplate:
     attributes_mapping: Mapping[str, str] | None = None
 
 
+class _Registered(Mapping[str, Annotator]):
+    """All registered annotators by name, each made when it is asked for."""
+
+    def __getitem__(self, name: str) -> Annotator:
+        """Return a new annotator; a KeyError where none has the name."""
+        if name not in get_registered_annotators():
+            raise KeyError(name)
+        return get(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(get_registered_annotators())
+
+    def __len__(self) -> int:
+        return len(get_registered_annotators())
+
+
 class AnnotatorRegistry:
     """The functions of `usdsdg.annotators` under Replicator's older names."""
 
     _default_annotators: list[str] = []
+    _annotators: Mapping[str, Annotator] = _Registered()
 
     get_annotator = staticmethod(get)
     get_registered_annotators = staticmethod(get_registered_annotators)

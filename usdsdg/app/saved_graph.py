@@ -12,6 +12,7 @@ from usdsdg.create.render_products import HydraTexture, products
 from usdsdg.errors import GraphError, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.graph.actions import action_of, load_actions
+from usdsdg.graph.live_prims import from_text
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.node_prims import PIPELINE, Link, NodeRecord, define_node, read_node
 from usdsdg.graph.sampling import get_global_seed
@@ -163,7 +164,8 @@ class _Loader:
         inputs = {name: self._value(value) for name, value in record.inputs.items()}
         metadata = record.metadata
         name, key, line = metadata.get("name"), metadata.get("key", ""), metadata.get("line", path)
-        node = Node(record.kind, inputs, record.prims, name, key, line)
+        prims = from_text(metadata["search"]) if "search" in metadata else record.prims
+        node = Node(record.kind, inputs, prims, name, key, line)
         node.path, node.layer = path, self._stage.GetRootLayer()
         return node
 

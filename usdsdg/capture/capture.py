@@ -23,6 +23,7 @@ from usdsdg.capture.render_settings import RenderMode
 from usdsdg.capture.requests import Requests
 from usdsdg.capture.tap import history_of
 from usdsdg.capture.tiles import view_of
+from usdsdg.create import projections
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session import engines
 from usdsdg.session.progress import FRAMES, report
@@ -85,6 +86,8 @@ class Capture:
         """Add samples to the film of every product whose path-traced image is requested."""
         if not self._requests.annotators:
             return
+        if self._ahead is None:
+            projections.follow()
         if self._ahead is not None and self._ahead.frame == self._frame:
             self._ahead.trace(self._requests, mode)
         traced = {} if self._ahead is None else self._ahead.pictures(self._frame)

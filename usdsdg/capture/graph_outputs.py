@@ -6,7 +6,7 @@ from typing import Any, TypedDict
 
 import numpy as np
 
-from usdsdg.distribution import Distribution, draw
+from usdsdg.distribution import Distribution, consumer_of, draw
 from usdsdg.graph.evaluate import graph
 
 # Types of triggers that have a name of their own; conditions and custom events are in no payload.
@@ -53,7 +53,7 @@ def _free(name: str, taken: Mapping[str, object]) -> str:
 
 
 def distribution_outputs() -> dict[str, np.ndarray | list[Any]]:
-    """Return the latest draw of each named distribution, one row per prim of its consumer.
+    """Return the latest draw of each named distribution, one row per prim of its consumer; `combine` may hold it.
 
     Draws under a trigger depend only on their keys, so they are repeated instead of being stored.
     """
@@ -61,8 +61,12 @@ def distribution_outputs() -> dict[str, np.ndarray | list[Any]]:
     for trigger in graph().triggers:
         for node in trigger.nodes:
             for role, value in node.inputs.items():
-                if isinstance(value, Distribution) and value.node.name and node.executions:
-                    drawn[value.node.name] = _rows(draw(value, node, node.executions - 1, role))
+                if isinstance(value, Distribution) and node.executions:
+                    last = node.executions - 1
+                    if value.node.name:
+                        drawn[value.node.name] = _rows(draw(value, node, last, role))
+                    parts = value.named_parts(consumer_of(value, node, role), last, node.prims)
+                    drawn |= {name: _rows(list(rows)) for name, rows in parts.items()}
     return drawn
 
 

@@ -242,6 +242,8 @@ def _explain_attributes(name: str, module: ModuleType) -> Callable[[str], object
 
 
 def _lacks(name: str, module: ModuleType, attribute: str) -> str:
+    if moved := foreign_names.moved(f"{name}.{attribute}"):
+        return f"{name} of usdsdg has no {attribute!r}; its work is done elsewhere: {moved.where}"
     public = vars(module).get("__all__") or [each for each in vars(module) if not each.startswith("_")]
     near = near_misses(attribute, public)
     hint = f"; did you mean {' or '.join(near)}?" if near else f"; it has {', '.join(sorted(public)) or 'nothing yet'}"

@@ -23,7 +23,7 @@ class OutOfScope:
 
 @dataclass(frozen=True)
 class Moved:
-    """A module whose work is done elsewhere."""
+    """A module, or a name in one, whose work is done elsewhere."""
 
     prefix: str
     where: str
@@ -182,6 +182,14 @@ MOVED = (
     Moved(
         "omni.isaac.shapenet",
         "references to the converted USD files: isaacsim.core.utils.stage.add_reference_to_stage",
+    ),
+    Moved(
+        "omni.replicator.core.utils.AttrMap",
+        "omni.replicator.core.modify.attribute, or prim.GetAttribute(name).Set(value)",
+    ),
+    Moved(
+        "omni.replicator.core.randomizer.objects",
+        "omni.replicator.core.randomizer.instantiate, which returns a population of assets",
     ),
     Moved(
         "omni.physx.bindings",

@@ -19,7 +19,11 @@ from usdsdg.create.render_products import render_product, render_product_tiled
 from usdsdg.create.shapes import cone, cube, cylinder, disk, plane, sphere, torus
 from usdsdg.create.tiled_sensors import tiled_sensor
 
+# Parent of what is created.
+REPLICATOR_SCOPE = "/Replicator"
+
 __all__ = [
+    "REPLICATOR_SCOPE",
     "camera", "camera_rig", "cone", "cube", "cylinder", "disk", "from_dir", "from_usd", "group", "light",
     "material_omnipbr", "mdl_from_json", "mesh_decal", "plane", "projection_material", "register", "render_product",
     "render_product_tiled", "sphere", "stereo_camera", "tiled_sensor", "torus", "xform",

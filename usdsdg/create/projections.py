@@ -27,8 +27,8 @@ def projection_material(
     """Project a material onto prims, as a mesh `/Replicator/Projection_Xform/Projection` over the covered surface.
 
     The box of `proxy_prim` is projected along its -X onto all front-facing faces of the targets inside the box; U runs
-    against the box's Z and V along its Y. The mesh is computed when this line runs, and again by
-    `modify.projection_material` or, inside a trigger, at every firing.
+    against the box's Z and V along its Y. The mesh is computed when this line runs, again before
+    each picture for which projector or targets have moved, and by `modify.projection_material`.
 
     Args:
         proxy_prim: the projector; without geometry its box is a meter in size. One projects onto all targets; of
@@ -59,6 +59,11 @@ def projection_material(
     if current_trigger() is not None:
         modify.projection_material(input_prims=item)
     return item
+
+
+def follow() -> None:
+    """Recompute the projections whose projector or targets have moved since; see `projection_meshes.follow`."""
+    projection_meshes.follow()
 
 
 def _outermost(targets: tuple[str, ...]) -> tuple[str, ...]:

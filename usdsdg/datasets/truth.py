@@ -52,16 +52,20 @@ class Truth:
 
     def filter_of(self, annotator: str, default: str = "") -> str:
         """Return the label filter of an annotator of the writer, by its name."""
-        known = self.record.annotators.get(annotator)
-        return str((known or {}).get("filter") or default)
+        return str(self._facts_of(annotator).get("filter") or default)
 
     def parameter(self, annotator: str, name: str) -> Any:
         """Return an init parameter of an annotator of the writer."""
-        return (self.record.annotators.get(annotator) or {}).get("params", {}).get(name)
+        return self._facts_of(annotator).get("params", {}).get(name)
 
     def is_augmented(self, annotator: str) -> bool:
         """Return whether the user changed what an annotator of the writer gives, so that it is no AOV any more."""
-        return bool((self.record.annotators.get(annotator) or {}).get("augmentations"))
+        return bool(self._facts_of(annotator).get("augmentations"))
+
+    def _facts_of(self, annotator: str) -> Mapping[str, Any]:
+        """Return what is recorded of an annotator; files have its name without "_fast"."""
+        known = self.record.annotators
+        return known.get(annotator) or known.get(f"{annotator}_fast") or {}
 
     def selection(self, key: str) -> SelectionRecord | None:
         """Return the selection of a label filter; None if it is not recorded."""

@@ -10,14 +10,23 @@ from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
 from usdsdg.distribution.base import Distribution, from_inputs
 from usdsdg.distribution.combination import Combine, combine
-from usdsdg.distribution.draws import draw, draw_column, draw_scalars, draw_worlds, is_vector, one_of, options_of
+from usdsdg.distribution.draws import (
+    consumer_of,
+    draw,
+    draw_column,
+    draw_scalars,
+    draw_worlds,
+    is_vector,
+    one_of,
+    options_of,
+)
 from usdsdg.distribution.of_lists import Choice, Sequence_, choice, sequence
 from usdsdg.distribution.of_numbers import LogUniform, Normal, Uniform, log_uniform, normal, uniform
 
 __all__ = [
-    "Choice", "Combine", "Distribution", "LogUniform", "Normal", "Sequence_", "Uniform", "choice", "combine", "draw",
-    "draw_column", "draw_scalars", "draw_worlds", "from_inputs", "is_vector", "log_uniform", "normal", "one_of",
-    "options_of", "register", "sequence", "uniform",
+    "Choice", "Combine", "Distribution", "LogUniform", "Normal", "Sequence_", "Uniform", "choice", "combine",
+    "consumer_of", "draw", "draw_column", "draw_scalars", "draw_worlds", "from_inputs", "is_vector", "log_uniform",
+    "normal", "one_of", "options_of", "register", "sequence", "uniform",
 ]  # fmt: skip
 
 

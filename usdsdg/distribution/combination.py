@@ -35,6 +35,15 @@ class Combine(Distribution):
         ]
         return np.concatenate([column.reshape(len(prims), -1) for column in columns], axis=1)
 
+    def named_parts(self, consumer: str, execution: int, prims: Sequence[str]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for axis, part in enumerate(self._parts):
+            if isinstance(part, Distribution):
+                if part.node.name:
+                    found[part.node.name] = part.sample(f"{consumer}/{axis}", execution, prims)
+                found |= part.named_parts(f"{consumer}/{axis}", execution, prims)
+        return found
+
     def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:
         columns = [
             part.sample_worlds(f"{consumer}/{axis}", executions, prims)

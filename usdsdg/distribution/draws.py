@@ -22,6 +22,11 @@ def one_of(options: Any, seed: int | None) -> Distribution:
     return drawn if own is None else drawn.seeded(own)
 
 
+def consumer_of(value: Distribution, node: Node, role: str) -> str:
+    """Return what the draws for an input of a node are keyed by."""
+    return f"{node.key}/{value.node.name or role}"
+
+
 def draw(value: Any, node: Node, execution: int, role: str) -> list[Any]:
     """Return one value per prim of `node` for its input `role`: a constant, a list per prim, or a distribution."""
     return list(draw_column(value, node, execution, role))
@@ -31,8 +36,7 @@ def draw_column(value: Any, node: Node, execution: int, role: str) -> list[Any] 
     """As `draw`, as an array with a row for each prim where a distribution draws numbers."""
     count = len(node.prims)
     if isinstance(value, Distribution):
-        consumer = f"{node.key}/{value.node.name or role}"
-        drawn = value.node.state["samples"] = value.sample(consumer, execution, node.prims)
+        drawn = value.node.state["samples"] = value.sample(consumer_of(value, node, role), execution, node.prims)
         return drawn
     if isinstance(value, np.ndarray):
         value = list(value) if value.ndim else value.item()
@@ -49,7 +53,7 @@ def draw_worlds(value: Any, node: Node, executions: np.ndarray, role: str, *, pa
     if not isinstance(value, Distribution):
         column = as_columns([(draw_scalars if patterns else draw)(value, node, 0, role)])
         return np.broadcast_to(column, (len(executions), *column.shape[1:]))
-    consumer = f"{node.key}/{value.node.name or role}"
+    consumer = consumer_of(value, node, role)
     if patterns and value.has_patterns(len(node.prims)):
         return value.sample_worlds(consumer, executions, node.prims[:1])[:, 0]
     return value.sample_worlds(consumer, executions, node.prims)
@@ -68,8 +72,8 @@ def draw_scalars(value: Any, node: Node, execution: int, role: str) -> list[Any]
     Of choices or items with one value for each prim, one is drawn per execution, for all prims together.
     """
     if isinstance(value, Distribution) and value.has_patterns(len(node.prims)):
-        consumer = f"{node.key}/{value.node.name or role}"
-        drawn = value.node.state["samples"] = list(value.sample(consumer, execution, node.prims[:1])[0])
+        drawn = list(value.sample(consumer_of(value, node, role), execution, node.prims[:1])[0])
+        value.node.state["samples"] = drawn
         return drawn
     return draw(value, node, execution, role)
 

@@ -4,6 +4,7 @@ from typing import Any
 
 from pxr import Sdf
 
+from usdsdg.graph.live_prims import LivePrims
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.graph.node_prims import PIPELINE, Link, NodeRecord, define_graph, define_node, write_input
 from usdsdg.session.stage_context import current_stage
@@ -18,6 +19,7 @@ def author(node: Node, *, after: str | None) -> None:
     define_graph(stage)
     inputs = {name: _linked(value) for name, value in node.inputs.items()}
     metadata = {"key": node.key, "line": node.line, "name": node.name or ""}
+    metadata["search"] = node.prims.text() if isinstance(node.prims, LivePrims) else ""
     node.path = paths.next_free_path(stage, f"{PIPELINE}/{node.kind}")
     node.layer = stage.GetRootLayer()
     define_node(stage, node.path, NodeRecord(node.kind, inputs, node.prims, after, _given(metadata)))

@@ -14,6 +14,7 @@ from typing import Any
 from usdsdg.errors import GraphError, UsdsdgError, let_pass
 from usdsdg.graph.actions import action_of, optional_inputs
 from usdsdg.graph.authoring import author, author_impulse, author_input, author_prims
+from usdsdg.graph.live_prims import LivePrims
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, plain, prim_paths, why_no_prims
 from usdsdg.session.session import current
 
@@ -81,6 +82,8 @@ class Graph:
         self.triggers: list[Trigger] = []
         self.impulses: list[Node] = []
         self.drawn_once: dict[str, list[Any]] = {}  # by name, the draws of named distributions outside triggers
+        # By path, where projector and targets were when a projection was computed; None: not looked for yet.
+        self.projections: dict[str, Any] | None = None
         self._events: list[str] = []
         self._keys: Counter[str] = Counter()
 
@@ -112,7 +115,8 @@ class Graph:
     def _give_key(self, node: Node, trigger: str) -> None:
         # The key depends on what the node does, not on when it was made, so that adding or removing other nodes does
         # not change it. Nodes with the same trigger, kind, attribute and targets are numbered. A name replaces these.
-        about = node.name or "|".join([node.kind, str(node.inputs.get("attribute", "")), *node.prims])
+        targets = [node.prims.text()] if isinstance(node.prims, LivePrims) else node.prims
+        about = node.name or "|".join([node.kind, str(node.inputs.get("attribute", "")), *targets])
         base = f"{trigger}/{about}"
         node.key = f"{base}#{self._keys[base]}"
         self._keys[base] += 1
@@ -161,9 +165,12 @@ class Graph:
         impulses, self.impulses = self.impulses, []
         for node in impulses:
             run(node)
-            for value in node.inputs.values():
-                if isinstance(value, ReplicatorItem) and value.node.name and "samples" in value.node.state:
-                    self.drawn_once[value.node.name] = list(value.node.state["samples"])
+            for role, value in node.inputs.items():
+                if isinstance(value, ReplicatorItem) and "samples" in value.node.state:
+                    if value.node.name:
+                        self.drawn_once[value.node.name] = list(value.node.state["samples"])
+                    parts = value.named_parts(f"{node.key}/{value.node.name or role}", node.executions - 1, node.prims)
+                    self.drawn_once |= {name: list(rows) for name, rows in parts.items()}
 
     def _fire(self, context: TriggerContext) -> list[Trigger]:
         due = [trigger for trigger in self.triggers if not trigger.exhausted and trigger.due(context)]
@@ -205,6 +212,11 @@ def run(node: Node) -> None:
     action = action_of(node.kind)
     if action is None:
         return
+    if isinstance(node.prims, LivePrims) and (found := node.prims.again()) != node.prims:
+        graph().retarget(node, found)
+    if isinstance(node.prims, LivePrims) and not node.prims:
+        node.executions += 1
+        return
     try:
         action(node, node.executions)
     except UsdsdgError as error:
@@ -227,10 +239,9 @@ def act_now(kind: str, input_prims: Any = None, **inputs: Any) -> ReplicatorItem
     """
     if current_trigger() is not None:
         return act(kind, input_prims, **inputs)
-    prims = prim_paths(input_prims) or current_prims()
     given = {role: plain(value) for role, value in inputs.items() if value is not None}
-    node = Node(kind=kind, inputs=given, prims=prims, key="now")
-    if not prims and input_prims is None:
+    node = Node(kind=kind, inputs=given, prims=_targets(input_prims), key="now")
+    if not node.prims and input_prims is None:
         let_pass(GraphError(f"{node.describe()} has no prims to act on: {why_no_prims(input_prims)}."))
     elif action := action_of(kind):
         action(node, 0)
@@ -243,10 +254,16 @@ def act(kind: str, input_prims: Any = None, name: str | None = None, **inputs: A
     Raises:
         GraphError: there are no prims to act on.
     """
-    prims = prim_paths(input_prims) or current_prims()
+    prims = _targets(input_prims)
     given = {role: plain(value) for role, value in inputs.items() if value is not None}
     node = Node(kind=kind, inputs=given, prims=prims, name=name)
-    if not prims:
+    if not prims and not isinstance(prims, LivePrims):
         let_pass(GraphError(f"{node.describe()} has no prims to act on: {why_no_prims(input_prims)}."))
         return ReplicatorItem(node)
     return ReplicatorItem(graph().add(node))
+
+
+def _targets(input_prims: Any) -> tuple[str, ...]:
+    given = prim_paths(input_prims)
+    # What a search finds may be nothing now, and something later.
+    return given if given or isinstance(given, LivePrims) else current_prims()

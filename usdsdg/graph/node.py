@@ -12,7 +12,8 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg.errors import NotAPrim, UnknownInput, Unsupported
+from usdsdg.errors import NotAPrim, UnknownInput, Unsupported, warn_once
+from usdsdg.graph.live_prims import LivePrims, joined
 from usdsdg.graph.node_attributes import NodeAttribute
 from usdsdg.graph.prim_path import PrimPath
 from usdsdg.session.session import current
@@ -139,7 +140,8 @@ class ReplicatorItem:
     @property
     def prims(self) -> tuple[str, ...]:
         """Paths of the prims that the node created, selects or acts on, in order."""
-        return self.node.prims
+        prims = self.node.prims
+        return prims.again() if isinstance(prims, LivePrims) else prims
 
     def get_output_prims(self) -> dict[str, list[Usd.Prim]]:
         """Return {"prims": prims}, invalid ones for paths that are not on the stage.
@@ -227,6 +229,10 @@ class ReplicatorItem:
         """Restore the trigger or prims of the enclosing block."""
         (current().open_groups if self._trigger is None else current().open_triggers).pop()
 
+    def named_parts(self, consumer: str, execution: int, prims: Sequence[str]) -> dict[str, Any]:
+        """Return draws of distributions with a name inside of this one, by name; only those of `combine` have any."""
+        return {}
+
     @property
     def trigger(self) -> Any | None:
         """The trigger (`evaluate.Trigger`) that this is the item of, or None."""
@@ -268,7 +274,7 @@ def prim_paths(items: Any) -> tuple[str, ...]:
     if type(items).__name__ == "Path" and hasattr(items, "pathString"):
         return (items.pathString,)
     if isinstance(items, Sequence):
-        return tuple(path for item in items for path in prim_paths(item))
+        return joined([prim_paths(item) for item in items])
     raise NotAPrim(f"expected an item, prim, path or a list of these, got {type(items).__name__}: {items!r}")
 
 
@@ -278,6 +284,11 @@ def plain(value: Any) -> Any:
     An item of several prims becomes a list of their paths.
     """
     if isinstance(value, ReplicatorItem) and not hasattr(value, "sample"):
+        if isinstance(value.prims, LivePrims):
+            warn_once(
+                "rep.get with cache_result=False: as an argument, such as surface_prims or look_at, it stands for the "
+                "prims that its line finds; only `with` and input_prims search again at each execution."
+            )
         return value.prims[0] if len(value.prims) == 1 else list(value.prims)
     if hasattr(value, "GetPath"):
         return str(value.GetPath())

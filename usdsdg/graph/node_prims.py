@@ -184,6 +184,8 @@ def _json_value(value: Any) -> Any:
         return dict(value)
     if isinstance(value, _VECTOR_TYPES) or hasattr(type(value), "dimension"):
         return list(value)
+    if hasattr(value, "GetImaginary"):
+        return [value.GetReal(), *value.GetImaginary()]
     raise TypeError(f"{type(value).__name__} is a Python object, not data")
 
 

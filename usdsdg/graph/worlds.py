@@ -16,6 +16,7 @@ from pxr import Usd
 from usdsdg.errors import GraphError, Unsupported, UsdsdgError
 from usdsdg.graph.evaluate import Graph, run
 from usdsdg.graph.firings import REMEDY, Firings
+from usdsdg.graph.live_prims import LivePrims
 from usdsdg.graph.node import Node
 from usdsdg.graph.world_sequence import WorldSequence
 from usdsdg.graph.world_uses import WorldUses
@@ -152,6 +153,9 @@ class WorldDraws:
 
 def _run_twin(node: Node, executions: np.ndarray, values: WorldValues) -> None:
     twin = _TWINS.get(node.kind)
+    if isinstance(node.prims, LivePrims) and node.prims.depend_on_labels:
+        # Nothing that is drawn for many worlds adds prims, but labels may be others in each.
+        raise Unsupported(f"worlds: {node.describe()} acts on prims that it searches by labels each time. {REMEDY}")
     if twin is None:
         raise Unsupported(f"worlds: {node.describe()} cannot be drawn for many worlds at once. {REMEDY}")
     try:

@@ -2,16 +2,19 @@
 
 A projection is a Mesh prim with the properties `usdsdg:projector` (the prim whose box is projected), `usdsdg:axis` (its
 axis against which it is projected, "X" or "Z"), `usdsdg:targets`, `usdsdg:offset` and `usdsdg:depth`. `bake` recomputes
-its points and UVs after one of them has moved.
+its points and UVs, and `follow` does so before each picture where one of them has moved.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from usdsdg.errors import BadPrim
+from usdsdg.graph.evaluate import graph
 from usdsdg.scatter.bounds import Bounds
+from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses import pivots, transforms
 
@@ -87,6 +90,48 @@ def bake(prim: Usd.Prim) -> None:
             mesh.CreateExtentAttr([Gf.Vec3f(*points.min(0).tolist()), Gf.Vec3f(*points.max(0).tolist())])
     st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.faceVarying)
     st.Set(Vt.Vec2fArray.FromNumpy(uvs.reshape(-1, 2).astype(np.float32)))
+    _baked()[str(prim.GetPath())] = _places(prim)
+
+
+def follow() -> None:
+    """Recompute the projections of the stage whose projector or targets have moved, by whatever moved them.
+
+    Poses count, and not points of meshes. Projections without their projector or a target stay as they are.
+    """
+    baked, stage = _baked(), current_stage()
+    for path, places in list(baked.items()):
+        prim = stage.GetPrimAtPath(path)
+        if not prim or not prim.HasRelationship(PROJECTOR):
+            del baked[path]
+        elif (now := _places(prim)) is not None and now != places:
+            bake(prim)
+
+
+def _baked() -> dict[str, Any]:
+    """Return where projector and targets of each projection were when it was computed; None in a stage as opened."""
+    baked = graph().projections
+    if baked is None:
+        root = current_stage().GetPrimAtPath("/Replicator")
+        found = [each for each in Usd.PrimRange(root) if each.HasRelationship(PROJECTOR)] if root else []
+        baked = graph().projections = {str(prim.GetPath()): None for prim in found}
+    return baked
+
+
+def _places(prim: Usd.Prim) -> bytes | None:
+    """Return the poses of projector, targets and the shapes below them; None where one is not on the stage."""
+    stage = prim.GetStage()
+    paths = [path for name in (PROJECTOR, TARGETS) for path in prim.GetRelationship(name).GetTargets()]
+    prims = [stage.GetPrimAtPath(path) for path in paths]
+    if not all(prims):
+        return None
+    cache, shapes = UsdGeom.XformCache(), Usd.TraverseInstanceProxies()
+    matrices = [
+        cache.GetLocalToWorldTransform(each)
+        for root in prims
+        for each in Usd.PrimRange(root, shapes)
+        if each == root or each.IsA(UsdGeom.Gprim)
+    ]
+    return np.array(matrices).tobytes()
 
 
 def covered(

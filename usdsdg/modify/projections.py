@@ -29,7 +29,8 @@ def projection_material(
 ) -> ReplicatorItem:  # fmt: skip
     """Set the poses of projectors and the textures of projections, and recompute the projection meshes.
 
-    Without arguments the meshes are only recomputed, as is needed after a target or a projector was moved otherwise.
+    Without arguments the meshes are only recomputed, as is needed after points of a target have changed: what moves is
+    followed before each picture.
     See `create.projection_material`.
 
     Args:

@@ -5,7 +5,7 @@ that only affect a user interface.
 """
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import IntEnum
 from typing import Any
 
@@ -74,6 +74,19 @@ def normalized(path: str) -> str:
     return "/" + "/".join(part for part in path.split("/") if part)
 
 
+def _inside(values: Mapping[str, Any], key: str) -> Any:
+    """Return what a dictionary that is the value of a key above `key` has at it; None where there is nothing."""
+    above, _, rest = key.rpartition("/")
+    while above:
+        if isinstance(found := values.get(above), Mapping):
+            for part in rest.split("/"):
+                found = found.get(part) if isinstance(found, Mapping) else None
+            return found
+        above, _, name = above.rpartition("/")
+        rest = f"{name}/{rest}"
+    return None
+
+
 class ChangeEventType(IntEnum):
     """What happened to a setting, for those who subscribed to it."""
 
@@ -90,8 +103,25 @@ class Settings:
         self._numbers = itertools.count(1)
 
     def get(self, path: str) -> Any:
-        """Return the value at `path`, or None if it is not set."""
-        return self._values.get(normalized(path))
+        """Return the value at `path`, a dictionary of what is below it, or None if there is neither."""
+        key = normalized(path)
+        if key in self._values:
+            return self._values[key]
+        return _inside(self._values, key) if (tree := self._below(key)) is None else tree
+
+    def _below(self, key: str) -> dict[str, Any] | None:
+        """Return the values below a key as nested dictionaries; None where there are none."""
+        found: dict[str, Any] = {}
+        start = key.rstrip("/") + "/"
+        for name, value in self._values.items():
+            if name.startswith(start):
+                *parents, last = name.removeprefix(start).split("/")
+                holder = found
+                for parent in parents:
+                    inner = holder.get(parent)
+                    holder[parent] = holder = inner if isinstance(inner, dict) else {}
+                holder[last] = value
+        return found or None
 
     def set(self, path: str, value: Any) -> None:
         """Store `value` and call the listeners of that key."""

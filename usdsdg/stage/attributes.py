@@ -34,8 +34,8 @@ def set_value(attribute: Usd.Attribute, value: Any) -> None:
     """Author `value` as the attribute's default.
 
     Numbers are converted to the attribute's type (for int attributes: rounded down), sequences to vectors, quaternions
-    (real part first) or arrays; one number fills a vector. Strings for asset attributes are files or URLs below the
-    assets root.
+    (real part first), matrices (by rows) or arrays; one number fills a vector. Strings for asset attributes are files
+    or URLs below the assets root.
 
     Raises:
         AssetNotFound: there is no such file.
@@ -68,22 +68,32 @@ def asset_path(value: Any) -> Sdf.AssetPath:
 
 
 def _converted(attribute: Usd.Attribute, value: Any) -> Any:
+    type_name = attribute.GetTypeName()
+    if type_name.isArray:
+        return _array(type_name.scalarType, value)
+    return _scalar(type_name.defaultValue, value)
+
+
+def _scalar(default: Any, value: Any) -> Any:
+    """Convert a value to the type of `default`."""
+    kind = type(default)
     if isinstance(value, np.generic):
         value = value.item()
-    type_name = attribute.GetTypeName()
-    default = type_name.defaultValue
-    if type_name.isArray:
-        return _array(type_name, value)
     if isinstance(default, Sdf.AssetPath):
         return asset_path(value)
-    size = getattr(type(default), "dimension", None)
-    if isinstance(size, int):
+    if type(value) is kind:
+        return value
+    size = getattr(kind, "dimension", None)
+    if size is not None:
         numbers = np.asarray(value, np.float64)
+        if isinstance(size, tuple):
+            # The rows of a matrix, or its numbers one after the other.
+            return kind(*numbers.reshape(size).ravel().tolist())
         if numbers.shape not in ((), (size,)):
             raise ValueError("wrong size")
-        return type(default)(*np.broadcast_to(numbers, size).tolist())
+        return kind(*_rounded(np.broadcast_to(numbers, size), default[0]))
     if hasattr(default, "GetImaginary") and isinstance(value, (list, tuple, np.ndarray)):
-        return type(default)(*(float(number) for number in value))
+        return kind(*(float(number) for number in value))
     if isinstance(default, bool):
         return bool(value)
     if isinstance(default, int):
@@ -91,20 +101,27 @@ def _converted(attribute: Usd.Attribute, value: Any) -> Any:
     return float(value) if isinstance(default, float) and not isinstance(value, str) else value
 
 
-def _array(type_name: Sdf.ValueTypeName, value: Any) -> Any:
-    """Convert the elements of a sequence to those of an array type; return anything else as it is."""
-    scalar = type_name.scalarType
-    if scalar.defaultValue.__class__ in (str, Sdf.AssetPath):
+def _array(scalar: Sdf.ValueTypeName, value: Any) -> Any:
+    """Convert the elements of a sequence to a type; return anything else as it is."""
+    default = scalar.defaultValue
+    if default.__class__ in (str, Sdf.AssetPath):
         return [asset_path(each) for each in value] if scalar == Sdf.ValueTypeNames.Asset else list(value)
     if not isinstance(value, (list, tuple, np.ndarray)):
         return value
-    size = getattr(type(scalar.defaultValue), "dimension", None)
+    size = getattr(type(default), "dimension", None)
+    if hasattr(default, "GetImaginary") or isinstance(size, tuple):
+        return [_scalar(default, each) for each in value]
     numbers = np.asarray(value, np.float64)
     if isinstance(size, int):
         if numbers.shape == (size,):
             numbers = numbers[None]
-        return [type(scalar.defaultValue)(*row) for row in numbers.tolist()]
-    return numbers.astype(np.int64).tolist() if isinstance(scalar.defaultValue, int) else numbers.tolist()
+        return [type(default)(*row) for row in _rounded(numbers, default[0])]
+    return _rounded(numbers, default)
+
+
+def _rounded(numbers: np.ndarray, like: Any) -> list[Any]:
+    """Return numbers as lists, rounded down where `like` is an integer."""
+    return np.floor(numbers).astype(np.int64).tolist() if isinstance(like, int) else numbers.tolist()
 
 
 def _bad_value(attribute: Usd.Attribute, value: Any) -> BadValue:

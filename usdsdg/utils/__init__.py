@@ -3,6 +3,7 @@
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.graph.node_prims import PIPELINE as GRAPH_PATH
+from usdsdg.session.stage_context import open_stage
 from usdsdg.utils.files import get_files_group, get_usd_files
 from usdsdg.utils.nodes import (
     ReplicatorWrapper,
@@ -55,6 +56,7 @@ __all__ = [
     "is_camera_prim",
     "legacy_semantics_arg_to_new",
     "look_at",
+    "open_stage",
     "parse_semantics",
     "read_prim_transform",
     "select_rotation_op",

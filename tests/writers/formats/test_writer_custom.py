@@ -2,6 +2,7 @@
 
 import io
 import json
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -265,6 +266,22 @@ def test_payloads_tell_of_named_triggers_and_draws(product, tmp_path):
             assert named[name]["samples"][0] == pytest.approx(box_prim.GetAttribute(attribute).Get(), rel=1e-6)
             assert payload["distribution_outputs"][name] is named[name]["samples"]
         assert set(named) == {"on-frame", "on_frame", "size", "once"}
+
+
+@pytest.mark.parametrize("is_triggered", [True, False])
+def test_named_draws_inside_of_combine_are_told_too(product, tmp_path, is_triggered):
+    writer = WriterRegistry.get("ColorWriter", {"output_dir": str(tmp_path)}, [product])
+    x, z = rep.distribution.uniform(-1.0, 1.0, name="x"), rep.distribution.sequence([1.0, 2.0, 3.0], name="z")
+    inner = rep.distribution.combine([z, rep.distribution.normal(0.0, 1.0)], name="inner")
+    with rep.trigger.on_frame() if is_triggered else nullcontext():
+        rep.modify.pose(position=rep.distribution.combine([x, inner]), input_prims="/World/Box")
+    for _ in range(2):
+        orchestrator.step()
+        place = current_stage().GetPrimAtPath("/World/Box").GetAttribute("xformOp:translate").Get()
+        drawn = writer.payloads[-1]["distribution_outputs"]
+        assert set(drawn) == {"x", "z", "inner"}
+        assert (*drawn["x"], *drawn["z"]) == pytest.approx(place[:2], rel=1e-6)
+        assert drawn["inner"][0] == pytest.approx(place[1:], rel=1e-6)
 
 
 def test_common_keys_tell_time_triggers_and_named_draws(product, tmp_path):

@@ -130,7 +130,7 @@ class _Rotation(NamedTuple):
     def quat(self) -> Gf.Quatd:
         if self.orient is not None:
             return Gf.Quatd(self.orient)
-        return gf_quat(quat_from_matrix(matrix_from_euler(tuple(self.degrees or ()))))
+        return gf_quat(quat_from_matrix(matrix_from_euler(() if self.degrees is None else self.degrees)))
 
     def euler(self, order: str) -> Vector:
         """Return the angles about x, y, z for an op of `order`; given angles stay if the order agrees, 370° too."""

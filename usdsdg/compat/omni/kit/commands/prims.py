@@ -212,6 +212,10 @@ def move_prim(
     editor.ApplyEdits()
     if matrix is not None and keep_world_transform and parent != target.GetParentPath():
         set_world_matrix(stage.GetPrimAtPath(target), matrix)
+    selection, moved = current().selection, Sdf.Path(str(path_from))
+    selection.set_selected_prim_paths(
+        [str(Sdf.Path(each).ReplacePrefix(moved, target)) for each in selection.get_selected_prim_paths()]
+    )
     return str(target)
 
 
