@@ -42,12 +42,12 @@ def turn_to_faces(
     if triangles < 0 or other < 0:
         return
     point = contacts.point0[contact]
-    sign = float(1.0)  # makes the normal point from the mesh to the other shape
+    sign = 1.0  # makes the normal point from the mesh to the other shape
     if is_mesh[triangles] == 0:
         triangles = contacts.shape1[contact]
         other = contacts.shape0[contact]
         point = contacts.point1[contact]
-        sign = float(-1.0)
+        sign = -1.0
     if is_mesh[triangles] == 0 or is_round[other] == 0:
         return
 
