@@ -3,6 +3,8 @@
 # Code of Warp kernels is not Python to a type checker.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportGeneralTypeIssues=false, reportIndexIssue=false, reportOperatorIssue=false
 
+# ruff: noqa: UP018
+
 import warp as wp
 
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
@@ -42,12 +44,12 @@ def turn_to_faces(
     if triangles < 0 or other < 0:
         return
     point = contacts.point0[contact]
-    sign = 1.0  # makes the normal point from the mesh to the other shape
+    sign = float(1.0)  # makes the normal point from the mesh to the other shape
     if is_mesh[triangles] == 0:
         triangles = contacts.shape1[contact]
         other = contacts.shape0[contact]
         point = contacts.point1[contact]
-        sign = -1.0
+        sign = float(-1.0)
     if is_mesh[triangles] == 0 or is_round[other] == 0:
         return
 
