@@ -1,11 +1,14 @@
 """What replaces parts of Newton on the CPU gives its bits: sweeps by island, pairs and contacts that are left out."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdPhysics
+from scipy.spatial import ConvexHull
 
 from tests.physics.mechanisms import drive, joint, limit, rod
-from tests.physics.scenes import add, set_value
+from tests.physics.scenes import add, collide, make_body, mesh, set_value
 from tests.physics.test_step_records import contacts, ground, kinematic, pile, terrain, ties, trajectory
 from usdsdg_physics.model import build
 from usdsdg_physics.solver.separated_pairs import drop_separated_pairs
@@ -123,5 +126,39 @@ def test_motion_is_that_of_visits_to_all_contacts(make, counts, monkeypatch):
     assert min(chosen) < 1000  # of which there is room for
     monkeypatch.setattr(VisitedContacts, "of", lambda *_, **__: None)
     newtons, _ = trajectory(make)
+    assert ours.tobytes() == newtons.tobytes()
+    assert np.ptp(ours[:, :, 2], axis=0).max() > 0.1  # something moved
+
+
+def hulls(stage):
+    """A heap of hulls, also of few corners, of as many as fit into one look at them, and of equally far ones."""
+    ground(stage)
+    rng = np.random.default_rng(3)
+    for i, count in enumerate((4, 6, 7, 8, 9, 15, 16, 17, 40, 60) * 2):
+        points = rng.normal(size=(count, 3))
+        points *= 0.12 / np.linalg.norm(points, axis=1, keepdims=True)
+        if i >= 10:
+            points = np.round(points, 1) + 0.02 * np.sign(points)
+        hull = ConvexHull(points, qhull_options="QJ")
+        made = mesh(stage, f"/World/h{i}", points, hull.simplices)
+        made.AddTranslateOp().Set(tuple(rng.uniform((-0.3, -0.3, 0.2), (0.3, 0.3, 0.9))))
+        made.AddScaleOp().Set((1.0, 1.0, rng.choice([1.0, 0.5])))
+        collide(made.GetPrim())
+        make_body(made.GetPrim())
+    pile(stage, 5)
+    return lambda engine, frame: None
+
+
+def test_motion_is_that_of_newtons_search_for_the_corners_of_hulls(monkeypatch):
+    pipelines = []
+    monkeypatch.setattr(
+        build, "drop_separated_pairs", lambda made: pipelines.append(made) or drop_separated_pairs(made)
+    )
+    ours, _ = trajectory(hulls)
+    monkeypatch.setattr(build, "narrow_phase_of_fast_hulls", nullcontext)
+    newtons, _ = trajectory(hulls)
+    names = [pipeline.narrow_phase.narrow_phase_kernel.module.name for pipeline in pipelines]
+    assert "fast_hulls" in names[0]
+    assert "fast_hulls" not in names[-1]
     assert ours.tobytes() == newtons.tobytes()
     assert np.ptp(ours[:, :, 2], axis=0).max() > 0.1  # something moved

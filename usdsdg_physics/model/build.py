@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,11 @@ from usdsdg_physics.model.hull_edges import hull_edges_found_once
 from usdsdg_physics.model.joints import BuiltJoints, add_joints, scene_trees
 from usdsdg_physics.model.mass import MassProperties, body_mass
 from usdsdg_physics.model.mesh_boundaries import mesh_boundaries_left_out
-from usdsdg_physics.model.narrow_phase_kernels import narrow_phase_kernels_made_once, narrow_phase_of_one_kind
+from usdsdg_physics.model.narrow_phase_kernels import (
+    narrow_phase_kernels_made_once,
+    narrow_phase_of_fast_hulls,
+    narrow_phase_of_one_kind,
+)
 from usdsdg_physics.scene.contact_coefficients import (
     MAX_STAND_INS,
     CoefficientTable,
@@ -173,8 +176,8 @@ def build_pipeline(model: newton.Model, *, capacity: float = 1.0, extra: int = 0
     import newton
 
     # One configuration for every scene: each combination of options is another narrow-phase module to compile.
-    of_one_kind = narrow_phase_of_one_kind() if model.device.is_cuda else nullcontext()
-    with narrow_phase_kernels_made_once(), of_one_kind:
+    of_a_kind = narrow_phase_of_one_kind() if model.device.is_cuda else narrow_phase_of_fast_hulls()
+    with narrow_phase_kernels_made_once(), of_a_kind:
         pipeline = newton.CollisionPipeline(
             model,
             broad_phase="sap",

@@ -6,17 +6,14 @@
 from pathlib import Path
 
 import warp as wp
-from newton._src.solvers.steel.friction import friction_pair_candidate
 
-from usdsdg_physics.solver.sweep_arrays import FRICTION_DIAGONALS, Islands, Rows
+from usdsdg_physics.solver.sweep_arrays import Islands, Rows
 
-
-def _snippet(name: str) -> str:
-    folder = Path(__file__).parent
-    return f"{{\n{(folder / 'unit.cpp').read_text()}\n{(folder / f'{name}.cpp').read_text()}\n}}"
+_FOLDER = Path(__file__).parent
+UNIT = (_FOLDER / "unit.cpp").read_text()
 
 
-@wp.func_native(_snippet("sweep_free"))
+@wp.func_native(f"{{\n{UNIT}\n{(_FOLDER / 'sweep_free.cpp').read_text()}\n}}")
 def sweep_free(
     rows: Rows,
     islands: Islands,
@@ -27,36 +24,6 @@ def sweep_free(
     free_impulses: wp.array2d[float],
     v: wp.array[float],
 ) -> int: ...
-
-
-@wp.func_native(_snippet("finish_friction"))
-def finish_friction(
-    islands: Islands,
-    place: int,
-    impulse0: float,
-    impulse1: float,
-    free_impulses: wp.array2d[float],
-    v: wp.array[float],
-): ...
-
-
-@wp.func
-def slide(islands: Islands, place: int, row: int, omega: float, free_impulses: wp.array2d[float], v: wp.array[float]):
-    """Solve friction that slides, with what `sweep_free` found of it."""
-    at = islands.active[place]
-    radius = islands.slide[2]
-    impulse = wp.vec2(0.0)
-    if radius > 0.0:
-        impulse = friction_pair_candidate(
-            islands.numbers[at + FRICTION_DIAGONALS],
-            islands.numbers[at + FRICTION_DIAGONALS + 1],
-            islands.numbers[at + FRICTION_DIAGONALS + 2],
-            wp.vec2(islands.slide[0], islands.slide[1]),
-            wp.vec2(free_impulses[0, row], free_impulses[0, row + 1]),
-            radius,
-            omega,
-        )
-    finish_friction(islands, place, impulse[0], impulse[1], free_impulses, v)
 
 
 @wp.func

@@ -15,7 +15,6 @@ from usdsdg_physics.solver.sweep_arrays import (
     FREE_FRICTION,
     FREE_LIMIT,
     FRICTION_AXES,
-    FRICTION_DIAGONALS,
     FRICTION_PATCH,
     FRICTION_ROWS,
     HEADER_SIZE,
@@ -103,7 +102,7 @@ def set_integer(numbers: wp.array[float], at: int, value: int):
 
 @wp.func
 def set_axes(rows: Rows, islands: Islands, at: int, row: int):
-    """Store how two rows of friction influence themselves and each other, and the eigenvalues and axes of that."""
+    """Store the axes of two rows of friction."""
     cross = float(0.0)
     has_a = rows.free_dof_a[0, row] >= 0
     has_b = rows.free_dof_b[0, row] >= 0
@@ -114,10 +113,12 @@ def set_axes(rows: Rows, islands: Islands, at: int, row: int):
             cross += rows.free_jacobian_b[0, row, k] * rows.free_response_b[0, row + 1, k]
     first = inverse_or_zero(rows.free_inverse_diagonal[0, row])
     second = inverse_or_zero(rows.free_inverse_diagonal[0, row + 1])
-    islands.numbers[at + FRICTION_DIAGONALS] = first
-    islands.numbers[at + FRICTION_DIAGONALS + 1] = cross
-    islands.numbers[at + FRICTION_DIAGONALS + 2] = second
+    store_axes(islands.numbers, at + FRICTION_AXES, first, cross, second)
 
+
+@wp.func
+def store_axes(numbers: wp.array[float], at: int, first: float, cross: float, second: float):
+    """Store the eigenvalues and the axis of two rows that influence themselves and each other so much."""
     scale = wp.max(wp.max(first, second), 1.0e-20)
     a = first / scale
     c = cross / scale
@@ -131,11 +132,11 @@ def set_axes(rows: Rows, islands: Islands, at: int, row: int):
         axis = wp.normalize(axis)
     else:
         axis = wp.vec2(1.0, 0.0)
-    islands.numbers[at + FRICTION_AXES] = scale
-    islands.numbers[at + FRICTION_AXES + 1] = large
-    islands.numbers[at + FRICTION_AXES + 2] = small
-    islands.numbers[at + FRICTION_AXES + 3] = axis[0]
-    islands.numbers[at + FRICTION_AXES + 4] = axis[1]
+    numbers[at] = scale
+    numbers[at + 1] = large
+    numbers[at + 2] = small
+    numbers[at + 3] = axis[0]
+    numbers[at + 4] = axis[1]
 
 
 @wp.func

@@ -25,16 +25,15 @@ DENSE_CLAMP = wp.constant(8)
 AFTER_HEADER = wp.constant(5)  # 1 / diagonal of a contact, friction coefficient of friction
 CONTACT_ROW = wp.constant(6)  # J of each body, then M⁻¹ Jᵀ of each
 FRICTION_AXES = wp.constant(6)  # scale, larger and smaller eigenvalue, and the axis of the larger
-FRICTION_DIAGONALS = wp.constant(11)  # J₀ M⁻¹ J₀ᵀ, J₀ M⁻¹ J₁ᵀ, J₁ M⁻¹ J₁ᵀ
-FRICTION_PATCH = wp.constant(14)  # rows of its normals, -1 after the last
+FRICTION_PATCH = wp.constant(11)  # rows of its normals, -1 after the last
 PATCH_ROWS = wp.constant(9)
-FRICTION_ROWS = wp.constant(23)  # of both rows what CONTACT_ROW has
+FRICTION_ROWS = wp.constant(20)  # of both rows what CONTACT_ROW has
 HEADER_SIZE = wp.constant(8)
-# Numbers that a unit of a free row needs at most, by row; friction of two bodies has 71 for two rows.
-NUMBERS_PER_FREE_ROW = 36
+# Numbers that a unit of a free row needs at most, by row; friction of two bodies has 68 for two rows.
+NUMBERS_PER_FREE_ROW = 34
 
-# Steps between units in a schedule of all.
-SCHEDULE_STEPS = wp.constant(1024)
+# Kinds of units that a step of the schedule keeps apart: four of free bodies, and the others.
+KINDS = wp.constant(5)
 
 
 @wp.struct
@@ -82,11 +81,11 @@ class Islands:
     blocks: wp.array[wp.vec4i]  # (M,) begin and end of two ranges of dofs; outside of them a dense row is zero
     changed: wp.array[int]  # (N,) whether a sweep changed something, by island
     burdened: wp.array[int]  # (N,) whether a light body carries a heavy one, by island
-    slide: wp.array[float]  # (3,) of friction that slides: residuals, and the largest impulse
     # Scratch.
     found: wp.array[wp.vec4i]  # (U,) kind, row, the first two nodes
     root: wp.array[int]  # (N,)
     latest: wp.array[int]  # (N,)
     before: wp.array[int]  # (U,) units that have to be visited before
     step: wp.array[int]  # (U,)
-    begin: wp.array[int]  # (SCHEDULE_STEPS + 1,)
+    after: wp.array[int]  # (U,) units that have to be visited after
+    begin: wp.array[int]  # (KINDS U + 1,) by step and kind

@@ -16,7 +16,7 @@ from newton._src.solvers.steel.friction_patches import WARP_DETERMINISM_OFF
 
 from usdsdg_physics.solver.dense_rows import clamp_dense, limit_dense, solve_dense, solve_dense_friction
 from usdsdg_physics.solver.find_units import find_root, find_units, join, last_node, visit
-from usdsdg_physics.solver.free_rows import limit_free, slide, sweep_free
+from usdsdg_physics.solver.free_rows import limit_free, sweep_free
 from usdsdg_physics.solver.gather_units import gather
 from usdsdg_physics.solver.sweep_arrays import (
     DENSE_FRICTION,
@@ -24,7 +24,7 @@ from usdsdg_physics.solver.sweep_arrays import (
     DENSE_ROW,
     DRIVE,
     FREE_LIMIT,
-    SCHEDULE_STEPS,
+    KINDS,
     Islands,
     Rows,
 )
@@ -57,21 +57,27 @@ def arrange_rows(rows: Rows, clamps: int, islands: Islands):
             join(islands.root, unit[2], n)
     for n in range(nodes):
         islands.latest[n] = 0
-    for s in range(SCHEDULE_STEPS + 1):
-        islands.begin[s] = 0
+    longest = int(1)
     for reverse in range(found):
         u = found - 1 - reverse
-        after = visit(islands, islands.found[u])
+        islands.after[u] = visit(islands, islands.found[u])
+        longest = wp.max(longest, islands.before[u] + islands.after[u] + 1)
+    # As many steps as units follow each other keep those apart in which one must come before the other, so that all of
+    # a step may be visited in any order: kind by kind, which the processor foresees.
+    for s in range(KINDS * longest + 1):
+        islands.begin[s] = 0
+    for u in range(found):
         before = islands.before[u]
-        step = before * SCHEDULE_STEPS / (before + after + 1)
-        islands.step[u] = step
-        islands.begin[step + 1] += 1
-    for s in range(SCHEDULE_STEPS):
+        step = wp.int32(wp.int64(before) * wp.int64(longest) / wp.int64(before + islands.after[u] + 1))
+        place = KINDS * step + wp.min(islands.found[u][0], KINDS - 1)
+        islands.step[u] = place
+        islands.begin[place + 1] += 1
+    for s in range(KINDS * longest):
         islands.begin[s + 1] += islands.begin[s]
     for u in range(found):
-        step = islands.step[u]
-        islands.before[islands.begin[step]] = u
-        islands.begin[step] += 1
+        place = islands.step[u]
+        islands.before[islands.begin[place]] = u
+        islands.begin[place] += 1
 
     at = int(0)
     for place in range(found):
@@ -139,9 +145,7 @@ def solve_rows(
                 kind = wp.cast(islands.numbers[at], wp.int32)
                 row = wp.cast(islands.numbers[at + 1], wp.int32)
                 changed = int(0)
-                if kind < FREE_LIMIT:
-                    slide(islands, place, row, omega, free_impulses, v)
-                elif kind == FREE_LIMIT:
+                if kind == FREE_LIMIT:
                     changed = limit_free(rows, row, free_bias, free_impulses, v)
                 elif kind == DENSE_ROW:
                     if freeze_drives == 0 or rows.type[0, row] != DRIVE:

@@ -116,11 +116,10 @@ class Sweeps:
         islands.numbers = wp.zeros(numbers, dtype=wp.float32, device=device)
         islands.blocks = wp.zeros(dense, dtype=wp.vec4i, device=device)
         islands.changed, islands.burdened = integers(len(starts)), integers(len(starts))
-        islands.slide = wp.zeros(3, dtype=wp.float32, device=device)
         islands.found = wp.zeros(units, dtype=wp.vec4i, device=device)
         islands.root, islands.latest = integers(len(starts)), integers(len(starts))
-        islands.before, islands.step = integers(units), integers(units)
-        islands.begin = integers(sweep_arrays.SCHEDULE_STEPS + 1)
+        islands.before, islands.after, islands.step = integers(units), integers(units), integers(units)
+        islands.begin = integers(sweep_arrays.KINDS * units + 1)
 
     def launch(
         self,

@@ -18,6 +18,7 @@ from usdsdg_physics.corrections.contacts.contact_coefficients import ContactCoef
 from usdsdg_physics.corrections.contacts.contact_report import ContactReport
 from usdsdg_physics.corrections.contacts.depenetration import Depenetration
 from usdsdg_physics.corrections.contacts.impacts import Impacts
+from usdsdg_physics.corrections.contacts.mesh_seams import MeshSeams
 from usdsdg_physics.corrections.contacts.moving_surfaces import MovingSurfaces
 from usdsdg_physics.corrections.contacts.squeezes import Squeezes
 from usdsdg_physics.corrections.contacts.tunneling_guard import TunnelingGuard
@@ -80,6 +81,7 @@ class StepCorrections:
         dynamic = np.array([not body.kinematic for body in bodies], bool)
         free = array(dynamic & (built.dof >= 0), wp.int32)
 
+        self.seams = MeshSeams(model, self._contacts)
         self.tunneling_guard = TunnelingGuard(scene, model, shape_index, self._contacts)
         self.sleeping = Sleeping(model, self._contacts, inertia_per_mass, sleep_threshold)
         self.free_flight = FreeFlight(model, free, coordinate, self._contacts)
@@ -143,6 +145,8 @@ class StepCorrections:
         h, visited = kind.substep, self._buffer.rigid_contact_max  # that of `VisitedContacts`
         self.free_flight.note_contacts(visited)
         self.tunneling_guard.redirect_contacts(state, visited)
+        if self.seams:
+            self.seams.turn_contacts(state, visited)
         if kind.depenetrates:
             self.depenetration.raise_velocities(state)
         if kind.has_sleepers:
