@@ -8,6 +8,7 @@ from usdsdg.capture.capture import Capture
 from usdsdg.capture.time_dependence import may_move
 from usdsdg.errors import Unsupported
 from usdsdg.graph.evaluate import Trigger, graph, run
+from usdsdg.graph.live_prims import LivePrims
 from usdsdg.graph.worlds import WorldDraws
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import captures_motion_blur
@@ -95,6 +96,8 @@ def _graph_decides(firing: list[Trigger]) -> bool:
     engines = current().engines
     if captures_motion_blur() or engines.step_listeners or engines.step_listeners_before or may_move(current_stage()):
         return False
+    if any(isinstance(node.prims, LivePrims) for trigger in firing for node in trigger.nodes):
+        return False  # what is found depends on what the frame before shows
     return all(trigger.kind == "OgnOnFrame" and trigger.prepare is None for trigger in firing)
 
 
