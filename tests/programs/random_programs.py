@@ -87,7 +87,8 @@ class RandomScript:
         stage, below = "omni.usd.get_context().get_stage()", Path(__file__).parent
         part, layer = f"{str(below / 'part.usda')!r}", f"{str(below / 'layer.usda')!r}"
         blocks = [Block(f"stage = {stage}")]
-        if some.random() < 0.5:
+        has_layer = some.random() < 0.5
+        if has_layer:
             blocks.append(Block(f"stage.GetRootLayer().subLayerPaths.append({layer})"))
         if some.random() < 0.5:
             blocks += [
@@ -110,10 +111,18 @@ class RandomScript:
             after.append(Block("stage.SetEditTarget(stage.GetRootLayer())"))
         self._in_frames = [
             Block("if frame == 1:", [Block("UsdGeom.XformCommonAPI(part).SetTranslate((0, 2, random.random()))")]),
-            Block("if frame == 2:", [Block("stage.MuteLayer(stage.GetRootLayer().subLayerPaths[-1])")]),
             Block("stage.SetEditTarget([stage.GetRootLayer(), stage.GetSessionLayer()][frame % 2])"),
             Block("if frame == 2:", [Block("part.GetReferences().ClearReferences()")]),
-            Block("if frame == 2:", [Block(f"stage.GetRootLayer().subLayerPaths.append({layer})")]),
+            Block(
+                "if frame == 2:",
+                [
+                    Block(
+                        f"stage.MuteLayer({layer})"
+                        if has_layer
+                        else f"stage.GetRootLayer().subLayerPaths.append({layer})"
+                    )
+                ],
+            ),
         ]
         self._in_frames = some.sample(self._in_frames, some.choice([0, 1, 2]))
         return blocks + scene + after
