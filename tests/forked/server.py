@@ -48,6 +48,8 @@ def forked(connection: socket.socket) -> dict[str, Any]:
     """Fork once more, and return there; the parent tells the client the exit code, or kills the fork if that ends."""
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     header, streams, *_ = socket.recv_fds(connection, 8, STREAMS)
+    if not header:  # the client was killed before it asked
+        os._exit(0)
     data = connection.recv(int(header), socket.MSG_WAITALL)
     fork = os.fork()
     if fork:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import random
-from pathlib import Path
 
 from tests.programs.blocks import OWN_WRITER, Block, Script
+from tests.programs.layers import in_layers
 
 
 class RandomScript:
@@ -23,7 +23,11 @@ class RandomScript:
         some = self._some
         self.features: set[str] = set()
         self._physics = some.random() < 0.3
-        blocks = self._in_layers(self._scene()) + self._views()
+        scene = self._scene()
+        if self._layers.random() < 0.5:
+            self.features.add("layers")
+            scene, self._in_frames = in_layers(scene, self._layers)
+        blocks = scene + self._views()
         functions = self._randomizers()
         triggers = [self._trigger() for _ in range(some.choice([1, 2, 2, 3]))]
         middle = functions + triggers
@@ -77,46 +81,6 @@ class RandomScript:
                 with_.below.append(Block("rep.physics.mass(mass=uniform(0.5, 2))"))
             blocks += [with_, Block("with floor:", [Block("rep.physics.collider(approximation_shape='none')")])]
         return blocks
-
-    def _in_layers(self, scene: list[Block]) -> list[Block]:
-        """Return the scene on a stage of several layers: sublayers, references, another edit target."""
-        some = self._layers
-        if some.random() < 0.5:
-            return scene
-        self.features.add("layers")
-        stage, below = "omni.usd.get_context().get_stage()", Path(__file__).parent
-        part, layer = f"{str(below / 'part.usda')!r}", f"{str(below / 'layer.usda')!r}"
-        blocks = [Block(f"stage = {stage}")]
-        if some.random() < 0.5:
-            blocks.append(Block(f"stage.GetRootLayer().subLayerPaths.append({layer})"))
-        if some.random() < 0.5:
-            blocks += [
-                Block("edits = Sdf.Layer.CreateAnonymous('.usda')"),
-                Block("stage.GetRootLayer().subLayerPaths.insert(0, edits.identifier)"),
-                Block("stage.SetEditTarget(edits)"),
-            ]
-        elif some.random() < 0.3:
-            blocks.append(Block("stage.SetEditTarget(stage.GetSessionLayer())"))
-        if some.random() < 0.3:
-            scene = [Block("with rep.new_layer():", scene)]
-        after = [Block("part = stage.DefinePrim('/World/part', 'Xform')")]
-        after += [
-            Block(f"part.{some.choice(['GetReferences().AddReference', 'GetPayloads().AddPayload'])}({part})"),
-            Block(f"UsdGeom.XformCommonAPI(part).SetTranslate(({some.uniform(-2, 2):.3f}, 2, 1))"),
-        ]
-        if some.random() < 0.4:
-            after.append(Block("part.SetInstanceable(True)"))
-        if some.random() < 0.4:
-            after.append(Block("stage.SetEditTarget(stage.GetRootLayer())"))
-        self._in_frames = [
-            Block("if frame == 1:", [Block("UsdGeom.XformCommonAPI(part).SetTranslate((0, 2, random.random()))")]),
-            Block("if frame == 2:", [Block("stage.MuteLayer(stage.GetRootLayer().subLayerPaths[-1])")]),
-            Block("stage.SetEditTarget([stage.GetRootLayer(), stage.GetSessionLayer()][frame % 2])"),
-            Block("if frame == 2:", [Block("part.GetReferences().ClearReferences()")]),
-            Block("if frame == 2:", [Block(f"stage.GetRootLayer().subLayerPaths.append({layer})")]),
-        ]
-        self._in_frames = some.sample(self._in_frames, some.choice([0, 1, 2]))
-        return blocks + scene + after
 
     def _views(self) -> list[Block]:
         some = self._some

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import os
 import time
 from collections import deque
@@ -174,10 +174,12 @@ def check_installed() -> None:
     """Check that Ray is there.
 
     Raises:
-        Unsupported: it is not.
+        Unsupported: it is not, or cannot be imported.
     """
-    if importlib.util.find_spec("ray") is None:
-        raise Unsupported("--ray needs Ray: pip install 'usdsdg[ray]'")
+    try:
+        importlib.import_module("ray")
+    except ImportError as error:
+        raise Unsupported(f"--ray needs Ray: pip install 'usdsdg[ray]' ({error})") from error
 
 
 @contextmanager
