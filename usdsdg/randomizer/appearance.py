@@ -1,5 +1,6 @@
 """Random colors, textures and materials: `rep.randomizer.color`, `texture` and `materials`."""
 
+from collections.abc import Mapping
 from contextlib import nullcontext
 from typing import Any
 
@@ -99,7 +100,7 @@ def _write_materials(node: Node, execution: int) -> None:
     with Sdf.ChangeBlock() if all(path in shaders for path in node.prims) else nullcontext():
         for index, path in enumerate(node.prims):
             if path not in shaders:
-                shaders[path] = _existing_shader(path) or _new_shader(path)
+                shaders[path] = _existing_shader(path, shaders) or _new_shader(path)
             _write_inputs(shaders[path], {name: column[index] for name, column in drawn.items()})
 
 
@@ -153,12 +154,19 @@ def _write_colors(node: Node, shaders: dict[str, UsdShade.Shader], drawn: dict[s
         )
 
 
-def _existing_shader(path: str) -> UsdShade.Shader | None:
-    """Return the shader of a material that an earlier run of a saved graph has bound to the prim."""
-    bound = UsdShade.MaterialBindingAPI(prim_at(path)).GetDirectBinding().GetMaterialPath()
-    if not str(bound).startswith(f"{MATERIALS_SCOPE}/"):
+def _existing_shader(path: str, taken: Mapping[str, UsdShade.Shader]) -> UsdShade.Shader | None:
+    """Return the shader of a material that an earlier run of a saved graph has bound to the prim.
+
+    Clones inherit the binding of their source, and prims may share a material: each needs one of its own then.
+    """
+    binding = UsdShade.MaterialBindingAPI(prim_at(path)).GetDirectBinding()
+    bound, relation = binding.GetMaterialPath(), binding.GetBindingRel()
+    if not str(bound).startswith(f"{MATERIALS_SCOPE}/") or relation.GetPropertyStack()[0].path != relation.GetPath():
         return None
-    return UsdShade.Shader.Get(current_stage(), bound.AppendChild("Shader")) or None
+    shader = bound.AppendChild("Shader")
+    if any(each.GetPath() == shader for each in taken.values()):
+        return None
+    return UsdShade.Shader.Get(current_stage(), shader) or None
 
 
 def gprims_below(path: str) -> list[str]:
