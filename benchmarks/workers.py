@@ -1,7 +1,9 @@
 """Frames a second of a job by several processes of a thread each, by one such process, and by one without a limit.
 
     python -m benchmarks.workers [--config FILE] [--frames 4 16] [--workers 2] [--threads 1] [--set KEY=VALUE ...]
-        [--device cuda:0] [--only one several]
+        [--device cuda:0] [--only one several] [--annotators rgb,bounding_box_2d_tight]
+
+With --annotators it is the script of 50 shapes, `benchmarks/capture_script.py`, with these, in place of a job.
 
 Each contender makes the job twice, with fewer and with more frames. The rate with start-up is that of the longer run,
 from the command to its end; the rate without it is that of the frames between the two runs, in the time between them.
@@ -18,7 +20,9 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from benchmarks import report
@@ -38,12 +42,25 @@ class Cost:
         return Cost(self.wall - other.wall, self.cpu - other.cpu)
 
 
-def cost(config: Path, overrides: list[str], frames: int, options: list[str]) -> Cost:
-    """Return what the command costs that makes so many frames."""
+def job(config: Path, overrides: list[str], frames: int, folder: str) -> list[str]:
+    """Return what `usdsdg` is given to make so many frames of a job."""
+    settings = (*overrides, f"{COUNT}={frames}", f"{OUTPUT}={folder}/out")
+    return ["generate", "-q", str(config), *(part for each in settings for part in ("--set", each))]
+
+
+def script(annotators: str, frames: int, folder: str) -> list[str]:
+    """Return what `usdsdg` is given to make so many frames of 50 shapes."""
+    return ["run", "-q", f"{REPOSITORY}/benchmarks/capture_script.py", str(frames), f"{folder}/out", annotators]
+
+
+def cost(made: Callable[[int, str], list[str]], frames: int, options: list[str]) -> Cost:
+    """Return what the command costs that makes so many frames.
+
+    made: of a number of frames and a folder, the name and the arguments of the command.
+    """
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "usdsdg", "generate", "-q", str(config), *options]
-        for each in (*overrides, f"{COUNT}={frames}", f"{OUTPUT}={folder}/out"):
-            command += ["--set", each]
+        name, *arguments = made(frames, folder)
+        command = [sys.executable, "-m", "usdsdg", name, *options, *arguments]
         started, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
         done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True)
         if done.returncode:
@@ -61,6 +78,7 @@ def main() -> None:
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--device", default="cpu")
+    parser.add_argument("--annotators", default="")
     parser.add_argument("--only", nargs="+", choices=["one", "thread", "several"], default=["one", "thread", "several"])
     arguments = parser.parse_args()
     bound = ["--threads", str(arguments.threads)]
@@ -74,12 +92,15 @@ def main() -> None:
     }
     report.begin()
     device = ["--device", arguments.device]
-    cost(arguments.config, arguments.set, 1, device)
+    made = (
+        partial(script, arguments.annotators) if arguments.annotators else partial(job, arguments.config, arguments.set)
+    )
+    cost(made, 1, device)
     fewer, more = sorted(arguments.frames)
     rates: dict[str, tuple[float, float]] = {}
     for key, (name, options) in contenders.items():
         if key in arguments.only:
-            short, long = (cost(arguments.config, arguments.set, count, [*device, *options]) for count in (fewer, more))
+            short, long = (cost(made, count, [*device, *options]) for count in (fewer, more))
             between = long - short
             rates[key] = more / long.wall, (more - fewer) / between.wall
             report.row(name, f"{rates[key][0]:.2f} frames/s", f"{rates[key][1]:.2f} without start-up")
