@@ -56,7 +56,7 @@ def test_without_a_value_visibility_is_sampled_for_each_prim_at_each_firing(stag
 
 @pytest.mark.parametrize("value", ["no", 2, [True, "no"]])
 def test_invalid_visibility_raises_an_error(stage, value):
-    with pytest.raises(GraphError, match=r"visibility is .*; expected True or False"):
+    with pytest.raises(GraphError, match=r"visibility is .*; expected True, False, or a list"):
         rep.modify.visibility(value, input_prims=rep.create.cube(count=2))
 
 

@@ -20,6 +20,7 @@ from usdsdg.writers.options import check_names
 
 # Write at every captured frame.
 ON_FRAME = "omni.replicator.core.OgnOnFrame"
+METADATA = "metadata.txt"
 
 
 def attached_writers() -> tuple[Writer, ...]:
@@ -344,8 +345,9 @@ class Writer(ABC):
     def write_metadata(self) -> None:
         """Schedule metadata.txt."""
         if self.backend is not None:
+            # In turn, since another writer of the folder may write it, too.
             with current().io_queue.of_all_frames():
-                self.backend.schedule(write_json, path="metadata.txt", data=self.get_metadata())
+                self.backend.schedule_in_turn(METADATA, write_json, path=METADATA, data=self.get_metadata())
 
     def get_node(self) -> Writer:
         """Return the writer itself as an opaque handle: there is no OmniGraph node behind it.
