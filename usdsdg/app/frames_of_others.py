@@ -20,7 +20,7 @@ _TOGETHER = 64
 
 
 class FramesOfOthers:
-    """Tells how many of the next frames of one run nobody in this process needs to see.
+    """Counts the next frames of a run that this process need not evaluate.
 
     No file of these frames is made here, the graph alone decides what they show, and what a node writes depends on the
     number of its execution alone: then its last one is enough.

@@ -4,7 +4,6 @@ Films are exposed once per sub-frame; labels are rendered once, from the state a
 """
 
 from collections.abc import Mapping
-from itertools import takewhile
 from typing import Any
 
 from usdsdg.annotators.annotator import attached_annotators
@@ -17,11 +16,9 @@ from usdsdg.capture.later_pictures import CopiedPictures, LaterPictures, later_p
 from usdsdg.capture.observing import observe
 from usdsdg.capture.output import WriterOutput, append_to_journals
 from usdsdg.capture.pictures_ahead import PicturesAhead
-from usdsdg.capture.records.frames import folder_of
 from usdsdg.capture.records.stages import StageMoment, StageRecords
 from usdsdg.capture.render_settings import RenderMode
-from usdsdg.capture.requests import Requests
-from usdsdg.capture.tap import history_of
+from usdsdg.capture.requests import Requests, count_unwanted
 from usdsdg.capture.tiles import view_of
 from usdsdg.create import projections
 from usdsdg.graph.sampling import get_global_seed
@@ -155,21 +152,7 @@ class Capture:
         """Return how many frames from `frame` on, up to `most`, need not be looked at: they are only counted here."""
         if most <= 0 or attached_annotators() or current().companion is not None or current().worlds is not None:
             return 0
-        numbers = range(most)
-        if (tap := current().tap) is not None:
-            first = self.frames_before + frame
-            return sum(1 for _ in takewhile(lambda number: not tap.needs(first + number), numbers))
-        writers, run = attached_writers(), get_run()
-        if not writers or any(not each.is_always_due or each.annotators_to_skip() for each in writers):
-            return 0
-        # Annotators may compare a frame with some before, which are rendered then.
-        ahead = max((history_of(each) for writer in writers for each in writer.annotators), default=0)
-        folders = {folder_of(writer) for writer in writers}
-
-        def is_unwanted(number: int) -> bool:
-            return not any(run.is_wanted_soon(folder, run.captures + number, ahead) for folder in folders)
-
-        return sum(1 for _ in takewhile(is_unwanted, numbers))
+        return count_unwanted(attached_writers(), self.frames_before + frame, most)
 
     def follow_unseen(self, values: WorldValues) -> bool:
         """Note what frames that are passed over change, for records of later ones.

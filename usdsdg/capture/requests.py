@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import takewhile
 
 from usdsdg.annotators.annotator import Annotator, attached_annotators
 from usdsdg.annotators.requirements import Requirements, requirements
@@ -184,6 +185,25 @@ class Requests:
         if path in self._recorded and needs.aovs.difference(LIGHT_AOVS):
             return replace(needs, aovs=needs.aovs | RECORDED_AOVS)
         return needs
+
+
+def count_unwanted(writers: Sequence[Writer], first: int, most: int) -> int:
+    """Return of how many frames from `first` of the job on, up to `most`, nothing is made in this process.
+
+    The tap, or the writers, only count these, and compare no later frame with them.
+    """
+    if (tap := current().tap) is not None:
+        return sum(1 for _ in takewhile(lambda frame: not tap.needs(frame), range(first, first + most)))
+    if not writers or any(not each.is_always_due or each.annotators_to_skip() for each in writers):
+        return 0
+    annotators = [each for writer in writers for each in writer.annotators if not isinstance(each, str)]
+    ahead = max(map(history_of, annotators), default=0)
+    run, folders = get_run(), {frame_records.folder_of(writer) for writer in writers}
+
+    def is_unwanted(number: int) -> bool:
+        return not any(run.is_wanted_soon(folder, number, ahead) for folder in folders)
+
+    return sum(1 for _ in takewhile(is_unwanted, range(run.captures, run.captures + most)))
 
 
 def is_watched() -> bool:

@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from usdsdg.capture.records.frames import folder_of
-from usdsdg.capture.tap import history_of
+from usdsdg.capture.requests import count_unwanted
 from usdsdg.graph import sampling
 from usdsdg.session.session import current
 from usdsdg.writers import Writer
@@ -56,16 +55,4 @@ def episodes(seed: int, frames: int, frames_per_episode: int, scenario: str = "o
 
 def can_be_passed_over(writers: Sequence[Writer], episode: Episode) -> bool:
     """Return whether no frame of an episode is this process's to make, and all writers can count it unseen."""
-    if (tap := current().tap) is not None:
-        return not any(tap.needs(frame) for frame in range(episode.first, episode.first + episode.frames))
-    return bool(writers) and not any(_looks_at(writer, episode) for writer in writers)
-
-
-def _looks_at(writer: Writer, episode: Episode) -> bool:
-    """Return whether a writer has to see an episode."""
-    if writer.annotators_to_skip():
-        return True
-    # A writer that compares frames may need the last ones of the episode before.
-    ahead = max((history_of(each) for each in writer.annotators if not isinstance(each, str)), default=0)
-    run = get_run()
-    return run.is_wanted_soon(folder_of(writer), run.captures, episode.frames - 1 + ahead)
+    return count_unwanted(writers, episode.first, episode.frames) == episode.frames
