@@ -55,6 +55,15 @@ def test_a_destroyed_product_is_removed(stage, cameras):
     assert rep.create.render_product(cameras.prims[0], (8, 8)) is not product
 
 
+def test_a_destroyed_product_of_an_earlier_stage_leaves_those_of_the_stage(stage, cameras):
+    earlier = rep.create.render_product(cameras.prims[0], (8, 8))
+    rep.new_stage()
+    product = rep.create.render_product(rep.create.camera(), (8, 8))
+    assert product.path == earlier.path
+    earlier.destroy()
+    assert products() == [product]
+
+
 @pytest.mark.parametrize("resolution", ["big", (8,), (8, 8, 8), (8.5, 8), None, ("a", 8)])
 def test_a_resolution_is_two_whole_numbers(stage, cameras, resolution):
     with pytest.raises(TypeError, match=r"resolution must be \(width, height\)"):

@@ -154,8 +154,13 @@ class HydraTexture:
         return self.path
 
     def destroy(self) -> None:
-        """Remove the product; attached writers and annotators receive no more frames of it."""
-        current().render_products.pop(self.path, None)
+        """Remove the product; attached writers and annotators receive no more frames of it.
+
+        A product of an earlier stage leaves one at the same path in the current stage as it is.
+        """
+        products = current().render_products
+        if products.get(self.path) is self:
+            del products[self.path]
 
     def _repr_html_(self) -> str:
         from usdsdg.notebook.render_products import product_html

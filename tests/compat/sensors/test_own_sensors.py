@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from pxr import UsdGeom
 
+import usdsdg as rep
 from usdsdg.compat import finder
 from usdsdg.compat.isaacsim.core.api import World
 from usdsdg.compat.isaacsim.core.api.sensors import BaseSensor
@@ -109,3 +110,14 @@ def test_a_world_can_be_reset_before_the_first_update_of_a_camera(world):
     world.step()
     assert np.shape(camera.get_rgba()) == (8, 16, 4)
     assert camera.get_current_frame()["rendering_time"] > 0
+
+
+def test_a_camera_of_an_earlier_stage_ends_without_the_images_of_its_successor(stage, world):
+    earlier = Camera("/World/camera", resolution=(16, 8))
+    earlier.initialize()
+    rep.new_stage()
+    camera = Camera("/World/camera", resolution=(16, 8))
+    camera.initialize()
+    earlier.destroy()
+    world.step()
+    assert np.shape(camera.get_rgba()) == (8, 16, 4)
