@@ -104,3 +104,16 @@ def test_trigger_events(stage):
     stage.GetPrimAtPath("/box").GetAttribute("xformOp:translate").Set(Gf.Vec3d(0, 0, 0.1))
     _simulate(1)
     assert (len(heard), others) == (2, [])
+
+
+def test_a_function_that_is_subscribed_again_is_heard(stage):
+    heard = []
+    subscription = get_physx_interface().subscribe_physics_step_events(heard.append)
+    subscription.unsubscribe()
+    # The object of the first subscription is gone now, and had ended before.
+    subscription = get_physx_interface().subscribe_physics_step_events(heard.append)
+    _simulate(2)
+    assert len(heard) == 2
+    subscription.unsubscribe()
+    _simulate(1)
+    assert len(heard) == 2

@@ -9,6 +9,8 @@ from usdsdg.errors import BadValue
 from usdsdg.session.stage_context import new_stage
 from usdsdg.session.timeline import get_timeline, stage_time
 
+pytestmark = pytest.mark.usefixtures("stage")
+
 
 def range_of(timeline):
     return timeline.get_start_time(), timeline.get_end_time()

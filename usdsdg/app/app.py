@@ -12,7 +12,7 @@ from typing import Any
 
 from usdsdg.app.script_loop import ScriptLoop
 from usdsdg.graph.evaluate import graph
-from usdsdg.session import engines
+from usdsdg.session import engines, listeners
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
@@ -85,11 +85,11 @@ class App:
 
     def subscribe_update(self, listener: Callable[[float], None]) -> Callable[[], None]:
         """Call `listener(dt)` after each update; return the unsubscriber."""
-        return _subscribe(self._listeners, listener)
+        return listeners.subscribe(self._listeners, listener)
 
     def subscribe_before_update(self, listener: Callable[[float], None]) -> Callable[[], None]:
         """Call `listener(dt)` before the triggers of each update; return the unsubscriber."""
-        return _subscribe(self._early_listeners, listener)
+        return listeners.subscribe(self._early_listeners, listener)
 
     def get_update_number(self) -> int:
         return self._updates
@@ -180,11 +180,6 @@ class App:
     def close(self) -> None:
         """Make `is_running` False: remaining tasks are not waited for."""
         self._running = False
-
-
-def _subscribe(listeners: list[Callable[[float], None]], listener: Callable[[float], None]) -> Callable[[], None]:
-    listeners.append(listener)
-    return lambda: listeners.remove(listener) if listener in listeners else None
 
 
 def get_app() -> App:

@@ -24,7 +24,7 @@ from usdsdg.capture.worlds import WorldTap
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.graph.firings import frames_until_exhausted
-from usdsdg.session import stage_context
+from usdsdg.session import listeners, stage_context
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.progress import FRAMES, report
 from usdsdg.session.session import current
@@ -337,8 +337,7 @@ class Orchestrator:
 
     def on_captured(self, callback: Callable[[], None]) -> Callable[[], None]:
         """Call `callback()` after each captured frame; return the unsubscriber."""
-        self._captured_callbacks.append(callback)
-        return lambda: self._captured_callbacks.remove(callback) if callback in self._captured_callbacks else None
+        return listeners.subscribe(self._captured_callbacks, callback)
 
     def _set_status(self, status: Status) -> None:
         if status is self.status:

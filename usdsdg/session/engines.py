@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pxr import Usd
 
+from usdsdg.session import listeners
 from usdsdg.session.progress import report
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
@@ -375,12 +376,12 @@ def subscribe_step(listener: Callable[[float], None], *, before: bool = False) -
     With `before` it is called before each step, which takes what it writes to the stage into account.
     """
     engines = current().engines
-    return _subscribed(engines.step_listeners_before if before else engines.step_listeners, listener)
+    return listeners.subscribe(engines.step_listeners_before if before else engines.step_listeners, listener)
 
 
 def subscribe_triggers(listener: Callable[[TriggerEvent], None]) -> Callable[[], None]:
     """Call `listener(event)` for what enters and leaves triggers, on this and later stages; return the unsubscriber."""
-    return _subscribed(current().engines.trigger_listeners, listener)
+    return listeners.subscribe(current().engines.trigger_listeners, listener)
 
 
 def subscribe_contacts(listener: Callable[[list[ContactEvent]], None]) -> Callable[[], None]:
@@ -388,9 +389,4 @@ def subscribe_contacts(listener: Callable[[list[ContactEvent]], None]) -> Callab
 
     Return the unsubscriber.
     """
-    return _subscribed(current().engines.contact_listeners, listener)
-
-
-def _subscribed(listeners: list[Any], listener: Callable[..., None]) -> Callable[[], None]:
-    listeners.append(listener)
-    return lambda: listeners.remove(listener) if listener in listeners else None
+    return listeners.subscribe(current().engines.contact_listeners, listener)

@@ -104,6 +104,7 @@ class Session:
         self.frames_together = (
             1  # frames that are drawn and path-traced together, where the graph alone decides on them
         )
+        self.simulation_context: Any = None  # a `SimulationContext` or `World`, of which there is one
         self.label_filter: str | None = None  # of annotators without one of their own; None: all labels
         self.label_filter_sets = 0  # how often a script set it
         self.metadata_seed: int | None = None  # the global seed of the latest captured frame

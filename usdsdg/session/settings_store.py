@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from enum import IntEnum
 from typing import Any
 
+from usdsdg.session import listeners
 from usdsdg.session.session import current
 
 DEFAULTS: dict[str, Any] = {
@@ -146,9 +147,7 @@ class Settings:
 
     def on_change(self, path: str, listener: Callable[[Any], None]) -> Callable[[], None]:
         """Call `listener(value)` whenever the key is set; return the unsubscriber."""
-        listeners = self._listeners.setdefault(normalized(path), [])
-        listeners.append(listener)
-        return lambda: listeners.remove(listener) if listener in listeners else None
+        return listeners.subscribe(self._listeners.setdefault(normalized(path), []), listener)
 
     def subscribe_to_node_change_events(self, path: str, fn: Callable[[Any, ChangeEventType], Any]) -> int:
         """Call `fn(value, event type)` whenever the key is set; return the number that ends it."""

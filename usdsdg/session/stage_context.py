@@ -7,7 +7,7 @@ from pathlib import Path
 from pxr import Sdf, Tf, Usd, UsdUtils
 
 from usdsdg import errors
-from usdsdg.session import new_stages, stage_times
+from usdsdg.session import listeners, new_stages, stage_times
 from usdsdg.session.new_stages import NewStage
 from usdsdg.session.session import current
 from usdsdg.stage import assets, flatten, schemas
@@ -122,16 +122,12 @@ def set_stage(stage: Usd.Stage) -> Usd.Stage:
 
 def on_new_stage(callback: Callable[[Usd.Stage], None]) -> Callable[[], None]:
     """Call `callback(stage)` whenever another stage becomes the current one; return the unsubscriber."""
-    listeners = current().stage_listeners
-    listeners.append(callback)
-    return lambda: listeners.remove(callback) if callback in listeners else None
+    return listeners.subscribe(current().stage_listeners, callback)
 
 
 def on_stage_closing(callback: Callable[[Usd.Stage], None]) -> Callable[[], None]:
     """Call `callback(stage)` before another stage becomes the current one; return the unsubscriber."""
-    listeners = current().closing_listeners
-    listeners.append(callback)
-    return lambda: listeners.remove(callback) if callback in listeners else None
+    return listeners.subscribe(current().closing_listeners, callback)
 
 
 def assets_root() -> str:

@@ -8,7 +8,7 @@ from typing import Any
 from pxr import Usd
 
 from usdsdg.errors import BadValue, Unsupported
-from usdsdg.session import stage_times
+from usdsdg.session import listeners, stage_times
 from usdsdg.session.session import current
 from usdsdg.session.stage_times import StageTimes
 
@@ -223,8 +223,7 @@ class Timeline:
 
     def subscribe(self, listener: Callable[[str], None]) -> Callable[[], None]:
         """Call `listener(change)` after each "play", "pause", "stop", "loop" and "tick"; return the unsubscriber."""
-        self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+        return listeners.subscribe(self._listeners, listener)
 
     def _notify(self, event: str) -> None:
         for listener in list(self._listeners):

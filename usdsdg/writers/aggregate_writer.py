@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from usdsdg.writers.base import Writer
 
 
 class AggregateWriter(Writer):
-    """A writer whose `on_final_frame` makes files about all frames: at the end of the run, and when it is detached."""
+    """A writer whose `on_final_frame` makes files about all frames: at the end of the run, and when it is detached.
+
+    One that is initialized again makes them of what it has written until then.
+    """
+
+    def initialize(self, **kwargs: Any) -> None:
+        if self.num_written:  # what was written until now is a dataset of its own
+            self.on_final_frame()
+        super().initialize(**kwargs)
 
     def detach(self) -> None:
         super().detach()

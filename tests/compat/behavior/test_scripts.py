@@ -95,7 +95,16 @@ def test_scripts_end_with_their_prim_and_with_their_stage(stage, logger):
     get_app().update()
     assert calls[2:] == [("destroy", "/World/A", False)]
     new_stage()
-    assert [call[:2] for call in calls[3:]] == [("destroy", "/World/B")]
+    assert calls[3:] == [("destroy", "/World/B", True)], "its prim is still there"
+
+
+def test_a_script_of_a_playing_timeline_stops_before_it_ends_with_its_stage(stage, logger):
+    add_behavior_script(stage.DefinePrim("/World/A", "Xform"), logger)
+    get_app().update()
+    calls = _calls("/World/A")
+    get_timeline().play()
+    new_stage()
+    assert calls == [("init", "/World/A", True), "play", "stop", ("destroy", "/World/A", True)]
 
 
 def test_scripts_that_come_with_a_stage_run_only_with_consent(stage, logger, tmp_path):

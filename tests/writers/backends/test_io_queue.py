@@ -286,6 +286,31 @@ def test_ctrl_c_at_the_exit_of_a_python_program_says_what_is_missing(tmp_path):
     assert 0 < dropped == 200 - check_that_files_are_whole(tmp_path)
 
 
+def test_temporary_folders_of_jobs_are_there_until_the_jobs_have_ended(tmp_path):
+    result = run_python(
+        """
+        import sys, tempfile, threading, time
+        from pathlib import Path
+        from usdsdg.writers import DiskBackend, files
+
+        started = threading.Event()
+
+        def write(path, backend_instance):
+            with tempfile.TemporaryDirectory() as folder:
+                started.set()
+                time.sleep(0.5)
+                Path(folder, "made").write_text("made")
+                files.write_text(path, Path(folder, "made").read_text(), backend_instance=backend_instance)
+
+        DiskBackend(sys.argv[1]).schedule(write, path="file.txt")
+        started.wait()
+        """,
+        str(tmp_path),
+    )
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / "file.txt").read_text() == "made"
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
 def test_a_forked_process_writes_with_threads_of_its_own(tmp_path):
     result = run_python(

@@ -301,6 +301,9 @@ class IoQueue:
     def _finish_at_exit(self) -> None:
         if not self._finishes_at_exit:
             self._finishes_at_exit = True
+            # Functions run last to first: the first finalizer, this one if there was none, registers what ends all of
+            # them at exit, such as those of temporary folders that jobs still need.
+            weakref.finalize(self, _nothing)
             atexit.register(self._finish)
 
     def _finish(self) -> None:
@@ -318,6 +321,10 @@ class IoQueue:
                 current().failed_at_exit = True
                 return
         current().close_run()
+
+
+def _nothing() -> None:
+    pass
 
 
 def _forget_in_child(queue: weakref.ref[IoQueue]) -> None:

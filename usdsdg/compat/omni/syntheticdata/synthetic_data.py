@@ -18,6 +18,7 @@ from usdsdg.annotators.annotator_registry import NodeConnectionTemplate
 from usdsdg.compat.omni.graph.core import Graph, post_render_graph
 from usdsdg.errors import Unsupported
 from usdsdg.session.session import current
+from usdsdg.session.stage_context import on_new_stage
 
 # Annotator of each render variable.
 RENDER_VARS: dict[str, str] = {
@@ -83,6 +84,12 @@ class SyntheticData:
     def __init__(self) -> None:
         self._annotators: dict[tuple[str, str], Annotator] = {}  # by render product and annotator name
         self._render_vars: set[tuple[str, str]] = set()
+        on_new_stage(lambda _stage: self._forget())
+
+    def _forget(self) -> None:
+        """Forget the products of a stage, whose paths those of the next one have, too."""
+        self._annotators.clear()
+        self._render_vars.clear()
 
     @staticmethod
     def Get() -> SyntheticData:

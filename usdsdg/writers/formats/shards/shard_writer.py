@@ -138,6 +138,11 @@ class ShardWriter(Writer):
     def on_final_frame(self) -> None:
         self._finish()
 
+    def initialize(self, **kwargs: Any) -> None:
+        if self.num_written:  # what was written until now is a dataset of its own
+            self._finish()
+        super().initialize(**kwargs)
+
     def detach(self) -> None:
         super().detach()
         if self.backend is not None:

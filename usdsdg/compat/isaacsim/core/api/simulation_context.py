@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, ClassVar
+from typing import Any
 
 from pxr import Usd, UsdGeom
 
@@ -16,6 +16,7 @@ from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.compat.isaacsim.core.utils.stage import clear_stage
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.session import stage_context
+from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
 
@@ -23,15 +24,14 @@ _PLAY_SIMULATIONS = "/app/player/playSimulations"
 
 
 class SimulationContext:
-    """The one simulation of the process; a second call returns the first object, with a warning."""
+    """The one simulation of the session; a second call returns the first object, with a warning."""
 
-    _instance: ClassVar[SimulationContext | None] = None
-    _initialized: ClassVar[bool] = False
+    _is_set_up = False
 
     def __new__(cls, *_: object, **__: object) -> SimulationContext:
-        if SimulationContext._instance is None:
-            SimulationContext._instance = super().__new__(cls)
-        return SimulationContext._instance
+        if current().simulation_context is None:
+            current().simulation_context = super().__new__(cls)
+        return current().simulation_context
 
     def __init__(
         self,
@@ -53,10 +53,9 @@ class SimulationContext:
             backend: Arrays of `isaacsim.core.prims`: "numpy", "torch" or "warp".
             device: Where they are: "cpu" or "cuda:N".
         """
-        if SimulationContext._initialized:
+        if self._is_set_up:
             warn_once("there is a SimulationContext or World already, which is returned; arguments are ignored")
             return
-        SimulationContext._initialized = True
         if stage is not None:
             stage_context.set_stage(stage)
         state, current_stage = simulation(), stage_context.current_stage()
@@ -72,20 +71,21 @@ class SimulationContext:
         self.set_simulation_dt(rendering_dt=usual if rendering_dt is None else rendering_dt)
         self._callbacks: dict[str, dict[str, Callable[[], object]]] = {}
         self._forget_with_stage = stage_context.on_new_stage(self._on_new_stage)
+        self._is_set_up = True
 
     @classmethod
     def instance(cls) -> SimulationContext | None:
         """Return the one object, or None."""
-        return SimulationContext._instance
+        return current().simulation_context
 
     @classmethod
     def clear_instance(cls) -> None:
         """Forget the one object, so that another can be made."""
-        held = SimulationContext._instance
-        if held is not None:
+        held: SimulationContext | None = current().simulation_context
+        if held is not None and held._is_set_up:
             held.clear_all_callbacks()
             held._forget_with_stage()
-        SimulationContext._instance, SimulationContext._initialized = None, False
+        current().simulation_context = None
         simulation().backend, simulation().device = "numpy", "cpu"
 
     def _on_new_stage(self, stage: Usd.Stage) -> None:

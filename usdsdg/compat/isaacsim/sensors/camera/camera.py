@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import copy
 import sys
-import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from pxr import UsdGeom
+from pxr import Usd, UsdGeom
 
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.annotator import Annotator
@@ -26,9 +25,10 @@ from usdsdg.compat.isaacsim.sensors.camera.camera_images import CameraImages
 from usdsdg.compat.wrappers.arrays import as_numpy
 from usdsdg.create.render_products import render_product
 from usdsdg.errors import ArgumentError
+from usdsdg.session.listeners import weakly
 from usdsdg.session.render_products import HydraTexture, product_at
 from usdsdg.session.settings_store import get_settings
-from usdsdg.session.stage_context import current_stage
+from usdsdg.session.stage_context import current_stage, on_new_stage
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.cameras import default_view
 
@@ -125,13 +125,14 @@ class Camera(CameraImages, BaseSensor):
             self.attach_annotator("rgb")
         self._time_annotator = named_annotators.get("ReferenceTime").attach(self._render_product_path)
         self._ends += [
-            get_timeline().subscribe(_weak(self._follow_timeline)),
-            get_app().subscribe_update(_weak(self._follow_update)),
+            get_timeline().subscribe(weakly(self._follow_timeline)),
+            get_app().subscribe_update(weakly(self._follow_update)),
+            on_new_stage(weakly(self._leave_stage)),
         ]
         self.resume()
 
     def destroy(self) -> None:
-        """Detach all annotators and remove the render product that `initialize` made."""
+        """Detach all annotators and remove the render product that `initialize` made, as a new stage does."""
         for name in list(self._custom_annotators):
             self.detach_annotator(name)
         if self._time_annotator is not None:
@@ -218,6 +219,9 @@ class Camera(CameraImages, BaseSensor):
         if self._elapsed >= self.get_dt() - 1e-9:
             self._elapsed = 0.0
             self._take_frame()
+
+    def _leave_stage(self, stage: Usd.Stage) -> None:
+        self.destroy()
 
     def _follow_timeline(self, event: str) -> None:
         if event == "stop":
@@ -321,14 +325,3 @@ def _rendering_rate() -> float:
     """Return the updates per second: the setting of the run loop, else the timeline's time codes per second."""
     rate = get_settings().get(RATE)
     return float(rate) if rate else float(get_timeline().get_time_codes_per_seconds())
-
-
-def _weak(method: Callable[[Any], None]) -> Callable[[Any], None]:
-    """Return a function that calls a method for as long as its object lives."""
-    reference = weakref.WeakMethod(method)
-
-    def call(argument: Any) -> None:
-        if (alive := reference()) is not None:
-            alive(argument)
-
-    return call

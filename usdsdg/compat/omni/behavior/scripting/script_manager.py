@@ -50,6 +50,7 @@ class ScriptManager:
         self._named: set[str] = set()  # asset paths that the program itself has set
         self._playing = get_timeline().is_playing()  # whether the scripts have been told
         self._follow(current().stage)
+        stage_context.on_stage_closing(self._on_closing)
         stage_context.on_new_stage(self._on_new_stage)
         get_timeline().subscribe(self._on_timeline)
         get_app().subscribe_update(lambda _dt: self.refresh())
@@ -92,9 +93,13 @@ class ScriptManager:
             elif path.name == SCRIPTS:
                 self._edited.add(path.GetPrimPath())
 
-    def _on_new_stage(self, stage: Usd.Stage) -> None:
+    def _on_closing(self, stage: Usd.Stage) -> None:
+        """End all scripts while their prims are still there, those of a timeline that plays after its stop."""
+        get_timeline().stop()
         for path in sorted(self._attached):
             self._attach(path, [])
+
+    def _on_new_stage(self, stage: Usd.Stage) -> None:
         self._modules.clear()
         self._named.clear()
         self._follow(stage)

@@ -9,9 +9,10 @@ from pxr import Sdf, Usd
 from usdsdg.create.render_products import render_product
 from usdsdg.errors import Unsupported
 from usdsdg.session import render_products
+from usdsdg.session.listeners import weakly
 from usdsdg.session.render_products import HydraTexture
 from usdsdg.session.session import current
-from usdsdg.session.stage_context import current_stage
+from usdsdg.session.stage_context import current_stage, on_new_stage
 from usdsdg.stage.cameras import viewport_cameras
 from usdsdg.stage.cameras.viewport_cameras import PERSPECTIVE
 
@@ -23,7 +24,8 @@ class Viewport:
         self._updates_enabled = True
         self._camera = PERSPECTIVE
         self._resolution = (1280, 720)
-        self._product: str | None = None
+        self._product: HydraTexture | None = None
+        on_new_stage(weakly(self._leave_stage))
 
     @property
     def stage(self) -> Usd.Stage:
@@ -91,13 +93,13 @@ class Viewport:
             # Sensors of the viewport are computed when they are read.
             product.captured_on_play = False
             product.set_updates_enabled(self._updates_enabled)
-            self._product = product.path
+            self._product = product
         return product.path
 
     @render_product_path.setter
     def render_product_path(self, path: str) -> None:
         product = render_products.product_at(str(path))
-        self._product, self._camera, self._resolution = product.path, product.camera_path, product.resolution
+        self._product, self._camera, self._resolution = product, product.camera_path, product.resolution
 
     def get_render_product_path(self) -> str:
         return self.render_product_path
@@ -110,7 +112,12 @@ class Viewport:
         )
 
     def _made(self) -> HydraTexture | None:
-        return current().render_products.get(self._product or "")
+        """Return its render product; None before it is made, and where it is destroyed."""
+        return self._product if self._product in current().render_products.values() else None
+
+    def _leave_stage(self, stage: Usd.Stage) -> None:
+        """Look through the camera that every stage has, as the application's viewport does in a new one."""
+        self._product, self._camera = None, PERSPECTIVE
 
 
 class ViewportWindow:
