@@ -54,7 +54,8 @@ class TrianglesCache:
         key = _digest(points, counts, indices, holes, np.array(left_handed))
         found = self._known.get(key)
         if found is None:
-            found = _made(points, *(part.astype(np.int64) for part in (counts, indices, holes)), left_handed)
+            counts, indices, holes = (part.astype(np.int64) for part in (counts, indices, holes))
+            found = _made(points, counts, indices, holes, left_handed)
             self._keep(key, found)
         _warn(str(prim.GetPath()), found)
         return found
@@ -94,7 +95,7 @@ def _made(
         used[triangles] = True
         kept, triangles = points[used], (np.cumsum(used) - 1)[triangles].astype(np.int32)
     else:
-        # A copy: the points of the prim may be memory of USD's.
+        # A copy: USD may have the points of the prim in a file that is mapped to memory.
         kept, triangles = points[: 0 if found.holes else len(points)].copy(), np.zeros((0, 3), np.int32)
     for array in (kept, triangles):
         array.flags.writeable = False
