@@ -357,3 +357,23 @@ def test_a_layer_that_may_not_be_edited_is_named():
     stage.SetEditTarget(stage.GetSessionLayer())
     playing(stage).advance(1 / 60)
     assert position(stage.GetPrimAtPath("/World/box"))[2] < 0
+
+
+def test_listeners_hear_once_that_velocities_came_to_the_stage():
+    heard = {}
+    for count in (2, 9):
+        stage = new_stage()
+        for index in range(count):
+            add(stage, f"/World/box_{index}", at=(0, 0, index), rotate=(0, 0, 0))
+        notices = []
+
+        def listen(notice, sender, notices=notices):
+            notices.append([str(path) for path in notice.GetResyncedPaths()])
+
+        listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, listen, stage)
+        engine = playing(stage)
+        heard[count] = notices[:]
+        listener.Revoke()
+        engine.stop()
+    assert len(heard[2]) == len(heard[9]) == 1
+    assert {f"/World/box_{index}.physics:velocity" for index in range(9)} <= set(heard[9][0])

@@ -70,8 +70,10 @@ def prepare_newton() -> None:
     with suppress(ImportError):  # another version of Newton has its functions elsewhere
         import usdsdg_physics.solver.sweep_kernels  # noqa: F401
 
-    if _WITHOUT_GRADIENTS in sys.modules:
-        wp.set_module_options({"enable_backward": False}, module=sys.modules[_WITHOUT_GRADIENTS])
+    # Only once: Warp takes any setting for a change, and reads all kernels of the module again.
+    module = sys.modules.get(_WITHOUT_GRADIENTS)
+    if module is not None and wp.get_module_options(module)["enable_backward"] is not False:
+        wp.set_module_options({"enable_backward": False}, module)
 
 
 def _import_newton() -> None:

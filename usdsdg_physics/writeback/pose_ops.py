@@ -95,6 +95,8 @@ def _pose_ops(
 
 
 def _product(ops: list[UsdGeom.XformOp]) -> np.ndarray:
+    if not ops:
+        return np.eye(4)
     return as_array(product_of_ops(op.GetOpTransform(current_time()) for op in ops))
 
 

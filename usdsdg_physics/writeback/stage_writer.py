@@ -79,6 +79,7 @@ class StageWriter:
         self._sorted = sorted(bodies)
         self._written_ops: dict[str, set[str]] = {}
         self._specs: defaultdict[str, list[Sdf.AttributeSpec]] = defaultdict(list)
+        self._opened: list[tuple[int, Usd.Attribute, str]] = []  # rows of bodies, attributes and their roles
         constants = np.array([body.body_from_prim for body in bodies.values()]).reshape(-1, 4, 4)
         self._matrices = PoseMatrices(constants, meters_per_unit)
         self._moved_parents = MovedParents(stage)
@@ -97,6 +98,7 @@ class StageWriter:
         cache = UsdGeom.XformCache(current_time())
         for row, prim in written:
             self._add(row, prim, cache, is_kinematic=bodies[str(prim.GetPath())].kinematic)
+        self._make_specs()
         self._matrices.finish()
         warn_if_deformed(list(compress(bodies, self._matrices.deforms)))
         self._poses = np.array([body.pose for body in bodies.values()], np.float32).reshape(-1, 7)
@@ -231,14 +233,20 @@ class StageWriter:
 
     def _open(self, row: int, prim: Usd.Prim, name: str, role: str) -> None:
         self._keep(prim, name)
-        attribute = prim.GetAttribute(name)
-        channel = self._channels[role, str(attribute.GetTypeName())]
-        spec = attribute_spec(self._target, attribute)
-        if not self._is_strongest:
-            warn_if_overridden(attribute, spec)
-        channel.rows.append(row)
-        channel.specs.append(spec)
-        self._specs[str(prim.GetPath())].append(spec)
+        self._opened.append((row, prim.GetAttribute(name), role))
+
+    def _make_specs(self) -> None:
+        """Find the specs of all attributes that were opened, and make those that are missing with one notice."""
+        types = [str(attribute.GetTypeName()) for _, attribute, _ in self._opened]
+        with Sdf.ChangeBlock():
+            specs = [attribute_spec(self._target, attribute) for _, attribute, _ in self._opened]
+        for (row, attribute, role), kind, spec in zip(self._opened, types, specs):
+            if not self._is_strongest:
+                warn_if_overridden(attribute, spec)
+            channel = self._channels[role, kind]
+            channel.rows.append(row)
+            channel.specs.append(spec)
+            self._specs[str(attribute.GetPrimPath())].append(spec)
 
 
 def _euler(rotation: np.ndarray, role: str) -> np.ndarray:

@@ -5,11 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pxr import Usd, UsdGeom
+from pxr import Usd
 
 from usdsdg.errors import warn_once
-from usdsdg.stage.geometry.fans import Fans, fans
-from usdsdg.stage.time_code import current_value
 from usdsdg_physics.parse.attributes import value, warn_if_varying
 from usdsdg_physics.parse.shapes.convex_decomposition import Splitting
 from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
@@ -157,7 +155,8 @@ def _plane(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, owned: bool) ->
 
 
 def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, solid: bool) -> list[Shape]:
-    points, triangles = mesh_triangles(prim)
+    mesh = hulls.triangles.read(prim)
+    points, triangles = mesh.points, mesh.triangles
     warn_if_varying(prim, "points")
     if not len(points):
         warn_once(f"{prim.GetPath()} has CollisionAPI but no points, or only holes, so it does not collide.")
@@ -171,11 +170,11 @@ def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, solid: bool) -> 
         return _parts(prim, points, triangles, matrix, hulls, approximation)
     elif approximation not in (*_HOLLOW_APPROXIMATIONS, "none", "convexHull"):
         warn_once(f"{prim.GetPath()}: unknown collision approximation {approximation!r}; a convex hull is used.")
-        shape = _hull(prim, points, matrix, hulls)
+        shape = _hull(prim, points, matrix, hulls, points_key=mesh.points_key)
     elif approximation != "convexHull" and not solid and len(triangles):
         shape = _solid_shape("mesh", prim, points, triangles, matrix, hulls)
     else:
-        shape = _hull(prim, points, matrix, hulls)
+        shape = _hull(prim, points, matrix, hulls, points_key=mesh.points_key)
         if approximation == "none" and solid and len(triangles) and shape is not None:
             hulls.note_filled(points, triangles, str(prim.GetPath()))
     return [shape] if shape is not None else []
@@ -210,50 +209,6 @@ def _parts(
     return [_shape("hull", scale, rotation, position, solid) for solid in solids]
 
 
-def mesh_triangles(prim: Usd.Prim) -> tuple[np.ndarray, np.ndarray]:
-    """Return the used points (N, 3) float32 and the triangles (F, 3) int32 of a mesh; polygons become fans.
-
-    Faces that are holes are left out, as in images; those that name points which do not exist, and triangles at points
-    that are not finite, with a warning. All points are returned where no face can be used, none where all are holes.
-    """
-    mesh = UsdGeom.Mesh(prim)
-    points = np.asarray(current_value(mesh.GetPointsAttr()) or [], np.float32).reshape(-1, 3)
-    counts, indices, holes = (
-        np.asarray(current_value(attribute) or [], np.int64)
-        for attribute in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr(), mesh.GetHoleIndicesAttr())
-    )
-    found = fans(points, counts, indices, holes)
-    _warn_of_faces(prim, found, int(np.maximum(counts, 0).sum()), len(indices), points)
-    if not len(found.triangles):
-        return points[: 0 if found.holes else len(points)], np.zeros((0, 3), np.int32)
-    triangles = found.triangles
-    if current_value(mesh.GetOrientationAttr()) == UsdGeom.Tokens.leftHanded:
-        triangles = triangles[:, ::-1]
-    used = np.zeros(len(points), bool)
-    used[triangles] = True
-    return points[used], (np.cumsum(used) - 1)[triangles].astype(np.int32)
-
-
-def _warn_of_faces(prim: Usd.Prim, found: Fans, total: int, given: int, points: np.ndarray) -> None:
-    """Warn of faces that a mesh names in vain; `total` vertices of faces, and so many indices `given`."""
-    path, finite = prim.GetPath(), np.isfinite(points).all(axis=1)
-    if found.beyond or total < given:
-        rest = f"so {found.beyond} of its faces do not collide" if found.beyond else "of which the rest is not used"
-        warn_once(
-            f"{path}: faceVertexCounts sum to {total}, but faceVertexIndices has {given} entries, {rest}. Make the "
-            "counts sum to its length."
-        )
-    if found.outside:
-        warn_once(
-            f"{path}: {found.outside} of its faces name points outside 0..{len(points) - 1} and do not collide. "
-            "Correct faceVertexIndices."
-        )
-    if (found.beyond or found.outside) and not len(found.triangles) and not found.holes:
-        warn_once(f"{path}: none of its faces can be used, so the convex hull of its points collides.")
-    if not finite.all():
-        warn_once(f"{path}: {(~finite).sum()} of its points are not finite, and nothing collides with it there.")
-
-
 def _bounding_box(prim: Usd.Prim, points: np.ndarray, matrix: np.ndarray, hulls: HullCache) -> Shape | None:
     low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
     parts = split_scale(matrix)
@@ -279,9 +234,14 @@ def _hull(
     matrix: np.ndarray,
     hulls: HullCache,
     integrals: VolumeIntegrals | None = None,
+    *,
+    points_key: bytes | None = None,
 ) -> Shape | None:
-    """Return the hull of points; with `integrals` it has the mass of the round shape that it stands for."""
-    return _solid_shape("hull", prim, points, None, matrix, hulls, integrals)
+    """Return the hull of points; with `integrals` it has the mass of the round shape that it stands for.
+
+    `points_key` is of `MeshTriangles`.
+    """
+    return _solid_shape("hull", prim, points, None, matrix, hulls, integrals, points_key=points_key)
 
 
 def _solid_shape(
@@ -292,6 +252,8 @@ def _solid_shape(
     matrix: np.ndarray,
     hulls: HullCache,
     integrals: VolumeIntegrals | None = None,
+    *,
+    points_key: bytes | None = None,
 ) -> Shape | None:
     """Return a hull or mesh whose solid all prims with these points share; shear is baked into its points."""
     if abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
@@ -299,7 +261,7 @@ def _solid_shape(
         return None
     parts = split_scale(matrix)
     if parts is None:
-        points = points.astype(np.float64) @ matrix[:3, :3]
+        points, points_key = points.astype(np.float64) @ matrix[:3, :3], None
         if triangles is not None and np.linalg.det(matrix[:3, :3]) < 0:
             triangles = triangles[:, ::-1]
         integrals = integrals.mapped(matrix[:3, :3]) if integrals else None
@@ -307,7 +269,10 @@ def _solid_shape(
     scale, rotation, position = parts
     try:
         path = str(prim.GetPath())
-        solid = hulls.hull(points, prim_path=path) if triangles is None else hulls.mesh(points, triangles)
+        if triangles is None:
+            solid = hulls.hull(points, prim_path=path, key=points_key)
+        else:
+            solid = hulls.mesh(points, triangles)
     except ValueError as reason:
         warn_once(f"{prim.GetPath()} does not collide: {reason}. Repair its points.")
         return None

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from usdsdg.errors import warn_once
 from usdsdg_physics.parse.shapes.convex_decomposition import Splitting, convex_parts
+from usdsdg_physics.parse.shapes.mesh_triangles import TrianglesCache, digest
 from usdsdg_physics.scene.records import Solid
 
 if TYPE_CHECKING:
@@ -22,6 +22,17 @@ MAX_HULL_VERTICES = 64
 _MIN_THICKNESS = 1e-3
 # Part of the volume of its hull that a mesh may leave empty without a word.
 _EMPTY = 0.01
+# Hulls that a process keeps, about 4 kB each: the next stage mostly has the same assets.
+_MOST_KNOWN = 4096
+
+
+class _Hull(NamedTuple):
+    solid: Solid
+    volume: float  # with all vertices; zero of flat points
+    is_flat: bool
+
+
+_known: dict[bytes, _Hull] = {}  # by the `digest` of their points
 
 
 class HullCache:
@@ -31,30 +42,31 @@ class HullCache:
         """`progress` is called with a label and a number while meshes are split, which takes seconds for each."""
         self._progress, self._split = progress, 0
         self._parts: dict[tuple[bytes, Splitting], list[np.ndarray]] = {}
-        self._hulls: dict[bytes, tuple[Solid, float]] = {}  # with the volume that it has with all its vertices
+        self._hulls: dict[bytes, _Hull] = {}
         self._fills: dict[bytes, bool] = {}  # whether the hull of a mesh fills hollows
         self._filled: list[str] = []
         self._meshes: dict[bytes, Solid] = {}
+        self.triangles = TrianglesCache()
 
-    def hull(self, points: np.ndarray, *, prim_path: str = "") -> Solid:
+    def hull(self, points: np.ndarray, *, prim_path: str = "", key: bytes | None = None) -> Solid:
         """Return the convex hull (at most 64 vertices) of points (N, 3).
 
         Flat, straight or single points are thickened to a thousandth of their extent, with a warning that names
-        `prim_path`.
+        `prim_path`. `key` is the `digest` of the points, float32; None: not known.
 
         Raises:
             ValueError: there are no finite points.
         """
-        return self._hull(points, prim_path)[0]
+        return self._hull(points, prim_path, key).solid
 
     def note_filled(self, points: np.ndarray, triangles: np.ndarray, prim_path: str) -> None:
         """Note that a mesh collides as its hull, unless the two are the same but for a hundredth of the volume.
 
         A mesh that is not closed is not known to be the same; one that is flat has a warning of its own.
         """
-        key = _digest(points, triangles)
+        key = digest(points, triangles)
         if key not in self._fills:
-            volume = self._hull(points, prim_path)[1]
+            volume = self._hull(points, prim_path).volume
             self._fills[key] = abs(abs(solid(points, triangles).volume) - volume) > _EMPTY * volume > 0.0
         if self._fills[key]:
             self._filled.append(prim_path)
@@ -64,12 +76,17 @@ class HullCache:
         found, self._filled = list(dict.fromkeys(self._filled)), []
         return found
 
-    def _hull(self, points: np.ndarray, prim_path: str) -> tuple[Solid, float]:
-        """Return the hull of points, and its volume with all its vertices: zero of flat points."""
+    def _hull(self, points: np.ndarray, prim_path: str, key: bytes | None = None) -> _Hull:
         points = np.ascontiguousarray(points, np.float32).reshape(-1, 3)
-        key = _digest(points)
+        key = key or digest(points)
         if key not in self._hulls:
-            self._hulls[key] = _hull(points, prim_path)
+            hull = self._hulls[key] = _known_hull(points, key)
+            if hull.is_flat:
+                warn_once(
+                    f"{prim_path or 'a mesh'} is flat, so its convex hull has no volume; the collider is made "
+                    f"{_MIN_THICKNESS:.1%} of its size thick. Model it with a thickness to choose another.",
+                    key=f"flat hull {prim_path}",
+                )
         return self._hulls[key]
 
     def parts(
@@ -78,7 +95,7 @@ class HullCache:
         """Return the hulls of the convex parts of a mesh; none where it cannot be split."""
         points = np.ascontiguousarray(points, np.float32).reshape(-1, 3)
         triangles = np.ascontiguousarray(triangles, np.int32).reshape(-1, 3)
-        key = _digest(points, triangles), splitting
+        key = digest(points, triangles), splitting
         if key not in self._parts:
             if self._progress:
                 self._progress(SPLITTING_LABEL, self._split, None)
@@ -90,7 +107,7 @@ class HullCache:
         """Return the triangles themselves, for colliders that keep them."""
         points = np.ascontiguousarray(points, np.float32).reshape(-1, 3)
         triangles = np.ascontiguousarray(triangles, np.int32).reshape(-1, 3)
-        key = _digest(points, triangles)
+        key = digest(points, triangles)
         if key not in self._meshes:
             self._meshes[key] = solid(points, triangles)
         return self._meshes[key]
@@ -111,7 +128,7 @@ def solid(vertices: np.ndarray, triangles: np.ndarray) -> Solid:
     centroid = first / volume if abs(volume) > 0.0 else np.zeros(3)
     # Move the second moment from the middle to the origin.
     covariance = second + np.outer(first, middle) + np.outer(middle, first) + volume * np.outer(middle, middle)
-    key = _digest(vertices, triangles).hex()
+    key = digest(vertices, triangles).hex()
     return Solid(key, vertices, triangles, volume, centroid + middle, covariance)
 
 
@@ -120,26 +137,28 @@ def inertia_from_covariance(covariance: np.ndarray) -> np.ndarray:
     return np.trace(covariance) * np.eye(3) - covariance
 
 
-def _hull(points: np.ndarray, prim_path: str) -> tuple[Solid, float]:
-    """Return a hull, and its volume with all its vertices: zero of flat points."""
+def _known_hull(points: np.ndarray, key: bytes) -> _Hull:
+    """Return the hull of points, found once in a process."""
+    if key not in _known:
+        if len(_known) >= _MOST_KNOWN:
+            del _known[next(iter(_known))]
+        _known[key] = _hull(points)
+    return _known[key]
+
+
+def _hull(points: np.ndarray) -> _Hull:
     points = np.unique(points[np.isfinite(points).all(axis=1)], axis=0).astype(np.float64)
     if not len(points):
         raise ValueError("no finite points")
     thick = _thickened(points)
-    if thick is not points:
-        warn_once(
-            f"{prim_path or 'a mesh'} is flat, so its convex hull has no volume; the collider is made "
-            f"{_MIN_THICKNESS:.1%} of its size thick. Model it with a thickness to choose another.",
-            key=f"flat hull {prim_path}",
-        )
-    flat = thick is not points
+    is_flat = thick is not points
     thick, hull, volume = _capped(thick)
     triangles = hull.simplices.copy()
     a, b, c = (thick[triangles[:, corner]] for corner in range(3))
     inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0
     triangles[inward] = triangles[inward][:, ::-1]
     used, renumbered = np.unique(triangles, return_inverse=True)
-    return solid(thick[used], renumbered.reshape(triangles.shape)), 0.0 if flat else volume
+    return _Hull(solid(thick[used], renumbered.reshape(triangles.shape)), 0.0 if is_flat else volume, is_flat)
 
 
 def _capped(points: np.ndarray) -> tuple[np.ndarray, ConvexHull, float]:
@@ -170,11 +189,3 @@ def _thickened(points: np.ndarray) -> np.ndarray:
             offset = axis * (_MIN_THICKNESS * largest - size) / 2.0
             points = np.concatenate([points - offset, points + offset])
     return points
-
-
-def _digest(*arrays: np.ndarray) -> bytes:
-    digest = hashlib.blake2b(digest_size=16)
-    for array in arrays:
-        digest.update(str(array.shape).encode())
-        digest.update(array.tobytes())
-    return digest.digest()
