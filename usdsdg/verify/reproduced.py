@@ -8,8 +8,10 @@ from pathlib import Path
 from usdsdg.datasets.faults import Fault
 from usdsdg.stores.whole_file import facts_of
 from usdsdg.verify.integrity.listing import ListedFile, read_listing
+from usdsdg.verify.recorded_assets import hashes_of
 from usdsdg.verify.tolerance import Unknown, difference
 from usdsdg.writers.formats.rerun import rrd_content
+from usdsdg.writers.journal import recipe
 from usdsdg.writers.journal.portion import Portion
 
 
@@ -98,6 +100,12 @@ def _compare_within_tolerance(folder: Path, made: Path, name: str, frame: str, r
         result.close += 1
     else:
         result.faults.append(Fault(name, frame, f"is made otherwise: {said}"))
+
+
+def changed_assets(folder: Path, made: Path) -> list[str]:
+    """Return the names of assets that had other content when frames of a dataset were made again."""
+    wanted, again = hashes_of(recipe.read(folder)), hashes_of(recipe.read(made))
+    return sorted(name for name in wanted.keys() & again.keys() if not again[name] <= wanted[name])
 
 
 def files_of(folder: Path, portion: Portion | None) -> dict[str, ListedFile]:
