@@ -122,18 +122,36 @@ def test_an_asset_that_is_not_here_is_named(machines, tmp_path):
     assert "frame 0 cannot be rendered again: <here>/parts/box.usda is not on this machine" in done.stdout
 
 
-def test_a_stage_with_the_paths_of_its_machine_is_read_as_before(machines, tmp_path):
-    """As records of version 2 have it."""
+@pytest.fixture
+def old(machines, tmp_path):
+    """A dataset as records of version 2 have it: with the paths of its machine, and a stage named by those."""
     alice = machines[0]
-    shutil.copytree(alice.folder / "out", tmp_path / "out")
-    (file,) = (tmp_path / "out/.usdsdg/stages").iterdir()
+    folder = Path(shutil.copytree(alice.folder / "out", tmp_path / "out"))
+    (file,) = (folder / ".usdsdg/stages").iterdir()
     text = gzip.decompress(file.read_bytes()).decode()
     assert "@<assets>/Isaac/box.usda@" in text
     assert "@<here>/parts/box.usda@" in text
     text = text.replace("<assets>", str(alice.root)).replace("<here>", str(alice.folder / "work"))
     file.write_bytes(gzip.compress(text.encode()))
-    done = machines[1].run("verify", "--render", tmp_path / "out")
-    (fault, last) = done.stdout.splitlines()
-    assert fault.startswith(f".usdsdg/stages/{file.name}: all frames: ")  # it has another hash than in the journal
-    assert "1 faults" in last
-    assert "2 rendered again" in last
+    recipe = folder / ".usdsdg/recipe.json"
+    recipe.write_text(recipe.read_text().replace('"frame records": "3"', '"frame records": "2"'))
+    return folder
+
+
+def test_a_stage_with_the_paths_of_its_machine_is_read_as_before(machines, old):
+    done = machines[1].run("verify", "--render", old)
+    faults = [line for line in done.stdout.splitlines() if ": all frames: " in line]
+    assert {line.split(": ")[0].split("/")[1] for line in faults} == {"stages", "recipe.json"}  # which were edited
+    assert "2 faults" in done.stdout
+    assert "2 rendered again" in done.stdout
+
+
+def test_a_dataset_with_records_of_version_2_is_made_again(machines, old):
+    """Its stages have other names, which are those of their bytes."""
+    (file,), journal = (old / ".usdsdg/stages").iterdir(), old / ".usdsdg/journal.jsonl"
+    file.rename(file.with_name("01234567.usda.gz"))
+    journal.write_text(journal.read_text().replace(file.name, "01234567.usda.gz"))
+    done = machines[0].run("reproduce", old)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert 'note: made with versions.frame records: "2", "3" now' in done.stderr
+    assert "note: 2 files have other bytes and no tolerance" in done.stdout
