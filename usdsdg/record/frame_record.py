@@ -14,7 +14,8 @@ import numpy as np
 from usdsdg.record import cameras, id_runs, npz
 from usdsdg.stage.cameras.camera_view import CameraView
 
-VERSION = 2  # 1 had a member of the file for each array
+# 1 had a member of the file for each array; before 3 the stage names assets by where they were on their machine.
+VERSION = 3
 # Distance of the pixels of the grids of depth and normals, and sides of the blocks that a thumbnail averages.
 STEP, BLOCK = 8, 16
 

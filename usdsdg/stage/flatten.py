@@ -10,6 +10,7 @@ from pxr import Ar, Sdf, Tf, Usd, UsdUtils
 
 from usdsdg import errors
 from usdsdg.operating_system import process_name
+from usdsdg.stage.assets import anchors
 from usdsdg.stage.assets.url import is_utf8
 from usdsdg.stage.usd_errors import reason
 
@@ -102,6 +103,8 @@ def portable_path(layer: Sdf.Layer, asset_path: str, folder: Path) -> str:
     absolute = layer.ComputeAbsolutePath(asset_path)
     if layer.anonymous or not (asset_path.startswith(".") or _exists(absolute)):
         absolute = os.path.abspath(asset_path) if _exists(os.path.abspath(asset_path)) else ""
+        if absolute:
+            anchors.note_working_folder()
     if not absolute:
         return asset_path
     inside = os.path.relpath(absolute, folder)

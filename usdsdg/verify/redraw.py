@@ -26,6 +26,7 @@ from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.stage.semantics.labels import get_labels, is_labeled
 from usdsdg.verify.checks.compare import differs, text
+from usdsdg.verify.recorded_assets import RecordedAssets
 from usdsdg.verify.stage_bounds import bounds_below, bounds_of, bounds_of_part
 
 AOVS = ("instance", "distance_to_camera")
@@ -47,7 +48,7 @@ def redraw(
         chosen = [chosen[index] for index in np.linspace(0, len(chosen) - 1, most).astype(int)]
     faults: list[Fault] = []
     notes = [] if chosen else ["no frame of these numbers is recorded"]
-    rendered = 0
+    rendered, recorded = 0, RecordedAssets(data.path)
     for done, record in enumerate(chosen, 1):
         if not record.stage:
             notes.append(f"frame {record.number}: the stage is not recorded, so it cannot be rendered again")
@@ -56,18 +57,22 @@ def redraw(
             faults.append(Fault(record.stage["file"], str(record.number), "is missing: the frame's stage"))
             continue
         try:
-            faults += _frame(data, record)
+            faults += _frame(data, record, recorded)
             rendered += 1
         except UsdsdgError as error:
             notes.append(f"frame {record.number} cannot be rendered again: {error}")
         if progress is not None:
             progress("frames rendered again", done, len(chosen))
+    if faults:
+        notes += [
+            f"{name} of the assets root has other content than when the dataset was made" for name in recorded.changed()
+        ]
     return faults, notes, rendered
 
 
-def _frame(data: Folder, record: FrameRecord) -> list[Fault]:
+def _frame(data: Folder, record: FrameRecord, recorded: RecordedAssets) -> list[Fault]:
     with tempfile.TemporaryDirectory() as folder:
-        stage = _stage(data, record, Path(folder))
+        stage = _stage(data, record, Path(folder), recorded)
         time = Usd.TimeCode.Default() if record.stage["time"] is None else Usd.TimeCode(record.stage["time"])
         renderer = engines.renderer()
         renderer.glass_labels = record.stage["glass"]
@@ -78,13 +83,14 @@ def _frame(data: Folder, record: FrameRecord) -> list[Fault]:
         return faults
 
 
-def _stage(data: Folder, record: FrameRecord, folder: Path) -> Usd.Stage:
+def _stage(data: Folder, record: FrameRecord, folder: Path, recorded: RecordedAssets) -> Usd.Stage:
     """Open the stage of a record, with its edits in a stronger layer."""
     edits = folder / "edits.usda"
-    edits.write_bytes(record.edits or b"#usda 1.0\n")
+    edits.write_bytes(recorded.here(record.edits, "edits.usda") or b"#usda 1.0\n")
     top = Sdf.Layer.CreateNew(str(folder / "frame.usda"))
     below = folder / "stage.usda"
-    below.write_bytes(gzip.decompress((data.path / record.stage["file"]).read_bytes()))
+    content = gzip.decompress((data.path / record.stage["file"]).read_bytes())
+    below.write_bytes(recorded.here(content, "stage.usda"))
     base = Sdf.Layer.FindOrOpen(str(below))
     top.subLayerPaths = [str(edits), base.identifier]
     for name in ("upAxis", "metersPerUnit", "timeCodesPerSecond", "startTimeCode", "endTimeCode"):

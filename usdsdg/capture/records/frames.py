@@ -23,6 +23,7 @@ from usdsdg.record.frame_record import FrameRecord, KeypointRecord, ProductRecor
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.assets import anchors
 from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg.stage.poses.transforms import up_axis
 from usdsdg.stores.whole_file import write_whole_with_hash
@@ -100,8 +101,10 @@ class FrameRecords:
             "number": number,
             "writer": type(writer).__name__,
             "writer_version": str(writer.version),
-            "parameters": {name: value for name, value in writer.parameters.items() if name not in _PLACES},
-            "annotators": _annotators(writer, frames),
+            "parameters": anchors.portable_values(
+                {name: value for name, value in writer.parameters.items() if name not in _PLACES}
+            ),
+            "annotators": anchors.portable_values(_annotators(writer, frames)),
             "files": tuple(_relative(files, backend)),
             "seed": get_global_seed(),
             "up_axis": up_axis(current_stage()),

@@ -20,6 +20,7 @@ from usdsdg.operating_system import around_fork
 from usdsdg.record import STAGES
 from usdsdg.session.settings_store import get_settings
 from usdsdg.stage import flatten
+from usdsdg.stage.assets import anchors
 from usdsdg.stage.changes import Changes, ChangeTracker
 from usdsdg.stage.world_values import WorldValues
 
@@ -49,8 +50,8 @@ class StageMoment:
 
     @cached_property
     def layer(self) -> bytes:
-        """The edits as the text of a layer."""
-        return _scratch.text_of(self.edits)
+        """The edits as the text of a layer, with portable paths of assets."""
+        return anchors.portable(_scratch.text_of(self.edits)).encode()
 
 
 class _Scratch:
@@ -69,7 +70,7 @@ class _Scratch:
         self._properties: list[tuple[Sdf.Path, Any]] = []  # with their types, in the order in which they were made
         self._specs: list[Sdf.PropertySpec] = []
 
-    def text_of(self, edits: Sequence[tuple[Sdf.Path, Any, Any]]) -> bytes:
+    def text_of(self, edits: Sequence[tuple[Sdf.Path, Any, Any]]) -> str:
         """Return the text of a layer with these edits alone, in their order."""
         with self._lock:
             self._layer = layer = self._layer or Sdf.Layer.CreateAnonymous(".usda")
@@ -84,7 +85,7 @@ class _Scratch:
                             spec.targetPathList.explicitItems = value
                         else:
                             spec.default = value
-                return layer.ExportToString().encode()
+                return layer.ExportToString()
             except BaseException:
                 self._properties = []
                 raise
@@ -221,5 +222,6 @@ def _base(stage: Usd.Stage) -> tuple[str, bytes] | None:
     if sum(os.path.getsize(path) for path in on_disk if os.path.isfile(path)) > LARGEST:
         return None
     # As text, since the bytes of a .usdc differ from process to process.
-    content = gzip.compress(flatten.flattened(stage, _NO_FOLDER).ExportToString().encode(), 4, mtime=0)
+    text = anchors.portable(flatten.flattened(stage, _NO_FOLDER).ExportToString())
+    content = gzip.compress(text.encode(), 4, mtime=0)
     return f"{STAGES}/{zlib.crc32(content):08x}.usda.gz", content

@@ -116,7 +116,7 @@ def _reproduce(
     from usdsdg.cli.script.kept_datasets import read_only
     from usdsdg.session.session import current
     from usdsdg.verify.frame_numbers import check_portion, frames_of
-    from usdsdg.verify.reproduced import Comparison, compare, counterpart, files_of
+    from usdsdg.verify.reproduced import Comparison, changed_assets, compare, counterpart, files_of
     from usdsdg.writers.aggregates import finish_run
     from usdsdg.writers.journal.folders import Mode
     from usdsdg.writers.journal.recipe import GENERATE
@@ -150,6 +150,8 @@ def _reproduce(
             made, files = counterpart(each.path, [folder.path for folder in run.folders]), files_of(each.path, portion)
             if made is None and files:
                 raise DatasetError(f"{each.path}: no file of it was made again by {file}")
+            for name in changed_assets(each.path, made) if made is not None else ():
+                print(f"note: the asset {name} has other content than when {each.name} was made", file=sys.stderr)
             each.fetch(files.__contains__)
             result = compare(each.path, made, portion, exact=not differences) if made is not None else Comparison()
             results.append((each.name, counts[each.name], result))
@@ -203,9 +205,9 @@ def _now(recipe: Recipe) -> Recipe:
 def _make(recipe: Recipe, file: Path, folder: Path, stage: Path | None, scratch: Path) -> None:
     """Run the configuration or script as the recipe says."""
     from usdsdg.graph.sampling import set_global_seed
-    from usdsdg.writers.journal.recipe import GENERATE, OUTPUT, RUN, SEED_SETTING
+    from usdsdg.writers.journal.recipe import GENERATE, RUN, SEED_SETTING
 
-    arguments = [each.replace(OUTPUT, str(scratch / "out")) for each in recipe.arguments]
+    arguments = [_argument(each, scratch) for each in recipe.arguments]
     if recipe.classes is not None:
         fix_classes(str(folder))
     if recipe.command == GENERATE:
@@ -218,6 +220,16 @@ def _make(recipe: Recipe, file: Path, folder: Path, stage: Path | None, scratch:
         sys.argv = [str(file), *arguments]
         sys.path.insert(0, str(file.parent))
         runpy.run_path(str(file), run_name="__main__")
+
+
+def _argument(recorded: str, scratch: Path) -> str:
+    """Return an argument with the folders of this machine."""
+    from usdsdg.stage.assets import assets_root
+    from usdsdg.stage.assets.anchors import ASSETS
+    from usdsdg.writers.journal.recipe import OUTPUT
+
+    placed = recorded.replace(OUTPUT, str(scratch / "out"))
+    return placed.replace(ASSETS, assets_root()) if ASSETS in placed else placed
 
 
 def _generate(file: Path, overrides: list[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -90,7 +91,9 @@ class Conditions:
         if self.new_stage is not None:
             stage_context.use_new_stages(NewStage(self.new_stage.value))
         if self.stage is not None:
-            stage_context.open_at_start(self.stage)
+            # As it would be from any working folder: how it is typed says nothing of the run.
+            there = Path(os.path.expanduser(self.stage)).absolute()
+            stage_context.open_at_start(there if there.exists() else self.stage)
         # After the stage, which must be there in any case.
         assets.set_on_missing(assets.OnMissing(self.missing_assets.value))
         if not self.lenient:

@@ -8,7 +8,7 @@ from urllib.parse import unquote, urlsplit
 from pxr import Ar
 
 from usdsdg import errors
-from usdsdg.stage.assets import fetching, maps, root, url
+from usdsdg.stage.assets import anchors, fetching, maps, root, url
 
 _ABSOLUTE_PATHS = (
     f"Of absolute paths, those under /{' and /'.join(url.TOP_FOLDERS)} are looked up under the assets root as well."
@@ -51,10 +51,13 @@ def locate(asset: str | os.PathLike[str]) -> str:
 
 
 def _locate_here(text: str, path: str, problems: list[str]) -> str:
-    here = os.path.abspath(path)
+    here, relative = os.path.abspath(path), not os.path.isabs(path)
     if exists(here) or _mirrored(here):
+        if relative:
+            anchors.note_working_folder()
+        elif text.startswith("~"):
+            anchors.note_home()
         return here
-    relative = not os.path.isabs(path)
     if path.lstrip("/").split("/", 1)[0] not in url.TOP_FOLDERS:
         if not relative:
             raise _not_found(text, [*problems, missing_part(here)], _ABSOLUTE_PATHS)

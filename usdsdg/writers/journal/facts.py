@@ -15,6 +15,7 @@ from typing import Any
 from pxr import Ar, Sdf, Usd
 
 from usdsdg.errors import AssetNotFound, AssetUnreadable
+from usdsdg.stage.assets import anchors
 from usdsdg.stage.assets.file_checks import check_regular
 from usdsdg.stage.assets.opened import last_note, opened_since
 from usdsdg.stage.assets.root import assets_root
@@ -115,15 +116,17 @@ def settings_facts(changed: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def plain(value: Any) -> Any:
-    """Return a value as JSON has it; of objects that it has not, the name of their type."""
-    if value is None or isinstance(value, (bool, int, float, str)):
+    """Return a value as JSON has it, with portable paths; of objects that it has not, the name of their type."""
+    if value is None or isinstance(value, (bool, int, float)):
         return value
+    if isinstance(value, str):
+        return anchors.portable(value)
     if isinstance(value, Mapping):
         return {str(key): plain(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):
         return [plain(each) for each in value]
     if isinstance(value, os.PathLike):
-        return os.fspath(value)
+        return anchors.portable(str(os.fspath(value)))
     if hasattr(value, "tolist"):
         return plain(value.tolist())
     return f"<{type(value).__name__}>"

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from usdsdg.errors import DatasetError, WriterError
+from usdsdg.stage.assets.anchors import portable_below_root
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stage.semantics.semantic_classes import FILE as CLASS_FILE
 from usdsdg.stores.addresses import is_url
@@ -29,7 +30,7 @@ GENERATE, RUN, SCRIPT = "generate", "run", "python"
 IDENTITY = ("command", "source", "arguments", "options", "seed", "classes", "versions", "device")
 IDENTITY_FILE = "recipe.json"  # of a part
 OUTPUT = "<output>"  # in arguments, in place of a path to the data
-RECORDS = 2  # version of the format of frame records, usdsdg.record.frame_record.VERSION
+RECORDS = 3  # version of the format of frame records, usdsdg.record.frame_record.VERSION
 _PACKAGES = ("usdsdg", "usd-core", "warp-lang", "newton", "numpy")
 
 
@@ -40,7 +41,7 @@ class Recipe:
     Attributes:
         command: "generate" or "run" of the command line, or "python" for a script that Python runs.
         source: name of the configuration or script, and the SHA-256 of its content.
-        arguments: overrides of a configuration, or arguments of a script, without output folders.
+        arguments: overrides of a configuration, or arguments of a script, without output folders and the assets root.
         options: of the command that decide what a script does, apart from their defaults.
         seed: of the run; None: a saved stage's own, or not known.
         classes: those that were given for the dataset; None: none.
@@ -88,7 +89,7 @@ class Recipe:
 
     def of(self, place: str) -> Recipe:
         """Return the recipe of the data in a folder or at a URL, which is the same wherever that is."""
-        return replace(self, arguments=[_placeless(each, place) for each in self.arguments])
+        return replace(self, arguments=[portable_below_root(_placeless(each, place)) for each in self.arguments])
 
     def completed(self, classes: bytes | None, frames: int, facts: Facts) -> Recipe:
         """Return the recipe with what only the run itself could tell.
