@@ -24,6 +24,7 @@ from usdsdg.writers.journal import recipe as recipe_file
 from usdsdg.writers.journal.facts import ASSETS, SETTINGS, WRITERS, AssetFacts, plain, settings_facts
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.frames import FileFacts, FrameFiles, FramesInHand
+from usdsdg.writers.journal.grown import Growth
 from usdsdg.writers.journal.place import Place, place_of
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe, source_of
@@ -42,6 +43,7 @@ class Run:
         self._source: Path | None = None
         self.mode = Mode.REPLACE
         self.portion: Portion | None = None
+        self.growth: Growth | None = None  # lets a run with fewer frames be gone on with
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
         self.counts_only = False  # frames are counted here, and made by other processes
         self.shares_out = False  # other processes make the frames
@@ -59,12 +61,21 @@ class Run:
         self._is_closed = False
         self._process = os.getpid()
 
-    def begin(self, recipe: Recipe, mode: Mode, portion: Portion | None, source: Path | None = None) -> None:
+    def begin(
+        self,
+        recipe: Recipe,
+        mode: Mode,
+        portion: Portion | None,
+        source: Path | None = None,
+        growth: Growth | None = None,
+    ) -> None:
         """Say what this process makes, before any writer is created.
 
-        source: the configuration or script, of which a copy is kept beside the data.
+        source: the configuration or script, of which a copy is kept beside the data. growth: lets a run with fewer
+        frames be gone on with.
         """
         self.recipe, self.mode, self.portion, self._source = recipe, mode, portion, source
+        self.growth = growth
 
     # Folders
 
@@ -83,7 +94,8 @@ class Run:
             place.pull(self.portion)
             try:
                 with_parts = self._with_parts
-                folders.check(place, self.recipe.of(place.name), self.mode, self.portion, with_parts=with_parts)
+                of_place = self.recipe.of(place.name)
+                folders.check(place, of_place, self.mode, self.portion, with_parts=with_parts, growth=self.growth)
             except DatasetInTheWay:
                 folders.check_unused(place, self.portion)  # such a run looks unfinished, and cannot be gone on with
                 raise
@@ -108,9 +120,17 @@ class Run:
         return self._has_recipe() and (self.mode is Mode.RESUME or self.portion is not None)
 
     def is_of_this(self, place: Place) -> bool:
-        """Return whether a place has a run of this recipe."""
+        """Return whether a place has a run of this recipe, or one with fewer frames, which is gone on with."""
         earlier = recipe_file.parsed(place.read(recipe_file.FILE), place.name)
-        return self.recipe is not None and earlier is not None and not self.recipe.of(place.name).differences(earlier)
+        if self.recipe is None or earlier is None:
+            return False
+        wanted = self.recipe.of(place.name)
+        if not wanted.differences(earlier):
+            return True
+        if self.growth is None or self.mode is not Mode.RESUME:
+            return False
+        place.pull(self.portion)
+        return self.growth.obstacle(place, wanted, earlier, self.portion) == ""
 
     def know(self, place: Place) -> None:
         """Tell of a place that its name alone does not open, such as a bucket of a server of one's own."""
@@ -123,7 +143,9 @@ class Run:
                 assert self.recipe is not None
                 place = self._place(folder)
                 of_place = self.recipe.of(place.name)
-                claimed = DatasetFolder(place, of_place, self.mode, self.portion, with_parts=self._with_parts)
+                claimed = DatasetFolder(
+                    place, of_place, self.mode, self.portion, with_parts=self._with_parts, growth=self.growth
+                )
                 self._folders[folder] = claimed
                 if self.mode is Mode.RESUME and (there := len(claimed.journal.contents.frames)):
                     say_once(f"{place.name} has {there} frames, which are not made again")
