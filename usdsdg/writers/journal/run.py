@@ -7,7 +7,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -109,28 +109,35 @@ class Run:
             return None
         there = [wanted] if wanted.exists() else []
         there += sorted(wanted.parent.glob(f"{glob.escape(wanted.name)}_[0-9][0-9][0-9][0-9]"), reverse=True)
-        for folder in there:
-            if str(folder) not in self._folders and self.is_of_this(place_of(folder)):
-                return folder
-        return None
+        found = self.first_of_this(place_of(each) for each in there if str(each) not in self._folders)
+        return found.path if found is not None else None
 
     @property
     def may_go_on(self) -> bool:
         """Whether this process goes on with a run, or makes a part of one that others make, too."""
         return self._has_recipe() and (self.mode is Mode.RESUME or self.portion is not None)
 
-    def is_of_this(self, place: Place) -> bool:
-        """Return whether a place has a run of this recipe, or one with fewer frames, which is gone on with."""
-        earlier = recipe_file.parsed(place.read(recipe_file.FILE), place.name)
-        if self.recipe is None or earlier is None:
-            return False
-        wanted = self.recipe.of(place.name)
-        if not wanted.differences(earlier):
-            return True
-        if self.growth is None or self.mode is not Mode.RESUME:
-            return False
-        place.pull(self.portion)
-        return self.growth.obstacle(place, wanted, earlier, self.portion) == ""
+    def first_of_this(self, places: Iterable[Place]) -> Place | None:
+        """Return the first place with a run of this recipe, else with one of another number of frames; None without one.
+
+        To the latter frames are added, or it is said why this cannot be.
+        """
+        others = []
+        for place in places:
+            earlier = recipe_file.parsed(place.read(recipe_file.FILE), place.name)
+            if self.recipe is None or earlier is None:
+                continue
+            wanted = self.recipe.of(place.name)
+            if not wanted.differences(earlier):
+                return place
+            others.append((place, wanted, earlier))
+        growth = self.growth if self.mode is Mode.RESUME else None
+        for place, wanted, earlier in others if growth is not None else ():
+            place.pull(self.portion)
+            assert growth is not None
+            if growth.obstacle(place, wanted, earlier, self.portion) is not None:
+                return place
+        return None
 
     def know(self, place: Place) -> None:
         """Tell of a place that its name alone does not open, such as a bucket of a server of one's own."""
