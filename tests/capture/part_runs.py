@@ -6,7 +6,7 @@ import contextlib
 import gc
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tests.cli.datasets import content
@@ -16,6 +16,7 @@ from usdsdg.session import session
 from usdsdg.session.session import current
 from usdsdg.writers.aggregates import finish_run
 from usdsdg.writers.journal.folders import Mode
+from usdsdg.writers.journal.grown import Growth
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
@@ -25,13 +26,20 @@ from usdsdg.writers.parts import join_parts
 Script = Callable[[Path], None]
 
 
-def run(script: Script, folder: Path, portion: Portion | None = None, mode: Mode = Mode.NEW) -> None:
+def run(
+    script: Script,
+    folder: Path,
+    portion: Portion | None = None,
+    mode: Mode = Mode.NEW,
+    arguments: Sequence[str] = (),
+    growth: Growth | None = None,
+) -> None:
     """Run a script as a process of its own would, and close its journals."""
     session.restart()
     try:
         set_global_seed(1)
-        recipe = Recipe("python", {"name": "script.py", "sha256": "1"}, device="cpu")
-        current().run.begin(recipe, mode, portion)
+        recipe = Recipe("python", {"name": "script.py", "sha256": "1"}, device="cpu", arguments=list(arguments))
+        current().run.begin(recipe, mode, portion, growth=growth)
         script(folder)
         orchestrator.wait_until_complete()
         finish_run(complete=True)

@@ -82,12 +82,12 @@ class Moving:
         rep.orchestrator.step(delta_time=0.0)
 
 
-def moving(table: Table) -> Callable[[Path], None]:
+def moving(table: Table, frames: int = FRAMES) -> Callable[[Path], None]:
     """Return a script that writes the datasets of a table."""
 
     def script(folder: Path) -> None:
         scene = Moving(table, folder)
-        for frame in range(FRAMES):
+        for frame in range(frames):
             scene.step(frame)
 
     return script

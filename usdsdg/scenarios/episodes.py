@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from usdsdg.capture.requests import count_unwanted
 from usdsdg.graph import sampling
@@ -51,6 +52,20 @@ def episodes(seed: int, frames: int, frames_per_episode: int, scenario: str = "o
     if len(found) > 1:
         get_run().aggregates_wait = get_run().recipe is not None and current().tap is None
     return found
+
+
+def obstacle(earlier: Any, wanted: Any) -> str:
+    """Return why a job has other frames than one with more frames has first; "" if they are the same.
+
+    earlier, wanted: the configurations.
+    """
+    length = wanted.frames_per_episode
+    if not length or not 0 < earlier.num_frames <= length:
+        return ""
+    return (
+        f"up to {length} frames are one episode, which has the seed of the job; of more frames each episode has a seed "
+        "of its own, so that the earlier frames would be others"
+    )
 
 
 def can_be_passed_over(writers: Sequence[Writer], episode: Episode) -> bool:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from usdsdg.errors import ConfigError
+from usdsdg.scenarios import episodes
 from usdsdg.scenarios.bin_picking import job as bin_picking
 from usdsdg.scenarios.bin_picking.config import BinPickingConfig
 from usdsdg.scenarios.config_errors import suggestion
@@ -30,6 +31,9 @@ class Job:
     model: type[Any]
     run: Callable[[Any], Any]
     writers: Callable[[Any], Sequence[Writer]]  # those of a run, not attached
+    count: str  # the key of the number of frames
+    # What keeps the frames of one configuration, the first, from being the first frames of one with more; "" nothing.
+    obstacle: Callable[[Any, Any], str]
 
     def places(self, config: Any) -> list[str]:
         """Return the folders and URLs that a run writes to.
@@ -60,9 +64,9 @@ def _of_detection(config: DetectionConfig) -> list[Writer]:
 
 
 JOBS = {
-    "object_based": Job(ObjectBasedConfig, object_based.run, _of_object_based),
-    "bin_picking": Job(BinPickingConfig, bin_picking.run, _of_bin_picking),
-    "detection": Job(DetectionConfig, detection.run, _of_detection),
+    "object_based": Job(ObjectBasedConfig, object_based.run, _of_object_based, "num_frames", episodes.obstacle),
+    "bin_picking": Job(BinPickingConfig, bin_picking.run, _of_bin_picking, "drops", episodes.obstacle),
+    "detection": Job(DetectionConfig, detection.run, _of_detection, "num_frames", detection.obstacle),
 }
 
 

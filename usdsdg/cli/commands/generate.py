@@ -100,7 +100,7 @@ def generate(
         command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage),
         recorded(rerun, workers=workers is not None or ray is not None),
     ):
-        from usdsdg.scenarios import jobs, saved_pipeline
+        from usdsdg.scenarios import growth, jobs, saved_pipeline
 
         check_kind(config, FileKind.CONFIGURATION, FileKind.STAGE)
         if ray is not None:  # before an earlier run is removed
@@ -116,6 +116,7 @@ def generate(
             "generate", config, arguments=overrides, seed=loaded[1].seed if loaded is not None else seed,
             classes=semantic_classes, resume=resume, overwrite=overwrite, frames=frames, shard=shard,
             total=loaded[1].num_frames if loaded is not None else None,
+            more_frames=growth.of_stage if loaded is None else growth.of_job(config, *loaded),
         )  # fmt: skip
         fix_classes(semantic_classes)
         if workers is not None or ray is not None:

@@ -162,6 +162,7 @@ def run(
         from usdsdg.cli.script.kept_datasets import datasets_kept
         from usdsdg.cli.script.outcome import reported_outcome
         from usdsdg.session.session import current
+        from usdsdg.writers.growth import more_frames_of_option
 
         _remark_on_own_options(script, arguments)
         check_kind(script, FileKind.SCRIPT, FileKind.REPLICATOR_YAML)
@@ -174,7 +175,7 @@ def run(
         conditions = Conditions(stage, new_stage, last, replicator, map_, missing_assets, lenient)
         begin_run(
             "run", script, arguments=own_arguments, options=conditions.facts(), seed=seed, classes=semantic_classes,
-            resume=resume, overwrite=overwrite, frames=portion, shard=shard,
+            resume=resume, overwrite=overwrite, frames=portion, shard=shard, more_frames=more_frames_of_option,
         )  # fmt: skip
         seed_everything(seed)
         fix_classes(semantic_classes)

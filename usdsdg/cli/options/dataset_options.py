@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,7 +13,12 @@ from usdsdg.cli.options.class_file import class_file
 from usdsdg.cli.options.values import NumberRange
 from usdsdg.errors import BadValue
 
-resume_option = click.option("--resume", is_flag=True, help="Go on with an unfinished run in the output folder.")
+if TYPE_CHECKING:
+    from usdsdg.writers.growth import Obstacle
+
+resume_option = click.option(
+    "--resume", is_flag=True, help="Go on with an unfinished run in the output folder, or one with fewer frames."
+)
 overwrite_option = click.option("--overwrite", is_flag=True, help="Remove an earlier run in the output folder.")
 shard_option = click.option(
     "--shard", help="Make only the i-th of n parts of the frames, as 0/4; `usdsdg merge` joins them."
@@ -56,16 +61,18 @@ def begin_run(
     frames: str | None,
     shard: str | None,
     total: int | None = None,
+    more_frames: Obstacle | None = None,
 ) -> None:
     """Say what this process makes: its recipe, its frames, and what happens to an earlier run.
 
     options: of the command that decide what is made; those without a value are left out. total: how many frames the
-    run has; None: not known.
+    run has; None: not known. more_frames: tells whether an earlier run is this one with fewer frames.
 
     Raises:
         BadValue: two options exclude each other, or one has no meaning, as frames that the run does not have.
     """
     from usdsdg.session.session import current
+    from usdsdg.writers.growth import MoreFrames
     from usdsdg.writers.journal import recipe
     from usdsdg.writers.journal.folders import Mode
     from usdsdg.writers.journal.portion import Portion
@@ -88,7 +95,7 @@ def begin_run(
         seed=seed,
         classes=_content_of(classes),
     )
-    current().run.begin(made, mode, portion, source)
+    current().run.begin(made, mode, portion, source, MoreFrames(more_frames) if more_frames is not None else None)
 
 
 def _is_place(argument: str) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from pxr import Gf
 
@@ -10,7 +12,7 @@ from usdsdg.scenarios.detection.config import DetectionConfig
 from usdsdg.scenarios.detection.scene import Scene, build, sizes_of
 from usdsdg.scenarios.draws import Draws
 from usdsdg.scenarios.shared.bodies import Body
-from usdsdg.scenarios.shared.decks import deal, variants
+from usdsdg.scenarios.shared.decks import deal, most_of_each, variants
 from usdsdg.scenarios.shared.mesh_folder import read_assets
 from usdsdg.scenarios.shared.runs import Arranged, Summary, begin, capture
 from usdsdg.session import engines
@@ -33,7 +35,7 @@ def run(config: DetectionConfig) -> Summary:
     """
     by_label, writers = begin(config)
     draws, assets = Draws(config.seed, "detection"), read_assets(by_label, config.mesh_unit)
-    hands = variants(deal(draws, _counts(config, draws), _shares(config, list(by_label))), sizes_of(assets))
+    hands = _hands(config, draws, list(by_label), sizes_of(assets))
     scene = build(config, hands, assets)
     arranger = Arranger(config, draws, scene.seen, scene.camera)
     engines.renderer().sync()  # reads all meshes now, while all are shown
@@ -50,6 +52,27 @@ def run(config: DetectionConfig) -> Summary:
 
     arranged = [Arranged(range(config.num_frames), prepare)]
     return capture(config.num_frames, arranged, config.rendering, views=1, writers=writers)
+
+
+def obstacle(earlier: DetectionConfig, wanted: DetectionConfig) -> str:
+    """Return why a job has another stage than one with more frames; "" if it is the same."""
+    by_label = {label: len(files) for label, files in wanted.files().items()}
+    draws = Draws(wanted.seed, "detection")
+    then, now = (most_of_each(_hands(each, draws, list(by_label), by_label)) for each in (earlier, wanted))
+    if then == now:
+        return ""
+    label = min(shape for shape in now if now[shape] != then[shape])[0]
+    return (
+        "the stage has as many copies of each shape as one frame shows at most, and with more frames there are more "
+        f"copies, such as of {label}, so that ids in the earlier frames would be others"
+    )
+
+
+def _hands(
+    config: DetectionConfig, draws: Draws, classes: list[str], available: Mapping[str, int]
+) -> list[list[tuple[str, int]]]:
+    """Return the objects of each frame, by class and number of the shape. available: the shapes of each class."""
+    return variants(deal(draws, _counts(config, draws), _shares(config, classes)), available)
 
 
 def _counts(config: DetectionConfig, draws: Draws) -> list[int]:

@@ -14,6 +14,7 @@ from usdsdg.create.render_products import HydraTexture
 from usdsdg.scenarios.detection.config import DetectionConfig
 from usdsdg.scenarios.shared.backdrop import Backdrop
 from usdsdg.scenarios.shared.bodies import Body, add_asset, add_shape
+from usdsdg.scenarios.shared.decks import most_of_each
 from usdsdg.scenarios.shared.lenses import DEFAULT_SIZE, author_field_of_view
 from usdsdg.scenarios.shared.lighting import Brightness, Lighting
 from usdsdg.scenarios.shared.mesh_folder import MeshAsset, files_by_label, read_assets
@@ -91,9 +92,7 @@ def _objects(
     by_label: dict[str, list[MeshAsset]] = {}
     for asset in assets:
         by_label.setdefault(asset.label, []).append(asset)
-    most: Counter[tuple[str, int]] = Counter()
-    for hand in hands:
-        most |= Counter(hand)
+    most = most_of_each(hands)
     return {
         (label, shape): [add_asset(parent, asset, labeled=True) for _ in range(most[label, shape])]
         for label, shapes in by_label.items()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from usdsdg.scenarios.draws import Draws
 
@@ -34,6 +34,14 @@ def variants(hands: Sequence[Sequence[str]], available: Mapping[str, int]) -> li
             used[label] += 1
         found.append(row)
     return found
+
+
+def most_of_each(hands: Iterable[Sequence[tuple[str, int]]]) -> Counter[tuple[str, int]]:
+    """Return how many objects of each shape a frame has at most."""
+    most: Counter[tuple[str, int]] = Counter()
+    for hand in hands:
+        most |= Counter(hand)
+    return most
 
 
 def _deck(shares: Mapping[str, float]) -> list[str]:

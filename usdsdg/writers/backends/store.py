@@ -153,7 +153,8 @@ class StoreBackend(BaseBackend):
     def _to_go_on(store: ObjectStore) -> ObjectStore | None:
         """Return the latest store with this run or a part of it, where new runs are put beside earlier ones."""
         used = list(itertools.takewhile(_has_files, _numbered(store))) if current().run.may_go_on else []
-        return next((each for each in reversed(used) if current().run.is_of_this(StorePlace(each))), None)
+        found = current().run.first_of_this(StorePlace(each) for each in reversed(used))
+        return next((each for each in used if found is not None and each.url == found.name), None)
 
 
 _OWN_WRITE_BLOB = StoreBackend.write_blob

@@ -19,6 +19,7 @@ from usdsdg.stores.whole_file import not_writable, write_whole
 from usdsdg.writers.journal import journal, lines, recipe
 from usdsdg.writers.journal.facts import Facts, joined
 from usdsdg.writers.journal.frames import FileFacts
+from usdsdg.writers.journal.grown import Growth, advice
 from usdsdg.writers.journal.journal import NAME, Contents, Journal
 from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Lock, Place
 from usdsdg.writers.journal.portion import Portion
@@ -49,11 +50,12 @@ class DatasetFolder:
         *,
         before: Callable[[], object] = lambda: None,
         with_parts: bool = False,
+        growth: Growth | None = None,
     ) -> None:
         """Claim a place for a run.
 
         before: called with the lock, before the journal is read. with_parts: parts that are there are gone on with, by
-        other processes, or joined.
+        other processes, or joined. growth: lets one with fewer frames be gone on with.
 
         Raises:
             DatasetInTheWay: another run is there, or writes there now; the message says how to go on.
@@ -75,7 +77,9 @@ class DatasetFolder:
             raise not_writable(path, error) from error
         try:
             place.pull(portion)
-            check(place, wanted, mode, portion, with_parts=with_parts)
+            check(place, wanted, mode, portion, with_parts=with_parts, growth=growth)
+            if growth is not None and mode is Mode.RESUME:
+                growth.begin(place, wanted)
             before()
             self._make_room(mode)
             if portion is None and not with_parts:
@@ -239,10 +243,18 @@ def check_unused(place: Place, portion: Portion | None) -> None:
             return
 
 
-def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None, *, with_parts: bool = False) -> None:
+def check(
+    place: Place,
+    wanted: Recipe,
+    mode: Mode,
+    portion: Portion | None,
+    *,
+    with_parts: bool = False,
+    growth: Growth | None = None,
+) -> None:
     """Check that a run may write to a place, of which what is there is known.
 
-    with_parts: as in `DatasetFolder`.
+    with_parts, growth: as in `DatasetFolder`.
 
     Raises:
         DatasetInTheWay: another run is there; the message says how to go on.
@@ -269,11 +281,15 @@ def check(place: Place, wanted: Recipe, mode: Mode, portion: Portion | None, *, 
     name = earlier.get("source", {}).get("name", "?") if isinstance(earlier.get("source"), dict) else "?"
     if mode is Mode.REPLACE and name == wanted.source["name"]:
         return
+    growing = growth if mode is Mode.RESUME else None
+    if differences and growing is not None and growing.obstacle(place, wanted, earlier, portion) == "":
+        return
     if differences:
         listed = "\n  ".join(differences)
         raise DatasetInTheWay(
             f"{there} has a run of another recipe, of {name}:\n  {listed}\n"
-            "Choose another output_dir, or remove that run with --overwrite."
+            f"{advice(growth, place, wanted, earlier, portion)}Choose another output_dir, or remove that run with "
+            "--overwrite."
         )
     if mode is Mode.RESUME and portion is None and not with_parts and _has_parts(path):
         raise DatasetInTheWay(

@@ -7,7 +7,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from usdsdg.writers.journal import recipe as recipe_file
 from usdsdg.writers.journal.facts import ASSETS, SETTINGS, WRITERS, AssetFacts, plain, settings_facts
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.frames import FileFacts, FrameFiles, FramesInHand
+from usdsdg.writers.journal.grown import Growth
 from usdsdg.writers.journal.place import Place, place_of
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe, source_of
@@ -42,6 +43,7 @@ class Run:
         self._source: Path | None = None
         self.mode = Mode.REPLACE
         self.portion: Portion | None = None
+        self.growth: Growth | None = None  # lets a run with fewer frames be gone on with
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
         self.counts_only = False  # frames are counted here, and made by other processes
         self.shares_out = False  # other processes make the frames
@@ -59,12 +61,21 @@ class Run:
         self._is_closed = False
         self._process = os.getpid()
 
-    def begin(self, recipe: Recipe, mode: Mode, portion: Portion | None, source: Path | None = None) -> None:
+    def begin(
+        self,
+        recipe: Recipe,
+        mode: Mode,
+        portion: Portion | None,
+        source: Path | None = None,
+        growth: Growth | None = None,
+    ) -> None:
         """Say what this process makes, before any writer is created.
 
-        source: the configuration or script, of which a copy is kept beside the data.
+        source: the configuration or script, of which a copy is kept beside the data. growth: lets a run with fewer
+        frames be gone on with.
         """
         self.recipe, self.mode, self.portion, self._source = recipe, mode, portion, source
+        self.growth = growth
 
     # Folders
 
@@ -83,7 +94,8 @@ class Run:
             place.pull(self.portion)
             try:
                 with_parts = self._with_parts
-                folders.check(place, self.recipe.of(place.name), self.mode, self.portion, with_parts=with_parts)
+                of_place = self.recipe.of(place.name)
+                folders.check(place, of_place, self.mode, self.portion, with_parts=with_parts, growth=self.growth)
             except DatasetInTheWay:
                 folders.check_unused(place, self.portion)  # such a run looks unfinished, and cannot be gone on with
                 raise
@@ -97,20 +109,35 @@ class Run:
             return None
         there = [wanted] if wanted.exists() else []
         there += sorted(wanted.parent.glob(f"{glob.escape(wanted.name)}_[0-9][0-9][0-9][0-9]"), reverse=True)
-        for folder in there:
-            if str(folder) not in self._folders and self.is_of_this(place_of(folder)):
-                return folder
-        return None
+        found = self.first_of_this(place_of(each) for each in there if str(each) not in self._folders)
+        return found.path if found is not None else None
 
     @property
     def may_go_on(self) -> bool:
         """Whether this process goes on with a run, or makes a part of one that others make, too."""
         return self._has_recipe() and (self.mode is Mode.RESUME or self.portion is not None)
 
-    def is_of_this(self, place: Place) -> bool:
-        """Return whether a place has a run of this recipe."""
-        earlier = recipe_file.parsed(place.read(recipe_file.FILE), place.name)
-        return self.recipe is not None and earlier is not None and not self.recipe.of(place.name).differences(earlier)
+    def first_of_this(self, places: Iterable[Place]) -> Place | None:
+        """Return the first place with a run of this recipe, else with one of another number of frames; None without one.
+
+        To the latter frames are added, or it is said why this cannot be.
+        """
+        others = []
+        for place in places:
+            earlier = recipe_file.parsed(place.read(recipe_file.FILE), place.name)
+            if self.recipe is None or earlier is None:
+                continue
+            wanted = self.recipe.of(place.name)
+            if not wanted.differences(earlier):
+                return place
+            others.append((place, wanted, earlier))
+        growth = self.growth if self.mode is Mode.RESUME else None
+        for place, wanted, earlier in others if growth is not None else ():
+            place.pull(self.portion)
+            assert growth is not None
+            if growth.obstacle(place, wanted, earlier, self.portion) is not None:
+                return place
+        return None
 
     def know(self, place: Place) -> None:
         """Tell of a place that its name alone does not open, such as a bucket of a server of one's own."""
@@ -123,7 +150,9 @@ class Run:
                 assert self.recipe is not None
                 place = self._place(folder)
                 of_place = self.recipe.of(place.name)
-                claimed = DatasetFolder(place, of_place, self.mode, self.portion, with_parts=self._with_parts)
+                claimed = DatasetFolder(
+                    place, of_place, self.mode, self.portion, with_parts=self._with_parts, growth=self.growth
+                )
                 self._folders[folder] = claimed
                 if self.mode is Mode.RESUME and (there := len(claimed.journal.contents.frames)):
                     say_once(f"{place.name} has {there} frames, which are not made again")

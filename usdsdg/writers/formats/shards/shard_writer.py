@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
@@ -20,6 +21,7 @@ from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.options import CommonOptions, common_backend, common_labels
 
 _DIGITS = 6
+ROW_GROUP = 100  # samples of a group of rows, by default
 
 
 class EncodedSample(Protocol):
@@ -65,6 +67,14 @@ class ShardOptions(CommonOptions, total=False):
     image_output_format: str
 
 
+def limits_of(options: Mapping[str, Any]) -> dict[str, int]:
+    """Return the most "samples" and "bytes" of a shard, by the options of a writer."""
+    return {
+        "samples": options.get("shard_samples", 1000),
+        "bytes": int(options.get("shard_megabytes", 500.0) * 1e6),
+    }
+
+
 class ShardWriter(Writer):
     """Base of writers with many samples in a file. A subclass encodes a sample, and writes a shard of them."""
 
@@ -80,12 +90,8 @@ class ShardWriter(Writer):
             WriterError: one of them cannot be.
         """
         name = type(self).__name__
-        limits = {
-            "shard_samples": options.get("shard_samples", 1000),
-            "shard_megabytes": options.get("shard_megabytes", 500.0),
-        }
-        for limit, value in limits.items():
-            if not value > 0:
+        for limit in ("shard_samples", "shard_megabytes"):
+            if not (value := options.get(limit, 1)) > 0:
                 raise WriterError(f"{name}: {limit} is {value}; expected more than 0.")
         self._options = SampleOptions(
             bool(options.get("masks")), depth, options.get("min_visibility", 0.0), options.get("min_pixels", 1)
@@ -94,7 +100,7 @@ class ShardWriter(Writer):
         self._splits = Splits(name, options.get("splits"), options.get("frames_per_scene", 1))
         self.annotators = list(self._options.annotators(common_labels(name, options)))
         self.backend = common_backend(name, output_dir, options)
-        self._limits = {"samples": limits["shard_samples"], "bytes": int(limits["shard_megabytes"] * 1e6)}
+        self._limits = limits_of(options)
         self._shards = {split: self._shards_of(split) for split in self._splits.names}
         self._in_order: InOrder[Encoded] = InOrder(self._take)
         self._frame_id = self._put = 0  # the next frame, and samples of this process

@@ -12,7 +12,7 @@ from usdsdg.writers.formats.shards.encoding import image_bytes
 from usdsdg.writers.formats.shards.parquet_schema import pyarrow
 from usdsdg.writers.formats.shards.parquet_shard import ParquetShards, Row
 from usdsdg.writers.formats.shards.samples import Sample
-from usdsdg.writers.formats.shards.shard_writer import Encoded, ShardOptions, ShardWriter
+from usdsdg.writers.formats.shards.shard_writer import ROW_GROUP, Encoded, ShardOptions, ShardWriter
 from usdsdg.writers.options import typed
 
 
@@ -31,7 +31,7 @@ class ParquetWriter(ShardWriter):
     def __init__(
         self,
         output_dir: str | os.PathLike | None = None,
-        row_group_samples: int = 100,
+        row_group_samples: int = ROW_GROUP,
         **options: Unpack[ShardOptions],
     ) -> None:
         """

@@ -1,0 +1,104 @@
+"""Growing a dataset: a run with more frames, which differs in nothing else, makes those that are missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from usdsdg.errors import DatasetError, WriterError
+from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.writers.formats.shards.reopened import restore_samples
+from usdsdg.writers.journal import journal, recipe
+from usdsdg.writers.journal.facts import WRITERS
+from usdsdg.writers.journal.journal import NAME, Journal
+from usdsdg.writers.journal.lines import SHARED, SPOOLS
+from usdsdg.writers.journal.merge import parts_of
+from usdsdg.writers.journal.place import JOINED, Place
+from usdsdg.writers.journal.portion import Portion
+from usdsdg.writers.journal.recipe import Recipe
+from usdsdg.writers.journal.spool_hashes import AGGREGATES, SpoolHashes
+
+# What keeps the earlier frames, of a folder with the recipe `.usdsdg/recipe.json`, from being the first ones of the
+# wanted run: "" if nothing does; None if the runs differ in more than the number of frames.
+Obstacle = Callable[[Recipe, Recipe, Path], str | None]
+# Writers whose files of one frame name the whole recipe, and so the number of frames.
+_NAMING_THE_RECIPE = ("RerunWriter",)
+
+
+class MoreFrames:
+    """Lets a run with more frames go on with a complete one, or one that has not ended."""
+
+    def __init__(self, obstacle: Obstacle) -> None:
+        """obstacle: of the command, called with the wanted recipe, the earlier one, and the folder of the latter."""
+        self._obstacle = obstacle
+
+    def obstacle(self, place: Place, wanted: Recipe, earlier: Mapping[str, Any], portion: Portion | None) -> str | None:
+        """Return why a run cannot go on with an earlier one as `Obstacle` does."""
+        try:
+            reason = self._obstacle(wanted, Recipe.of_values(earlier, place.path), place.path)
+        except DatasetError:
+            return None
+        if reason:
+            return reason
+        return reason if reason is None else _obstacle_there(place, portion)
+
+    def begin(self, place: Place, wanted: Recipe) -> None:
+        """Make an earlier run with fewer frames, which is locked and has no obstacle, an unfinished one of `wanted`.
+
+        Raises:
+            WriterError: its journal was damaged, or a shard of samples, which grows.
+            OutputNotWritable: a file cannot be written.
+        """
+        earlier = recipe.read(place.path)
+        if earlier is None or not wanted.differences(earlier):
+            return
+        own = place.path / BESIDE / NAME
+        contents = journal.read(own) if own.is_file() else journal.Contents()
+        if contents.is_complete:
+            restore_samples(place, contents)
+            spools = SpoolHashes(place.path / BESIDE / AGGREGATES).facts_of_files()
+            # Before the recipe: with a complete journal, a process that died in between would leave a run that has
+            # ended with too few frames.
+            Journal(own).append([{SHARED: {}, SPOOLS: spools}], {})
+            place.push()
+        wanted.write(place.path)
+
+
+def more_frames_of_option(wanted: Recipe, earlier: Recipe, folder: Path) -> str | None:
+    """Return what keeps the frames of `usdsdg run --frames N` from being the first of another N; see `Obstacle`."""
+    mine, theirs = wanted.options.get("frames"), earlier.options.get("frames")
+    if differing(wanted, earlier) != {"options"} or not isinstance(mine, int) or not isinstance(theirs, int):
+        return None
+    if {**wanted.options, "frames": 0} != {**earlier.options, "frames": 0}:
+        return None
+    return fewer(f"--frames {theirs}", f"--frames {mine}") if mine < theirs else ""
+
+
+def differing(wanted: Recipe, earlier: Recipe) -> set[str]:
+    """Return the names of the facts that tell one recipe from the other."""
+    return {name for name in recipe.IDENTITY if getattr(wanted, name) != getattr(earlier, name)}
+
+
+def fewer(earlier: str, wanted: str) -> str:
+    """Return why a dataset does not become smaller."""
+    return f"it was made with {earlier}, now it is {wanted}, and --resume adds frames, but removes none"
+
+
+def _obstacle_there(place: Place, portion: Portion | None) -> str:
+    """Return what in a place keeps it from growing; "" if nothing does."""
+    if portion is not None:
+        return (
+            "one part of it alone cannot grow; give --resume without --frames A:B and --shard, or --workers N --resume"
+        )
+    if parts_of(place.path) or (place.path / JOINED).exists():
+        return (
+            "it has parts that are not joined; end that run first, with --workers N --resume and its number of frames"
+        )
+    own = place.path / BESIDE / NAME
+    try:
+        facts = journal.read(own).facts if own.is_file() else {}
+    except WriterError as error:
+        return str(error)
+    naming = [key for key in facts.get(WRITERS, {}) if key.rpartition("-")[0] in _NAMING_THE_RECIPE]
+    return f"the files of {naming[0].rpartition('-')[0]} have an id of the whole recipe" if naming else ""
