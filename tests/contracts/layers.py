@@ -16,7 +16,7 @@ USDSDG = {
     "buffers": "",
     "readback": "buffers",
     "warp_start": "errors",
-    "compilation": "",
+    "compilation": "errors",
     "stores": "errors operating_system",
     "image_files": "errors warp_start",
     "stage": "errors operating_system image_files",
