@@ -72,7 +72,7 @@ def test_progress_is_the_share_of_the_time_that_modules_take(monkeypatch):
     monkeypatch.setattr(compilation, "MOST_UNDER_WAY", 0.0)
     loads = [load(Module([], "long", gate=gate), 2.0), load(Module([], "short"), 1.0)]
     load_modules(loads, what="kernels", threads=2, progress=progress)
-    assert {label for label, _, _ in heard} == {"compiling kernels (first use), percent of 2 modules"}
+    assert {label for label, _, _ in heard} == {"compiling kernels (first use), 2 modules, in percent"}
     assert [(done, total) for _, done, total in heard] == [(0, 100), (33, 100), (100, 100)]
 
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from usdsdg.errors import counted
+
 if TYPE_CHECKING:
     import warp as wp
 
@@ -66,7 +68,7 @@ def load_modules(
     if any(load.device.is_cpu for load in loads):
         wp.get_cpu_kernel_cache_key()
     missing = sorted((load for load in loads if not load.is_cached()), key=lambda load: -load.seconds)
-    work = _Work(missing, f"compiling {what} (first use), percent of {len(missing)} modules", progress)
+    work = _Work(missing, f"compiling {what} (first use), {counted(len(missing), 'module')}, in percent", progress)
     work.report()
     pool = ThreadPoolExecutor(max(1, threads), thread_name_prefix=THREADS)
     try:

@@ -182,6 +182,14 @@ class Unsupported(UsdsdgError, NotImplementedError):
     looked_for: Sequence[str] = ()  # of a URL: where a copy of it was looked for
 
 
+def counted(count: int, noun: str, plural: str | None = None) -> str:
+    """Return a number with its noun, for messages: "1 frame", "2 frames"; plural: where it is not the noun with an s.
+
+    A verb after the noun belongs to both: `counted(count, "file is", "files are")`.
+    """
+    return f"{count} {noun if count == 1 else plural or f'{noun}s'}"
+
+
 def described(error: BaseException) -> str:
     """Return the message of an error, with its notes in lines of their own."""
     return "\n".join([str(error), *(f"  {note}" for note in getattr(error, "__notes__", ()))])

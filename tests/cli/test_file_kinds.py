@@ -54,6 +54,20 @@ def test_commands_name_the_command_that_takes_the_file(arguments, command, tmp_p
     assert f"`{command} {arguments[1]}" in done.stderr
 
 
+@pytest.mark.parametrize("name", ["notes.txt", "script.py.bak", "list.json"])
+def test_a_file_that_is_no_script_is_not_run_as_one(name, tmp_path):
+    (tmp_path / name).write_text("print('executed')")
+    done = usdsdg("run", name, cwd=tmp_path, expect=1)
+    assert done.stdout == ""
+    assert done.stderr.startswith(f"error: {name} is neither a Python script (.py) nor a Replicator YAML file")
+
+
+@pytest.mark.parametrize("name", ["script", "script.PY"])
+def test_a_file_without_a_suffix_may_be_a_script(name, tmp_path):
+    (tmp_path / name).write_text("print('executed')")
+    assert usdsdg("run", "--quiet", name, cwd=tmp_path).stdout == "executed\n"
+
+
 @pytest.mark.parametrize("config", sorted((ROOT / "configs").iterdir()), ids=lambda path: path.name)
 def test_our_own_configurations_are_recognized(config, tmp_path):
     check_kind(shutil.copy(config, tmp_path / config.name), FileKind.CONFIGURATION)

@@ -165,7 +165,7 @@ def test_frames_that_only_some_formats_have_are_made_again(tmp_path):
     assert done.returncode == 0, done.stderr
     done = reproduce(tmp_path / "out", "--frames", "1")
     assert done.returncode == 0, done.stderr + done.stdout
-    assert [line.split(": ")[0] for line in done.stdout.splitlines()] == [f"1 frames of {tmp_path / 'out/VocWriter'}"]
+    assert [line.split(": ")[0] for line in done.stdout.splitlines()] == [f"1 frame of {tmp_path / 'out/VocWriter'}"]
     done = reproduce(tmp_path / "out/KittiWriter", "--frames", "0:3")
     assert done.returncode == 0, done.stderr + done.stdout
     done = reproduce(tmp_path / "out/KittiWriter", "--frames", "1")

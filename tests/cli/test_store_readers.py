@@ -83,7 +83,7 @@ def test_the_page_of_a_dataset_in_a_bucket_is_put_beside_it(bucket, files, tmp_p
 def test_frames_of_a_dataset_in_a_bucket_are_made_again_and_nothing_is_written_there(bucket, files):
     done = usdsdg("reproduce", "-q", bucket.place, "--device", "cpu", "--frames", "1")
     assert done.returncode == 0, done.stderr + done.stdout
-    assert re.search(rf"1 frames of {bucket.place}: \d+ files equal, 0 different", done.stdout)
+    assert re.search(rf"1 frame of {bucket.place}: \d+ files equal, 0 different", done.stdout)
     assert bucket.objects == files
 
 

@@ -27,7 +27,7 @@ def test_each_room_says_how_many_modules_it_compiled_and_where_they_are(tmp_path
 def test_a_binary_for_another_device_is_one_more(tmp_path):
     compile_into(tmp_path, "a")
     rooms = {"render": lambda: (tmp_path / "wp_a" / "a.sm90.cubin").touch()}
-    assert warmup.compile_ahead(rooms, tmp_path)[0] == "render kernels: 1 modules compiled in 0 s"
+    assert warmup.compile_ahead(rooms, tmp_path)[0] == "render kernels: 1 module compiled in 0 s"
 
 
 def test_the_help_has_an_example():

@@ -299,7 +299,7 @@ def test_simulate_until_rest_waits_for_the_prims_given_and_names_what_still_move
     physics.apply_rigid_body([cube, other])
     with pytest.warns(UsdsdgWarning, match=r"simulate_until_rest: 2 bodies still move after 0\.1 s: /World/Cube"):
         assert physics.simulate_until_rest(max_time=0.1) == ["/World/Cube", "/World/Sphere"]
-    with pytest.warns(UsdsdgWarning, match="1 bodies still move after"):
+    with pytest.warns(UsdsdgWarning, match="1 body still moves after"):
         assert physics.simulate_until_rest(other, max_time=0.2) == ["/World/Sphere"]
     with pytest.raises(PhysicsError, match="max_time is 0"):
         physics.simulate_until_rest(max_time=0)

@@ -32,6 +32,7 @@ from usdsdg.session.settings_store import captures_motion_blur, captures_on_play
 from usdsdg.session.termination import whole_frame
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage import assets
+from usdsdg.writers.journal.run import get_run
 
 
 class Orchestrator:
@@ -257,7 +258,8 @@ class Orchestrator:
         finally:
             self._last, self._capture.expected_frames = None, expected_before
         if num_frames is None:
-            report(FRAMES, self.captures, self.captures)
+            made = get_run().own_frames(self.captures)
+            report(FRAMES, made, made)
         self.finish()
 
     def expect_frames(self, count: int | None, *, before: int = 0) -> None:

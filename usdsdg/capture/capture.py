@@ -127,7 +127,8 @@ class Capture:
         append_to_journals()
         self._remember(frames)
         if current().tap is None:  # who takes the frames counts them
-            report(FRAMES, self.frames_before + frame + 1, self.expected_frames)
+            count, total = get_run().own_frames, self.expected_frames
+            report(FRAMES, count(self.frames_before + frame + 1), None if total is None else count(total))
 
     def give_up(self) -> None:
         """End a frame that has begun and is not finished, because of an error."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from usdsdg.errors import counted
+
 FEW_CORES = 4
 
 Version = tuple[int, int]
@@ -74,7 +76,8 @@ def advice(machine: Machine) -> list[str]:
         )
     elif machine.cold_modules:
         found.append(
-            f"{machine.cold_modules} modules of kernels are not compiled yet, which the first run does: usdsdg warmup"
+            counted(machine.cold_modules, "module of kernels is", "modules of kernels are")
+            + " not compiled yet, which the first run does: usdsdg warmup"
         )
     if not machine.has_denoiser:
         found.append(

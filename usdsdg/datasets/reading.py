@@ -36,11 +36,6 @@ class Format(Protocol):
         """The name of the writer."""
         ...
 
-    @property
-    def LOOKED_FOR(self) -> str:
-        """Files of it, for the message that nothing was found."""
-        ...
-
     def read(self, folder: Folder, files: list[str], /) -> Iterator[Seen]:
         """Yield what the files of each image say. `files` are those that belong to no other format.
 

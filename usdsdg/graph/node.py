@@ -12,7 +12,7 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg.errors import NotAPrim, UnknownInput, Unsupported, warn_once
+from usdsdg.errors import NotAPrim, UnknownInput, Unsupported, counted, warn_once
 from usdsdg.graph.live_prims import LivePrims, joined
 from usdsdg.graph.node_attributes import NodeAttribute
 from usdsdg.graph.prim_path import PrimPath
@@ -246,7 +246,7 @@ class ReplicatorItem:
     def __repr__(self) -> str:
         """Return the function that made it, as Replicator does, `omni.replicator.core.create.cube`."""
         if not self.node.function:
-            return f"ReplicatorItem({self.node.kind}, {len(self.prims)} prims)"
+            return f"ReplicatorItem({self.node.kind}, {counted(len(self.prims), 'prim')})"
         return f"omni.replicator.core.{self.node.function}"
 
 

@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 
 from usdsdg.datasets.folder import Folder, check_folder
 from usdsdg.datasets.parts import parts
-from usdsdg.datasets.reading import FORMATS, images, objects_of
+from usdsdg.datasets.reading import images, objects_of
 from usdsdg.datasets.seen import Seen
 from usdsdg.errors import DatasetError
 from usdsdg.inspect import problems
@@ -76,9 +76,9 @@ def _nothing_found(path: Path, folders: list[Folder]) -> str:
     if not endings:
         return f"{path} is empty; give the folder that a writer wrote to (its output_dir)"
     found = ", ".join(f"{count} x {ending}" for ending, count in endings.most_common(5))
-    looked = "; ".join(each.LOOKED_FOR for each in FORMATS)
     return (
-        f"nothing in {path} is a dataset that can be shown; found {found}. Looked up to six folders deep for {looked}"
+        f"nothing in {path} is a dataset that can be shown: no file is named as a writer names them, such as "
+        f"rgb_0000.png of BasicWriter, only {found}. Give the folder that a writer wrote to (its output_dir)"
     )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from PIL import ImageColor
 
 from usdsdg.datasets.seen_object import SeenObject
+from usdsdg.errors import counted
 from usdsdg.inspect import statistics
 from usdsdg.inspect.dataset import read_dataset
 from usdsdg.inspect.records import Frame
@@ -73,18 +74,23 @@ class OpenedDataset:
         return (self[index] for index in range(len(self)))
 
     def __repr__(self) -> str:
-        return f"OpenedDataset({str(self.path)!r}, {len(self)} images, {sum(self.counts.values())} objects)"
+        return f"OpenedDataset({str(self.path)!r}, {counted(len(self), 'image')}, {self._objects})"
 
     def _repr_html_(self) -> str:
-        about = f"{len(self)} images of {', '.join(self.formats)}, {sum(self.counts.values())} objects"
+        about = f"{counted(len(self), 'image')} of {', '.join(self.formats)}, {self._objects}"
         rows = [(name, each["objects"], each["frames"]) for name, each in self._classes.items()]
         chosen = np.unique(np.linspace(0, len(self) - 1, _THUMBNAILS).astype(int)).tolist()
         shown = [
             html.image(np.asarray(self[i].thumbnail(_WIDTH))) + html.note(self._read.frames[i].name) for i in chosen
         ]
-        problems = html.note(f"{len(self.problems)} problems: {'; '.join(self.problems[:3])}") if self.problems else ""
+        count = counted(len(self.problems), "problem")
+        problems = html.note(f"{count}: {'; '.join(self.problems[:3])}") if self.problems else ""
         table = html.table(("label", "objects", "images"), rows) if rows else html.note("no objects")
         return html.title(str(self.path), about) + html.row([table, *shown]) + problems
+
+    @property
+    def _objects(self) -> str:
+        return counted(sum(self.counts.values()), "object")
 
     def _drawn(self, frame: Frame) -> np.ndarray:
         seen = frame.seen.complete()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from usdsdg.errors import counted
 from usdsdg.graph.evaluate import Graph, Trigger
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.notebook import html
@@ -14,7 +15,7 @@ _PRIMS = 3
 
 def graph_html(graph: Graph) -> str:
     """Return what a notebook shows of the graph of a stage."""
-    parts = [html.title("graph", f"{len(graph.triggers)} triggers")]
+    parts = [html.title("graph", counted(len(graph.triggers), "trigger"))]
     if graph.impulses:
         parts.append(_block("once, at the next evaluation", graph.impulses))
     parts += [trigger_html(trigger) for trigger in graph.triggers]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pxr import Usd, UsdGeom
 
+from usdsdg.errors import counted
 from usdsdg.notebook import html
 from usdsdg.stage.semantics.labels import get_labels
 
@@ -17,7 +18,7 @@ def stage_html(stage: Usd.Stage) -> str:
         return html.note("the stage is closed")
     top = [*stage.GetPseudoRoot().GetChildren()]
     meters, up = UsdGeom.GetStageMetersPerUnit(stage), UsdGeom.GetStageUpAxis(stage)
-    about = f"{up} up, {meters:g} m per unit, {sum(1 for _ in stage.Traverse())} prims"
+    about = f"{up} up, {meters:g} m per unit, {counted(sum(1 for _ in stage.Traverse()), 'prim')}"
     layer = stage.GetRootLayer()
     name = "stage" if layer.anonymous else layer.GetDisplayName()
     return html.title(name, about) + _Tree().below(top, 0)

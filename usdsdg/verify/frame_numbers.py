@@ -7,7 +7,7 @@ from collections.abc import Sequence, Set
 from itertools import islice
 from pathlib import Path
 
-from usdsdg.errors import BadValue
+from usdsdg.errors import BadValue, counted
 from usdsdg.verify.integrity.listing import read_listing
 from usdsdg.writers.journal.portion import Portion
 
@@ -52,5 +52,5 @@ def check_numbers(dataset: str, wanted: range | Set[int], known: Set[int]) -> No
     ordered = wanted if isinstance(wanted, range) else sorted(wanted)
     named = ", ".join(map(str, islice((number for number in ordered if number not in known), _SHOWN)))
     more = f" and {missing - _SHOWN} more" if missing > _SHOWN else ""
-    has = f"{len(known)} frames, from {min(known)} to {max(known)}" if known else "no frames"
+    has = f"{counted(len(known), 'frame')}, from {min(known)} to {max(known)}" if known else "no frames"
     raise BadValue(f"--frames: {dataset} does not have frame{'s' * (missing > 1)} {named}{more}; it has {has}")

@@ -9,6 +9,7 @@ from typing import Any
 
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.printable import printable
+from usdsdg.errors import counted
 from usdsdg.verify.integrity import Integrity
 
 
@@ -54,7 +55,7 @@ class Report:
         labels = f"images: {seen}; recorded frames: {self.recorded}{again}"
         if not self.reads_labels:
             labels = "images and labels were not read"
-        return f"{self.folder}: {len(self.faults)} faults{files}; {labels}"
+        return f"{self.folder}: {counted(len(self.faults), 'fault')}{files}; {labels}"
 
     def values(self) -> dict[str, Any]:
         """Return everything as values for JSON."""

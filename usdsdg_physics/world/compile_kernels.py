@@ -26,7 +26,7 @@ _MODULES = {
     "usdsdg_physics.queries.overlap_kernels": 1.0,
     "usdsdg_physics.solver.sweep_kernels": 1.0,
     "usdsdg_physics.corrections.contacts.squeezes_kernels": 0.6,
-    "usdsdg_physics.corrections.contacts.tunneling_guard_kernels": 0.5,
+    "usdsdg_physics.guards.tunneling_guard_kernels": 0.5,
     "usdsdg_physics.corrections.bodies.stabilization_kernels": 0.5,
     "usdsdg_physics.corrections.contacts.impacts_kernels": 0.5,
     "usdsdg_physics.corrections.bodies.free_flight_kernels": 0.5,
@@ -62,7 +62,7 @@ def prepare_newton() -> None:
     import usdsdg_physics.corrections.bodies.stabilization_kernels
     import usdsdg_physics.corrections.contacts.impacts_kernels
     import usdsdg_physics.corrections.contacts.squeezes_kernels
-    import usdsdg_physics.corrections.contacts.tunneling_guard_kernels
+    import usdsdg_physics.guards.tunneling_guard_kernels
     import usdsdg_physics.queries.overlap_kernels
     import usdsdg_physics.solver.response_kernels
     import usdsdg_physics.solver.separated_pairs_kernels
@@ -152,7 +152,9 @@ def load_all_kernels(device: str | None, *, progress: Progress | None = None) ->
     import warp as wp
 
     target, cpu = wp.get_device(device), wp.get_device("cpu")
-    on_target = [module for room in ("corrections", "world") for module in kernel_modules(f"usdsdg_physics.{room}")]
+    on_target = [
+        each for room in ("corrections", "guards", "world") for each in kernel_modules(f"usdsdg_physics.{room}")
+    ]
     on_cpu = kernel_modules("usdsdg_physics.queries")
     if target.is_cpu:
         on_cpu += kernel_modules("usdsdg_physics.solver")

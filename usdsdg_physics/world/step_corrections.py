@@ -1,4 +1,4 @@
-"""The ordered list of all that corrects what Newton's solver does in a step."""
+"""The ordered list of all that corrects what Newton finds and solves in a step: guards, then corrections."""
 
 # Newton declares the arrays of models and states optional; after `finalize` all are there.
 # pyright: reportOptionalMemberAccess=false, reportArgumentType=false
@@ -18,15 +18,15 @@ from usdsdg_physics.corrections.contacts.contact_coefficients import ContactCoef
 from usdsdg_physics.corrections.contacts.contact_report import ContactReport
 from usdsdg_physics.corrections.contacts.depenetration import Depenetration
 from usdsdg_physics.corrections.contacts.impacts import Impacts
-from usdsdg_physics.corrections.contacts.mesh_seams import MeshSeams
 from usdsdg_physics.corrections.contacts.moving_surfaces import MovingSurfaces
 from usdsdg_physics.corrections.contacts.squeezes import Squeezes
-from usdsdg_physics.corrections.contacts.tunneling_guard import TunnelingGuard
 from usdsdg_physics.corrections.joints.distance_joints import DistanceJoints
 from usdsdg_physics.corrections.joints.floating_trees import FloatingTrees
 from usdsdg_physics.corrections.joints.joint_loads import JointLoads
 from usdsdg_physics.corrections.joints.link_damping import LinkDamping
 from usdsdg_physics.corrections.joints.links import Links
+from usdsdg_physics.guards.mesh_seams import MeshSeams
+from usdsdg_physics.guards.tunneling_guard import TunnelingGuard
 from usdsdg_physics.model import build
 from usdsdg_physics.model.build import BuiltModel, distance_joints
 from usdsdg_physics.scene.records import Scene
@@ -54,7 +54,7 @@ class StepKind:
 
 
 class StepCorrections:
-    """All corrections of one world; those that few scenes need are None in the others, and cost nothing.
+    """All guards and corrections of one world; those that few scenes need are None in the others, and cost nothing.
 
     The methods launch kernels that may be recorded, so nothing in them depends on what arrays hold.
     """

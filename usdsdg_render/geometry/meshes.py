@@ -80,8 +80,8 @@ def _warn_of_degenerate_faces(path: str, face: np.ndarray, degenerate: np.ndarra
     lost = np.setdiff1d(face[degenerate], face[~degenerate])
     if len(lost):
         errors.warn_once(
-            f"{path}: {len(lost)} faces have no area (first: face {int(lost[0])}) and are dropped. "
-            f"Merge their points or remove the faces to silence this."
+            f"{path}: {errors.counted(len(lost), 'face has', 'faces have')} no area (first: face {int(lost[0])}) and "
+            f"{'is' if len(lost) == 1 else 'are'} dropped. Merge their points or remove the faces to silence this."
         )
 
 

@@ -321,7 +321,7 @@ def test_slivers_are_drawn_as_long_as_they_have_a_width(size, recwarn):
     np.testing.assert_allclose(area_vectors(prototype_of(mesh))[:, 2], widths * size**2 / 2, rtol=1e-5)
     assert not recwarn.list
     _, lines = make_mesh([*points[:3], *points[:2], (0.5 * size, 1e-9 * size, 0)], [3, 3], range(6))
-    with pytest.warns(UserWarning, match="1 faces have no area"):
+    with pytest.warns(UserWarning, match="1 face has no area"):
         assert prototype_of(lines).triangle_faces.tolist() == [0]
 
 

@@ -18,8 +18,14 @@ from usdsdg.writers.journal.portion import Portion
 )
 def test_frames_of_a_portion(portion, frames, name):
     assert [number for number in range(10) if portion.has(number)] == frames
+    assert [portion.count(end) for end in range(11)] == [sum(map(portion.has, range(end))) for end in range(11)]
     assert portion.name == name
     assert Portion.of_name(name) == portion
+
+
+def test_frames_by_number_are_counted():
+    portion = Portion.of_numbers("0,12,3")
+    assert [portion.count(end) for end in (0, 1, 12, 13, 20)] == [0, 1, 2, 3, 3]
 
 
 def test_a_portion_is_over_after_its_last_frame():

@@ -11,7 +11,7 @@ from click.exceptions import Exit
 from usdsdg.cli.command import Group, argument
 from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import assets_root_option, command_context, quiet_option
-from usdsdg.errors import ConfigError
+from usdsdg.errors import ConfigError, counted
 
 if TYPE_CHECKING:
     from usdsdg.mirror.root_mirror import RootMirror
@@ -47,7 +47,7 @@ def list_(assets_root: str | None) -> None:
         for record in records:
             print(f"{record.sha256[:12]} {record.size:>12,} {record.path}")
         size = sum(record.size for record in records)
-        print(f"{len(records)} files of {mirror.url}, {size / 1e6:,.1f} MB, in {mirror.folder}")
+        print(f"{counted(len(records), 'file')} of {mirror.url}, {size / 1e6:,.1f} MB, in {mirror.folder}")
 
 
 @assets.command(epilog=epilog("assets check"))
@@ -66,7 +66,7 @@ def check(assets_root: str | None, repair: bool, quiet: bool) -> None:
         for record, _ in damaged if repair else ():
             mirror.fetch(record.path)
         count = len(mirror.records())
-        print(f"{count} files, {len(damaged)} damaged{' and copied again' if repair and damaged else ''}")
+        print(f"{counted(count, 'file')}, {len(damaged)} damaged{' and copied again' if repair and damaged else ''}")
         if damaged and not repair:
             raise Exit(1)
 

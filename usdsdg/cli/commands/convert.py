@@ -14,6 +14,7 @@ from usdsdg.cli.options.command_context import command_context, quiet_option
 from usdsdg.cli.options.file_kinds import no_file
 from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.values import PATH, Member
+from usdsdg.errors import counted
 
 
 class OriginOption(enum.StrEnum):
@@ -96,7 +97,8 @@ def convert(
         if not quiet:
             size = " x ".join(f"{each:.4g}" for each in report.size)
             print(
-                f"{target}: {size} m, {report.triangles} triangles, {report.parts} parts, {report.materials} materials"
+                f"{target}: {size} m, {counted(report.triangles, 'triangle')}, {counted(report.parts, 'part')}, "
+                f"{counted(report.materials, 'material')}"
             )
             for line in report.repairs:
                 print(f"repaired: {line}")

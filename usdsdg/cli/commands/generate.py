@@ -35,7 +35,7 @@ from usdsdg.cli.options.rerun_option import recorded, rerun_option
 from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PATH
 from usdsdg.cli.part import run_here
-from usdsdg.errors import BadValue
+from usdsdg.errors import BadValue, counted
 
 # Threads of an actor of Ray, unless --threads says otherwise; parts for each, so that none waits long for the others.
 RAY_THREADS, PARTS_ON_RAY = 2, 4
@@ -183,6 +183,6 @@ def _let_workers_make(
         make = on_ray(arguments, count, make_part, address=address, resources=Resources(each, gpus))
     places, started = job.places(values), time.perf_counter()
     make_dataset(places, values.num_frames, pieces, make, unit=job.episode(values))
-    print(f"{values.num_frames} frames in {time.perf_counter() - started:.1f} s")
+    print(f"{counted(values.num_frames, 'frame')} in {time.perf_counter() - started:.1f} s")
     for place in places:
         print(f"dataset: {place}")

@@ -10,7 +10,7 @@ from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import command_context
 from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.values import PATH, PLACE
-from usdsdg.errors import DatasetError
+from usdsdg.errors import DatasetError, counted
 from usdsdg.session.next_commands import next_commands, written_datasets
 from usdsdg.session.progress import say
 
@@ -52,7 +52,7 @@ def _make_page(folder: str, output: Path | None = None) -> None:
     for problem in problems[:_PRINTED]:
         print(problem, file=sys.stderr)
     if len(problems) > _PRINTED:
-        print(f"... and {len(problems) - _PRINTED} more problems, on the page", file=sys.stderr)
+        print(f"... and {counted(len(problems) - _PRINTED, 'more problem')}, on the page", file=sys.stderr)
     print(page)
 
 

@@ -8,6 +8,7 @@ from usdsdg.cli.command import Command, argument
 from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import command_context, quiet_option
 from usdsdg.cli.options.values import PLACE
+from usdsdg.errors import counted
 
 
 @click.command(cls=Command, epilog=epilog("merge"))
@@ -28,7 +29,7 @@ def merge(place: str, quiet: bool) -> None:
         from usdsdg.writers.parts import join_parts
 
         for each in _datasets(place):
-            print(f"{join_parts(place_of(each))} frames joined in {each}")
+            print(f"{counted(join_parts(place_of(each)), 'frame')} joined in {each}")
 
 
 def _datasets(place: str) -> list[str]:

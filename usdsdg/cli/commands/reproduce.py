@@ -29,7 +29,7 @@ from usdsdg.cli.options.command_context import (
 from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PATH, PLACE
 from usdsdg.cli.script.interpreter import interpreter_restored
-from usdsdg.errors import BadValue, DatasetError
+from usdsdg.errors import BadValue, DatasetError, counted
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 
 if TYPE_CHECKING:
@@ -264,7 +264,8 @@ def _print(result: Comparison, folder: str, frames: int | None) -> None:
     for fault in result.faults:
         print(fault.line())
     if result.unknown:
-        print(f"note: {len(result.unknown)} files have other bytes and no tolerance, such as {result.unknown[0]}")
+        unknown = counted(len(result.unknown), "file has", "files have")
+        print(f"note: {unknown} other bytes and no tolerance, such as {result.unknown[0]}")
     close = f", {result.close} within the tolerance" if result.close else ""
-    which = f"{frames} frames of " if frames is not None else ""
-    print(f"{which}{folder}: {result.equal} files equal{close}, {len(result.faults)} different")
+    which = f"{counted(frames, 'frame')} of " if frames is not None else ""
+    print(f"{which}{folder}: {counted(result.equal, 'file')} equal{close}, {len(result.faults)} different")

@@ -32,7 +32,7 @@ from usdsdg.cli.options.dataset_options import (
     shard_option,
     workers_option,
 )
-from usdsdg.cli.options.file_kinds import FileKind, check_kind, no_file
+from usdsdg.cli.options.file_kinds import YAML, FileKind, check_kind, check_script, no_file
 from usdsdg.cli.options.rerun_option import recorded, rerun_option
 from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PATH, PLACE, Member
@@ -41,7 +41,6 @@ from usdsdg.cli.script.interpreter import interpreter_restored
 from usdsdg.cli.script.workers import ScriptWorkers
 from usdsdg.errors import BadValue
 
-YAML = (".yaml", ".yml")
 # Options that may be given before and after the script.
 _ON_EITHER_SIDE = ("--assets-root", "--save-stage")
 
@@ -165,7 +164,7 @@ def run(
         from usdsdg.writers.growth import more_frames_of_option
 
         _remark_on_own_options(script, arguments)
-        check_kind(script, FileKind.SCRIPT, FileKind.REPLICATOR_YAML)
+        check_script(script)
         if stage is not None:
             check_kind(stage, FileKind.STAGE)
         last, portion = _frames(frames)

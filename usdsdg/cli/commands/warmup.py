@@ -9,6 +9,7 @@ import click
 from usdsdg.cli.command import Command
 from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import command_context, device_option, quiet_option
+from usdsdg.errors import counted
 from usdsdg.warp_start import quiet_warp, start_warp
 
 # What Warp keeps for CPUs and for CUDA.
@@ -45,7 +46,7 @@ def compile_ahead(rooms: Mapping[str, Callable[[], object]], cache: Path) -> lis
         before, began = _binaries(cache), time.monotonic()
         compile_room()
         if new := len(_binaries(cache) - before):
-            lines.append(f"{name} kernels: {new} modules compiled in {time.monotonic() - began:.0f} s")
+            lines.append(f"{name} kernels: {counted(new, 'module')} compiled in {time.monotonic() - began:.0f} s")
     return [*(lines or ["nothing to compile"]), f"kernel cache: {cache}"]
 
 

@@ -22,7 +22,7 @@ from usdsdg.cli.options.class_file import class_file
 from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.thread_limit import limit_threads
 from usdsdg.cli.options.values import PATH, PLACE
-from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning
+from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning, counted
 from usdsdg.session import progress, termination
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.failures import tell
@@ -201,7 +201,7 @@ def _drop_files() -> None:
 
     with suppress(KeyboardInterrupt):
         dropped = current().io_queue.stop(seconds=DROP_SECONDS)
-        print(f"stopped: {dropped} files were not written", file=sys.stderr)
+        print(f"stopped: {counted(dropped, 'file was', 'files were')} not written", file=sys.stderr)
 
 
 def _exit_without_joining_compilers(code: int) -> NoReturn:

@@ -11,7 +11,7 @@ import click
 
 from usdsdg.cli.options.class_file import class_file
 from usdsdg.cli.options.values import NumberRange
-from usdsdg.errors import BadValue
+from usdsdg.errors import BadValue, counted
 
 if TYPE_CHECKING:
     from usdsdg.writers.growth import Obstacle
@@ -83,7 +83,7 @@ def begin_run(
         raise BadValue("--frames and --shard both choose frames: give only one of them")
     portion = Portion.of_frames(frames) if frames is not None else None
     if portion is not None and total is not None and portion.first >= total:
-        raise BadValue(f"--frames {frames}: the run has {total} frames, counted from 0; give some of them")
+        raise BadValue(f"--frames {frames}: the run has {counted(total, 'frame')}, counted from 0; give some of them")
     portion = Portion.of_shard(shard) if shard is not None else portion
     mode = Mode.REPLACE if command == recipe.RUN else Mode.NEW
     mode = Mode.RESUME if resume else Mode.OVERWRITE if overwrite else mode

@@ -18,7 +18,8 @@ class FileKind(Enum):
     STAGE = "a stage, which `usdsdg render {} FOLDER` renders; `usdsdg generate {}` runs a graph that was saved in it"
 
 
-_BY_SUFFIX = {".py": FileKind.SCRIPT, **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz", *MESHES), FileKind.STAGE)}
+SCRIPT, YAML = ".py", (".yaml", ".yml")  # suffixes of what `usdsdg run` runs
+_BY_SUFFIX = {SCRIPT: FileKind.SCRIPT, **dict.fromkeys((".usd", ".usda", ".usdc", ".usdz", *MESHES), FileKind.STAGE)}
 
 
 def check_kind(file: Path, *accepted: FileKind) -> None:
@@ -30,6 +31,20 @@ def check_kind(file: Path, *accepted: FileKind) -> None:
     kind = kind_of(file) if file.is_file() else None
     if kind is not None and kind not in accepted:
         raise ConfigError(f"{file} is {kind.value.format(file, file)}")
+
+
+def check_script(file: Path) -> None:
+    """Check that a file can be run: a script, or a Replicator YAML file; one without a suffix may be a script.
+
+    Raises:
+        ConfigError: it is of another kind; the message names the command that takes it, if there is one.
+    """
+    check_kind(file, FileKind.SCRIPT, FileKind.REPLICATOR_YAML)
+    if file.suffix and file.suffix.lower() not in (SCRIPT, *YAML):
+        raise ConfigError(
+            f"{file} is neither a Python script ({SCRIPT}) nor a Replicator YAML file ({', '.join(YAML)}); give one of "
+            "these, or rename it if it is one"
+        )
 
 
 def no_file(file: Path) -> str:
@@ -44,7 +59,7 @@ def no_file(file: Path) -> str:
 
 def kind_of(file: Path) -> FileKind | None:
     """Return the kind of a file, from its suffix or its keys; None if it is not known or cannot be read."""
-    if file.suffix.lower() in (".yaml", ".yml", ".json"):
+    if file.suffix.lower() in (*YAML, ".json"):
         return _kind_of_values(file)
     return _BY_SUFFIX.get(file.suffix.lower())
 

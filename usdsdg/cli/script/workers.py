@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from usdsdg.cli.script.conditions import Conditions
-from usdsdg.errors import BadValue
+from usdsdg.errors import BadValue, counted
 
 PART = "--part"  # an option of `usdsdg run` that is not listed
 
@@ -63,7 +63,8 @@ class ScriptWorkers:
                 "--workers: the script has captured no frame with a writer that writes to a folder or store, so there "
                 "is nothing to be shared out; run it without --workers"
             )
-        say(f"{frames} frames are made by {min(self._count, frames)} processes")
+        processes = counted(min(self._count, frames), "process", "processes")
+        say(f"{counted(frames, 'frame is', 'frames are')} made by {processes}")
         os.chdir(self._folder)  # which the script may have left
         session.restart()  # its writers are done
         make_claimed(folders, frames, self._count, on_this_machine(self._command, self._count, option=PART))

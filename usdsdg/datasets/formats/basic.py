@@ -19,7 +19,6 @@ from usdsdg.datasets.seen import Boxes, Camera, Color, Depth, Ids, Occlusions, P
 from usdsdg.datasets.truth import text_of
 
 NAME = "BasicWriter"
-LOOKED_FOR = "BasicWriter's rgb_NNNN.png, bounding_box_2d_tight_NNNN.npy and the like"
 PICTURES = ("semantic_segmentation", "instance_segmentation", "instance_id_segmentation", "normals")
 DEPTHS = ("distance_to_camera", "distance_to_image_plane")
 BOXES = ("bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d")
@@ -232,4 +231,4 @@ def _read_points(folder: Folder, seen: Seen, parts: Parts) -> None:
     seen.points.append(Points(file, points, others, _filter(seen, "pointcloud"), whole))
 
 
-__all__ = ["BOXES", "DEPTHS", "FILE", "LOOKED_FOR", "NAME", "PICTURES", "SHOWN", "objects", "read", "view_of"]
+__all__ = ["BOXES", "DEPTHS", "FILE", "NAME", "PICTURES", "SHOWN", "objects", "read", "view_of"]

@@ -23,7 +23,6 @@ from usdsdg.writers.formats.bop import bop_files as names
 from usdsdg.writers.formats.bop.bop_files import MILLIMETERS, NAME, TO_OPENCV
 from usdsdg.writers.formats.bop.bop_models import VARIANT, measures
 
-LOOKED_FOR = "BopWriter's train/000000/scene_gt.json"
 _KINDS = (names.RGB, names.DEPTH, names.MASK, names.MASK_VISIB)
 _SENSOR = ("fx", "fy", "cx", "cy", "depth_scale")
 _TABLES = (names.CAMERAS, names.POSES, names.INFOS)

@@ -19,7 +19,6 @@ from usdsdg.writers.formats.coco.coco_categories import OTHER, Categories
 from usdsdg.writers.formats.coco.files import ImageFiles, Names, PlainNames, names_of
 
 NAME = "CocoWriter"
-LOOKED_FOR = "CocoWriter's coco_annotations_0.json or annotations/instances_train.json"
 _BOXES = "bounding_box_2d_tight_fast"
 
 

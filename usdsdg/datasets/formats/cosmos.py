@@ -12,7 +12,6 @@ from usdsdg.datasets.seen import Color, Ids, Seen, packed
 from usdsdg.datasets.seen_object import SeenObject
 
 NAME = "CosmosWriter"
-LOOKED_FOR = "CosmosWriter's clip_0000/rgb/rgb_0000.png"
 _COLORED = ("rgb", "segmentation", "shaded_seg")
 _CLIP, _FILE = re.compile(r"^clip_\d+$"), re.compile(r"^(?P<kind>[a-z_]+)_(?P<number>\d{4,})\.png$")
 

@@ -17,7 +17,6 @@ from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.writers.formats.cvat.cvat_xml import INSTANCE
 from usdsdg.writers.formats.cvat.files import ANNOTATIONS, LABELS, NAME, PICTURES
 
-LOOKED_FOR = "CvatWriter's annotations.xml with images/000000.png"
 _SHAPES = ("box", "polygon", "mask")
 
 

@@ -18,7 +18,6 @@ from usdsdg.datasets.seen import Color, Seen
 from usdsdg.datasets.seen_object import SeenObject
 
 NAME = "DOPEWriter"
-LOOKED_FOR = "DOPEWriter's NNNNNN.png with NNNNNN.json"
 # Of the keypoints, in the names of `cuboids.KEYPOINTS`.
 ORDER = ("RDF", "LDF", "LUF", "RUF", "RDB", "LDB", "LUB", "RUB", "Center")
 _FILE = re.compile(r"^(?P<number>\d{6})\.(?P<kind>png|jpe?g|json)$", re.IGNORECASE)

@@ -12,7 +12,6 @@ from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.seen_object import SeenObject
 
 NAME = "DataVisualizationWriter"
-LOOKED_FOR = "DataVisualizationWriter's bounding_box_2d_tight_fast_0000.png and the like"
 _FILE = re.compile(r"^(?P<kind>bounding_box_(?:2d_tight|2d_loose|3d)_fast)_(?P<number>\d+)\.png$")
 
 

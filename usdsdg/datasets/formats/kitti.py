@@ -17,7 +17,6 @@ from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.writers.formats.kitti import files as names
 from usdsdg.writers.formats.kitti.files import NAME
 
-LOOKED_FOR = "KittiWriter's object_detection/0.txt, label_02/0.txt or training/label_2/000000.txt"
 _DONT_CARE = "DontCare"
 # Images that only this format has, by their kind: how they are called among what is special to an image.
 _IMAGES = {

@@ -15,8 +15,7 @@ from usdsdg.writers.formats.shards.parquet_schema import classes_of, pyarrow
 from usdsdg.writers.formats.shards.shard_files import OBJECT
 from usdsdg.writers.formats.shards.shard_files import PARQUET as NAME
 
-__all__ = ["LOOKED_FOR", "NAME", "objects", "read"]
-LOOKED_FOR = "ParquetWriter's data/train-00000.parquet"
+__all__ = ["NAME", "objects", "read"]
 objects = sharded.objects
 
 

@@ -21,7 +21,6 @@ from usdsdg.datasets.truth import Truth
 from usdsdg.record.frame_record import FrameRecord, ProductRecord
 
 NAME = "PoseWriter"
-LOOKED_FOR = "PoseWriter's NNNNNN.png with NNNNNN.json"
 # Per format the keys of the keypoints in the camera's frame and in the image.
 _POINTS = {
     "default": ("cuboid_keypoints_camera_frame", "cuboid_keypoints_projected"),

@@ -18,7 +18,6 @@ from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.writers.formats.voc import files as names
 from usdsdg.writers.formats.voc.files import NAME
 
-LOOKED_FOR = "VocWriter's Annotations/000000.xml with JPEGImages/000000.jpg"
 _FLAGS = ("truncated", "occluded", "difficult")
 
 

@@ -16,8 +16,7 @@ from usdsdg.datasets.seen import Seen
 from usdsdg.writers.formats.shards.shard_files import IMAGE, INDEX, JSON, MEMBERS
 from usdsdg.writers.formats.shards.shard_files import WEBDATASET as NAME
 
-__all__ = ["LOOKED_FOR", "NAME", "objects", "read"]
-LOOKED_FOR = "WebDatasetWriter's train-000000.tar"
+__all__ = ["NAME", "objects", "read"]
 objects = sharded.objects
 
 

@@ -18,7 +18,6 @@ from usdsdg.datasets.seen import Color, Depth, Seen
 from usdsdg.datasets.seen_object import SeenObject
 
 NAME = "YCBVideoWriter"
-LOOKED_FOR = "YCBVideoWriter's data/YCB_Video/data/0000/NNNNNN-color.png and the like"
 _FILE = re.compile(
     r"^(?P<number>\d{6})-(?:(?P<kind>color|depth|label)\.(?:png|jpe?g)|(?P<text>box)\.txt|(?P<mat>meta)\.mat)$"
 )

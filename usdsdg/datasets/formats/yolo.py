@@ -15,7 +15,6 @@ from usdsdg.datasets.seen import Color, Seen
 from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.writers.formats.yolo.yolo_files import DESCRIPTION, IMAGES, LABELS, NAME
 
-LOOKED_FOR = "YoloWriter's data.yaml with images/train/000000.png"
 _BOX = 4  # numbers of a box
 
 

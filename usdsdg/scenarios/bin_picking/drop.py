@@ -10,7 +10,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdPhysics
 
 import usdsdg as rep
-from usdsdg.errors import warn_once
+from usdsdg.errors import counted, warn_once
 from usdsdg.scenarios import rigid_bodies
 from usdsdg.scenarios.bin_picking.bin import StageBin
 from usdsdg.scenarios.shared.bodies import Body
@@ -55,8 +55,8 @@ def fill(bin_: StageBin, parts: Sequence[Part], generator: np.random.Generator, 
             part.take_away()
     if moving:
         warn_once(
-            f"{len(moving)} of {len(parts)} parts had not come to rest after {max_time:g} s; their pictures show them "
-            "where they were then. Raise parts.max_time"
+            f"{len(moving)} of {counted(len(parts), 'part')} had not come to rest after {max_time:g} s; their pictures "
+            "show them where they were then. Raise parts.max_time"
         )
 
 

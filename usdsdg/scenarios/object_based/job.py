@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import usdsdg as rep
 from usdsdg.app.app import get_app
-from usdsdg.errors import AssetError, AssetNotFound, Unsupported, warnings_remembered
+from usdsdg.errors import AssetError, AssetNotFound, Unsupported, counted, warnings_remembered
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.orchestrator import get_orchestrator
 from usdsdg.scenarios import environment
@@ -139,7 +139,8 @@ def check_assets(config: ObjectBasedConfig) -> None:
         except (AssetError, Unsupported) as error:
             missing.append(str(error))
     if missing:
-        raise AssetNotFound("\n  ".join([f"{len(missing)} of {len(urls)} assets are missing or damaged:", *missing]))
+        what = f"{len(missing)} of {counted(len(urls), 'asset')} missing or damaged:"
+        raise AssetNotFound("\n  ".join([what, *missing]))
 
 
 def build_scene(config: ObjectBasedConfig, draws: Draws) -> Scene:
@@ -192,7 +193,7 @@ def _print_summary(summary: Summary, views: int) -> None:
     made = get_run().made
     rate = made / summary.seconds if summary.seconds > 0 else 0.0
     print(
-        f"{frames_made(summary.frames)}, {made * views} views in {summary.seconds:.1f} s "
+        f"{frames_made(summary.frames)}, {counted(made * views, 'view')} in {summary.seconds:.1f} s "
         f"({rate:.2f} frames/s, {summary.simulated_seconds:.2f} s simulated)"
     )
     if summary.output_dir:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import usdsdg as rep
-from usdsdg.errors import warn_once
+from usdsdg.errors import counted, warn_once
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.orchestrator import get_orchestrator
 from usdsdg.scenarios.interruption import stop_request
@@ -129,19 +129,20 @@ def _warn_of_empty_splits(splits: Mapping[str, float], frames: int, together: in
         empty = set(splits) - {dealt.of(frame) for frame in range(frames)}
         if empty:
             kept = f", of which {together} in a row stay together" if together > 1 else ""
-            warn_once(f"splits: {', '.join(sorted(empty))} gets none of {frames} frames{kept}. Make more.")
+            warn_once(f"splits: {', '.join(sorted(empty))} gets none of {counted(frames, 'frame')}{kept}. Make more.")
 
 
 def frames_made(of: int) -> str:
     """Return how many frames this process has made, as it is printed: "40 frames", or "8 of 40 frames"."""
     made = get_run().made
-    return f"{made} frames" if made == of else f"{made} of {of} frames"
+    return counted(of, "frame") if made == of else f"{made} of {counted(of, 'frame')}"
 
 
 def _print_summary(summary: Summary, views: int) -> None:
     images = get_run().made * views
     rate = images / summary.seconds if summary.seconds > 0 else 0.0
-    print(f"{frames_made(summary.frames)}, {images} pictures in {summary.seconds:.1f} s ({rate:.2f} pictures/s)")
+    made = f"{frames_made(summary.frames)}, {counted(images, 'picture')}"
+    print(f"{made} in {summary.seconds:.1f} s ({rate:.2f} pictures/s)")
     for folder in summary.folders:
         print(f"dataset: {folder}")
     if not summary.folders:

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+from usdsdg.errors import counted
+
 _NAMED = 5
 
 
@@ -10,6 +12,6 @@ def still_moving(paths: Sequence[str], max_time: float) -> str:
     more = len(paths) - _NAMED
     shown = ", ".join(paths[:_NAMED]) + (f" and {more} more" if more > 0 else "")
     return (
-        f"{len(paths)} bodies still move after {max_time:g} s: {shown}. Give them more time, or look for bodies that "
-        "fall past the floor, or that no space is left for."
+        f"{counted(len(paths), 'body still moves', 'bodies still move')} after {max_time:g} s: {shown}. Give them more "
+        "time, or look for bodies that fall past the floor, or that no space is left for."
     )

@@ -8,6 +8,7 @@ from usdsdg.datasets.always import always
 from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.folder import Folder
 from usdsdg.datasets.seen import Seen
+from usdsdg.errors import counted
 from usdsdg.record import FRAMES
 from usdsdg.writers.formats.shards.shard_files import INDEX, PARQUET, WEBDATASET
 
@@ -40,7 +41,8 @@ def check(folder: Folder, read: Iterable[str], *, listed: Set[str] = frozenset()
         missing = sorted(set(range(max(found) + 1)) - set(found))
         if missing:
             names = ", ".join(map(str, missing[:_SHOWN])) + (", ..." if len(missing) > _SHOWN else "")
-            yield Fault(FRAMES, names, f"{len(missing)} frames of {writer} have no record")
+            what = counted(len(missing), f"frame of {writer} has", f"frames of {writer} have")
+            yield Fault(FRAMES, names, f"{what} no record")
 
 
 class Samples:

@@ -9,6 +9,7 @@ import numpy as np
 from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.seen import Ids, Seen, unpacked
 from usdsdg.datasets.truth import INVALID, UNLABELLED, Truth
+from usdsdg.errors import counted
 from usdsdg.verify.checks.compare import LISTED, shapes_agree
 
 
@@ -67,7 +68,7 @@ def _same_meaning(seen: Seen, ids: Ids, image: np.ndarray, names: list[str]) -> 
             yield Fault(
                 ids.file,
                 seen.name,
-                f"{count} pixels, first in column {column} of row {row}",
+                f"{counted(count, 'pixel')}, first in column {column} of row {row}",
                 names[expected],
                 meanings[index],
             )

@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path, PurePosixPath
 
 from usdsdg.datasets.faults import Fault
+from usdsdg.errors import counted
 from usdsdg.parallel import available_threads
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.whole_file import facts_of
@@ -70,7 +71,7 @@ def _compared(folder: Path, name: str, listed: ListedFile, by_hash: dict[tuple[i
             return Fault(name, listed.frame, "is no file", "a file", _kind_of(status.st_mode))
         if status.st_size < listed.size or (status.st_size > listed.size and not listed.has_grown):
             what = "its size is not the one in the journal" + _same_as(by_hash, facts_of(path), name)
-            return Fault(name, listed.frame, what, f"{listed.size} bytes", f"{status.st_size}")
+            return Fault(name, listed.frame, what, counted(listed.size, "byte"), f"{status.st_size}")
         facts = facts_of(path, listed.size if listed.has_grown else None)
     except OSError as error:
         is_missing = isinstance(error, (FileNotFoundError, NotADirectoryError))
@@ -93,7 +94,7 @@ def _check_unlisted(folder: Path, listing: Listing, by_hash: dict[tuple[int, str
         unlisted = [each for each in unlisted if not each.startswith(SPOOLS)]
     if unlisted and (listing.is_damaged or not listing.is_complete):
         result.notes.append(
-            f"{len(unlisted)} files are in no line of the journal, such as {unlisted[0]}; "
+            f"{counted(len(unlisted), 'file is', 'files are')} in no line of the journal, such as {unlisted[0]}; "
             "frames that were in hand when the run ended leave such files"
         )
         return

@@ -11,6 +11,7 @@ from typing import IO
 
 from usdsdg.datasets.attempt import UNREADABLE, attempt
 from usdsdg.datasets.faults import Fault
+from usdsdg.errors import counted
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.writers.journal import lines, recipe
 from usdsdg.writers.journal.frames import FileFacts
@@ -114,7 +115,8 @@ def _read_lines(file: IO[bytes], name: str, listing: Listing, recipe_hash: str |
     listing.frames.update(numbers)
     _check_order(name, numbers, listing)
     if closing is None or not closing.get(lines.COMPLETE):
-        listing.faults.append(Fault(name, "all", f"the run is unfinished: {len(numbers)} frames are whole (--resume)"))
+        whole = counted(len(numbers), "frame is", "frames are")
+        listing.faults.append(Fault(name, "all", f"the run is unfinished: {whole} whole (--resume)"))
         _add(listing, closing[lines.SHARED] if closing else {}, "all")
         _list_beginnings(listing, spools)
         return
@@ -151,7 +153,8 @@ def _read_parts(folder: Path, parts: list[Path], listing: Listing) -> None:
         listing.faults += of_part.faults
         listing.is_damaged |= of_part.is_damaged
     names = [part.name for part in parts]
-    listing.faults.append(Fault(PARTS, "all", f"{len(parts)} parts are not joined (usdsdg merge): {listed(names)}"))
+    unjoined = counted(len(parts), "part is", "parts are")
+    listing.faults.append(Fault(PARTS, "all", f"{unjoined} not joined (usdsdg merge): {listed(names)}"))
     if missing := missing_shards(names):
         listing.faults.append(Fault(PARTS, "all", f"shards {listed(missing)} are missing; make them with --shard"))
 

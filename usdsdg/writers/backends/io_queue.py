@@ -11,7 +11,7 @@ from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from usdsdg.errors import UsdsdgError, WriterError
+from usdsdg.errors import UsdsdgError, WriterError, counted
 from usdsdg.operating_system import around_fork
 from usdsdg.session.failures import tell
 from usdsdg.session.session import current
@@ -256,7 +256,7 @@ class IoQueue:
                 continue
             self._failures = [each for each in self._failures if each not in mine]
             if len(mine) > 1:
-                error.add_note(f"({len(mine) - 1} more files failed)")
+                error.add_note(f"({counted(len(mine) - 1, 'more file')} failed)")
             raise error
 
     # Threads
@@ -317,7 +317,8 @@ class IoQueue:
                 tell(error)
                 current().failed_at_exit = True
             except KeyboardInterrupt:
-                print(f"error: interrupted; {self.stop()} files were not written", file=sys.stderr)
+                lost = counted(self.stop(), "file was", "files were")
+                print(f"error: interrupted; {lost} not written", file=sys.stderr)
                 current().failed_at_exit = True
                 return
         current().close_run()

@@ -12,7 +12,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from usdsdg.errors import DatasetInTheWay, WriterError, warn_once
+from usdsdg.errors import DatasetInTheWay, WriterError, counted, warn_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.locks import Locked
 from usdsdg.stores.whole_file import not_writable, write_whole
@@ -374,7 +374,7 @@ def _warn_of_lost(place: Place, listed: Path) -> None:
         if not _has_size(place.path / name, size)
     ]
     if lost:
-        what = f"{lost[0]} and {len(lost) - 1} more files" if len(lost) > 1 else lost[0]
+        what = f"{lost[0]} and {counted(len(lost) - 1, 'more file')}" if len(lost) > 1 else lost[0]
         warn_once(
             f"{place.name}: missing or changed: {what} of frames that were made before, which going on does not make "
             "again. usdsdg verify lists them; --overwrite begins again."

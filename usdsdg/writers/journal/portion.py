@@ -77,6 +77,13 @@ class Portion:
             return False
         return frame % self.of == self.part and (self.numbers is None or frame in self.numbers)
 
+    def count(self, frames: int) -> int:
+        """Return how many of the first `frames` frames of the run this process makes."""
+        if self.numbers is not None:
+            return sum(number < frames for number in self.numbers)
+        end = frames if self.last is None else min(frames, self.last)
+        return len(range(self.first + (self.part - self.first) % self.of, end, self.of))
+
     def is_over(self, frame: int) -> bool:
         """Return whether neither this frame nor a later one is this process's."""
         return self.last is not None and frame >= self.last

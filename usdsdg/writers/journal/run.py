@@ -13,7 +13,7 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg.errors import DatasetInTheWay
+from usdsdg.errors import DatasetInTheWay, counted
 from usdsdg.session import engines
 from usdsdg.session.progress import say_once
 from usdsdg.session.session import current
@@ -155,7 +155,8 @@ class Run:
                 )
                 self._folders[folder] = claimed
                 if self.mode is Mode.RESUME and (there := len(claimed.journal.contents.frames)):
-                    say_once(f"{place.name} has {there} frames, which are not made again")
+                    have = counted(there, "frame, which is", "frames, which are")
+                    say_once(f"{place.name} has {have} not made again")
                 if self._source is not None and (kept := recipe_file.keep_source(place.path, self._source)):
                     claimed.note_shared(kept, facts_of(place.path / kept))
             return self._folders.get(folder)
@@ -171,6 +172,10 @@ class Run:
         if self._folders and all(folder.was_complete for folder in self.folders):
             return True
         return self.portion is not None and self.portion.is_over(self.captures)
+
+    def own_frames(self, frames: int) -> int:
+        """Return how many of the first `frames` frames of the run this process makes, for progress reports."""
+        return frames if self.portion is None else self.portion.count(frames)
 
     def adopt(self, folder: DatasetFolder) -> None:
         """Write to a folder that has been claimed."""

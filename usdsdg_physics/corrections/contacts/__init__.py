@@ -1,1 +1,1 @@
-"""Corrections of contacts: their coefficients, points and surfaces, and bodies that overlap or pass through others."""
+"""Corrections of contacts: their coefficients, points and surfaces, and bodies that overlap."""

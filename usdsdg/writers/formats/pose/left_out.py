@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from usdsdg.errors import warn_once
+from usdsdg.errors import counted, warn_once
 
 
 class LeftOut:
@@ -32,4 +32,5 @@ class LeftOut:
     def warn(self, writer: str) -> None:
         """Warn if all frames were left out, so that nothing was written."""
         if self._frames and self._left_out == self._frames:
-            warn_once(f"{writer} wrote none of {self._frames} frames, since no labeled object is visible in any")
+            frames = counted(self._frames, "frame")
+            warn_once(f"{writer} wrote none of {frames}, since no labeled object is visible in any")

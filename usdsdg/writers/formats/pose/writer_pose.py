@@ -9,7 +9,7 @@ import numpy as np
 
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.annotator import Annotator
-from usdsdg.errors import WriterError, warn_once
+from usdsdg.errors import WriterError, counted, warn_once
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
@@ -131,8 +131,8 @@ class PoseWriter(Writer):
         """Warn if no image had an object, so that nothing was written."""
         if self._images and self._skipped == self._images:
             warn_once(
-                f"PoseWriter wrote none of {self._images} images, since no labeled object is visible in any; "
-                "skip_empty_frames=False writes them anyway"
+                f"PoseWriter wrote none of {counted(self._images, 'image')}, since no labeled object is visible in "
+                "any; skip_empty_frames=False writes them anyway"
             )
 
     def _write_frame(

@@ -40,7 +40,7 @@ class MeshSeams:
         """Turn the contacts that were just found, of which there are at most `visited`."""
         import warp as wp
 
-        from usdsdg_physics.corrections.contacts.mesh_seams_kernels import turn_to_faces
+        from usdsdg_physics.guards.mesh_seams_kernels import turn_to_faces
 
         model = self._model
         wp.launch(

@@ -58,7 +58,7 @@ class TunnelingGuard:
         """Correct the contacts that the pipeline just found, at most `visited`, before the solver's step."""
         import warp as wp
 
-        from usdsdg_physics.corrections.contacts.tunneling_guard_kernels import count_step, redirect_contacts
+        from usdsdg_physics.guards.tunneling_guard_kernels import count_step, redirect_contacts
 
         if not len(self._exit_face):
             return
