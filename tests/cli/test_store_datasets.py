@@ -79,3 +79,20 @@ def test_a_run_into_a_bucket_that_was_killed_is_gone_on_with(bucket, whole):
     done = generate(job, f"s3://{bucket.name}/run", "--resume")
     assert done.returncode == 0, done.stderr
     assert {key.removeprefix("run/"): data for key, data in bucket.objects.items()} == files
+
+
+@in_soak
+def test_a_dataset_in_a_bucket_grows(bucket, whole):
+    job, files = whole
+    made = generate(job, f"s3://{bucket.name}/run", "--set", "num_frames=2")
+    assert made.returncode == 0, made.stderr
+    text = job.read_text()
+    job.write_text(f"{text}\nsettle: false\n")  # what it is without this, in a file of other bytes
+    try:
+        refused = generate(job, f"s3://{bucket.name}/run", "--resume", "--set", "num_frames=1")
+    finally:
+        job.write_text(text)
+    assert "removes none" in refused.stderr
+    grown = generate(job, f"s3://{bucket.name}/run", "--resume")
+    assert grown.returncode == 0, grown.stderr
+    assert {key.removeprefix("run/"): data for key, data in bucket.objects.items()} == files

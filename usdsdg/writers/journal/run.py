@@ -118,7 +118,7 @@ class Run:
         return self._has_recipe() and (self.mode is Mode.RESUME or self.portion is not None)
 
     def first_of_this(self, places: Iterable[Place]) -> Place | None:
-        """Return the first place with a run of this recipe, else with one of another number of frames; None without one.
+        """Return the first place with a run of this recipe, else of one with another number of frames; None: none is.
 
         To the latter frames are added, or it is said why this cannot be.
         """
