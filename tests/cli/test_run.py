@@ -281,3 +281,19 @@ def test_a_run_that_cannot_end_is_refused_before_it_writes_files(tmp_path):
     done = run(tmp_path, script, expect=1)
     assert "start_timeline=True" in done.stderr
     assert not list((tmp_path / "out").glob("rgb_*"))
+
+
+@pytest.mark.parametrize(("option", "made"), [(("--shard", "1/2"), 3), (("--frames", "0:3"), 3), ((), 7)])
+def test_progress_counts_the_frames_of_this_process(tmp_path, option, made):
+    script = """
+        import omni.replicator.core as rep
+
+        writer = rep.writers.get("BasicWriter")
+        writer.initialize(output_dir="OUT", semantic_segmentation=True)
+        writer.attach(rep.create.render_product(rep.create.camera(position=(3, 0, 0)), (16, 16)))
+        rep.orchestrator.run_until_complete(num_frames=7)
+    """
+    (tmp_path / "script.py").write_text(textwrap.dedent(script).replace("OUT", str(tmp_path / "out")))
+    done = usdsdg("run", *option, "script.py", cwd=tmp_path)
+    (*_, last) = (line for line in done.stderr.splitlines() if "frames captured" in line)
+    assert f"frames captured: {made}/{made}" in last

@@ -19,7 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from tests import forked
@@ -75,6 +75,23 @@ REFUSALS = (
 )
 
 
+class Command(subprocess.Popen[str]):
+    """A process of `usdsdg`, in a group of its own, of which all that it prints is kept in a file."""
+
+    def __init__(self, arguments: Sequence[str], folder: Path, variables: Mapping[str, str]) -> None:
+        """Start it in a folder."""
+        self._output = tempfile.TemporaryFile("w+")  # noqa: SIM115 - closed with the process
+        super().__init__(
+            [*forked.command(), "-m", "usdsdg", *arguments], env=variables, cwd=folder, text=True,
+            stdin=subprocess.DEVNULL, stdout=self._output, stderr=subprocess.STDOUT, start_new_session=True,
+        )  # fmt: skip
+
+    def said(self) -> str:
+        """Return the end of what it has printed."""
+        self._output.seek(0)
+        return self._output.read()[-3000:]
+
+
 class Commands:
     """Starts commands of one job in forks, each in a group of its own."""
 
@@ -85,7 +102,7 @@ class Commands:
         self.file.write_text(SCRIPT if kind == "run" else JOB.replace("drops: 3", "drops: 6"))
         self.variables = {**os.environ, EXECUTABLE: forked.executable()}
 
-    def start(self, out: str, *options: str) -> subprocess.Popen[str]:
+    def start(self, out: str, *options: str) -> Command:
         """Start one that makes frames in `out`."""
         given = ["--device", "cpu", "-q", *options]
         if self.kind == "run":
@@ -94,21 +111,9 @@ class Commands:
             arguments = ["generate", *given, str(self.file), "--set", f"output_dir={out}"]
         return self.command(*arguments)
 
-    def command(self, *arguments: str) -> subprocess.Popen[str]:
+    def command(self, *arguments: str) -> Command:
         """Start any command."""
-        said = tempfile.TemporaryFile("w+")  # noqa: SIM115 - closed with the process
-        process = subprocess.Popen(
-            [*forked.command(), "-m", "usdsdg", *arguments], env=self.variables, cwd=self.folder, text=True,
-            stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT, start_new_session=True,
-        )  # fmt: skip
-        process.said = said  # type: ignore[attr-defined]
-        return process
-
-
-def said_by(process: subprocess.Popen[str]) -> str:
-    """Return what a process has printed."""
-    process.said.seek(0)  # type: ignore[attr-defined]
-    return process.said.read()[-3000:]  # type: ignore[attr-defined]
+        return Command(arguments, self.folder, self.variables)
 
 
 class Trials:
@@ -121,7 +126,7 @@ class Trials:
         whole = self._commands.start(str(folder / "whole"))
         begun = time.monotonic()
         if whole.wait():
-            raise SystemExit(f"the uninterrupted run failed: {said_by(whole)}")
+            raise SystemExit(f"the uninterrupted run failed: {whole.said()}")
         self._seconds = min(time.monotonic() - begun, 8.0)  # the first run may have compiled kernels
         self._whole = content(folder / "whole")
         self._problems: list[str] = []
@@ -170,7 +175,7 @@ class Trials:
         options = ["--workers", str(draws.randint(2, self._most)), *(["--resume"] * begun)]
         for _ in range(20):
             last = self._commands.start(out, *options)
-            if last.wait() == 0 or "another process is writing" not in said_by(last):
+            if last.wait() == 0 or "another process is writing" not in last.said():
                 break
             time.sleep(0.5)  # forks of killed clients are ended by others, a little later
         return self._wait(last, ok={0})
@@ -185,7 +190,7 @@ class Trials:
         else:
             waiting = [["--frames", f"{first}:{last}"] for first, last in itertools.pairwise(edges)]
         draws.shuffle(waiting)
-        running: list[tuple[list[str], subprocess.Popen[str]]] = []
+        running: list[tuple[list[str], Command]] = []
         ends = draws.randint(0, 2 * len(waiting))
         while waiting or running:
             if waiting and (len(running) < self._most) and (draws.random() < 0.7 or not running):
@@ -205,8 +210,8 @@ class Trials:
                 part, process = each
                 if process.returncode == 0:
                     continue
-                if process.returncode not in ENDS and not any(text in said_by(process) for text in REFUSALS):
-                    self._problems.append(f"{part} ended with {process.returncode}: {said_by(process)}")
+                if process.returncode not in ENDS and not any(text in process.said() for text in REFUSALS):
+                    self._problems.append(f"{part} ended with {process.returncode}: {process.said()}")
                     return self._end_all(running)
                 waiting.append([*(p for p in part if p != "--resume"), "--resume"])
         return self._merged(out)
@@ -215,8 +220,8 @@ class Trials:
         """Join the parts, which an early merge may have done already."""
         for place in self._folders_in(out):
             process = self._commands.command("merge", place)
-            if process.wait() and "it is whole already" not in said_by(process):
-                self._problems.append(f"merge ended with {process.returncode}: {said_by(process)}")
+            if process.wait() and "it is whole already" not in process.said():
+                self._problems.append(f"merge ended with {process.returncode}: {process.said()}")
                 return False
         return True
 
@@ -225,27 +230,27 @@ class Trials:
             return [f"{out}/{name}" for name in ("basic", "coco", "yolo", "basic/below")]
         return [f"{out}/{name}" for name in ("pose", "coco")]
 
-    def _end_all(self, running: Sequence[tuple[list[str], subprocess.Popen[str]]]) -> bool:
+    def _end_all(self, running: Sequence[tuple[list[str], Command]]) -> bool:
         for _, process in running:
             process.kill()
             process.wait()
         return False
 
-    def _pause(self, process: subprocess.Popen[str]) -> None:
+    def _pause(self, process: Command) -> None:
         """Wait for a random time, or until a process has ended."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(self._draws.uniform(0, self._draws.choice([0.3, 1, 1, 2])) * self._seconds)
 
-    def _end_one_of(self, process: subprocess.Popen[str]) -> None:
+    def _end_one_of(self, process: Command) -> None:
         """End one of the processes that make parts."""
         if workers := self._workers_of(process):
             self._send(self._draws.choice(workers), self._draws.choice(SIGNALS[:3]))
 
-    def _end_whole_group(self, process: subprocess.Popen[str]) -> None:
+    def _end_whole_group(self, process: Command) -> None:
         for pid in [process.pid, *self._workers_of(process)]:
             self._send(pid, signal.SIGKILL)
 
-    def _workers_of(self, process: subprocess.Popen[str]) -> list[int]:
+    def _workers_of(self, process: Command) -> list[int]:
         """Return the processes that a process has started: clients of the server of forks."""
         token = f"{self._folder}".encode()
         found = []
@@ -256,7 +261,7 @@ class Trials:
                     found.append(int(each.name))
         return sorted(found)
 
-    def _wait_for_orphans(self, process: subprocess.Popen[str]) -> None:
+    def _wait_for_orphans(self, process: Command) -> None:
         """End what a killed process has left."""
         until = time.monotonic() + 60
         for pid in self._workers_of(process):
@@ -272,14 +277,14 @@ class Trials:
         with contextlib.suppress(ProcessLookupError):
             os.kill(pid, number)
 
-    def _wait(self, process: subprocess.Popen[str], *, ok: set[int]) -> bool:
+    def _wait(self, process: Command, *, ok: set[int]) -> bool:
         try:
             code = process.wait(timeout=240)
         except subprocess.TimeoutExpired:
             process.kill()
-            self._problems.append(f"HANGS: {said_by(process)}")
+            self._problems.append(f"HANGS: {process.said()}")
             return False
-        said = said_by(process)
+        said = process.said()
         if code in ok and "Traceback" not in said:
             return True
         if 0 not in ok or len(ok) == 1 or not any(text in said for text in REFUSALS):
