@@ -27,6 +27,12 @@ def _classes_of_its_own():
 
 
 @pytest.fixture(autouse=True)
+def _warnings_of_its_own():
+    """Warnings that tests before have caused are given again."""
+    errors.forget_warnings()
+
+
+@pytest.fixture(autouse=True)
 def _no_conditions_of_a_command():
     """What a command sets for its process, which is a test's own, does not outlive the test."""
     yield
@@ -43,9 +49,3 @@ def stage():
     set_global_seed(1)
     yield new_stage()
     session.restart()
-
-
-@pytest.fixture
-def fresh_warnings():
-    """Warnings that tests before have caused are given again."""
-    errors.forget_warnings()

@@ -10,9 +10,6 @@ from tests.physics.scenes import add, new_stage, playing, position
 STEP, G = 1 / 60, 9.81
 
 
-pytestmark = pytest.mark.usefixtures("fresh_warnings")
-
-
 def _fixed(stage: Usd.Stage, bodies=("", ""), at0=(0, 0, 0), at1=(0, 0, 0), kind=UsdPhysics.FixedJoint):
     made = kind.Define(stage, "/World/joint")
     for number, (path, at) in enumerate(zip(bodies, (at0, at1))):

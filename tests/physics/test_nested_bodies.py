@@ -10,9 +10,6 @@ STEP, STEPS = 1 / 60, 20
 FALL = fallen(STEPS)
 
 
-pytestmark = pytest.mark.usefixtures("fresh_warnings")
-
-
 def _falling(stage: Usd.Stage, *, rotate=(0, 0, 30)) -> UsdGeom.Xform:
     """A body of one collider, 5 m up, that turns about x while it falls; no collider reaches 2 m beside it."""
     above = UsdGeom.Xform.Define(stage, "/World/above")

@@ -46,13 +46,6 @@ def _text(stage):
     return stage.GetRootLayer().ExportToString()
 
 
-@pytest.fixture(autouse=True)
-def _warnings_again():
-    errors.forget_warnings()
-    yield
-    errors.forget_warnings()
-
-
 @pytest.mark.parametrize("above", [False, True])
 def test_a_body_with_one_sample_falls_from_there_and_is_drawn_where_it_is(above):
     """Of its own or of a prim above it; exporters write exactly one sample of each attribute."""

@@ -22,9 +22,6 @@ from usdsdg.stage.cameras.lens_tables import LensTable, from_octahedral, to_octa
 SIZE = (960, 600)
 
 
-pytestmark = pytest.mark.usefixtures("fresh_warnings")
-
-
 def view(**lens) -> CameraView:
     values = {"nominal_size": (960.0, 600.0), "center": (480.0, 300.0), **lens}
     return CameraView("/cam", *SIZE, np.eye(4), projection_type="generalizedProjection",

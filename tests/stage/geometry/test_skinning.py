@@ -10,9 +10,6 @@ from usdsdg.stage.geometry.skinning import Skinning
 CODES = (0.0, 6.0, 12.0, 19.5, 24.0)
 
 
-pytestmark = pytest.mark.usefixtures("fresh_warnings")
-
-
 def world_points(prim, points, time):
     to_world = np.array(UsdGeom.XformCache(time).GetLocalToWorldTransform(prim))
     return np.asarray(points, float) @ to_world[:3, :3] + to_world[3, :3]
