@@ -39,6 +39,8 @@ def note_home() -> None:
 
 def portable(text: str) -> str:
     """Return a path, or a text with paths such as that of a layer, with names in place of folders of this machine."""
+    if "/" not in text and "\\" not in text:  # most arguments of writers: the folders are not looked up for them
+        return text
     for folder, name in _folders(text):
         text = _replaced(text, folder, name)
     return text
