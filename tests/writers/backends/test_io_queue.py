@@ -101,6 +101,21 @@ def test_a_group_keeps_the_order_of_each_of_its_backends(tmp_path):
     assert [(tmp_path / name / "log").read_text() for name in ("a", "b")] == [expected] * 2
 
 
+def test_backends_of_one_folder_write_a_file_in_turn(tmp_path):
+    first, second, slow = DiskBackend(tmp_path), DiskBackend(tmp_path), threading.Event()
+
+    def write(text, backend_instance):
+        assert text != "first" or slow.wait(10)
+        Path(backend_instance.resolve_path("log")).write_text(text)
+
+    first.schedule_in_turn("log", write, "first")
+    second.schedule_in_turn("log", write, "second")
+    threading.Timer(0.1, slow.set).start()
+    first.wait_until_done()
+    second.wait_until_done()
+    assert (tmp_path / "log").read_text() == "second"
+
+
 # Failures
 
 
@@ -118,7 +133,7 @@ def test_the_failure_of_the_first_job_is_raised_even_if_a_later_one_failed_befor
     threading.Timer(0.1, late.set).start()
     with pytest.raises(OutputNotWritable, match="the first") as caught:
         submit(queue, list)
-    assert caught.value.__notes__ == ["(1 more files failed)"]
+    assert caught.value.__notes__ == ["(1 more file failed)"]
     queue.wait_until_done()
 
 

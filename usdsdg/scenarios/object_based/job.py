@@ -139,8 +139,7 @@ def check_assets(config: ObjectBasedConfig) -> None:
         except (AssetError, Unsupported) as error:
             missing.append(str(error))
     if missing:
-        what = f"{len(missing)} of {counted(len(urls), 'asset')} missing or damaged:"
-        raise AssetNotFound("\n  ".join([what, *missing]))
+        raise AssetNotFound("\n  ".join([f"{len(missing)} of {len(urls)} assets are missing or damaged:", *missing]))
 
 
 def build_scene(config: ObjectBasedConfig, draws: Draws) -> Scene:

@@ -60,8 +60,11 @@ class BaseBackend:
         self.schedule(_run_in_order, steps=tuple(steps))
 
     def schedule_in_turn(self, turn: Hashable, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
-        """As `schedule`, one after the other in this order with the jobs of the same `turn`: what appends to a file."""
-        self._submit(fn, args, kwargs, turn=turn)
+        """As `schedule`, one after the other in this order with the jobs of the same `turn`: what appends to a file.
+
+        So are jobs of other backends that write to the same place.
+        """
+        self._submit(fn, args, kwargs, turn=(self._place(), turn))
 
     def schedule_after_all(self, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
         """As `schedule`, after all earlier jobs of this backend, without waiting here: a file that names others.
@@ -69,6 +72,10 @@ class BaseBackend:
         It is left out if one of them fails, so that what is listed exists.
         """
         self._submit(fn, args, kwargs, after_all=True)
+
+    def _place(self) -> Hashable:
+        """Return what backends of one place have in common."""
+        return id(self)  # where a backend of a script writes is not known
 
     def _submit(self, fn: Callable[..., None], args: Any, kwargs: dict[str, Any], **order: Any) -> None:
         paths = _paths_of(args, kwargs)

@@ -60,6 +60,9 @@ class DiskBackend(BaseBackend):
             raise WriterError("This DiskBackend has no folder yet: call initialize(output_dir=...) first.")
         return str(folder)
 
+    def _place(self) -> str:
+        return self.output_dir
+
     def resolve_path(self, path: str) -> str:
         """Return the absolute path of a file of this backend.
 

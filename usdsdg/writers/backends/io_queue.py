@@ -70,7 +70,7 @@ class IoQueue:
     ) -> None:
         """Run `run` later.
 
-        turn: jobs of the same owner with the same turn run one after the other, in the order of their submission.
+        turn: jobs with the same turn, of any owner, run one after the other, in the order of their submission.
         after_all: it runs after all earlier jobs of the owner, and is left out if one of them fails.
 
         Raises:
@@ -214,8 +214,9 @@ class IoQueue:
         self._submitted += 1
         job.number = self._submitted
         if job.after_all or job.turn is not None:
-            for earlier in self._of(job.owner):
-                if job.after_all or earlier.turn == job.turn:
+            for earlier in self._open.values():
+                is_before = job.after_all and earlier.owner is job.owner
+                if is_before or (job.turn is not None and earlier.turn == job.turn):
                     job.wait_for(earlier)
         self._open[job.number] = job
         self._bytes += job.size

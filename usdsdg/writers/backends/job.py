@@ -27,7 +27,7 @@ class Job:
     frame: int | None = None  # captured frame that it belongs to
     files: FrameFiles | None = None  # those of the frame that it belongs to
     held: FrameFiles | None = None  # those of the frame that is not whole before it ends
-    turn: Hashable = None  # jobs of one owner with the same turn run one after the other; None: in any order
+    turn: Hashable = None  # jobs with the same turn run one after the other; None: in any order
     after_all: bool = False  # whether it waits for all earlier jobs of its owner, and is left out if one of them fails
     blockers: int = 0  # open jobs that it waits for
     followers: list[Job] = field(default_factory=list)  # those that wait for it

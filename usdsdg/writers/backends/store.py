@@ -101,6 +101,9 @@ class StoreBackend(BaseBackend):
             raise WriterError(f"This {self.get_name()} has no place to write yet: call initialize(...) first.")
         return store.url
 
+    def _place(self) -> str:
+        return self.output_dir
+
     def resolve_path(self, path: str) -> str:
         """Return the URL of a file of this backend.
 

@@ -110,6 +110,16 @@ def _told(layer: Sdf.Layer) -> dict[str, Any]:
     return {key: str(data[key]) for key in _TOLD if data.get(key)}
 
 
+def changed_assets(known: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
+    """Return the names of assets that have other content than what is known of them.
+
+    Those below the assets root alone: of others the name is that of the file, which several files may have.
+    """
+    names = {each["name"] for each in known.values()}
+    changed = {each["name"] for key, each in new.items() if key not in known and each["name"] in names}
+    return sorted(name for name in changed if name.startswith("/"))
+
+
 def settings_facts(changed: Mapping[str, Any]) -> dict[str, Any]:
     """Return the settings that decide what is made, of those that were changed."""
     return {name: plain(value) for name, value in sorted(changed.items()) if not name.startswith(_PLACES)}

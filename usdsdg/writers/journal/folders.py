@@ -17,7 +17,7 @@ from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.locks import Locked
 from usdsdg.stores.whole_file import not_writable, write_whole
 from usdsdg.writers.journal import journal, lines, recipe
-from usdsdg.writers.journal.facts import Facts, joined
+from usdsdg.writers.journal.facts import ASSETS, Facts, changed_assets, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.grown import Growth, advice
 from usdsdg.writers.journal.journal import NAME, Contents, Journal
@@ -143,6 +143,12 @@ class DatasetFolder:
     def note_facts(self, section: str, values: Mapping[str, Any]) -> None:
         """Tell what the recipe gets in the end; what is known already is left out."""
         known = self.journal.contents.facts.get(section, {})
+        if section == ASSETS and self.goes_on:
+            for name in changed_assets(known, values):
+                warn_once(
+                    f"{self.place.name}: the asset {name} has other content than when earlier frames were made, so "
+                    "that the dataset has frames of two versions of it; --overwrite makes all frames again."
+                )
         new = {name: value for name, value in values.items() if known.get(name) != value}
         if new:
             self._facts = joined([self._facts, {section: new}])
