@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import subprocess
 import sys
@@ -276,6 +277,8 @@ rep.orchestrator.run(num_frames=3)
 
 def test_saved_writers_keep_their_triggers_and_share_their_render_products(tmp_path, monkeypatch):
     """They wrote every frame, below folders with other names where two had one render product."""
+    # Kernels are not compiled anew for this home.
+    monkeypatch.setenv("XDG_CACHE_HOME", os.environ.get("XDG_CACHE_HOME", os.path.expanduser("~/.cache")))
     monkeypatch.setenv("HOME", str(tmp_path))
     (tmp_path / "script.py").write_text(WRITERS)
     found = []
