@@ -33,7 +33,7 @@ SOME: Table = {name: (PICTURES | OTHERS | SHARDS)[name] for name in ("coco", "yo
 STEPS = {
     "samples": "usdsdg.writers.journal.journal.Journal.append",
     "journal": "usdsdg.writers.journal.recipe.Recipe.write",
-    "recipe": "usdsdg.writers.journal.folders._remove_unfinished",
+    "recipe": "usdsdg.writers.journal.folders.remove_unfinished",
 }
 MOST = 4  # frames after which most things have happened
 

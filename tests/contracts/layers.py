@@ -11,6 +11,7 @@ OF_ENGINES = ("compilation", "errors", "image_files", "parallel", "readback", "s
 # usdsdg: name -> what it may import, names without "usdsdg.".
 USDSDG = {
     "errors": "",
+    "listeners": "",
     "operating_system": "",
     "parallel": "operating_system",
     "buffers": "",
@@ -20,7 +21,7 @@ USDSDG = {
     "stores": "errors operating_system",
     "image_files": "errors warp_start",
     "stage": "errors operating_system image_files",
-    "session": "errors operating_system stage warp_start",
+    "session": "errors listeners operating_system stage warp_start",
     "articulations": "errors stage session",
     "graph": "errors stage session",
     "arguments": "errors stage session graph",
@@ -49,7 +50,7 @@ USDSDG = {
     "record": "stage",
     "capture": "errors operating_system parallel readback stores stage session graph distribution create annotators "
     "writers record usdsdg_render.settings",
-    "app": "errors stage session graph rng distribution create annotators writers trigger capture",
+    "app": "errors listeners stage session graph rng distribution create annotators writers trigger capture",
     "orchestrator": "errors session arguments app",
     "demo": "errors image_files stage",
     "mirror": "errors operating_system stores stage session",
@@ -63,7 +64,7 @@ USDSDG = {
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors image_files stores stage session arguments graph calibration create writers capture app "
     "orchestrator settings demo meshes __init__",
-    "compat": "errors operating_system warp_start image_files stores stage session articulations arguments graph "
+    "compat": "errors listeners operating_system warp_start image_files stores stage session articulations arguments graph "
     "distribution create annotators writers functional app orchestrator settings demo",
     "cli": "errors operating_system warp_start stage session",
     "workers": "errors operating_system stage stores session writers",

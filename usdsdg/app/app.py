@@ -10,9 +10,10 @@ from collections.abc import Callable, Coroutine
 from importlib import metadata
 from typing import Any
 
+from usdsdg import listeners
 from usdsdg.app.script_loop import ScriptLoop
 from usdsdg.graph.evaluate import graph
-from usdsdg.session import engines, listeners
+from usdsdg.session import engines
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline

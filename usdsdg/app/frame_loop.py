@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 from pxr import Usd
 
-from usdsdg import rng
+from usdsdg import listeners, rng
 from usdsdg.app.app import get_app
 from usdsdg.app.frames_of_others import FramesOfOthers
 from usdsdg.app.saved_graph import author_run
@@ -24,7 +24,7 @@ from usdsdg.capture.worlds import WorldTap
 from usdsdg.errors import Unsupported, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.graph.firings import frames_until_exhausted
-from usdsdg.session import listeners, stage_context
+from usdsdg.session import stage_context
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.progress import FRAMES, report
 from usdsdg.session.session import current

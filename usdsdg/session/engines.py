@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pxr import Usd
 
-from usdsdg.session import listeners
+from usdsdg import listeners
 from usdsdg.session.progress import report
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage

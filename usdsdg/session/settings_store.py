@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from enum import IntEnum
 from typing import Any
 
-from usdsdg.session import listeners
+from usdsdg import listeners
 from usdsdg.session.session import current
 
 DEFAULTS: dict[str, Any] = {

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from pxr import Sdf, Tf, Usd, UsdUtils
 
-from usdsdg import errors
-from usdsdg.session import listeners, new_stages, stage_times
+from usdsdg import errors, listeners
+from usdsdg.session import new_stages, stage_times
 from usdsdg.session.new_stages import NewStage
 from usdsdg.session.session import current
 from usdsdg.stage import assets, flatten, schemas

@@ -7,8 +7,9 @@ from typing import Any
 
 from pxr import Usd
 
+from usdsdg import listeners
 from usdsdg.errors import BadValue, Unsupported
-from usdsdg.session import listeners, stage_times
+from usdsdg.session import stage_times
 from usdsdg.session.session import current
 from usdsdg.session.stage_times import StageTimes
 

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import os
-import re
 import shutil
 import threading
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from usdsdg.errors import DatasetInTheWay, WriterError, counted, warn_once
+from usdsdg.errors import DatasetInTheWay, WriterError, warn_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.locks import Locked
 from usdsdg.stores.whole_file import not_writable, write_whole
 from usdsdg.writers.journal import journal, lines, recipe
+from usdsdg.writers.journal.earlier_files import remove_files, remove_run, remove_unfinished, warn_of_lost
 from usdsdg.writers.journal.facts import ASSETS, Facts, changed_assets, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.grown import Growth, advice
@@ -25,8 +23,6 @@ from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Loc
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
-
-_PART = re.compile(r"^\..*\.part$")  # files that a process was writing when it died
 
 
 class Mode(Enum):
@@ -88,9 +84,9 @@ class DatasetFolder:
             self.was_complete = self.journal.was_complete
             if mode is Mode.RESUME:
                 # Of the dataset only where no process of another part can be writing.
-                _remove_unfinished(path if portion is None else home)
+                remove_unfinished(path if portion is None else home)
                 self._go_on_with_spools()
-                _warn_of_lost(place, home / NAME)
+                warn_of_lost(place, home / NAME)
             if recipe.read(path) is None:
                 wanted.write(path)
             if portion is not None:
@@ -143,15 +139,19 @@ class DatasetFolder:
     def note_facts(self, section: str, values: Mapping[str, Any]) -> None:
         """Tell what the recipe gets in the end; what is known already is left out."""
         known = self.journal.contents.facts.get(section, {})
-        if section == ASSETS and self.goes_on:
-            for name in changed_assets(known, values):
-                warn_once(
-                    f"{self.place.name}: the asset {name} has other content than when earlier frames were made, so "
-                    "that the dataset has frames of two versions of it; --overwrite makes all frames again."
-                )
         new = {name: value for name, value in values.items() if known.get(name) != value}
         if new:
             self._facts = joined([self._facts, {section: new}])
+
+    def note_assets(self, values: Mapping[str, Any]) -> None:
+        """As `note_facts`, of assets; warns of those that were changed since earlier frames were made."""
+        known = self.journal.contents.facts.get(ASSETS, {})
+        for name in changed_assets(known, values) if self.goes_on else ():
+            warn_once(
+                f"{self.place.name}: the asset {name} has other content than when earlier frames were made, so "
+                "that the dataset has frames of two versions of it; --overwrite makes all frames again."
+            )
+        self.note_facts(ASSETS, values)
 
     def append(self, frames: list[dict[str, Any]]) -> None:
         """Append frames to the journal, after their files and spools are on the disk; errors are those of `Journal`."""
@@ -198,9 +198,9 @@ class DatasetFolder:
         if mode is Mode.RESUME:
             return
         if self.portion is None:
-            _remove_run(self.place, is_told=mode is not Mode.OVERWRITE)
+            remove_run(self.place, is_told=mode is not Mode.OVERWRITE)
         else:
-            _remove_files(self.place, self._home / NAME)
+            remove_files(self.place, self._home / NAME)
             shutil.rmtree(self.aggregates, ignore_errors=True)
 
     def _go_on_with_spools(self) -> None:
@@ -336,69 +336,3 @@ def _is_complete(path: Path, portion: Portion | None) -> bool:
     if portion is None and any((path / PARTS).glob(f"*/{NAME}")):
         return False
     return found.is_complete or not (found.frames or found.shared)
-
-
-def _remove_run(place: Place, *, is_told: bool) -> None:
-    """Remove the files that the journals in a place list, and what is beside them.
-
-    is_told: whether a warning says so, which nobody needs who asked for it.
-    """
-    path = place.path
-    if not (path / recipe.FILE).exists():
-        return
-    journals = [path / BESIDE / NAME, *(path / PARTS).glob(f"*/{NAME}")]
-    if is_told and any(each.is_file() and each.stat().st_size for each in journals):
-        warn_once(f"{place.name}: the files of the earlier run there are replaced.")
-    for each in journals:
-        _remove_files(place, each)
-    place.remove_beside()
-
-
-def _remove_files(place: Place, listed: Path) -> None:
-    """Remove the files that a journal lists."""
-    if not listed.is_file():
-        return
-    own = listed.relative_to(place.path).as_posix()
-    with suppress(WriterError):  # damaged: what it lists up to there is removed
-        place.remove(
-            name
-            for line in journal.lines(listed)
-            for name in (*line.get(lines.FILES, ()), *line.get(lines.SHARED, ()))
-            if name != own
-        )
-    os.truncate(listed, 0)
-
-
-def _warn_of_lost(place: Place, listed: Path) -> None:
-    """Warn of files of frames that are missing or of another size, since these frames are not made again."""
-    if not isinstance(place, FolderPlace):
-        return
-    lost = [
-        name
-        for line in journal.lines(listed)
-        for name, (size, _) in line.get(lines.FILES, {}).items()
-        if not _has_size(place.path / name, size)
-    ]
-    if lost:
-        what = f"{lost[0]} and {counted(len(lost) - 1, 'more file')}" if len(lost) > 1 else lost[0]
-        warn_once(
-            f"{place.name}: missing or changed: {what} of frames that were made before, which going on does not make "
-            "again. usdsdg verify lists them; --overwrite begins again."
-        )
-
-
-def _has_size(path: Path, size: int) -> bool:
-    try:
-        return path.stat().st_size == size
-    except OSError:
-        return False
-
-
-def _remove_unfinished(path: Path) -> None:
-    """Remove the files that a process was writing when it died, apart from folders with datasets of their own."""
-    for folder, below, names in os.walk(path):
-        # Other processes may be writing to those.
-        below[:] = [name for name in below if not Path(folder, name, BESIDE).is_dir()]
-        for name in filter(_PART.match, names):
-            with suppress(FileNotFoundError):
-                os.unlink(os.path.join(folder, name))

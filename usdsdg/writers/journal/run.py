@@ -21,7 +21,7 @@ from usdsdg.session.settings_store import get_settings
 from usdsdg.stores.whole_file import facts_of
 from usdsdg.writers.journal import folders, lines
 from usdsdg.writers.journal import recipe as recipe_file
-from usdsdg.writers.journal.facts import ASSETS, SETTINGS, WRITERS, AssetFacts, plain, settings_facts
+from usdsdg.writers.journal.facts import SETTINGS, WRITERS, AssetFacts, plain, settings_facts
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.frames import FileFacts, FrameFiles, FramesInHand
 from usdsdg.writers.journal.grown import Growth
@@ -274,7 +274,7 @@ class Run:
         frames = self._in_hand.take_whole()
         self._known_assets |= self._assets.take()
         for name, folder in tuple(self._folders.items()):  # other threads may claim folders meanwhile
-            folder.note_facts(ASSETS, self._known_assets)
+            folder.note_assets(self._known_assets)
             lines = [_line(each, name) for each in frames if name in each.folders]
             if lines:
                 folder.append(lines)

@@ -16,7 +16,9 @@ MOST_BYTES = 64 << 20
 
 @dataclass(frozen=True, eq=False)
 class MeshTriangles:
-    """The used points and the triangles of a mesh, which prims share and nobody writes into; and what is wrong with it.
+    """Read-only arrays of the points that faces use and of the triangles, which prims of equal content share.
+
+    The counts below say how many faces and points of the prim are left out, for warnings.
 
     All points are there where no face can be used, none where all are holes.
     """

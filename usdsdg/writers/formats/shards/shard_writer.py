@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, Protocol
 
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
+from usdsdg.writers.aggregate_writer import AggregateWriter
 from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format
 from usdsdg.writers.formats import class_places
 from usdsdg.writers.formats.shards.packing import InOrder
@@ -75,7 +75,7 @@ def limits_of(options: Mapping[str, Any]) -> dict[str, int]:
     }
 
 
-class ShardWriter(Writer):
+class ShardWriter(AggregateWriter):
     """Base of writers with many samples in a file. A subclass encodes a sample, and writes a shard of them."""
 
     data_structure = "renderProduct"
@@ -105,7 +105,7 @@ class ShardWriter(Writer):
         self._in_order: InOrder[Encoded] = InOrder(self._take)
         self._frame_id = self._put = 0  # the next frame, and samples of this process
         # Also if a script ends or is interrupted before its run is complete.
-        current().io_queue.call_at_exit(self._finish)
+        current().io_queue.call_at_exit(self.on_final_frame)
 
     @abstractmethod
     def _shards_of(self, split: str) -> Shards:
@@ -142,17 +142,11 @@ class ShardWriter(Writer):
             current().io_queue.submit(pack, what=made.key, size=size, owner=self)
 
     def on_final_frame(self) -> None:
-        self._finish()
-
-    def initialize(self, **kwargs: Any) -> None:
-        if self.num_written:  # what was written until now is a dataset of its own
-            self._finish()
-        super().initialize(**kwargs)
-
-    def detach(self) -> None:
-        super().detach()
-        if self.backend is not None:
-            self._finish()
+        """Write the last shards, after all samples are encoded."""
+        current().io_queue.wait_until_done(self)
+        with current().io_queue.of_all_frames():
+            for shards in self._shards.values():
+                shards.write()
 
     def _pack(self, place: int, split: str, number: int, made: Sample, files: FrameFiles | None) -> None:
         self._in_order.put(place, Encoded(split, number, made.classes, self._encoded(made), files))
@@ -165,13 +159,6 @@ class ShardWriter(Writer):
     def _add(self, made: Encoded) -> None:
         """Add an encoded sample to its shard; called for one after the other, in their order."""
         self._shards[made.split].add_sample(made.frame, made.classes, made.sample.size, made.sample.record())
-
-    def _finish(self) -> None:
-        """Write the last shards, after all samples are encoded."""
-        current().io_queue.wait_until_done(self)
-        with current().io_queue.of_all_frames():
-            for shards in self._shards.values():
-                shards.write()
 
     def _table(self) -> Any:
         return class_places.table_of(self._annotator_called(BOXES).label_filter)

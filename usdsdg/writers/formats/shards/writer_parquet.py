@@ -69,8 +69,8 @@ class ParquetWriter(ShardWriter):
         super()._add(made)
         self._classes = made.classes
 
-    def _finish(self) -> None:
-        super()._finish()
+    def on_final_frame(self) -> None:
+        super().on_final_frame()
         with current().io_queue.of_all_frames():
             for shards in self._tables:
                 shards.complete(self._classes)

@@ -62,6 +62,6 @@ class WebDatasetWriter(ShardWriter):
         self._index.note(classes=made.classes, splits=list(self._splits.names), **self._limits)
         self._index.add(made.frame, split=made.split, size=made.sample.size)
 
-    def _finish(self) -> None:
-        super()._finish()
+    def on_final_frame(self) -> None:
+        super().on_final_frame()
         self._index.write()

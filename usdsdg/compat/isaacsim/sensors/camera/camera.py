@@ -25,7 +25,7 @@ from usdsdg.compat.isaacsim.sensors.camera.camera_images import CameraImages
 from usdsdg.compat.wrappers.arrays import as_numpy
 from usdsdg.create.render_products import render_product
 from usdsdg.errors import ArgumentError
-from usdsdg.session.listeners import weakly
+from usdsdg.listeners import weakly
 from usdsdg.session.render_products import HydraTexture, product_at
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage, on_new_stage

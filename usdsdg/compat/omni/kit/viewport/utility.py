@@ -8,8 +8,8 @@ from pxr import Sdf, Usd
 
 from usdsdg.create.render_products import render_product
 from usdsdg.errors import Unsupported
+from usdsdg.listeners import weakly
 from usdsdg.session import render_products
-from usdsdg.session.listeners import weakly
 from usdsdg.session.render_products import HydraTexture
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage, on_new_stage

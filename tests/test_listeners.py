@@ -2,9 +2,10 @@
 
 import pytest
 
+from usdsdg import listeners
 from usdsdg.app.app import get_app
 from usdsdg.app.frame_loop import get_orchestrator
-from usdsdg.session import engines, listeners, stage_context
+from usdsdg.session import engines, stage_context
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
 

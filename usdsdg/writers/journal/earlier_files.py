@@ -1,0 +1,82 @@
+"""The files that an earlier run has left in the place of a dataset."""
+
+from __future__ import annotations
+
+import os
+import re
+from contextlib import suppress
+from pathlib import Path
+
+from usdsdg.errors import WriterError, counted, warn_once
+from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.writers.journal import journal, lines, recipe
+from usdsdg.writers.journal.journal import NAME
+from usdsdg.writers.journal.place import PARTS, FolderPlace, Place
+
+_PART = re.compile(r"^\..*\.part$")  # files that a process was writing when it died
+
+
+def remove_run(place: Place, *, is_told: bool) -> None:
+    """Remove the files that the journals in a place list, and what is beside them.
+
+    is_told: whether a warning says so, which nobody needs who asked for it.
+    """
+    path = place.path
+    if not (path / recipe.FILE).exists():
+        return
+    journals = [path / BESIDE / NAME, *(path / PARTS).glob(f"*/{NAME}")]
+    if is_told and any(each.is_file() and each.stat().st_size for each in journals):
+        warn_once(f"{place.name}: the files of the earlier run there are replaced.")
+    for each in journals:
+        remove_files(place, each)
+    place.remove_beside()
+
+
+def remove_files(place: Place, listed: Path) -> None:
+    """Remove the files that a journal lists."""
+    if not listed.is_file():
+        return
+    own = listed.relative_to(place.path).as_posix()
+    with suppress(WriterError):  # damaged: what it lists up to there is removed
+        place.remove(
+            name
+            for line in journal.lines(listed)
+            for name in (*line.get(lines.FILES, ()), *line.get(lines.SHARED, ()))
+            if name != own
+        )
+    os.truncate(listed, 0)
+
+
+def warn_of_lost(place: Place, listed: Path) -> None:
+    """Warn of files of frames that are missing or of another size, since these frames are not made again."""
+    if not isinstance(place, FolderPlace):
+        return
+    lost = [
+        name
+        for line in journal.lines(listed)
+        for name, (size, _) in line.get(lines.FILES, {}).items()
+        if not _has_size(place.path / name, size)
+    ]
+    if lost:
+        what = f"{lost[0]} and {counted(len(lost) - 1, 'more file')}" if len(lost) > 1 else lost[0]
+        warn_once(
+            f"{place.name}: missing or changed: {what} of frames that were made before, which going on does not make "
+            "again. usdsdg verify lists them; --overwrite begins again."
+        )
+
+
+def _has_size(path: Path, size: int) -> bool:
+    try:
+        return path.stat().st_size == size
+    except OSError:
+        return False
+
+
+def remove_unfinished(path: Path) -> None:
+    """Remove the files that a process was writing when it died, apart from folders with datasets of their own."""
+    for folder, below, names in os.walk(path):
+        # Other processes may be writing to those.
+        below[:] = [name for name in below if not Path(folder, name, BESIDE).is_dir()]
+        for name in filter(_PART.match, names):
+            with suppress(FileNotFoundError):
+                os.unlink(os.path.join(folder, name))
