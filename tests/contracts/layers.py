@@ -64,8 +64,8 @@ USDSDG = {
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors image_files stores stage session arguments graph calibration create writers capture app "
     "orchestrator settings demo meshes __init__",
-    "compat": "errors listeners operating_system warp_start image_files stores stage session articulations arguments graph "
-    "distribution create annotators writers functional app orchestrator settings demo",
+    "compat": "errors listeners operating_system warp_start image_files stores stage session articulations arguments "
+    "graph distribution create annotators writers functional app orchestrator settings demo",
     "cli": "errors operating_system warp_start stage session",
     "workers": "errors operating_system stage stores session writers",
     "stream": "errors operating_system session annotators capture scenarios replicator_yaml cli __init__",
