@@ -5,11 +5,14 @@ No other module names a call that only some systems have.
 
 from __future__ import annotations
 
+import _thread
 import ctypes
 import errno
 import os
 import shutil
+import signal
 import sys
+import threading
 import weakref
 from collections.abc import Callable
 from functools import cache
@@ -230,3 +233,16 @@ def _largest_resident_set() -> dict[str, int]:
         return {}
     largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return {"rss": largest if sys.platform == "darwin" else largest * 1024}
+
+
+def interrupt_main_thread(number: int) -> None:
+    """Let the main thread handle a signal, at once also where it sleeps; without a handler nothing happens.
+
+    On Windows a sleep ends first.
+    """
+    if not callable(signal.getsignal(number)):
+        return
+    if hasattr(signal, "pthread_kill") and (thread := threading.main_thread().ident) is not None:
+        signal.pthread_kill(thread, number)
+    else:
+        _thread.interrupt_main(signal.Signals(number))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import _thread
 import atexit
 import os
 import signal
@@ -23,6 +22,7 @@ from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.thread_limit import limit_threads
 from usdsdg.cli.options.values import PATH, PLACE
 from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning, counted
+from usdsdg.operating_system import interrupt_main_thread
 from usdsdg.session import progress, termination
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.failures import tell
@@ -269,7 +269,7 @@ def _repeat_lost_interrupt(
         pythons_hook(unraisable)
         return
     number = getattr(unraisable.exc_value, "number", signal.SIGINT)
-    timer = threading.Timer(REPEAT_SECONDS, _thread.interrupt_main, (number,))
+    timer = threading.Timer(REPEAT_SECONDS, interrupt_main_thread, (number,))
     timer.daemon = True
     timer.start()
 
