@@ -7,6 +7,7 @@ not repeat is the import of modules, so tests of that need processes of their ow
 """
 
 import contextlib
+import gc
 import importlib
 import json
 import os
@@ -98,11 +99,14 @@ def run(arguments: list[str]) -> None:
 def main() -> None:
     # Threads are not forked, so that none may be started here; OpenBLAS alone starts its own again.
     os.environ["PXR_WORK_THREAD_LIMIT"] = "1"
+    gc.disable()
     for name in MODULES:
         importlib.import_module(name)
     for name in ENGINES:
         for module in pkgutil.walk_packages(importlib.import_module(name).__path__, f"{name}."):
             importlib.import_module(module.name)
+    gc.freeze()  # else every fork walks all of these modules, and copies their memory with that
+    gc.enable()
     signal.signal(signal.SIGCHLD, reap)
     asked = serve(sys.argv[1])
     os.chdir(asked["folder"])
