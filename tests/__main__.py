@@ -1,8 +1,10 @@
 """`python -m tests` checks everything: style, types, behavior."""
 
+import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from usdsdg.operating_system import usable_cores
@@ -14,20 +16,24 @@ CHECKS = [
     ("style", [sys.executable, "-m", "ruff", "check", "."]),
     ("format", [sys.executable, "-m", "ruff", "format", "--check", "."]),
     # A process for each CPU and one more, since many tests wait for commands and browsers. The tests of a file stay
-    # together, for they share what they have made.
-    ("tests", [sys.executable, "-m", "pytest", "-n", str(usable_cores() + 1), "--dist", "loadfile", *sys.argv[1:]]),
-]
+    # together, for they share what they have made. Files come in the order of tests/conftest.py: else those with the
+    # fewest tests, which take longest, would come last, and one process would be left alone with them.
+    ("tests", [
+        sys.executable, "-m", "pytest", "-n", str(usable_cores() + 1), "--dist", "loadfile", "--no-loadscope-reorder",
+        *sys.argv[1:],
+    ]),
+]  # fmt: skip
 
 
 def main() -> int:
     """Run every check, also after one fails; return the number of failures, which is the exit code."""
     failed = []
-    with tempfile.TemporaryFile("w+") as report:
+    with tempfile.TemporaryFile("w+") as report, tempfile.TemporaryDirectory() as compiled:
         # Pyright takes two minutes of one CPU, so it runs beside the tests.
         types = subprocess.Popen(TYPES, cwd=ROOT, stdout=report, stderr=subprocess.STDOUT)
         for name, command in CHECKS:
             _announce(name, command)
-            if subprocess.run(command, cwd=ROOT).returncode != 0:
+            if subprocess.run(command, cwd=ROOT, env=variables(os.environ, compiled)).returncode != 0:
                 failed.append(name)
         _announce("types", TYPES)
         if types.wait() != 0:
@@ -36,6 +42,17 @@ def main() -> int:
         print(report.read(), end="")
     print("all checks passed" if not failed else f"failed: {', '.join(failed)}")
     return len(failed)
+
+
+def variables(environment: Mapping[str, str], folder: str) -> dict[str, str]:
+    """Return the variables of the checks: where Python may keep no compiled modules, it keeps them in a folder.
+
+    Tests start a thousand processes, and to compile the modules takes each of them longer than most of what it does.
+    """
+    found = dict(environment)
+    if found.pop("PYTHONDONTWRITEBYTECODE", None) is not None:
+        found.setdefault("PYTHONPYCACHEPREFIX", folder)
+    return found
 
 
 def _announce(name: str, command: list[str]) -> None:

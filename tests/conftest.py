@@ -1,5 +1,6 @@
 """The fixture of all tests that need a stage."""
 
+import gc
 import os
 
 import pytest
@@ -17,6 +18,29 @@ os.environ.setdefault("USDSDG_FETCH_ASSETS", "0")
 # How long an example takes depends on what else the machine does.
 settings.register_profile("usdsdg", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("usdsdg")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Keep modules and tests, a million objects that stay, out of the garbage collector's sight.
+
+    A full collection would take half a second among them, and tests cause hundreds.
+    """
+    gc.disable()
+    result = yield
+    gc.collect()
+    gc.freeze()
+    gc.enable()
+    return result
+
+
+# What takes longest comes first, so that no process of several is left alone with it at the end.
+_FIRST = ("tests/site/", "tests/stream/", "tests/security/")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put tests of the rooms that take longest first; all others keep their order."""
+    items.sort(key=lambda item: not item.nodeid.startswith(_FIRST))
 
 
 @pytest.fixture(autouse=True)

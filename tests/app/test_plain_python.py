@@ -1,9 +1,10 @@
-"""usdsdg as a library: scripts in a fresh process that only import usdsdg."""
+"""usdsdg as a library: scripts in a process of their own that only import usdsdg."""
 
 import os
 import subprocess
-import sys
 import textwrap
+
+from tests import forked
 
 HEAD = """
 import usdsdg as rep
@@ -17,13 +18,12 @@ writer.attach(rep.create.render_product(camera, (8, 8)))
 """
 
 
-def python(folder, script: str, *, expect: int = 0) -> subprocess.CompletedProcess[str]:
-    """Run a script in `folder`; its variable `OUT` is a folder for files."""
+def python(folder, script: str, *, expect: int = 0, fresh: bool = False) -> subprocess.CompletedProcess[str]:
+    """Run a script in `folder`; its variable `OUT` is a folder for files, `fresh` as in `forked.run`."""
     path = folder / "script.py"
     path.write_text(f"OUT = {str(folder / 'out')!r}\n{HEAD}\n{textwrap.dedent(script)}")
     environment = {name: value for name, value in os.environ.items() if name != "USDSDG_ASSETS_ROOT"}
-    command = [sys.executable, str(path)]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, env=environment)
+    done = forked.run([str(path)], cwd=folder, timeout=120, env=environment, fresh=fresh)
     assert done.returncode == expect, f"{done.stdout}\n{done.stderr}"
     return done
 
@@ -92,7 +92,7 @@ def test_a_file_that_could_not_be_written_makes_the_program_exit_with_an_error(t
 def test_a_first_run_has_no_warning_and_ends_with_the_next_commands(tmp_path):
     # The kernels of so small a picture compile in seconds, which is a line or two.
     light = "rep.create.light(light_type='Dome')\n"
-    done = python(tmp_path, light + CAMERA + "rep.orchestrator.run(num_frames=2)\n")
+    done = python(tmp_path, light + CAMERA + "rep.orchestrator.run(num_frames=2)\n", fresh=True)
     lines = [line for line in done.stderr.splitlines() if "compiling" not in line]
     assert lines[0] == f"[usdsdg] BasicWriter writes to {tmp_path / 'out'}"
     assert lines[1].startswith("[usdsdg] frames captured: 2/2")
@@ -133,4 +133,4 @@ def test_importing_usdsdg_imports_no_engine_or_cli(tmp_path):
         import sys
         print([name for name in ("warp", "newton", "usdsdg.demo", "click", "usdsdg.cli") if name in sys.modules])
     """
-    assert python(tmp_path, script).stdout.strip() == "[]"
+    assert python(tmp_path, script, fresh=True).stdout.strip() == "[]"

@@ -3,12 +3,10 @@
 Pages that are done step by step, with files and commands, are walked by tests/site.
 """
 
-import subprocess
-import sys
-
 import pytest
 from pxr import Usd, UsdGeom, UsdLux
 
+from tests import forked
 from tests.scripts.conftest import ROOT, usdsdg
 from tests.site import walk
 from tests.site.test_blocks import READ
@@ -84,6 +82,5 @@ def test_documented_streams_run(number, tmp_path):
     for folder in ("configs", "examples"):
         (tmp_path / folder).symlink_to(ROOT / folder)
     shown = "len(pictures.shape) > 2" if "pictures" in code else "len(picture.shape) == 3"
-    command = [sys.executable, "-c", f"{code}\nassert {shown} and len(boxes)"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
+    done = forked.run(["-c", f"{code}\nassert {shown} and len(boxes)"], cwd=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -1,8 +1,6 @@
 """An asset that cannot be opened is an error with exit code 1 wherever one is taken, and not a warning of USD."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,6 +8,7 @@ from click.testing import CliRunner
 from pxr import Usd
 
 import usdsdg as rep
+from tests import forked
 from tests.sampled_cases import sampled
 from usdsdg.cli.app import app
 from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage
@@ -141,8 +140,7 @@ def test_scripts_end_with_exit_code_1(tmp_path, line):
         f"FILE = {str(tmp_path / 'torn.usdc')!r}\n"
         f"stage = omni.usd.get_context().get_stage()\n{line}\nrep.orchestrator.step()\n"
     )
-    command = [sys.executable, "-m", "usdsdg", "run", str(tmp_path / "script.py")]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    ended = forked.run(["-m", "usdsdg", "run", "script.py"], cwd=tmp_path)
     assert ended.returncode == 1
     assert "torn.usdc" in ended.stderr
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from tests import forked
 from tests.cli.datasets import write_job
 from tests.sampled_cases import in_soak
 from usdsdg import stream
@@ -51,9 +52,7 @@ print(json.dumps(rows))
 
 def streams(folder: Path, *options: dict) -> list:
     """Return the rows and the failure of each stream, all in one new process."""
-    done = subprocess.run(
-        [sys.executable, "-c", STREAMS, json.dumps(options)], cwd=folder, capture_output=True, text=True, timeout=280
-    )
+    done = forked.run(["-c", STREAMS, json.dumps(options)], cwd=folder)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout.splitlines()[-1])
 

@@ -3,11 +3,10 @@
 import hashlib
 import json
 import shutil
-import subprocess
-import sys
 
 import pytest
 
+from tests import forked
 from tests.verify import damage, damaged
 from usdsdg.verify import NothingRecognized, verify
 from usdsdg.writers.journal.journal import encoded
@@ -36,8 +35,7 @@ def test_damage_is_found_beside_the_checks_of_labels(whole, tmp_path, name):
 def test_the_command_line_names_the_file_and_fails(whole, tmp_path):
     copy = tmp_path / "copy"
     assert damaged.wrong(whole, "a missing image", copy) is None
-    command = [sys.executable, "-m", "usdsdg", "verify", "--files", "--json", str(copy / "out")]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=damaged.ROOT)
+    done = forked.run(["-m", "usdsdg", "verify", "--files", "--json", str(copy / "out")], cwd=damaged.ROOT)
     assert done.returncode == 1
     assert [fault["what"] for fault in json.loads(done.stdout)["faults"]] == ["is missing"]
 

@@ -144,21 +144,36 @@ class _MadeLoader(importlib.abc.Loader):
 
 class _Finder(importlib.abc.MetaPathFinder):
     def find_spec(self, name: str, path: object = None, target: object = None) -> importlib.machinery.ModuleSpec | None:
-        root = name.split(".", 1)[0]
-        if root not in ROOTS and not (root in WEAK_ROOTS and _is_ours(root)):
+        if not _is_foreign(name):
             return _refuse_missing_name(name)
-        real = real_name(name)
-        if name.startswith(OLD_NAMES) and (_exists(real) or foreign_names.out_of_scope(name)):
-            note_old_import()
-        if _exists(real):
-            return importlib.machinery.ModuleSpec(name, _Loader(name, real), is_package=True)
-        if own := _of_the_script(name):
-            return own
-        if subject := foreign_names.out_of_scope(name):
-            return _made(PlaceholderModule(name, subject))
-        if foreign_names.holds_out_of_scope(name):
-            return _made(ModuleType(name, "Parent of modules that are out of scope."))
+        if found := _found(name):
+            return found
         raise ModuleNotFoundError(_missing(name), name=name)
+
+
+def _is_foreign(name: str) -> bool:
+    root = name.split(".", 1)[0]
+    return root in ROOTS or (root in WEAK_ROOTS and _is_ours(root))
+
+
+def _found(name: str) -> importlib.machinery.ModuleSpec | None:
+    real = real_name(name)
+    if name.startswith(OLD_NAMES) and (_exists(real) or foreign_names.out_of_scope(name)):
+        note_old_import()
+    if _exists(real):
+        return importlib.machinery.ModuleSpec(name, _Loader(name, real), is_package=True)
+    if own := _of_the_script(name):
+        return own
+    if subject := foreign_names.out_of_scope(name):
+        return _made(PlaceholderModule(name, subject))
+    if foreign_names.holds_out_of_scope(name):
+        return _made(ModuleType(name, "Parent of modules that are out of scope."))
+    return None
+
+
+def lacks(name: str) -> bool:
+    """Return whether there is no module of a foreign name; unlike its import, this looks for no similar names."""
+    return name not in sys.modules and _is_foreign(name) and _found(name) is None
 
 
 def _is_ours(root: str) -> bool:

@@ -11,6 +11,7 @@ from tests.compat.coverage import page
 from tests.contracts import gaps, mirror
 from tests.sampled_cases import in_soak
 from tests.scripts.conftest import usdsdg
+from usdsdg.compat import finder
 from usdsdg.compat.coverage import board, verdicts
 from usdsdg.compat.coverage.verdicts import MISSING, OUT_OF_SCOPE, PARTIAL, SUPPORTED, verdict
 from usdsdg.session import session
@@ -56,6 +57,17 @@ def test_verdicts(name, state, why):
     found = verdict(name)
     assert found.state == state
     assert re.search(why, found.why)
+
+
+def test_names_that_are_there_are_found_without_looking_for_similar_ones(monkeypatch):
+    def look(*_, **__):
+        raise AssertionError("this takes as long as the import of the renderer, at the start of every script")
+
+    monkeypatch.setattr(finder, "near_misses", look)
+    names = ("omni.replicator.core.create.cube", "omni.usd.get_context", "isaacsim.core.utils.stage.open_stage")
+    verdict.cache_clear()
+    assert {verdict(name).state for name in names} == {SUPPORTED}
+    verdict.cache_clear()
 
 
 def test_a_module_says_what_it_does_in_part(monkeypatch):

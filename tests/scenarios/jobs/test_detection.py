@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +11,7 @@ import pytest
 import yaml
 from PIL import Image
 
+from tests import forked
 from tests.scenarios.jobs.own_meshes import write_three
 from tests.scenarios.jobs.page import documented
 from usdsdg.scenarios.detection.arrangement import CUT, HIDDEN, Arranger
@@ -28,10 +27,9 @@ ROOT = Path(__file__).parents[3]
 SMALL = ("--set", "num_frames=5", "--set", "resolution=[160,120]")
 
 
-def usdsdg(*arguments: str, cwd: Path) -> str:
-    """Run the command line as a user does; return what it prints."""
-    command = [sys.executable, "-m", "usdsdg", *arguments]
-    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, env=None, timeout=600)
+def usdsdg(*arguments: str, cwd: Path, fresh: bool = False) -> str:
+    """Run the command line as a user does, `fresh` as in `forked.run`; return what it prints."""
+    done = forked.run(["-m", "usdsdg", *arguments], cwd=cwd, timeout=600, fresh=fresh)
     assert done.returncode == 0, done.stderr
     return done.stdout + done.stderr
 
@@ -46,7 +44,7 @@ def dataset(tmp_path_factory):
     """What the documented command writes for three OBJ files, and what it says."""
     folder = tmp_path_factory.mktemp("detection")
     write_three(folder / "parts")
-    return folder, usdsdg(*documented("configs/detection.yaml", "parts"), *SMALL, cwd=folder)
+    return folder, usdsdg(*documented("configs/detection.yaml", "parts"), *SMALL, cwd=folder, fresh=True)
 
 
 def test_three_obj_files_become_a_yolo_and_a_coco_dataset(dataset):

@@ -35,13 +35,11 @@ class Trials:
         self._output = folder / "out"
         self._worker = Worker(folder / "log.txt", "tests.soak.inputs.worker")
         self.originals = originals(folder / "originals", self._output)
-        self._whole = {each.kind: self._run(each, each.file.parent, FIRST_LIMIT) for each in self.originals}
-        for kind, found in self._whole.items():
-            if found.get("code") != 0 or found["traceback"]:
-                raise SystemExit(f"the whole {kind} failed: {found}")
+        self._whole: dict[str, str] = {}  # the pictures of originals that are whole, by kind
 
     def run(self, original: Original, seed: int) -> tuple[str, str]:
         """Return what became of a mutation: a word, and a line where it is a failure."""
+        whole = self._pictures(original)
         draw = np.random.default_rng([seed, 7])
         how, data = mutated(original.file.read_bytes(), original.file.suffix, draw)
         place = self._folder / "mutated"
@@ -49,17 +47,26 @@ class Trials:
         shutil.copytree(original.file.parent, place)
         (place / original.file.name).write_bytes(data)
         found = self._run(original, place, LIMIT)
-        if problem := _problem(original, found, self._whole[original.kind]["pictures"]):
+        if problem := _problem(original, found, whole):
             return "failed", f"{original.kind} {seed} ({how}): {problem}"
         if found["code"]:
             return "refused", ""
-        if found["pictures"] == self._whole[original.kind]["pictures"]:
+        if found["pictures"] == whole:
             return "equal", ""
         return ("warned" if "warning:" in found["said"] else "changed"), ""
 
     def close(self) -> None:
         """End the process."""
         self._worker.close()
+
+    def _pictures(self, original: Original) -> str:
+        """Return the pictures that an original gives; raise SystemExit if it fails."""
+        if original.kind not in self._whole:
+            found = self._run(original, original.file.parent, FIRST_LIMIT)
+            if found.get("code") != 0 or found["traceback"]:
+                raise SystemExit(f"the whole {original.kind} failed: {found}")
+            self._whole[original.kind] = found["pictures"]
+        return self._whole[original.kind]
 
     def _run(self, original: Original, folder: Path, limit: float) -> dict[str, Any]:
         request = {"arguments": original.arguments(folder, self._output), "output": str(self._output)}

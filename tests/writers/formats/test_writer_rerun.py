@@ -1,7 +1,6 @@
 """RerunWriter and `--rerun`: what is logged, read back by Rerun's own reader."""
 
 import io
-import subprocess
 import sys
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from PIL import Image
 from pxr import UsdGeom
 
 import usdsdg as rep
+from tests import forked
 from usdsdg import errors
 from usdsdg.session import session
 from usdsdg.session.stage_context import new_stage
@@ -194,8 +194,7 @@ rep.orchestrator.run(num_frames=3)
 
 
 def usdsdg(folder: Path, *arguments: str, expect: int = 0) -> str:
-    command = [sys.executable, "-m", "usdsdg", *arguments]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120)
+    done = forked.run(["-m", "usdsdg", *arguments], cwd=folder, timeout=120)
     assert done.returncode == expect, done.stderr
     return done.stderr
 

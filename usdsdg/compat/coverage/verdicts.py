@@ -115,8 +115,11 @@ def _imported(name: str) -> tuple[ModuleType | None, list[str]]:
     """Return the longest prefix of a name that is a module, and the parts after it."""
     parts, module, count = name.split("."), None, 0
     for end in range(1, len(parts) + 1):
+        prefix = ".".join(parts[:end])
+        if finder.lacks(prefix):
+            break
         try:
-            module, count = importlib.import_module(".".join(parts[:end])), end
+            module, count = importlib.import_module(prefix), end
         except (ImportError, ValueError):
             break
         if isinstance(module, PlaceholderModule):
