@@ -86,6 +86,13 @@ def test_processes_go_on_with_a_run_whose_datasets_end_at_different_frames(whole
     assert differences(folder, whole) == []
 
 
+def test_one_frame_that_no_part_has_made_is_told_in_the_singular(tmp_path):
+    for text in ("0:2", "3:6"):
+        run(some_frames, tmp_path, Portion.of_frames(text))
+    with pytest.raises(rep.errors.DatasetError, match="frame 2 is in no part; make it with --frames"):
+        join_parts(FolderPlace(tmp_path / "all"))
+
+
 def test_a_frame_that_no_part_has_made_is_told(tmp_path):
     for text in ("0:2", "5:6"):
         run(some_frames, tmp_path, Portion.of_frames(text))

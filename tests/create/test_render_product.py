@@ -79,7 +79,7 @@ def test_invalid_render_products_raise_errors(stage, cameras):
         rep.create.render_product("/World", (8, 8))
     with pytest.raises(BadPrim, match=r"camera is \[\]; give at least one"):
         rep.create.render_product([], (8, 8))
-    with pytest.raises(GraphError, match="name has 1 entries for 2 cameras"):
+    with pytest.raises(GraphError, match="name has 1 entry for 2 cameras"):
         rep.create.render_product(cameras, (8, 8), name=["left"])
 
 
