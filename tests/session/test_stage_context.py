@@ -5,6 +5,7 @@ import zipfile
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils
 
+import usdsdg as rep
 from usdsdg.errors import (
     AssetNotFound,
     AssetUnreadable,
@@ -266,3 +267,12 @@ def test_a_file_that_has_changed_is_read_again(tmp_path):
         whole.write_text(f'#usda 1.0\ndef Xform "{name}" (references = @./part.usda@) {{\n}}\n')
         stage = stage_context.open_stage(whole)
         assert [str(prim.GetPath()) for prim in stage.Traverse()] == [f"/{name}", f"/{name}/{name}"]
+
+
+def test_an_asset_that_was_written_again_is_read_again_on_the_next_stage(tmp_path):
+    file = tmp_path / "part.usda"
+    for number, kind in enumerate(("Cube", "Sphere")):
+        file.write_text(f'#usda 1.0\n(\n    defaultPrim = "P"\n)\ndef {kind} "P" {{}}\n')
+        os.utime(file, (number, number))
+        assert rep.functional.create.reference(usd_path=str(file)).GetTypeName() == kind
+        stage_context.new_stage()
