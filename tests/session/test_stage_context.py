@@ -1,3 +1,4 @@
+import gc
 import math
 import os
 import zipfile
@@ -16,6 +17,7 @@ from usdsdg.errors import (
     UsdsdgWarning,
 )
 from usdsdg.session import stage_context
+from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.stage.schemas import physx
 
 pytestmark = pytest.mark.usefixtures("stage")
@@ -276,3 +278,18 @@ def test_an_asset_that_was_written_again_is_read_again_on_the_next_stage(tmp_pat
         os.utime(file, (number, number))
         assert rep.functional.create.reference(usd_path=str(file)).GetTypeName() == kind
         stage_context.new_stage()
+
+
+def test_a_stage_is_saved_while_the_owner_of_a_product_is_collected(tmp_path, monkeypatch):
+    class Owner:
+        def __init__(self, product):
+            self.me, self.product = self, product
+
+        def __del__(self):
+            self.product.destroy()
+
+    kept = rep.create.render_product(rep.create.camera(), (8, 8))
+    Owner(rep.create.render_product(rep.create.camera(), (8, 8)))
+    monkeypatch.setattr(HydraTexture, "camera_path", property(lambda product: gc.collect() and product.path))
+    stage_context.save_stage(tmp_path / "a.usda")
+    assert products() == [kept]
