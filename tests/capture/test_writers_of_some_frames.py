@@ -10,8 +10,9 @@ import pytest
 import usdsdg as rep
 from tests.capture.part_runs import cut, differences, folders, run, run_again, run_parts
 from usdsdg.session.session import current
+from usdsdg.session.settings_store import get_settings
 from usdsdg.workers.plan import plan
-from usdsdg.writers.journal import journal
+from usdsdg.writers.journal import journal, recipe
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
@@ -42,6 +43,7 @@ def some_frames(folder: Path) -> None:
     attach(folder / "all", product)
     attach(folder / "other", product, trigger=rep.trigger.on_frame(interval=2))
     for frame in range(FRAMES):
+        get_settings().set("/usdsdg/test/frame", frame)
         if frame == 4:
             attach(folder / "late", product)
         rep.orchestrator.step()
@@ -56,6 +58,12 @@ def whole(tmp_path_factory):
 
 def frames(folder: Path) -> set[int]:
     return journal.read(folder / ".usdsdg/journal.jsonl").frames
+
+
+@pytest.mark.parametrize(("name", "first"), [("all", 0), ("other", 0), ("late", 4)])
+def test_each_recipe_tells_the_settings_at_the_first_frame_of_its_dataset(whole, name, first):
+    told = recipe.read(whole / name)["settings"]
+    assert told == {recipe.SEED_SETTING: 1, "/usdsdg/test/frame": first}
 
 
 @pytest.mark.parametrize("portions", [("4:6", "0:1", "1:2", "2:4"), ("1/2", "0/2"), ("0:3", "3:")])
