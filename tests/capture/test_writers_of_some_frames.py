@@ -10,8 +10,9 @@ import pytest
 import usdsdg as rep
 from tests.capture.part_runs import cut, differences, folders, run, run_again, run_parts
 from usdsdg.session.session import current
+from usdsdg.session.settings_store import get_settings
 from usdsdg.workers.plan import plan
-from usdsdg.writers.journal import journal
+from usdsdg.writers.journal import journal, recipe
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
@@ -42,6 +43,7 @@ def some_frames(folder: Path) -> None:
     attach(folder / "all", product)
     attach(folder / "other", product, trigger=rep.trigger.on_frame(interval=2))
     for frame in range(FRAMES):
+        get_settings().set("/usdsdg/test/frame", frame)
         if frame == 4:
             attach(folder / "late", product)
         rep.orchestrator.step()
@@ -56,6 +58,12 @@ def whole(tmp_path_factory):
 
 def frames(folder: Path) -> set[int]:
     return journal.read(folder / ".usdsdg/journal.jsonl").frames
+
+
+@pytest.mark.parametrize(("name", "first"), [("all", 0), ("other", 0), ("late", 4)])
+def test_each_recipe_tells_the_settings_at_the_first_frame_of_its_dataset(whole, name, first):
+    told = recipe.read(whole / name)["settings"]
+    assert told == {recipe.SEED_SETTING: 1, "/usdsdg/test/frame": first}
 
 
 @pytest.mark.parametrize("portions", [("4:6", "0:1", "1:2", "2:4"), ("1/2", "0/2"), ("0:3", "3:")])
@@ -84,6 +92,13 @@ def test_processes_go_on_with_a_run_whose_datasets_end_at_different_frames(whole
     for place in places:
         join_parts(place)
     assert differences(folder, whole) == []
+
+
+def test_one_frame_that_no_part_has_made_is_told_in_the_singular(tmp_path):
+    for text in ("0:2", "3:6"):
+        run(some_frames, tmp_path, Portion.of_frames(text))
+    with pytest.raises(rep.errors.DatasetError, match="frame 2 is in no part; make it with --frames"):
+        join_parts(FolderPlace(tmp_path / "all"))
 
 
 def test_a_frame_that_no_part_has_made_is_told(tmp_path):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import sys
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -70,6 +72,34 @@ def test_observers_are_called_in_order_and_filtered(omni):
     first.reset()
     second.reset()
     assert dispatcher.dispatch_event("mine", {"n": 3}) == 0
+
+
+@pytest.mark.parametrize("kind", ["observers", "subscriptions"])
+def test_events_reach_all_while_an_object_with_a_subscription_is_collected(omni, kind):
+    seen = []
+    if kind == "observers":
+        dispatcher = omni.carb.eventdispatcher.get_eventdispatcher()
+        send = partial(dispatcher.dispatch_event, "mine")
+
+        def subscribe(fn):
+            return dispatcher.observe_event(event_name="mine", on_event=fn)
+    else:
+        stream = omni.omni.kit.app.get_app().get_message_bus_event_stream()
+        subscribe, send = stream.create_subscription_to_pop, stream.push
+    kept = [subscribe(seen.append) for _ in range(50)]
+    before = gc.get_threshold()
+    try:
+        for allocations in range(1, 120):  # after which the object is collected
+            owner = SimpleNamespace()
+            owner.me, owner.subscription = owner, subscribe(lambda _: None)
+            del owner
+            seen.clear()
+            gc.set_threshold(gc.get_count()[0] + allocations)
+            send()
+            gc.set_threshold(*before)
+            assert len(seen) == len(kept)
+    finally:
+        gc.set_threshold(*before)
 
 
 def test_dispatching_a_custom_event_fires_its_trigger(omni):

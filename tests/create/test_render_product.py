@@ -79,7 +79,7 @@ def test_invalid_render_products_raise_errors(stage, cameras):
         rep.create.render_product("/World", (8, 8))
     with pytest.raises(BadPrim, match=r"camera is \[\]; give at least one"):
         rep.create.render_product([], (8, 8))
-    with pytest.raises(GraphError, match="name has 1 entries for 2 cameras"):
+    with pytest.raises(GraphError, match="name has 1 entry for 2 cameras"):
         rep.create.render_product(cameras, (8, 8), name=["left"])
 
 
@@ -129,3 +129,19 @@ def test_a_product_of_an_earlier_stage_is_not_that_of_this_one_at_its_path(camer
     later = rep.create.render_product(rep.create.camera(), (8, 8))
     assert later.path == earlier.path
     assert (earlier.resolution, later.resolution) == ((64, 48), (8, 8))
+
+
+def test_a_product_of_an_earlier_stage_is_not_attached_to(cameras, tmp_path):
+    earlier = rep.create.render_product(cameras.prims[0], (64, 48))
+    rep.new_stage()
+    annotator, writer = rep.annotators.get("rgb"), rep.writers.get("BasicWriter")
+    writer.initialize(output_dir=str(tmp_path), rgb=True)
+    with pytest.raises(BadPrim, match="there is no render product"):
+        annotator.attach(earlier)
+    later = rep.create.render_product(rep.create.camera(), (8, 8))
+    assert later.path == earlier.path
+    for attach in (annotator.attach, writer.attach):
+        with pytest.raises(BadPrim, match=f"^the render product given was {earlier.path} before a new stage or"):
+            attach([earlier])
+        attach([later])
+        attach(later.path)

@@ -71,7 +71,7 @@ def test_invalid_parents_and_counts_raise_errors(stage):
         create.cube(parent="/Nowhere")
     with pytest.raises(BadPrim, match="/Cube is a Mesh"):
         create.sphere(parent=create.cube())
-    with pytest.raises(GraphError, match="parent has 1 prims for count 2"):
+    with pytest.raises(GraphError, match="parent has 1 prim for count 2"):
         create_batch.cube(count=2, parent=["/World"])
     with pytest.raises(GraphError, match="count is -1"):
         create_batch.cube(count=-1)

@@ -208,6 +208,17 @@ def test_a_list_for_prims_and_point_instancers_has_a_value_for_each_prim_and_ins
         np.testing.assert_allclose(local(shape), compose_euler(points[row], (0, 0, 90), sizes[row]), atol=1e-6)
 
 
+def test_prims_that_became_point_instancers_take_values_for_instances(stage):
+    prims = [UsdGeom.Xform.Define(stage, f"/World/{side}").GetPrim() for side in "ab"]
+    modify.pose(prims, (1, 1, 1))
+    prims[1].SetTypeName("PointInstancer")
+    UsdGeom.PointInstancer(prims[1]).CreateProtoIndicesAttr([0, 0])
+    points = np.arange(9.0).reshape(3, 3)
+    modify.pose(prims, points)
+    np.testing.assert_array_equal(UsdGeom.PointInstancer(prims[1]).GetPositionsAttr().Get(), points[1:])
+    np.testing.assert_allclose(local(prims[0]), compose_euler(points[0], (0, 0, 0), (1, 1, 1)))
+
+
 def test_xform_ops_that_a_script_removes_or_reorders_are_detected(cubes):
     modify.pose(cubes, (1, 1, 1), (0, 0, 0), scale_value=1)
     UsdGeom.Xformable(cubes[0]).SetXformOpOrder([])

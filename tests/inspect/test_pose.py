@@ -135,7 +135,7 @@ def test_problems_are_listed(tmp_path):
         ],
         "picture without labels": ["000002.png: there are no labels of it"],
         "labels without picture": ["000003.json: there is no picture of it"],
-        "gap in the numbers": ["1 frame numbers between the first and the last have no files: 4"],
+        "gap in the numbers": ["1 frame number between the first and the last has no files: 4"],
         "empty frame": ["000007: no object in view"],
     }
     assert made.frame("000001")["labeled"] is False

@@ -54,6 +54,13 @@ def test_nodes_stand_under_their_triggers(stage):
     assert cube.prims[0] in cube._repr_html_()
 
 
+def test_a_trigger_that_fired_once_ran_one_time(stage):
+    with rep.trigger.on_frame() as every, rep.create.cube():
+        rep.modify.visibility(True)
+    rep.orchestrator.step()
+    assert "ran 1 time ·" in every._repr_html_()
+
+
 def test_ipython_shows_stages_and_plain_python_does_not_load_it(tmp_path):
     script = """
         import sys

@@ -223,9 +223,10 @@ def test_nothing_collides_with_a_hole():
 @pytest.mark.parametrize(
     ("counts", "indices", "words"),
     [
-        ((3, 3), (0, 1, 7, 0, 2, 3), "1 of its faces name points outside 0..3 and do not collide"),
-        ((3, 3), (0, -1, 2, 0, 2, 3), "1 of its faces name points outside 0..3 and do not collide"),
+        ((3, 3), (0, 1, 7, 0, 2, 3), "1 of its faces does not collide, with points outside 0..3"),
+        ((3, 3), (0, -1, 2, 0, 2, 3), "1 of its faces does not collide, with points outside 0..3"),
         ((3, 3, 3), (0, 2, 3), "sum to 9, but faceVertexIndices has 3 entries, so 2 of its faces do not collide"),
+        ((3, 3), (0, 2, 3), "sum to 6, but faceVertexIndices has 3 entries, so 1 of its faces does not collide"),
         ((3,), (0, 2, 3, 0, 1, 2), "sum to 3, but faceVertexIndices has 6 entries, of which the rest is not used"),
     ],
 )

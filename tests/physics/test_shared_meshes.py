@@ -149,7 +149,7 @@ def test_what_is_wrong_with_a_mesh_is_said_of_each_prim_that_has_it(recwarn):
     _colliders(stage, hulls)
     said = [str(each.message) for each in recwarn if issubclass(each.category, errors.UsdsdgWarning)]
     for name in ("a", "b"):
-        for words in ("1 of its faces name points outside 0..8", "1 of its points are not finite"):
+        for words in ("1 of its faces does not collide, with points outside 0..8", "1 of its points is not finite"):
             assert any(text.startswith(f"/World/{name}: {words}") for text in said)
     errors.forget_warnings()
 

@@ -272,6 +272,6 @@ def test_large_meshes_without_room_are_given_up_in_bounded_time(stage):
         rep.randomizer.scatter_2d(plane, check_for_collisions=True, input_prims=meshes)
     rep.utils.send_og_event("go")
     with pytest.raises(
-        GraphError, match=r"no free position for /World/Torus1 after [0-9],[0-9]{3} tries \(1 of 5 objects have one\)"
+        GraphError, match=r"no free position for /World/Torus1 after [0-9],[0-9]{3} tries \(1 of 5 objects has one\)"
     ):
         run()

@@ -1,3 +1,4 @@
+import gc
 import math
 import os
 import zipfile
@@ -5,6 +6,7 @@ import zipfile
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils
 
+import usdsdg as rep
 from usdsdg.errors import (
     AssetNotFound,
     AssetUnreadable,
@@ -15,6 +17,7 @@ from usdsdg.errors import (
     UsdsdgWarning,
 )
 from usdsdg.session import stage_context
+from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.stage.schemas import physx
 
 pytestmark = pytest.mark.usefixtures("stage")
@@ -266,3 +269,27 @@ def test_a_file_that_has_changed_is_read_again(tmp_path):
         whole.write_text(f'#usda 1.0\ndef Xform "{name}" (references = @./part.usda@) {{\n}}\n')
         stage = stage_context.open_stage(whole)
         assert [str(prim.GetPath()) for prim in stage.Traverse()] == [f"/{name}", f"/{name}/{name}"]
+
+
+def test_an_asset_that_was_written_again_is_read_again_on_the_next_stage(tmp_path):
+    file = tmp_path / "part.usda"
+    for number, kind in enumerate(("Cube", "Sphere")):
+        file.write_text(f'#usda 1.0\n(\n    defaultPrim = "P"\n)\ndef {kind} "P" {{}}\n')
+        os.utime(file, (number, number))
+        assert rep.functional.create.reference(usd_path=str(file)).GetTypeName() == kind
+        stage_context.new_stage()
+
+
+def test_a_stage_is_saved_while_the_owner_of_a_product_is_collected(tmp_path, monkeypatch):
+    class Owner:
+        def __init__(self, product):
+            self.me, self.product = self, product
+
+        def __del__(self):
+            self.product.destroy()
+
+    kept = rep.create.render_product(rep.create.camera(), (8, 8))
+    Owner(rep.create.render_product(rep.create.camera(), (8, 8)))
+    monkeypatch.setattr(HydraTexture, "camera_path", property(lambda product: gc.collect() and product.path))
+    stage_context.save_stage(tmp_path / "a.usda")
+    assert products() == [kept]

@@ -72,7 +72,7 @@ def test_without_a_root_no_demo_assets_are_made_for_a_text_without_any(machine, 
 
 def test_values_are_portable_in_lists_and_mappings(machine):
     values = {"a": [f"{machine}/root/x.png", 1], "b": {"c": Path(f"{machine}/root/y.png")}, "d": None}
-    assert anchors.portable_values(values) == {"a": ["<assets>/x.png", 1], "b": {"c": "<assets>/y.png"}, "d": None}
+    assert anchors.portable_value(values) == {"a": ["<assets>/x.png", 1], "b": {"c": "<assets>/y.png"}, "d": None}
 
 
 def test_a_portable_path_may_be_in_other_folders_too(machine):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import re
 import socket
 import time
 from collections.abc import Iterator
@@ -67,6 +68,11 @@ def test_the_page_and_its_files_are_served_at_the_address(served):
     for name, media in (("main.js", "text/javascript"), ("view.css", "text/css")):
         answer = served.get(served.path + name)
         assert (answer.status, answer.getheader("Content-Type").split(";")[0]) == (200, media)
+
+
+def test_numbers_on_the_page_have_nouns_in_their_own_number(served):
+    for name in ("main.js", "panels.js"):
+        assert not re.findall(r"\$\{[\w.]+\} [a-z]{3,}s\b", served.get(served.path + name).read().decode())
 
 
 def test_the_address_is_on_the_loopback_interface_alone(served):

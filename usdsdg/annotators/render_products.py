@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
-from usdsdg.errors import AnnotatorError, ArgumentError
-from usdsdg.session.render_products import product_at
+from usdsdg.errors import AnnotatorError, ArgumentError, BadPrim
+from usdsdg.session.render_products import HydraTexture, product_at
 
 
 def render_product_paths(render_products: Any) -> list[str]:
@@ -13,9 +13,8 @@ def render_product_paths(render_products: Any) -> list[str]:
     Raises:
         AnnotatorError: an item is neither.
     """
-    items = render_products if isinstance(render_products, (list, tuple, set)) else [render_products]
     paths = []
-    for item in items:
+    for item in _listed(render_products):
         path = str(getattr(item, "path", item) or "")
         if not path.startswith("/"):
             raise AnnotatorError(
@@ -44,6 +43,19 @@ def existing_products(render_products: Any) -> list[str]:
 
     Raises:
         AnnotatorError: an item is not a render product.
-        BadPrim: one does not exist; the message names near misses.
+        BadPrim: one does not exist, and the message names near misses; or a handle is of an earlier stage.
     """
-    return [product_at(path).path for path in render_product_paths(render_products)]
+    items = _listed(render_products)
+    paths = render_product_paths(items)
+    for item, path in zip(items, paths):
+        product = product_at(path)
+        if isinstance(item, HydraTexture) and item is not product:
+            raise BadPrim(
+                f"the render product given was {path} before a new stage or destroy() removed it, and another one has "
+                "this path now. Give what create.render_product returned for that."
+            )
+    return paths
+
+
+def _listed(render_products: Any) -> list[Any]:
+    return list(render_products) if isinstance(render_products, (list, tuple, set)) else [render_products]

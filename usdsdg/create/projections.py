@@ -10,7 +10,7 @@ from usdsdg.arguments.values import vector
 from usdsdg.create.materials import material_omnipbr
 from usdsdg.create.objects import new_object, new_xform
 from usdsdg.distribution import Distribution
-from usdsdg.errors import ArgumentError, Unsupported
+from usdsdg.errors import ArgumentError, Unsupported, counted
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, current_trigger, prim_paths
 from usdsdg.modify import projection_meshes
 from usdsdg.modify.projections import projection_node, write_textures
@@ -45,8 +45,9 @@ def projection_material(
     proxies, targets = prim_paths(proxy_prim), _outermost(prim_paths(input_prims) or current_prims())
     if not proxies or not targets or (len(proxies) > 1 and len(proxies) % len(targets)):
         raise ArgumentError(
-            f"create.projection_material: {len(proxies)} projectors and {len(targets)} targets; give one projector as "
-            "proxy_prim, or as many as targets or a multiple, and targets as input_prims or by `with`"
+            f"create.projection_material: {counted(len(proxies), 'projector')} and {counted(len(targets), 'target')}; "
+            "give one projector as proxy_prim, or as many as targets or a multiple, and targets as input_prims or by "
+            "`with`"
         )
     made = []
     for index, projector in enumerate(map(prim_at, proxies)):

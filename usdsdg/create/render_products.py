@@ -9,7 +9,7 @@ from typing import Any, overload
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
 from usdsdg.arguments.prim_names import prim_name
-from usdsdg.errors import ArgumentError, BadPrim, RenderError
+from usdsdg.errors import ArgumentError, BadPrim, RenderError, counted
 from usdsdg.graph.node import prim_paths
 from usdsdg.session import render_products
 from usdsdg.session.render_products import HydraTexture, product_at, products, reset
@@ -64,7 +64,8 @@ def render_product(
         raise BadPrim(f"render_product: camera is {camera!r}; give at least one. {_known_cameras().capitalize()}")
     if len(names) != len(cameras):
         raise ArgumentError(
-            f"render_product: name has {len(names)} entries for {len(cameras)} cameras; give one for each"
+            f"render_product: name has {counted(len(names), 'entry', 'entries')} for "
+            f"{counted(len(cameras), 'camera')}; give one for each"
         )
     handles = [_product(path, size, force_new, one) for path, one in zip(cameras, names)]
     return handles[0] if len(handles) == 1 else handles

@@ -8,7 +8,7 @@ import numpy as np
 
 from usdsdg.arguments.values import shown
 from usdsdg.distribution.base import Distribution, add_kind, all_seeded, as_columns
-from usdsdg.errors import GraphError, let_pass
+from usdsdg.errors import GraphError, counted, let_pass
 from usdsdg.graph.node import plain
 from usdsdg.graph.sampling import generator, uniforms
 
@@ -25,7 +25,10 @@ class Choice(Distribution):
             p = np.zeros(0)
         if p.shape != (len(items),) or not np.isfinite(p).all() or np.any(p < 0) or p.sum() <= 0:
             let_pass(
-                GraphError(f"{self.node.describe()}: weights={weights!r} must be {len(items)} numbers >= 0, not all 0")
+                GraphError(
+                    f"{self.node.describe()}: weights={weights!r} must be {counted(len(items), 'number')} >= 0, not "
+                    "all 0"
+                )
             )
             p = _mended(p, len(items))
         self._weights = p / p.sum()
@@ -39,8 +42,8 @@ class Choice(Distribution):
         if self._with_replacements:
             picks = self._picks(uniforms(self.seed(), consumer, execution, prims, 1)[:, 0])
         else:
-            if len(prims) > (available := np.count_nonzero(self._weights)):
-                raise GraphError(f"{self.node.describe()}: {len(prims)} prims but only {available} choices")
+            if len(prims) > (available := int(np.count_nonzero(self._weights))):
+                raise GraphError(f"{self.node.describe()}: {len(prims)} prims but only {counted(available, 'choice')}")
             rng = generator(self.seed(), consumer, execution)
             picks = rng.choice(len(self._items), size=len(prims), replace=False, p=self._weights)
         return [self._resolved(self._items[pick], consumer, execution, prim) for pick, prim in zip(picks, prims)]

@@ -79,17 +79,12 @@ def pose(
     )  # fmt: skip
 
 
-# The prims of the last call, if none of them was a PointInstancer: testing a thousand takes most of a millisecond.
-_no_instancers: list[Usd.Prim] = []
-
-
 def _instancers(prims: list[Usd.Prim]) -> list[Usd.Prim]:
-    global _no_instancers
-    if prims == _no_instancers:
+    # One prim of each type is tested: testing a thousand takes most of a millisecond.
+    of_each_type = dict(zip(map(Usd.Prim.GetTypeName, prims), prims))
+    if not any(prim.IsA(UsdGeom.PointInstancer) for prim in of_each_type.values()):
         return []
-    found = [prim for prim in prims if prim.IsA(UsdGeom.PointInstancer)]
-    _no_instancers = [] if found else prims
-    return found
+    return [prim for prim in prims if prim.IsA(UsdGeom.PointInstancer)]
 
 
 def position(

@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from usdsdg.arguments.prim_names import prim_name
 from usdsdg.arguments.prims import one_prim
 from usdsdg.arguments.values import count_of, labels_per_prim, shown
-from usdsdg.errors import ArgumentError
+from usdsdg.errors import ArgumentError, counted
 from usdsdg.functional import modify
 from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.poses import set_poses
@@ -35,7 +35,7 @@ def new_paths(name: str, parent: Any, count: Any) -> list[str]:
     if not isinstance(parent, (list, tuple)):
         return _free_paths(_parent_path(parent), prim_name(name), count)
     if len(parent) != count:
-        raise ArgumentError(f"parent has {len(parent)} prims for count {count}; give one, or one for each")
+        raise ArgumentError(f"parent has {counted(len(parent), 'prim')} for count {count}; give one, or one for each")
     parents = [_parent_path(each) for each in parent]
     free = {
         each: iter(_free_paths(each, prim_name(name), number)) for each, number in collections.Counter(parents).items()

@@ -8,7 +8,7 @@ from pxr import Usd
 
 from usdsdg.arguments.prims import is_prim, one_prim, prims_of
 from usdsdg.arguments.values import up_axis_vector
-from usdsdg.errors import ArgumentError, Unsupported
+from usdsdg.errors import ArgumentError, Unsupported, counted
 from usdsdg.functional.arguments import per_prim, rotations, vectors
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import picture_time
@@ -76,7 +76,8 @@ def _targets(look_at: Any, count: int) -> Array:
     if count == 1 and all(is_prim(target) for target in look_at):
         return _origin(prims_of(look_at))[None]
     if len(look_at) not in (1, count):
-        raise ArgumentError(f"look_at has {len(look_at)} targets for {count} prims; give one, or one per prim")
+        targets, prims_ = counted(len(look_at), "target"), counted(count, "prim")
+        raise ArgumentError(f"look_at has {targets} for {prims_}; give one, or one per prim")
     points = [_origin(prims_of(target)) if is_prim(target) else vectors("look_at", target, 1)[0] for target in look_at]
     return np.broadcast_to(np.array(points), (count, 3))
 

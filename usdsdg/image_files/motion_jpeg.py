@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from usdsdg.errors import WriterError
+from usdsdg.errors import WriterError, counted
 
 _QUALITY = 95
 _TICKS = 1000  # of the video's clock per frame
@@ -57,8 +57,8 @@ class Video:
         """
         if not self._lengths or self._rate <= 0:
             raise WriterError(
-                f"A video of {len(self._lengths)} frames at {self._rate} per second cannot be written; both must be "
-                "above 0."
+                f"A video of {counted(len(self._lengths), 'frame')} at {self._rate} per second cannot be written; both "
+                "must be above 0."
             )
         head = _box(b"ftyp", b"isom", struct.pack(">I", 0x200), b"isomiso2mp41")
         # A 64-bit size, since clips may exceed 4 GiB.

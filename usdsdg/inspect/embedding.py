@@ -141,7 +141,8 @@ def _note(frames: int, shown: Sequence[Shown], longest: int) -> str | None:
     parts = []
     if len(shown) < frames:
         parts.append(
-            f"{len(shown)} of {frames} pictures are on this page, evenly chosen; counts and histograms are of all"
+            f"{len(shown)} of {frames} pictures {'is' if len(shown) == 1 else 'are'} on this page, evenly chosen; "
+            "counts and histograms are of all"
         )
     if smaller:
         parts.append(f"pictures are shown at most {longest} pixels long; numbers are the originals'")

@@ -8,6 +8,7 @@ from pathlib import PurePosixPath
 
 from usdsdg.datasets.faults import Fault
 from usdsdg.datasets.folder import Folder
+from usdsdg.errors import counted
 from usdsdg.inspect.records import Dataset, Frame, Problem
 
 UNREADABLE = "unreadable file"
@@ -79,7 +80,9 @@ def check_numbers(dataset: Dataset) -> None:
         if missing:
             where = f"{view}: " if view else ""
             listed = ", ".join(str(number) for number in missing[:20]) + (" …" if len(missing) > 20 else "")
-            text = f"{where}{len(missing)} frame numbers between the first and the last have no files: {listed}"
+            count = counted(len(missing), "frame number", "frame numbers")
+            have = "has" if len(missing) == 1 else "have"
+            text = f"{where}{count} between the first and the last {have} no files: {listed}"
             dataset.problem(Problem("gap in the numbers", text))
 
 

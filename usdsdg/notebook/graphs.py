@@ -26,8 +26,9 @@ def graph_html(graph: Graph) -> str:
 
 def trigger_html(trigger: Trigger) -> str:
     """Return a trigger with its nodes."""
-    limit = f" of {trigger.max_execs}" if trigger.max_execs else ""
-    about = f"{_inputs(trigger.node)} · ran {trigger.executions}{limit} times · {trigger.node.line}"
+    limit = f"{trigger.executions} of " if trigger.max_execs else ""
+    times = counted(trigger.max_execs or trigger.executions, "time")
+    about = f"{_inputs(trigger.node)} · ran {limit}{times} · {trigger.node.line}"
     return _block(f"{trigger.node.name or _kind(trigger.node)}", trigger.nodes, about)
 
 

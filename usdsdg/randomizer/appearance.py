@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import vector
 from usdsdg.distribution import Distribution, draw_column, is_vector, one_of
-from usdsdg.errors import AssetNotFound, GraphError
+from usdsdg.errors import AssetNotFound, GraphError, counted
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem
@@ -123,8 +123,8 @@ def _column(name: str, value: Any, node: Node, execution: int) -> Any:
         return draw_column(value, node, execution, name)
     if len(value) not in (1, len(node.prims)):
         raise GraphError(
-            f"randomizer.texture: {name} has {len(value)} values for {len(node.prims)} prims; give one for all or one "
-            "for each"
+            f"randomizer.texture: {name} has {len(value)} values for {counted(len(node.prims), 'prim')}; give one for "
+            "all or one for each"
         )
     return list(value) * len(node.prims) if len(value) == 1 else list(value)
 

@@ -7,7 +7,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from usdsdg import modify
 from usdsdg.distribution import Choice, Distribution, choice, draw, one_of, options_of
-from usdsdg.errors import ArgumentError, AssetError, BadPrim
+from usdsdg.errors import ArgumentError, AssetError, BadPrim, counted
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.label_sources import LabelSources, brings_labels
@@ -61,7 +61,7 @@ def instantiate(
     if not with_replacements and isinstance(drawn, Choice) and count > len(drawn.node.inputs["choices"]):
         raise ArgumentError(
             f"randomizer.instantiate: size={count} without replacements, but only "
-            f"{len(drawn.node.inputs['choices'])} paths"
+            f"{counted(len(drawn.node.inputs['choices']), 'path')}"
         )
     root = _new_root(name)
     slots = [root] if mode == "point_instance" else [_slot(root) for _ in range(count)]

@@ -124,8 +124,10 @@ def free_positions(
             too_much = occupied is not None and occupied.effort > MAX_EFFORT
             if too_much or tried >= MAX_TRIES:
                 tries = occupied.tries if occupied is not None and too_much else tried
+                have = "has" if row == 1 else "have"
                 error = ArgumentError(
-                    f"no free position for {names[row]} after {tries:,} tries ({row} of {len(names)} objects have one)."
+                    f"no free position for {names[row]} after {tries:,} tries ({row} of {len(names)} objects {have} "
+                    "one)."
                     " Use fewer or smaller objects, or more room."
                 )
                 on_surface = np.flatnonzero(~np.isnan(points).any(1))

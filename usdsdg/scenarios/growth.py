@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from usdsdg.errors import UsdsdgError
+from usdsdg.errors import UsdsdgError, counted
 from usdsdg.scenarios.jobs import Job, load_job
 from usdsdg.scenarios.saved_pipeline import Overrides
 from usdsdg.writers.growth import Obstacle, differing, fewer
@@ -51,7 +51,7 @@ def of_stage(wanted: Recipe, earlier: Recipe, folder: Path) -> str | None:
     count, before = now.num_frames, then.num_frames or earlier.frames
     if now.seed != then.seed or not count or not before or count == before:
         return None
-    return fewer(f"{before} frames", f"num_frames={count}") if count < before else ""
+    return fewer(counted(before, "frame"), f"num_frames={count}") if count < before else ""
 
 
 def _meaning(config: Any, job: Job) -> dict[str, Any]:

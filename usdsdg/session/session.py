@@ -19,6 +19,7 @@ from pxr import Usd, UsdUtils
 from usdsdg import errors
 from usdsdg.session.new_stages import NewStage
 from usdsdg.stage import assets
+from usdsdg.stage.assets import objects
 
 if TYPE_CHECKING:
     from usdsdg.parallel import Later
@@ -185,6 +186,7 @@ class Session:
     def begin_stage(self, stage: Usd.Stage) -> None:
         """Reset all state that belongs to a stage, in this order, then call the listeners of new stages."""
         errors.forget_warnings()
+        objects.forget_latest()
         self.timeline.reset()
         if self.has_viewport:
             _imported("usdsdg.stage.cameras.viewport_cameras:author")(stage)

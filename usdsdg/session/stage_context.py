@@ -178,5 +178,7 @@ def snapshot(folder: Path) -> Sdf.Layer:
     """Return the current stage as one layer, with asset paths relative to `folder`."""
     current().orchestrator.author_run(current_stage())
     layer = flatten.flattened(current_stage(), folder)
-    viewport_cameras.remove(layer, keep={product.camera_path for product in current().render_products.values()})
+    # Of a copy: an Isaac Sim camera that is garbage collected meanwhile takes its product away.
+    products = list(current().render_products.values())
+    viewport_cameras.remove(layer, keep={product.camera_path for product in products})
     return layer

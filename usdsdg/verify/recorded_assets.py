@@ -31,6 +31,7 @@ class RecordedAssets:
         with suppress(UsdsdgError):  # other checks name a damaged one
             values = recipe.read(folder)
         self._hashes = hashes_of(values)
+        self._hash = cache(_hash)
 
     def here(self, content: bytes, name: str) -> bytes:
         """Return the text of a layer of a record, with the paths of this machine.
@@ -65,7 +66,7 @@ class RecordedAssets:
         changed = []
         for name, hashes in self._hashes.items():
             file = Path(anchors.candidates(f"{anchors.ASSETS}{name}", ())[0]) if name.startswith("/") else None
-            if file is not None and file.is_file() and _hash(str(file)) not in hashes:
+            if file is not None and file.is_file() and self._hash(str(file)) not in hashes:
                 changed.append(name)
         return changed
 
@@ -78,7 +79,8 @@ class RecordedAssets:
         if hashes is None:  # it was missing when the dataset was made, or there is no recipe
             return (there or possible)[0]
         for file in there:
-            if _hash(Ar.SplitPackageRelativePathOuter(file)[0] if Ar.IsPackageRelativePath(file) else file) in hashes:
+            outer = Ar.SplitPackageRelativePathOuter(file)[0] if Ar.IsPackageRelativePath(file) else file
+            if self._hash(outer) in hashes:
                 return file
         if there:
             raise DatasetError(f"{there[0]} is another file than that of the dataset, {path}. {_REMEDY}")
@@ -102,7 +104,6 @@ def _located(path: str) -> str | None:
     return None
 
 
-@cache
 def _hash(file: str) -> str:
     try:
         return facts_of(Path(file))[1]

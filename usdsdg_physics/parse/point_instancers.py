@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
-from usdsdg.errors import warn_once
+from usdsdg.errors import counted, warn_once
 from usdsdg.stage.physics.instances import instance_name, part_name
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg.stage.time_code import current_time, current_value
@@ -89,13 +89,13 @@ def _warn_invalid(instancer: UsdGeom.PointInstancer) -> None:
     prototypes = len(instancer.GetPrototypesRel().GetForwardedTargets())
     if len(indices) == len(positions) and (wrong := [kind for kind in indices if not 0 <= kind < prototypes]):
         warn_once(
-            f"{path} has the protoIndices {sorted(set(wrong))} and {prototypes} prototypes, so its instances are "
-            "neither bodies nor colliders. Use indices of its prototypes."
+            f"{path} has the protoIndices {sorted(set(wrong))} and {counted(prototypes, 'prototype')}, so its "
+            "instances are neither bodies nor colliders. Use indices of its prototypes."
         )
         return
     warn_once(
-        f"{path} has {len(indices)} protoIndices and {len(positions)} positions, so its instances are "
-        "neither bodies nor colliders. Author as many of each."
+        f"{path} has {counted(len(indices), 'entry', 'entries')} in protoIndices and {len(positions)} in positions, so "
+        "its instances are neither bodies nor colliders. Author as many of each."
     )
 
 

@@ -46,8 +46,8 @@ def element_widths(
     }.get(widths.interpolation, np.zeros((len(curves), 1), np.int64))
     if rows.size and rows.max() >= len(values):
         errors.warn_once(
-            f"{prim.GetPath()}: the {widths.interpolation} widths have {len(values)} values, too few for the curves; "
-            f"the first one is used. Author one per element or correct the interpolation."
+            f"{prim.GetPath()}: the {widths.interpolation} widths have {errors.counted(len(values), 'value')}, too few "
+            f"for the curves; the first one is used. Author one per element or correct the interpolation."
         )
         rows = np.zeros((len(curves), 1), np.int64)
     kind = widths.interpolation if rows.shape[1] > 1 else "constant"

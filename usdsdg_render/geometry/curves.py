@@ -69,8 +69,8 @@ def read_polylines(prim: Usd.Prim, time: Usd.TimeCode, points: np.ndarray | None
     lost = sum(len(each.points) for each in polylines) - sum(len(each.points) for each in kept)
     if lost:
         errors.warn_once(
-            f"{prim.GetPath()}: {lost} curves have points or widths that are NaN or infinite, or no width > 0, and are "
-            f"not drawn. Correct them."
+            f"{prim.GetPath()}: {errors.counted(lost, 'curve is', 'curves are')} not drawn, since points or widths of "
+            f"it are NaN or infinite, or no width is > 0. Correct them."
         )
     return [each for each in kept if len(each.points)]
 
@@ -92,8 +92,8 @@ def _read(prim: Usd.Prim, time: Usd.TimeCode, points: np.ndarray | None) -> _Cur
         return None
     if (counts < 0).any() or counts.sum() > len(points):
         errors.warn_once(
-            f"{prim.GetPath()}: curveVertexCounts sum to {int(counts.sum())} but there are {len(points)} points, so "
-            f"the curves are not drawn. Correct them."
+            f"{prim.GetPath()}: curveVertexCounts sum to {int(counts.sum())}, and points has "
+            f"{errors.counted(len(points), 'entry', 'entries')}, so the curves are not drawn. Correct them."
         )
         return None
     if read_array(prim, "normals", time, (3,)) is not None:
@@ -112,8 +112,8 @@ def _drawable(polylines: Polylines) -> Polylines:
 
 def _warn_too_short(prim: Usd.Prim, count: int, least: int) -> None:
     errors.warn_once(
-        f"{prim.GetPath()}: curves of {count} vertices are not drawn, since theirs need {least} or more. Correct "
-        f"curveVertexCounts."
+        f"{prim.GetPath()}: curves of {errors.counted(count, 'vertex', 'vertices')} are not drawn, since theirs need "
+        f"{least} or more. Correct curveVertexCounts."
     )
 
 

@@ -17,8 +17,9 @@ def face_varying_uvs(path: str, source: MeshSource, triangles: Triangles) -> np.
     uvs = _face_varying(source.uvs, triangles, source)
     if uvs is None:
         errors.warn_once(
-            f"{path}: the {source.uvs.interpolation} texture coordinates have {len(source.uvs.values)} values, too few "
-            f"for the mesh; textures show one texel. Author one value per element or correct the interpolation."
+            f"{path}: the {source.uvs.interpolation} texture coordinates have "
+            f"{errors.counted(len(source.uvs.values), 'value')}, too few for the mesh; textures show one texel. Author "
+            f"one value per element or correct the interpolation."
         )
         return missing
     uvs = np.ascontiguousarray(uvs, np.float32)
@@ -61,8 +62,9 @@ def face_varying_normals(
         normals = _face_varying(source.normals, triangles, source)
         if normals is None:
             errors.warn_once(
-                f"{path}: the {source.normals.interpolation} normals have {len(source.normals.values)} values, too few "
-                f"for the mesh; computed normals are used. Author one per element or correct the interpolation."
+                f"{path}: the {source.normals.interpolation} normals have "
+                f"{errors.counted(len(source.normals.values), 'value')}, too few for the mesh; computed normals are "
+                f"used. Author one per element or correct the interpolation."
             )
     if normals is None and source.scheme in ("catmullClark", "loop"):
         normals = _smooth_normals(count, vertices, area_vectors)[vertices]

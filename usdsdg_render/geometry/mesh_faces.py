@@ -30,28 +30,31 @@ def usable_faces(path: str, source: MeshSource) -> UsableFaces:
     counts = source.counts.astype(np.int64)
     starts = np.cumsum(np.maximum(counts, 0)) - np.maximum(counts, 0)
     usable = counts >= 3
-    _warn_dropped(path, ~usable, "have fewer than three vertices", "Correct faceVertexCounts.")
+    _warn_dropped(path, ~usable, ("has", "have"), "fewer than three vertices", "Correct faceVertexCounts.")
     complete = starts + counts <= len(source.indices)
     _warn_dropped(
-        path, usable & ~complete, "lie beyond the end of faceVertexIndices", "Make the counts sum to its length."
-    )
+        path, usable & ~complete, ("lies", "lie"), "beyond the end of faceVertexIndices",
+        "Make the counts sum to its length.",
+    )  # fmt: skip
     usable &= complete
     total = int(starts[-1] + max(counts[-1], 0))
     if total < len(source.indices):
         errors.warn_once(
-            f"{path}: faceVertexCounts sum to {total} but faceVertexIndices has {len(source.indices)} entries; the "
-            f"rest is not drawn. Make the counts sum to its length."
+            f"{path}: faceVertexCounts sum to {total} but faceVertexIndices has "
+            f"{errors.counted(len(source.indices), 'entry', 'entries')}; the rest is not drawn. Make the counts sum to "
+            f"its length."
         )
     finite = np.all(np.isfinite(source.points), axis=1)
     out_of_range = (source.indices < 0) | (source.indices >= len(source.points))
     if out_of_range.any():
         bad = _faces_with(out_of_range, starts, counts, usable)
-        _warn_dropped(path, bad, f"name points outside 0..{len(source.points) - 1}", "Correct faceVertexIndices.")
+        outside = f"points outside 0..{len(source.points) - 1}"
+        _warn_dropped(path, bad, ("names", "name"), outside, "Correct faceVertexIndices.")
         usable &= ~bad
     if not finite.all():
         not_finite = ~finite[np.clip(source.indices, 0, len(finite) - 1)]
         bad = _faces_with(not_finite, starts, counts, usable)
-        _warn_dropped(path, bad, "have a NaN or infinite point", "Correct the points.")
+        _warn_dropped(path, bad, ("has", "have"), "a NaN or infinite point", "Correct the points.")
         usable &= ~bad
     return UsableFaces(np.flatnonzero(usable), starts[usable], not finite.all())
 
@@ -65,10 +68,13 @@ def _faces_with(bad: np.ndarray, starts: np.ndarray, counts: np.ndarray, usable:
     return result
 
 
-def _warn_dropped(path: str, dropped: np.ndarray, what: str, remedy: str) -> None:
-    if dropped.any():
+def _warn_dropped(path: str, dropped: np.ndarray, verbs: tuple[str, str], what: str, remedy: str) -> None:
+    """Warn of faces that are left out; verbs: of one face and of several."""
+    if count := int(dropped.sum()):
+        faces = errors.counted(count, f"face {verbs[0]}", f"faces {verbs[1]}")
         first = int(np.flatnonzero(dropped)[0])
-        errors.warn_once(f"{path}: {int(dropped.sum())} faces {what} (first: face {first}) and are dropped. {remedy}")
+        are = "is" if count == 1 else "are"
+        errors.warn_once(f"{path}: {faces} {what} (first: face {first}) and {are} dropped. {remedy}")
 
 
 def material_slots(path: str, source: MeshSource) -> np.ndarray:
@@ -86,8 +92,8 @@ def material_slots(path: str, source: MeshSource) -> np.ndarray:
         shared = int((slots[faces] != count).sum())
         if shared:
             errors.warn_once(
-                f"{path}: material subset {slot} names {shared} faces of the subsets before it; it wins. Give each "
-                f"face one material."
+                f"{path}: material subset {slot} names {errors.counted(shared, 'face')} of the subsets before it; it "
+                f"wins. Give each face one material."
             )
         slots[faces] = slot
     return slots

@@ -67,16 +67,16 @@ def tessellate_points(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) ->
     if widths.interpolation == "constant" or len(values) < len(centers):
         if widths.interpolation != "constant":
             errors.warn_once(
-                f"{prim.GetPath()}: {len(values)} widths are too few for {len(centers)} points; the first one is used. "
-                f"Author one for each, or the interpolation constant."
+                f"{prim.GetPath()}: {errors.counted(len(values), 'width is', 'widths are')} too few for {len(centers)} "
+                f"points; the first one is used. Author one for each, or the interpolation constant."
             )
         values = np.full(len(centers), values[0])
     radii = values[: len(centers)] / 2.0
     good = np.isfinite(centers).all(axis=1) & np.isfinite(radii) & (radii > 0.0)
-    if not good.all():
+    if bad := int((~good).sum()):
         errors.warn_once(
-            f"{prim.GetPath()}: {int((~good).sum())} points are NaN or infinite or have no width > 0, and are not "
-            f"drawn. Correct points and widths."
+            f"{prim.GetPath()}: {errors.counted(bad, 'point is', 'points are')} NaN or infinite or of no width > 0; "
+            f"nothing is drawn there. Correct points and widths."
         )
     return _spheres(np.asarray(centers, np.float64)[good], radii[good], np.flatnonzero(good)) if good.any() else None
 

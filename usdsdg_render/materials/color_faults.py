@@ -56,7 +56,8 @@ def _faults(prim: Usd.Prim, name: str, tail: tuple[int, ...], time: Usd.TimeCode
         return "", f"the {given} {noun} of its {primvar.interpolation} {name} are too few for {wanted}"
     wrong = indices[(indices < 0) | (indices >= len(values))]
     if len(wrong):
-        return "", f"{len(wrong)} indices of its {name} (first: {int(wrong[0])}) are none of its {len(values)} values"
+        count = errors.counted(len(wrong), f"index of its {name} is", f"indices of its {name} are")
+        return "", f"{count} outside its {errors.counted(len(values), 'value')} (first: {int(wrong[0])})"
     if given > wanted:
         return f"the {given} {noun} of its {primvar.interpolation} {name} are more than {wanted}", ""
     return "", ""

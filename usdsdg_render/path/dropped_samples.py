@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import warp as wp
 
-from usdsdg.errors import warn_once
+from usdsdg.errors import counted, warn_once
 from usdsdg.parallel import CUDA_BLOCK
 from usdsdg.readback import Arrival, start_to_read_back
 from usdsdg_render.kernels.path.tone_map import sum_dropped
@@ -52,6 +52,8 @@ class DroppedSamples:
 
 def _warn(count: int, width: int, height: int) -> None:
     if count:
-        warn_once(
-            f"{count} samples of a {width}x{height} image were not finite and were dropped", key="dropped samples"
+        image = f"of a {width}x{height} image"
+        dropped = counted(
+            count, f"sample {image} was not finite and was dropped", f"samples {image} were not finite and were dropped"
         )
+        warn_once(dropped, key="dropped samples")

@@ -58,9 +58,10 @@ def expand(
     matrices, mask = _matrices(schema, time)
     numbers = point_numbers(schema, len(indices), time)
     if (bad := (indices < 0) | (indices >= len(prototypes))).any():
+        entries = errors.counted(int(bad.sum()), "entry of protoIndices is", "entries of protoIndices are")
         errors.warn_once(
-            f"{instancer.GetPath()}: {int(bad.sum())} protoIndices lie outside its {len(prototypes)} prototypes; "
-            f"those points are not drawn. Correct protoIndices."
+            f"{instancer.GetPath()}: {entries} outside its {errors.counted(len(prototypes), 'prototype')}; nothing is "
+            f"drawn there. Correct protoIndices."
         )
     drawn = np.flatnonzero(np.asarray(mask, bool) & ~bad)
     places = np.zeros(len(indices), np.int64)  # of each point among those of its prototype
@@ -80,13 +81,13 @@ def _has_equal_lengths(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count
     """Whether every array has one value for each point: USD makes up transforms where arrays are too short."""
     arrays = {name: _per_point(schema.GetPrim(), name, time) for name in PER_POINT}
     lengths = {name: len(values) for name, values in arrays.items() if values is not None and len(values)}
-    wrong = [f"{length} {name}" for name, length in lengths.items() if length != count]
+    wrong = [f"{name} has {length}" for name, length in lengths.items() if length != count]
     if "positions" not in lengths and count:
-        wrong.insert(0, "0 positions")
+        wrong.insert(0, "positions has 0")
     if wrong:
         errors.warn_once(
-            f"{schema.GetPath()}: {count} protoIndices but {', '.join(wrong)}; the point instancer is not drawn. Give "
-            f"its per-instance arrays equal lengths."
+            f"{schema.GetPath()}: protoIndices has {errors.counted(count, 'entry', 'entries')}, but "
+            f"{', '.join(wrong)}; the point instancer is not drawn. Give its per-instance arrays equal lengths."
         )
     return not wrong
 

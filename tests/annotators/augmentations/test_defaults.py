@@ -2,6 +2,7 @@
 
 import colorsys
 import dataclasses
+import os
 
 import numpy as np
 import pytest
@@ -445,6 +446,14 @@ def test_pictures_are_resized_to_the_frame(tmp_path):
     Image.fromarray(smooth()[..., :3]).save(tmp_path / "one.png")
     out = images.image_blend(np.zeros((64, 80, 3), np.uint8), folderpath=str(tmp_path), blendFactor=1.0)
     assert apart(out[1::2, 1::2][:-1, :-1], smooth()[:-1, :-1, :3]) <= 12
+
+
+def test_a_picture_that_was_replaced_is_read_again(tmp_path):
+    for color in (40, 80):
+        Image.new("RGB", (8, 8), (color, color, color)).save(tmp_path / "one.png")
+        os.utime(tmp_path / "one.png", (color, color))
+        out = images.image_blend(np.zeros((8, 8, 3), np.uint8), folderpath=str(tmp_path), blendFactor=1.0)
+        assert (out == color).all()
 
 
 # What older versions draw themselves

@@ -257,6 +257,7 @@ def test_they_come_into_the_scene_like_every_gprim():
     [
         ({"counts": [99]}, "sum to 99"),
         ({"vertices": ZIGZAG[:3], "type": "cubic"}, "need 4 or more"),
+        ({"vertices": ZIGZAG[:1], "type": "linear"}, "curves of 1 vertex are not drawn"),
         ({"widths": None}, "no widths"),
         ({"widths": [1, 2], "interpolation": "vertex", "type": "linear"}, "too few for the curves"),
         ({"kind": "HermiteCurves"}, "tangents"),
@@ -264,12 +265,12 @@ def test_they_come_into_the_scene_like_every_gprim():
         ({"normals": [Gf.Vec3f(0, 0, 1)] * 7, "type": "linear"}, "ribbons"),
         ({"kind": "Points", "widths": None}, "no widths"),
         ({"kind": "Points", "widths": [1, 2], "interpolation": "vertex"}, "too few for 7 points"),
-        ({"kind": "Points", "widths": [0]}, "7 points are NaN or infinite or have no width"),
-        ({"widths": [0]}, "1 curves have points or widths that are NaN or infinite, or no width > 0"),
-        ({"widths": [-1]}, "no width > 0"),
-        ({"widths": [np.nan]}, "1 curves have"),
+        ({"kind": "Points", "widths": [0]}, "7 points are NaN or infinite or of no width"),
+        ({"widths": [0]}, "1 curve is not drawn, since points or widths of it are NaN or infinite, or no width is > 0"),
+        ({"widths": [-1]}, "no width is > 0"),
+        ({"widths": [np.nan]}, "1 curve is not drawn"),
         ({"vertices": np.zeros((4, 3)), "type": "linear", "wrap": "periodic"}, "too thin or too short"),
-        ({"vertices": np.full((4, 3), np.inf)}, "1 curves have"),
+        ({"vertices": np.full((4, 3), np.inf)}, "1 curve is not drawn"),
         ({"basis": "bogus"}, "basis 'bogus' is none of bezier, bspline, catmullRom; bezier is used"),
         ({"wrap": "bogus"}, "wrap 'bogus' is none of"),
     ],
@@ -286,7 +287,7 @@ def test_broken_points_and_widths_leave_the_others():
         assert set(tessellate_points(prim, DEFAULT, Skinning()).owners) == {0}
     vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (np.nan, 1, 0)]
     _, prim = make(vertices=vertices, counts=[2, 2], widths=[0, 1, 1, 1], interpolation="vertex", type="linear")
-    with pytest.warns(UserWarning, match="1 curves have points"):
+    with pytest.warns(UserWarning, match="1 curve is not drawn"):
         assert set(tessellate_curves(prim, DEFAULT, Skinning()).owners) == {0}
     _, prim = make(vertices=[(0, 0, 0), (0, 0, 0), (0, 0, 0)], type="linear")
     surface = tessellate_curves(prim, DEFAULT, Skinning())

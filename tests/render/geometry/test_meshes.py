@@ -257,13 +257,20 @@ def test_subsets_give_slots_and_the_rest_comes_last():
 @pytest.mark.parametrize(
     ("points", "counts", "indices", "kept", "said"),
     [
-        (FOLD, [3, 2, 3], [0, 1, 2, 0, 1, 0, 2, 3], [0, 2], "fewer than three"),
-        (FOLD, [3, 3, 3], [0, 1, 2, 0, 2, 3], [0, 1], "beyond the end"),
+        (
+            FOLD,
+            [3, 2, 3],
+            [0, 1, 2, 0, 1, 0, 2, 3],
+            [0, 2],
+            "1 face has fewer than three vertices .first: face 1. and is dropped",
+        ),
+        (FOLD, [2, 2, 3], [0, 1, 2, 0, 0, 2, 3], [2], "2 faces have fewer than three vertices .* and are dropped"),
+        (FOLD, [3, 3, 3], [0, 1, 2, 0, 2, 3], [0, 1], "1 face lies beyond the end"),
         (FOLD, [3], [0, 1, 2, 0, 2, 3], [0], "sum to 3"),
-        (FOLD, [3, 3], [0, 1, 7, 0, 2, 3], [1], "points outside 0..3"),
+        (FOLD, [3, 3], [0, 1, 7, 0, 2, 3], [1], "1 face names points outside 0..3"),
         (FOLD, [3, 3], [0, 1, -1, 0, 2, 3], [1], "points outside"),
-        ([*FOLD[:3], (math.nan, 0, 0)], [3, 3], [0, 1, 2, 0, 2, 3], [0], "NaN or infinite"),
-        ([*FOLD[:3], (math.inf, 0, 0)], [3, 3], [0, 1, 2, 0, 2, 3], [0], "NaN or infinite"),
+        ([*FOLD[:3], (math.nan, 0, 0)], [3, 3], [0, 1, 2, 0, 2, 3], [0], "1 face has a NaN or infinite point"),
+        ([*FOLD[:3], (math.inf, 0, 0)], [3, 3], [0, 1, 2, 0, 2, 3], [0], "1 face has a NaN or infinite point"),
         (FOLD, [3, 3], [0, 1, 1, 0, 2, 3], [1], "no area"),
     ],
 )

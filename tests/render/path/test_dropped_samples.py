@@ -28,6 +28,14 @@ def test_those_of_one_image():
         dropped.look_at(film)
 
 
+def test_one_sample_is_told_in_the_singular():
+    dropped = DroppedSamples()
+    film = Film(4, 3, "cpu")
+    drop(film, 1)
+    with pytest.warns(UsdsdgWarning, match="^1 sample of a 4x3 image was not finite and was dropped$"):
+        dropped.look_at(film)
+
+
 def test_those_of_many_images_at_once():
     batch = FilmBatch(2, 4, 3, "cpu", features=False)
     drop(batch, 5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections import Counter
 from pathlib import Path
 
@@ -89,6 +90,15 @@ def test_the_brightness_of_a_sky_is_a_mean_over_directions(tmp_path):
     Image.new("RGB", (64, 32)).save(tmp_path / "black.png")
     with pytest.raises(AssetError, match="black"):
         mean_luminance(str(tmp_path / "black.png"))
+    with pytest.raises(AssetError, match="the sky cannot be read"):
+        mean_luminance(str(tmp_path / "none.png"))
+
+
+def test_the_brightness_of_a_sky_that_was_replaced_is_that_of_the_new_one(tmp_path):
+    for scale in (1.0, 2.0):
+        (tmp_path / "sky.hdr").write_bytes(radiance_hdr.encode(np.full((8, 16, 3), scale, np.float32)))
+        os.utime(tmp_path / "sky.hdr", (scale, scale))
+        assert mean_luminance(str(tmp_path / "sky.hdr")) == pytest.approx(scale, rel=0.01)
 
 
 def test_pictures_that_cannot_be_opened_are_named(tmp_path):

@@ -139,11 +139,14 @@ def parts_in(folder, names, frames):
 def test_a_shard_that_is_missing_is_named_though_no_frame_is(tmp_path):
     shards = {f"{each}/3": Portion.of_shard(f"{each}/3") for each in (0, 1)}
     parts_in(tmp_path / "out", shards, {"0/3": [0], "1/3": [1]})
-    with pytest.raises(DatasetError, match="shards 2/3 are missing"):
+    parts_in(tmp_path / "other", {"0/4": Portion.of_shard("0/4")}, {"0/4": [0]})
+    with pytest.raises(DatasetError, match="shards 1/4, 2/4, 3/4 are missing; make them with --shard"):
+        join_parts(FolderPlace(tmp_path / "other"))
+    with pytest.raises(DatasetError, match="shard 2/3 is missing; make it with --shard"):
         join_parts(FolderPlace(tmp_path / "out"))
-    assert any("shards 2/3 are missing" in fault.what for fault in verify(tmp_path / "out", labels=False).faults)
+    assert any("shard 2/3 is missing" in fault.what for fault in verify(tmp_path / "out", labels=False).faults)
     parts_in(tmp_path / "out", {"2/3": Portion.of_shard("2/3")}, {})
-    assert not any("are missing" in fault.what for fault in verify(tmp_path / "out", labels=False).faults)
+    assert not any("missing" in fault.what for fault in verify(tmp_path / "out", labels=False).faults)
     assert join_parts(FolderPlace(tmp_path / "out")) == 2
     session.restart()
 

@@ -12,6 +12,7 @@ import numpy as np
 from usdsdg.annotators.augmentations.colors import to_bytes, with_rgb
 from usdsdg.errors import AugmentationError
 from usdsdg.graph.sampling import generator
+from usdsdg.stage.assets.file_checks import version_of
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".tif", ".tiff", ".webp")
 
@@ -80,11 +81,12 @@ def _random_image(folder: str, shape: tuple[int, int], seed: int, what: str) -> 
             f"{what}: folderpath is {str(folder)!r}, which has no images ({', '.join(SUFFIXES)}). Give a folder "
             "with images."
         )
-    return _resized(str(paths[generator(seed, what, 0).integers(len(paths))]), shape)
+    path = str(paths[generator(seed, what, 0).integers(len(paths))])
+    return _resized(path, version_of(path), shape)
 
 
 @functools.lru_cache(maxsize=16)
-def _resized(path: str, shape: tuple[int, int]) -> np.ndarray:
+def _resized(path: str, _version: tuple[int, int], shape: tuple[int, int]) -> np.ndarray:
     from PIL import Image, UnidentifiedImageError
 
     height, width = shape

@@ -101,10 +101,10 @@ class FrameRecords:
             "number": number,
             "writer": type(writer).__name__,
             "writer_version": str(writer.version),
-            "parameters": anchors.portable_values(
+            "parameters": anchors.portable_value(
                 {name: value for name, value in writer.parameters.items() if name not in _PLACES}
             ),
-            "annotators": anchors.portable_values(_annotators(writer, frames)),
+            "annotators": anchors.portable_value(_annotators(writer, frames)),
             "files": tuple(_relative(files, backend)),
             "seed": get_global_seed(),
             "up_axis": up_axis(current_stage()),

@@ -95,12 +95,13 @@ class EventDispatcher:
 
     def _notify(self, event_name: str, payload: Mapping[str, Any]) -> int:
         event = Event(event_name, payload)
+        # Of a copy: an observer may be garbage collected, and end, meanwhile.
         due = [
-            (order, key, on_event)
-            for key, (name, order, required, on_event) in self._observers.items()
+            (order, on_event)
+            for name, order, required, on_event in list(self._observers.values())
             if name == event_name and all(payload.get(each) == value for each, value in required.items())
         ]
-        for _, _, on_event in sorted(due, key=lambda each: each[:2]):
+        for _, on_event in sorted(due, key=lambda each: each[0]):
             on_event(event)
         return len(due)
 

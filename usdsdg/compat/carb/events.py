@@ -57,7 +57,8 @@ class IEventStream:
     def push(self, event_type: int = 0, sender: int = 0, payload: Mapping[str, Any] | None = None) -> None:
         """Deliver an event."""
         event = IEvent(int(event_type), sender, dict(payload or {}))
-        due = [each for each in self._listeners.values() if each[1] in (None, event.type)]
+        # Of a copy: a subscription may be garbage collected, and end, meanwhile.
+        due = [each for each in list(self._listeners.values()) if each[1] in (None, event.type)]
         for _, _, fn in sorted(due, key=lambda each: each[0]):
             fn(event)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from usdsdg.errors import warn_once
+from usdsdg.errors import counted, warn_once
 from usdsdg.warp_start import quiet_warp
 
 if TYPE_CHECKING:
@@ -35,7 +35,10 @@ def rows(value: Values, width: int, count: int) -> np.ndarray:
     """
     numbers = as_numpy(value)
     if numbers.size % width or numbers.size // width not in (1, count):
-        raise ValueError(f"an array of shape {numbers.shape} has no {count} rows of {width} numbers, nor one for all")
+        raise ValueError(
+            f"an array of shape {numbers.shape} has no {counted(count, 'row')} of {counted(width, 'number')}, nor one "
+            "for all"
+        )
     return np.broadcast_to(numbers.reshape(-1, width), (count, width))
 
 
@@ -52,7 +55,8 @@ def grid(value: Values, shape: tuple[int, int]) -> np.ndarray:
         return np.broadcast_to(numbers, shape)
     except ValueError:
         raise ValueError(
-            f"an array of shape {numbers.shape} does not fill {shape[0]} rows of {shape[1]} numbers"
+            f"an array of shape {numbers.shape} does not fill {counted(shape[0], 'row')} of "
+            f"{counted(shape[1], 'number')}"
         ) from None
 
 
@@ -69,7 +73,8 @@ def names(value: str | Sequence[str], count: int) -> list[str]:
     """
     texts = [value] if isinstance(value, str) else list(value)
     if len(texts) not in (1, count):
-        raise ValueError(f"{len(texts)} values are given for {count} prims; give one for each or one for all")
+        given = counted(len(texts), "value is", "values are")
+        raise ValueError(f"{given} given for {counted(count, 'prim')}; give one for each or one for all")
     return texts * count if len(texts) == 1 else texts
 
 

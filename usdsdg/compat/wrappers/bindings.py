@@ -8,6 +8,8 @@ from typing import Any, Protocol
 
 from pxr import Usd, UsdShade
 
+from usdsdg.errors import counted
+
 
 class HasMaterials(Protocol):
     """A wrapper of materials."""
@@ -30,7 +32,10 @@ def bind(
     """
     given = list(materials) if isinstance(materials, (list, tuple)) else [materials]
     if len(given) not in (1, len(prims)):
-        raise ValueError(f"{len(given)} materials are given for {len(prims)} prims; give one for each or one for all")
+        raise ValueError(
+            f"{counted(len(given), 'material is', 'materials are')} given for {counted(len(prims), 'prim')}; give one "
+            "for each or one for all"
+        )
     for index, prim in enumerate(prims):
         material = given[0 if len(given) == 1 else index].materials[0]  # pyright: ignore[reportAttributeAccessIssue]
         bind_one(prim, material, weaker=bool(weaker_than_descendants[index]), purpose=purpose)

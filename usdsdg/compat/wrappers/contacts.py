@@ -17,7 +17,7 @@ from pxr import Usd
 from usdsdg.compat.physics_schema_tools import sdfPathToInt
 from usdsdg.compat.wrappers import bodies
 from usdsdg.compat.wrappers.prim_paths import matching_paths, prim_of
-from usdsdg.errors import BadPrim, BadValue, warn_once
+from usdsdg.errors import BadPrim, BadValue, counted, warn_once
 from usdsdg.session import engines
 from usdsdg.stage.schemas import physx
 
@@ -227,7 +227,7 @@ def _partners_of_group(sensors: Sequence[str], patterns: Sequence[str]) -> list[
         if len(found) not in (1, len(sensors)):
             raise BadValue(
                 f"the contact filter {pattern} matches {len(found)} prims; it must match one, or one for each of the "
-                f"{len(sensors)} prims whose contacts are tracked"
+                f"{counted(len(sensors), 'prim')} whose contacts are tracked"
             )
         columns.append(found * len(sensors) if len(found) == 1 else found)
     return [list(row) for row in zip(*columns)] if columns else [[] for _ in sensors]

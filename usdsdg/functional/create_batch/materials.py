@@ -6,7 +6,7 @@ from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.arguments.prims import prims_of
 from usdsdg.arguments.values import count_of
-from usdsdg.errors import ArgumentError, BadPrim
+from usdsdg.errors import ArgumentError, BadPrim, counted
 from usdsdg.functional.arguments import per_prim
 from usdsdg.functional.new_prims import new_paths
 from usdsdg.session.stage_context import current_stage
@@ -52,7 +52,8 @@ def _bindings(bind_prims: Any, count: int) -> list[list[Usd.Prim]]:
         return [prims_of(bind_prims)]
     each = list(bind_prims) if isinstance(bind_prims, (list, tuple)) else [bind_prims]
     if len(each) != count:
-        raise ArgumentError(f"bind_prims has {len(each)} entries for {count} materials; give one for each")
+        entries = counted(len(each), "entry", "entries")
+        raise ArgumentError(f"bind_prims has {entries} for {count} materials; give one for each")
     return [[] if prims is None else prims_of(prims) for prims in each]
 
 

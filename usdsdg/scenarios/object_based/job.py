@@ -139,7 +139,9 @@ def check_assets(config: ObjectBasedConfig) -> None:
         except (AssetError, Unsupported) as error:
             missing.append(str(error))
     if missing:
-        raise AssetNotFound("\n  ".join([f"{len(missing)} of {len(urls)} assets are missing or damaged:", *missing]))
+        verb = "is" if len(missing) == 1 else "are"
+        count = f"{len(missing)} of {counted(len(urls), 'asset')} {verb} missing or damaged:"
+        raise AssetNotFound("\n  ".join([count, *missing]))
 
 
 def build_scene(config: ObjectBasedConfig, draws: Draws) -> Scene:

@@ -12,6 +12,7 @@ from PIL import Image, UnidentifiedImageError
 from usdsdg.errors import AssetError, AssetNotFound, ConfigError
 from usdsdg.image_files import exr, radiance_hdr
 from usdsdg.stage import assets
+from usdsdg.stage.assets.file_checks import version_of
 from usdsdg.stage.assets.folder_files import files_in
 
 PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff")
@@ -72,13 +73,20 @@ def _files(folder: str, suffixes: tuple[str, ...]) -> list[str]:
     return found
 
 
-@lru_cache(maxsize=256)
 def mean_luminance(sky: str) -> float:
     """Return the mean luminance of an equirectangular picture over all directions, in its own units.
 
     Raises:
         AssetError: it cannot be read, or is black.
     """
+    try:
+        return _mean_luminance(sky, version_of(sky))
+    except OSError as error:
+        raise AssetError(f"{sky}: the sky cannot be read: {error}") from error
+
+
+@lru_cache(maxsize=256)
+def _mean_luminance(sky: str, _version: tuple[int, int]) -> float:
     file = Path(sky)
     try:
         if file.suffix.lower() == ".hdr":

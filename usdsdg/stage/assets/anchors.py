@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -25,6 +25,10 @@ NAMES = (ASSETS, CACHE, HERE, HOME)
 # Folders from which files were named, so that what is named from there is elsewhere on another machine; the file that
 # a script names by an absolute path is there on each.
 _named_from: dict[str, str] = {}
+
+
+def _same(value: Any) -> Any:
+    return value
 
 
 def note_working_folder() -> None:
@@ -55,9 +59,18 @@ def portable_below_root(text: str) -> str:
     return text
 
 
-def portable_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a mapping in which all texts, also those in lists, tuples and mappings, are `portable`."""
-    return {name: _portable_value(value) for name, value in values.items()}
+def portable_value(value: Any, *, key: Callable[[Any], Any] = _same, other: Callable[[Any], Any] = _same) -> Any:
+    """Return a value in which all texts and paths, also those in lists, tuples and mappings, are `portable`.
+
+    key: gives the keys of mappings. other: gives what is neither a text, a path nor one of these.
+    """
+    if isinstance(value, (str, os.PathLike)):
+        return portable(str(os.fspath(value)))
+    if isinstance(value, Mapping):
+        return {key(name): portable_value(each, key=key, other=other) for name, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [portable_value(each, key=key, other=other) for each in value]
+    return other(value)
 
 
 def is_portable(path: str) -> bool:
@@ -78,16 +91,6 @@ def candidates(path: str, folders: Sequence[str]) -> list[str]:
         HOME: lambda: [os.path.expanduser("~")],
     }[name]()
     return [f"{folder.rstrip('/')}{rest}" for folder in found if folder]
-
-
-def _portable_value(value: Any) -> Any:
-    if isinstance(value, str):
-        return portable(value)
-    if isinstance(value, os.PathLike):
-        return portable(str(os.fspath(value)))
-    if isinstance(value, Mapping):
-        return {name: _portable_value(each) for name, each in value.items()}
-    return [_portable_value(each) for each in value] if isinstance(value, (list, tuple)) else value
 
 
 def _folders(text: str) -> Iterator[tuple[str, str]]:

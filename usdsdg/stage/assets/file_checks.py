@@ -45,7 +45,7 @@ def check_file(path: str) -> None:
     if path.lower().endswith(PACKAGE) and os.path.isfile(path):
         if why := not_a_file_of_its_own(path):
             raise AssetUnreadable(f"{path} {why}")
-        if said := _damage(path, *_version(path)):
+        if said := _damage(path, *version_of(path)):
             raise AssetUnreadable(f"{path} is damaged: {said}. Copy or export it again.")
     elif path.lower().endswith(_CRATES) and os.path.isfile(path) and not _has_contents(path):
         raise AssetUnreadable(f"{path} cannot be opened as USD: its table of contents is damaged or cut off")
@@ -99,14 +99,18 @@ def check_neighbors(layer: Sdf.Layer) -> None:
         check_file(layer.ComputeAbsolutePath(each) if each else "")
 
 
-def _version(path: str) -> tuple[int, int]:
-    """Return what tells versions of a file apart, so that each is checked once."""
+def version_of(path: str) -> tuple[int, int]:
+    """Return what tells versions of a file apart, so that each is read once.
+
+    Raises:
+        OSError: there is no such file.
+    """
     status = os.stat(path)
     return status.st_mtime_ns, status.st_size
 
 
 def _check_nesting(path: str) -> None:
-    if (depth := _nesting(path, *_version(path))) > _DEEPEST:
+    if (depth := _nesting(path, *version_of(path))) > _DEEPEST:
         raise AssetUnreadable(
             f"{path} has prims {depth} deep in each other, at which USD's reader does not end or ends the process; "
             f"{_DEEPEST} are read"

@@ -15,6 +15,12 @@ from usdsdg.stage.usd_errors import reason
 _latest: Sdf.Layer | None = None
 
 
+def forget_latest() -> None:
+    """Let go of the file that was opened last: a new stage reads it again, which may have changed."""
+    global _latest
+    _latest = None
+
+
 def resolve_object(
     asset: str | os.PathLike[str], *, labeled: bool = False, remedy: str = "author one, or its reference shows nothing"
 ) -> str:

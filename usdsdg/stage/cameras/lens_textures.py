@@ -85,8 +85,8 @@ def _make_table(image: np.ndarray, file: str) -> LensTable:
     if invalid.any():
         row, column = np.argwhere(invalid)[0]
         errors.warn_once(
-            f"{file}: {invalid.sum()} of {invalid.size} texels are NaN or infinite, the first in column {column} of "
-            f"row {row}; they transmit no light"
+            f"{file}: {errors.counted(int(invalid.sum()), 'texel is', 'texels are')} NaN or infinite, the first in "
+            f"column {column} of row {row}; no light gets in there"
         )
     length = np.linalg.norm(np.where(invalid[..., None], 0.0, directions), axis=-1)
     lit = (length > _MIN_LENGTH) & ~(directions == _BACK).all(axis=-1)

@@ -2,7 +2,7 @@
 
 from pxr import Usd, UsdGeom, Vt
 
-from usdsdg.errors import warn_once
+from usdsdg.errors import counted, warn_once
 
 # Of these one sample is enough to make points move.
 VELOCITIES = ("velocities", "accelerations")
@@ -34,8 +34,8 @@ def moved_points(prim: Usd.Prim, time: Usd.TimeCode) -> Vt.Vec3fArray | None:
     counts = [len(attribute.Get(sample) or ()) for attribute in (points, velocities)]
     if counts[0] != counts[1]:
         warn_once(
-            f"{prim.GetPath()}: {counts[1]} velocities at time code {sample:g} do not fit {counts[0]} points, which "
-            f"are interpolated. Author one for each point."
+            f"{prim.GetPath()}: at time code {sample:g} there are {counted(counts[0], 'point')} and "
+            f"{counted(counts[1], 'velocity', 'velocities')}, so the points are interpolated. Author one for each."
         )
         return None
     return schema.ComputePointsAtTime(time, time)

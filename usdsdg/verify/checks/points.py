@@ -7,6 +7,7 @@ import numpy as np
 from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.seen import Points, Seen
 from usdsdg.datasets.truth import points
+from usdsdg.errors import counted
 from usdsdg.record import samples
 from usdsdg.verify.checks.compare import beyond, differs, text
 
@@ -63,7 +64,7 @@ def _recorded(seen: Seen, cloud: Points) -> Faults:
             table = np.array([*(getattr(each, name) for each in things), 1])  # unlabeled
             if len(values) == len(cloud.points) and (values != table[members[kept]]).any():
                 wrong = int((values != table[members[kept]]).sum())
-                yield Fault(file, seen.name, f"{wrong} points have not the id of what they show")
+                yield Fault(file, seen.name, f"the ids of {counted(wrong, 'point')} are not those of what is there")
     if "rgb" in cloud.others and seen.colors and seen.colors[0].exact and seen.colors[0].image.shape[:2] == kept.shape:
         file, values = cloud.others["rgb"]
         channels = min(values.shape[1], seen.colors[0].image.shape[2])
@@ -79,7 +80,7 @@ def _recorded(seen: Seen, cloud: Points) -> Faults:
                 yield Fault(
                     file,
                     seen.name,
-                    f"normals of {int(wrong.any(axis=1).sum())} points are not the recorded ones",
+                    f"normals of {counted(int(wrong.any(axis=1).sum()), 'point')} are not the recorded ones",
                 )
 
 

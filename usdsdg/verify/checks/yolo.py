@@ -12,6 +12,7 @@ from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.polygons import filled
 from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.truth import Thing, Truth
+from usdsdg.errors import counted
 from usdsdg.record import CLASSES
 from usdsdg.verify.checks.compare import differs, of_pixels, text
 from usdsdg.writers.formats.shapes.polygons import without_holes
@@ -76,7 +77,7 @@ def _lines(seen: Seen, file: str, lines: list[list[str]]) -> Faults:
             points = np.array(fields[1 + _BOX :], np.float64).reshape(count, 3) if count else np.zeros((0, 3))
             kind = int(fields[0])
         except ValueError:
-            what = f"a box and {count} keypoints" if count else "pairs of numbers"
+            what = f"a box and {counted(count, 'keypoint')}" if count else "pairs of numbers"
             yield Fault(file, seen.name, f"line {number} is not a class and {what}")
             continue
         if names is not None and kind not in names:

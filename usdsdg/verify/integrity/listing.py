@@ -16,7 +16,7 @@ from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.writers.journal import lines, recipe
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
-from usdsdg.writers.journal.merge import listed, missing_shards, parts_of
+from usdsdg.writers.journal.merge import listed, missing_shards, of_missing_shards, parts_of
 from usdsdg.writers.journal.place import PARTS
 from usdsdg.writers.journal.spool_hashes import AGGREGATES
 
@@ -156,7 +156,7 @@ def _read_parts(folder: Path, parts: list[Path], listing: Listing) -> None:
     unjoined = counted(len(parts), "part is", "parts are")
     listing.faults.append(Fault(PARTS, "all", f"{unjoined} not joined (usdsdg merge): {listed(names)}"))
     if missing := missing_shards(names):
-        listing.faults.append(Fault(PARTS, "all", f"shards {listed(missing)} are missing; make them with --shard"))
+        listing.faults.append(Fault(PARTS, "all", of_missing_shards(missing)))
 
 
 def _is_there(path: Path) -> bool:

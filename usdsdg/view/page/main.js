@@ -1,7 +1,7 @@
 // The page of `usdsdg view`: it sends what is wanted, and shows the pictures and values that come back.
 
 import { Connection } from "./connection.js";
-import { byId, drawCamera, element, markCamera, paint, showCameras, showClasses, showSelection } from "./panels.js";
+import { byId, counted, drawCamera, element, markCamera, paint, showCameras, showClasses, showSelection } from "./panels.js";
 import { follow } from "./pointer.js";
 
 const NAMES = { paths: "color", classes: "classes", instances: "instances", amodal: "amodal", depth: "depth", normals: "normals" };
@@ -30,7 +30,7 @@ function showScene(values) {
   scene = values;
   document.title = `${scene.title} – usdsdg view`;
   byId("title").textContent = scene.title;
-  byId("facts").textContent = `${scene.gprims} gprims · ${scene.device}`;
+  byId("facts").textContent = `${counted(scene.gprims, "gprim")} · ${scene.device}`;
   byId("notes").replaceChildren(...scene.notes.map((text) => element("p", { textContent: text })));
   byId("triggers").textContent = scene.triggers.length ? scene.triggers.join(", ") : "The stage has no triggers.";
   byId("randomize").disabled = byId("seed").disabled = !scene.triggers.length;
@@ -75,8 +75,8 @@ function shown(header, bitmap) {
   byId("wait").hidden = true;
   byId("error").hidden = true;
   const parts = [`${header.width} × ${header.height}`, `${header.milliseconds} ms`];
-  if ("samples" in header) parts.push(`${header.samples} samples`);
-  if ("objects" in header) parts.push(`${header.objects} objects`);
+  if ("samples" in header) parts.push(counted(header.samples, "sample"));
+  if ("objects" in header) parts.push(counted(header.objects, "object"));
   if ("hidden" in header) parts.push(`${header.hidden} partly hidden`);
   byId("about").textContent = parts.join(" · ");
   byId("depth-scale").hidden = !header.depth;

@@ -12,6 +12,8 @@ export function element(tag, values = {}, ...children) {
   return made;
 }
 
+export const counted = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
+
 const PATHS = new Set(["path", "gprim", "material", "body"]);
 const UNITS = {
   position: "m", point: "m", size: "m", distance: "m", velocity: "m/s", "angular velocity": "°/s", rotation: "(w x y z)",

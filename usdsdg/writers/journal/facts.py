@@ -5,7 +5,6 @@ Facts have two levels, as {"assets": {name: {...}}}; those of parts and of runs 
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -127,16 +126,10 @@ def settings_facts(changed: Mapping[str, Any]) -> dict[str, Any]:
 
 def plain(value: Any) -> Any:
     """Return a value as JSON has it, with portable paths; of objects that it has not, the name of their type."""
+    return anchors.portable_value(value, key=str, other=_of_json)
+
+
+def _of_json(value: Any) -> Any:
     if value is None or isinstance(value, (bool, int, float)):
         return value
-    if isinstance(value, str):
-        return anchors.portable(value)
-    if isinstance(value, Mapping):
-        return {str(key): plain(each) for key, each in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(each) for each in value]
-    if isinstance(value, os.PathLike):
-        return anchors.portable(str(os.fspath(value)))
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    return f"<{type(value).__name__}>"
+    return plain(value.tolist()) if hasattr(value, "tolist") else f"<{type(value).__name__}>"

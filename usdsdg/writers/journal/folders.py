@@ -98,7 +98,7 @@ class DatasetFolder:
         self.end = self.journal.contents.end  # the frame after those that were whole then
         self._shared: dict[str, FileFacts] = {}
         self._facts: Facts = {}
-        self._first: int | None = None
+        self.first: int | None = None  # the frame at which a writer is due first, whoever makes it
         self._latest: dict[Path, bytes] = {}  # files of the part that wait to be written
         self._keeping = threading.Lock()  # the capture tells of them, and threads that write files write them
 
@@ -113,8 +113,8 @@ class DatasetFolder:
 
     def see_due(self, frame: int) -> None:
         """Tell that a writer is due at a frame, whoever makes it."""
-        if self._first is None:
-            self._first = frame
+        if self.first is None:
+            self.first = frame
 
     def keep_classes(self, table: str) -> None:
         """As `keep_latest`, of the class file."""
@@ -183,7 +183,7 @@ class DatasetFolder:
                     shutil.rmtree(self.aggregates / ONCE, ignore_errors=True)
                     shutil.rmtree(self.path / JOINED, ignore_errors=True)
             else:
-                self.journal.close(complete=complete, spools=spools, first=self._first)
+                self.journal.close(complete=complete, spools=spools, first=self.first)
             self.place.push(whole=True)
         finally:
             self.release()

@@ -95,9 +95,16 @@ def listed(names: list[str]) -> str:
     return ", ".join(names[:_SHOWN]) + (", ..." if len(names) > _SHOWN else "")
 
 
+def of_missing_shards(missing: list[str]) -> str:
+    """Return what to say of shards that are not there."""
+    if len(missing) == 1:
+        return f"shard {missing[0]} is missing; make it with --shard"
+    return f"shards {listed(missing)} are missing; make them with --shard"
+
+
 def _check_shards(where: str, names: set[str]) -> None:
     if missing := missing_shards(names):
-        raise DatasetError(f"{where}: shards {listed(missing)} are missing; make them with --shard")
+        raise DatasetError(f"{where}: {of_missing_shards(missing)}")
 
 
 def _check_recipes(place: Place, parts: list[Path]) -> None:
@@ -140,7 +147,11 @@ def _check_frames(where: str, contents: Mapping[str, journal.Contents]) -> None:
         if number not in owner and not any(each.has(number) for each in portions)
     ]
     if missing:
-        raise DatasetError(f"{where}: frames {listed([*map(str, missing)])} are in no part; make them with --frames")
+        frames, them = ("frame", "it") if len(missing) == 1 else ("frames", "them")
+        are = "is" if len(missing) == 1 else "are"
+        raise DatasetError(
+            f"{where}: {frames} {listed([*map(str, missing)])} {are} in no part; make {them} with --frames"
+        )
 
 
 def _spools(part: Path) -> Iterator[Path]:

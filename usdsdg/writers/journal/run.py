@@ -55,7 +55,7 @@ class Run:
         self._claiming = threading.RLock()  # threads that write files claim folders, too
         self._in_hand = FramesInHand()
         self._assets, self._known_assets = AssetFacts(), {}
-        self._settings: dict[str, Any] = {}
+        self._settings: dict[str, Any] = {}  # at the frame at which a folder was new last
         self._appended_at = time.monotonic()
         self._is_main_script_known = False
         self._is_closed = False
@@ -204,12 +204,12 @@ class Run:
         output_folders: of the writers that are due; None: not known.
         """
         number, self.captures = self.captures, self.captures + 1
-        if number == 0:
+        claimed = [found for each in output_folders if each is not None and (found := self.claim(each)) is not None]
+        if any(each.first is None for each in claimed):
             seed = {recipe_file.SEED_SETTING: current().global_seed.value}  # which may have been drawn
             self._settings = settings_facts(get_settings().changed() | seed)
-        for folder in output_folders:
-            if folder is not None and (claimed := self.claim(folder)) is not None:
-                claimed.see_due(number)
+        for each in claimed:
+            each.see_due(number)
         return number, [self._is_wanted(folder, number) for folder in output_folders]
 
     def is_made(self, folder: str | None, number: int) -> bool:
@@ -258,7 +258,8 @@ class Run:
             return
         arguments = {name: plain(value) for name, value in parameters.items() if name not in _PLACES}
         claimed.note_facts(WRITERS, {key: arguments})
-        if self.captures == 1:  # whoever makes the first frame tells, since settings may change from frame to frame
+        # Whoever makes the folder's first frame tells, since settings may change from frame to frame.
+        if claimed.first == self.captures - 1:
             claimed.note_facts(SETTINGS, self._settings)
 
     def is_due(self) -> bool:

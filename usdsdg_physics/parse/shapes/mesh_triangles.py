@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from usdsdg.errors import warn_once
+from usdsdg.errors import counted, warn_once
 from usdsdg.stage.geometry.fans import fans
 from usdsdg.stage.time_code import current_value
 
@@ -122,17 +122,19 @@ def _size(made: MeshTriangles) -> int:
 def _warn(path: str, mesh: MeshTriangles) -> None:
     """Warn of the faces and points that a prim names in vain."""
     if mesh.beyond or mesh.vertices < mesh.indices:
-        rest = f"so {mesh.beyond} of its faces do not collide" if mesh.beyond else "of which the rest is not used"
+        beyond = counted(mesh.beyond, "of its faces does", "of its faces do")
+        rest = f"so {beyond} not collide" if mesh.beyond else "of which the rest is not used"
         warn_once(
-            f"{path}: faceVertexCounts sum to {mesh.vertices}, but faceVertexIndices has {mesh.indices} entries, "
-            f"{rest}. Make the counts sum to its length."
+            f"{path}: faceVertexCounts sum to {mesh.vertices}, but faceVertexIndices has "
+            f"{counted(mesh.indices, 'entry', 'entries')}, {rest}. Make the counts sum to its length."
         )
     if mesh.outside:
-        warn_once(
-            f"{path}: {mesh.outside} of its faces name points outside 0..{mesh.given - 1} and do not collide. "
-            "Correct faceVertexIndices."
-        )
+        outside = counted(mesh.outside, "of its faces does", "of its faces do")
+        warn_once(f"{path}: {outside} not collide, with points outside 0..{mesh.given - 1}. Correct faceVertexIndices.")
     if (mesh.beyond or mesh.outside) and not len(mesh.triangles) and not mesh.holes:
         warn_once(f"{path}: none of its faces can be used, so the convex hull of its points collides.")
     if mesh.not_finite:
-        warn_once(f"{path}: {mesh.not_finite} of its points are not finite, and nothing collides with it there.")
+        warn_once(
+            f"{path}: {counted(mesh.not_finite, 'of its points is', 'of its points are')} not finite, and nothing "
+            "collides with it there."
+        )

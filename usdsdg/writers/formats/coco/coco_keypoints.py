@@ -10,7 +10,7 @@ import numpy as np
 from pxr import Usd
 
 from usdsdg.annotators.ownership import LabeledStage, Owner, lower, output_labels
-from usdsdg.errors import WriterError
+from usdsdg.errors import WriterError, counted
 from usdsdg.stage.keypoints import get_keypoints, has_keypoints
 from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.writers.formats.coco.coco_categories import Category
@@ -63,7 +63,7 @@ def read(label: str, given: Any) -> Skeleton:
     sigmas = [SIGMA] * len(names) if sigmas is None else sigmas
     fit = _is_list(sigmas) and len(sigmas) == len(names)
     if not fit or not all(isinstance(each, (int, float)) and each > 0 for each in sigmas):
-        raise WriterError(f"{where}['sigmas'] is {sigmas!r}; expected {len(names)} numbers above 0.")
+        raise WriterError(f"{where}['sigmas'] is {sigmas!r}; expected {counted(len(names), 'number')} above 0.")
     pairs = tuple((names.index(a) + 1, names.index(b) + 1) for a, b in bones)
     return Skeleton(tuple(names), pairs, tuple(map(float, sigmas)))
 

@@ -11,7 +11,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 from usdsdg.compat.wrappers import poses
 from usdsdg.compat.wrappers.arrays import as_numpy
 from usdsdg.compat.wrappers.prim_paths import existing_prim
-from usdsdg.errors import BadPrim
+from usdsdg.errors import BadPrim, counted
 from usdsdg.session import stage_context
 
 if TYPE_CHECKING:
@@ -66,7 +66,8 @@ class Cloner:
             raise BadPrim(f"there is no prim at {source_prim_path} to copy")
         for values in (positions, orientations):
             if values is not None and len(as_numpy(values)) != len(prim_paths):
-                raise ValueError(f"{len(as_numpy(values))} poses are given for {len(prim_paths)} copies")
+                given = counted(len(as_numpy(values)), "pose is", "poses are")
+                raise ValueError(f"{given} given for {counted(len(prim_paths), 'copy', 'copies')}")
         poses.reset_ops([source])
         self._place(self._copies(source, list(prim_paths), copy_from_source), positions, orientations)
 

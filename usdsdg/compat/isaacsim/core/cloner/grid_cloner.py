@@ -12,6 +12,7 @@ from pxr import Usd
 from usdsdg.compat.isaacsim.core.cloner.cloner import Cloner
 from usdsdg.compat.wrappers import rotations
 from usdsdg.compat.wrappers.arrays import as_numpy
+from usdsdg.errors import counted
 from usdsdg.stage.poses.transforms import up_axis
 
 if TYPE_CHECKING:
@@ -35,10 +36,12 @@ class GridCloner(Cloner):
             ValueError: there are not as many offsets as copies, or no copies in a row.
         """
         if num_clones < 0 or self._num_per_row == 0 or self._num_per_row < -1:
-            raise ValueError(f"a grid of {num_clones} copies with {self._num_per_row} in a row cannot be made")
+            copies = counted(num_clones, "copy", "copies")
+            raise ValueError(f"a grid of {copies} with {self._num_per_row} in a row cannot be made")
         for values in (position_offsets, orientation_offsets):
             if values is not None and len(as_numpy(values)) != num_clones:
-                raise ValueError(f"{len(as_numpy(values))} offsets are given for {num_clones} copies")
+                given = counted(len(as_numpy(values)), "offset is", "offsets are")
+                raise ValueError(f"{given} given for {counted(num_clones, 'copy', 'copies')}")
         if num_clones == 0:
             return [], []
         places = self._grid(num_clones)

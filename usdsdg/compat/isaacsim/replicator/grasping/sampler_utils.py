@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, UsdGeom
 
-from usdsdg.errors import ArgumentError, BadPrim
+from usdsdg.errors import ArgumentError, BadPrim, counted
 from usdsdg.graph.sampling import generator, get_global_seed
 from usdsdg.stage.poses.transforms import local_to_world
 
@@ -61,7 +61,7 @@ def usd_mesh_to_trimesh(usd_mesh: UsdGeom.Mesh, apply_scale: bool = True, verbos
     if str(usd_mesh.GetOrientationAttr().Get()) == str(UsdGeom.Tokens.leftHanded):
         triangles = triangles[:, ::-1]
     if verbose:
-        print(f"{usd_mesh.GetPath()}: {len(counts)} faces, {len(triangles)} triangles")
+        print(f"{usd_mesh.GetPath()}: {counted(len(counts), 'face')}, {counted(len(triangles), 'triangle')}")
     return trimesh.Trimesh(points, triangles, process=False)
 
 
@@ -100,7 +100,7 @@ def sample_antipodal(object_mesh: trimesh.Trimesh, **config: Any) -> list[Array]
         for angle in np.linspace(-np.pi, np.pi, turns, endpoint=False):
             poses.append(aligned @ _rotation(turn_axis, angle) @ standoff)
     if config.get("verbose"):
-        print(f"antipodal sampler: {len(poses)} poses from {len(grasps)} of {samples} points")
+        print(f"antipodal sampler: {counted(len(poses), 'pose')} from {len(grasps)} of {counted(samples, 'point')}")
     return poses
 
 

@@ -11,7 +11,7 @@ from usdsdg.compat.isaacsim.replicator.randomization.attributes import OPERATION
 from usdsdg.compat.isaacsim.replicator.randomization.registry import RegisteredView, get_registry
 from usdsdg.compat.isaacsim.replicator.randomization.rl_frames import in_gate
 from usdsdg.distribution import Distribution, uniform
-from usdsdg.errors import ArgumentError
+from usdsdg.errors import ArgumentError, counted
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.node import Node
@@ -92,7 +92,8 @@ def _drawn(node: Node, execution: int, rows: Any, width: int) -> Array:
     if buckets := node.inputs.get("numBuckets"):
         drawn = _bucketed(values, drawn, int(buckets))
     if width % drawn.shape[1]:
-        raise ArgumentError(f"{node.inputs['attribute']} has {width} numbers, but {drawn.shape[1]} are drawn")
+        drawn_numbers = counted(drawn.shape[1], "is", "are")
+        raise ArgumentError(f"{node.inputs['attribute']} has {counted(width, 'number')}, but {drawn_numbers} drawn")
     return np.tile(drawn, width // drawn.shape[1])
 
 

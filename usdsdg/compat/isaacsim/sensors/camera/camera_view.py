@@ -16,7 +16,7 @@ from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.compat.isaacsim.sensors.camera import camera_axes as axes
 from usdsdg.compat.wrappers.arrays import as_backend, as_numpy, chosen
 from usdsdg.create.render_products import render_product_tiled
-from usdsdg.errors import ArgumentError, Unsupported, warn_once
+from usdsdg.errors import ArgumentError, Unsupported, counted, warn_once
 from usdsdg.session.render_products import HydraTexture
 
 if TYPE_CHECKING:
@@ -333,7 +333,8 @@ class CameraView(XFormPrim):
     def _set(self, name: str, values: Sequence[Any], indices: Indices, *, skip_zero: bool = False) -> None:
         where = chosen(indices, self.count)
         if len(values) != len(where):
-            raise ArgumentError(f"{self.name}: {len(values)} values of {name} are given for {len(where)} cameras")
+            given = counted(len(values), f"value of {name} is", f"values of {name} are")
+            raise ArgumentError(f"{self.name}: {given} given for {counted(len(where), 'camera')}")
         for index, value in zip(where, values, strict=True):
             if value or not skip_zero:
                 self.prims[index].GetAttribute(name).Set(value)

@@ -6,6 +6,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from usdsdg.errors import counted
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 
 __all__ = ["get_folder_file_summary", "validate_folder_contents"]
@@ -41,7 +42,7 @@ def validate_folder_contents(
     for extension, count in expected.items():
         fits = found[extension] == count if exact_match else found[extension] >= count
         if not fits:
-            wrong.append(f"{found[extension]} files .{extension} instead of {count}")
+            wrong.append(f"{counted(found[extension], 'file')} .{extension} instead of {count}")
     if allowed_extra_extensions is not None:
         allowed = {extension.lstrip(".").lower() for extension in allowed_extra_extensions} | set(expected)
         wrong += [f"files .{extension}, which are not allowed" for extension in sorted(set(found) - allowed)]

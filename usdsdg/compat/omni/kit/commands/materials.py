@@ -8,7 +8,7 @@ from pathlib import PurePosixPath
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from usdsdg.compat.omni.kit.commands.registry import command
-from usdsdg.errors import ArgumentError, BadPrim
+from usdsdg.errors import ArgumentError, BadPrim, counted
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.materials import define_mdl
@@ -116,7 +116,9 @@ def _strengths(given: str | Sequence[str] | None, count: int) -> Sequence[str | 
     if given is None or isinstance(given, str):
         return [given] * count
     if len(given) not in (1, count):
-        raise ArgumentError(f"BindMaterial: strength has {len(given)} entries for {count} prims; give one, or {count}")
+        raise ArgumentError(
+            f"BindMaterial: strength has {len(given)} entries for {counted(count, 'prim')}; give one, or one for each"
+        )
     return list(given) * count if len(given) == 1 else list(given)
 
 
