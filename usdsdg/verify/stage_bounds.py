@@ -57,7 +57,7 @@ def bounds_of_part(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray | None:
 
 
 def _bounds_of_faces(mesh: UsdGeom.Mesh, time: Usd.TimeCode, faces: np.ndarray | None = None) -> np.ndarray | None:
-    """Return the bounds (2, 3) of faces without holes, (F,) bool or all; None if there are none, or what deforms them."""
+    """Return the bounds (2, 3) of faces, (F,) bool or all, without holes; None for no faces, or what deforms them."""
     if UsdSkel.BindingAPI(mesh).GetInheritedSkeleton() or mesh.GetSubdivisionSchemeAttr().Get() != "none":
         return None
     points = moved_points(mesh.GetPrim(), time) or mesh.GetPointsAttr().Get(time)
