@@ -65,5 +65,6 @@ def test_a_prototype_that_is_not_below_its_owner(moved):
         turned(stage.GetPrimAtPath(moved))
     point = np.eye(4)
     point[3, :3] = points.GetPositionsAttr().Get()[0]
-    expected = bounds_of(matrix(trunk) @ point @ matrix(points.GetPrim()), matrix(forest), 3.0 if moved == "size" else 1)
+    trunk_to_world = matrix(trunk) @ point @ matrix(points.GetPrim())
+    expected = bounds_of(trunk_to_world, matrix(forest), 3.0 if moved == "size" else 1.0)
     np.testing.assert_allclose(reader.read(gprims).bounds[0], expected, atol=1e-6)
