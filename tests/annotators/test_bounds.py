@@ -190,7 +190,7 @@ def test_points_and_curves_are_bounded_by_the_balls_that_are_drawn(kind, name, w
     prim.GetAttribute("points").Set(Vt.Vec3fArray.FromNumpy(centers))
     if kind == "BasisCurves":
         prim.GetAttribute("curveVertexCounts").Set([3])
-        radii = [max(radii)] * 3
+        prim.GetAttribute("type").Set("linear")
     if widths:
         attribute = prim.CreateAttribute(name, Sdf.ValueTypeNames.FloatArray, False)
         attribute.Set(widths)

@@ -20,7 +20,8 @@ from usdsdg.stage.poses.transforms import as_array
 # Attributes that determine the geometry of a gprim, or the transforms of point instances.
 _GEOMETRY = {"points", "faceVertexCounts", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width"}
 _GEOMETRY |= {"length", "widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
-_GEOMETRY |= {"holeIndices", "primvars:widths", "primvars:widths:indices"}
+_GEOMETRY |= {"holeIndices", "primvars:widths", "primvars:widths:indices", "basis", "wrap", "type"}
+_GEOMETRY |= {"tangents"}
 _GEOMETRY |= set(VELOCITIES)
 _GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
 
