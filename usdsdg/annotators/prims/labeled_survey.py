@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
-from usdsdg.annotators.ownership import LabeledStage, Owner, find_owners, parse_filter
+from usdsdg.annotators.ownership import LabeledStage, Labels, Owner, find_owners, parse_filter
 from usdsdg.annotators.point_instances import PointFrames, every_point
 from usdsdg.stage.changes import Changes, ChangeTracker
 
@@ -48,6 +48,18 @@ class LabeledSurvey:
             if prim and prim.ComputeVisibility() == UsdGeom.Tokens.invisible:
                 continue
             yield SurveyedPrim(owner.name, labels, frames.to_world(owner.path, owner.steps))
+
+    def has_own_labels(self, prim: Usd.Prim) -> bool:
+        """Return whether labels of the prim itself pass the filter."""
+        return self._passes(self._labels.own_labels(prim.GetPath()))
+
+    def owners_of(self, gprims: Sequence[str]) -> list[Sdf.Path | None]:
+        """Return the labeled prim to which each gprim belongs, by its path; None where no label passes the filter."""
+        chains = [chain for _, chain in self._labels.chains(gprims)]
+        return [next((owner.path for owner, own in chain if self._passes(own)), None) for chain in chains]
+
+    def _passes(self, labels: Labels) -> bool:
+        return bool(labels if self._filter is None else self._filter.select(labels))
 
     def _find(self) -> Iterator[tuple[Owner, dict[str, str]]]:
         gprims = every_point(self.stage, self._labels.every_gprim(numbered=False))

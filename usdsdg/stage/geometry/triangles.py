@@ -19,6 +19,9 @@ Faces: TypeAlias = Callable[[Usd.Prim], np.ndarray | None]
 # Permutation of coordinates that rotates shapes around +Z to another axis.
 _AXES = {"X": [2, 0, 1], "Y": [1, 2, 0], "Z": [0, 1, 2]}
 
+# UsdGeomPlane: with the axis X its length is along Y and its width along Z; with Y, width along X, length along Z.
+_SIZES_OF_TURNED_PLANES = {"width": "length", "length": "width"}
+
 
 class Triangles(NamedTuple):
     """Triangles of one gprim, counter-clockwise seen from outside."""
@@ -94,9 +97,10 @@ def own_triangles(prim: Usd.Prim, faces_of: Faces | None = None) -> Triangles | 
     shape = _SHAPES.get(str(prim.GetTypeName()))
     if shape is None:
         return None
-    points, faces = shape(lambda name: float(prim.GetAttribute(name).Get()))
-    if axis := prim.GetAttribute("axis"):
-        points = points[:, _AXES[str(axis.Get())]]
+    axis = str(prim.GetAttribute("axis").Get()) if prim.HasAttribute("axis") else "Z"
+    sizes = _SIZES_OF_TURNED_PLANES if prim.GetTypeName() == "Plane" and axis != "Z" else {}
+    points, faces = shape(lambda name: float(prim.GetAttribute(sizes.get(name, name)).Get()))
+    points = points[:, _AXES[axis]]
     return Triangles(points, _with_area(points, faces))
 
 
@@ -160,7 +164,7 @@ def _of_mesh(mesh: UsdGeom.Mesh, chosen: np.ndarray | None) -> Triangles | None:
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         faces = faces[:, ::-1]
     faces = _with_area(points, faces)
-    if chosen is not None and len(faces):
+    if len(faces):  # points that none uses are not part of the surface
         used, inverse = np.unique(faces, return_inverse=True)
         points, faces = points[used], inverse.reshape(faces.shape)
     return Triangles(points, faces) if len(faces) else None
