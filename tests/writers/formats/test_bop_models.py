@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.stage.semantics.labels import add_labels
@@ -71,3 +71,30 @@ def test_planes_are_as_wide_and_long_as_their_axis_says(car, axis):
     np.testing.assert_array_equal([model.points.min(axis=0), model.points.max(axis=0)], extent)
     a, b, c = np.moveaxis(model.points[model.triangles], 1, 0)
     assert (np.cross(b - a, c - a)["XYZ".index(axis) == np.arange(3)[None].repeat(len(a), 0)] > 0).all()
+
+
+@pytest.mark.parametrize("home", ["class", "over", "hidden"])
+def test_prototypes_that_are_not_drawn_by_themselves_have_models(home):
+    """A library of prototypes, instanced by an instancer that the second point of another one draws."""
+    stage = Usd.Stage.CreateInMemory()
+    library = UsdGeom.Scope.Define(stage, "/Library")
+    UsdGeom.Xform.Define(stage, "/Library/Mug")
+    add_labels(stage.GetPrimAtPath("/Library/Mug"), {"class": ["mug"]})
+    cube(stage, "/Library/Mug/Body", 2.0)
+    for path, prototype, ids in (("/Library/Row", "/Library/Mug", [3, 4]), ("/Rows", "/Library/Row", [8, 9])):
+        row = UsdGeom.PointInstancer.Define(stage, path)
+        row.CreatePrototypesRel().SetTargets([prototype])
+        row.CreateProtoIndicesAttr([0, 0])
+        row.CreatePositionsAttr([Gf.Vec3f(0, 0, 0), Gf.Vec3f(0, 1, 0)])
+        row.CreateIdsAttr(ids)
+    if home == "hidden":
+        library.MakeInvisible()
+    else:
+        library.GetPrim().SetSpecifier({"class": Sdf.SpecifierClass, "over": Sdf.SpecifierOver}[home])
+    survey = LabeledSurvey(stage, "class:*")
+    assert [each.name for each in survey.read()] == ["/Library/Mug[3][8]", "/Library/Mug[4][8]"]
+    model = model_of(survey, "/Library/Mug[4][9]", np.eye(3))
+    assert model is not None
+    np.testing.assert_array_equal(model.points[:, 0].max(), 2.5)
+    UsdGeom.Imageable(stage.GetPrimAtPath("/Library/Mug")).MakeInvisible()
+    assert list(survey.read()) == []

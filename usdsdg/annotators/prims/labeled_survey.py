@@ -44,8 +44,7 @@ class LabeledSurvey:
             self._owners = list(self._find())
         frames = PointFrames(self.stage, UsdGeom.XformCache())
         for owner, labels in self._owners:
-            prim = UsdGeom.Imageable(self.stage.GetPrimAtPath(owner.path))
-            if prim and prim.ComputeVisibility() == UsdGeom.Tokens.invisible:
+            if _is_hidden(self.stage, owner):
                 continue
             yield SurveyedPrim(owner.name, labels, frames.to_world(owner.path, owner.steps))
 
@@ -66,6 +65,22 @@ class LabeledSurvey:
         chains = [chain for _, chain in self._labels.chains(gprims)]
         for owned in find_owners(self._labels, gprims, chains, self._filter):
             yield owned.owner, owned.output
+
+
+def _is_hidden(stage: Usd.Stage, owner: Owner) -> bool:
+    """Return whether a labeled prim is hidden; that of a point instance by what is in its prototype, and the instancer.
+
+    What prototypes are in may be hidden, so that they are not drawn by themselves.
+    """
+    if not owner.steps:
+        prim = UsdGeom.Imageable(stage.GetPrimAtPath(owner.path))
+        return bool(prim) and prim.ComputeVisibility() == UsdGeom.Tokens.invisible
+    step, *outer = owner.steps
+    for path in owner.path.GetPrefixes()[step.prototype.pathElementCount - 1 :]:
+        visibility = stage.GetPrimAtPath(path).GetAttribute("visibility")
+        if visibility and visibility.Get() == UsdGeom.Tokens.invisible:
+            return True
+    return _is_hidden(stage, Owner(step.instancer, tuple(outer)))
 
 
 def _matters(changes: Changes) -> bool:

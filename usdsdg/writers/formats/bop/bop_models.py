@@ -43,6 +43,8 @@ class Model(NamedTuple):
     triangles: np.ndarray  # (T, 3) int32
 
 
+_DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+
 # By how much a rotation of a 32-bit transform may be off.
 _ROTATION = 1e-4
 
@@ -207,19 +209,19 @@ def model_of(prims: LabeledSurvey, path: str, stretch: np.ndarray) -> Model | No
 
     stretch: linear map (3, 3), for row vectors, from the prim's frame to the model's.
     """
-    stage = prims.stage
-    prim = stage.GetPrimAtPath(own_path(path))
+    prim = prims.stage.GetPrimAtPath(own_path(path))
     if not prim:
         return None
     to_local = inverse(as_array(UsdGeom.XformCache().GetLocalToWorldTransform(prim)))
     is_subset = prim.IsA(UsdGeom.Subset)
     faces_of = partial(_own_faces, prims, prim) if subsets_are_told_apart() else None
-    parts = triangles_below([prim.GetParent() if is_subset else prim], faces_of)
-    sources = [own_path(part.path) for part in parts]
+    left_out = None if is_subset else partial(_is_left_out, prims, prim)
+    parts = triangles_below([prim.GetParent() if is_subset else prim], faces_of, left_out=left_out)
+    owners = prims.owners_of([own_path(part.path) for part in parts])
     points, triangles, count = [], [], 0
-    for part, source, owner in zip(parts, sources, prims.owners_of(sources), strict=True):
-        own = stage.GetPrimAtPath(source)
-        if not is_subset and (owner != prim.GetPath() or not _is_drawn(own, prim)):
+    for part, owner in zip(parts, owners, strict=True):
+        # A labeled material makes an object of its own of what is bound to it.
+        if not is_subset and owner != prim.GetPath():
             continue
         matrix = part.to_world @ to_local
         local = part.triangles.points @ matrix[:3, :3] + matrix[3, :3]
@@ -232,15 +234,14 @@ def model_of(prims: LabeledSurvey, path: str, stretch: np.ndarray) -> Model | No
     return Model(np.concatenate(points).astype(np.float32), np.concatenate(triangles).astype(np.int32))
 
 
-def _is_drawn(part: Usd.Prim, owner: Usd.Prim) -> bool:
-    """Return whether a gprim of a visible owner is drawn, as its purpose and the visibility below the owner say."""
-    if UsdGeom.Imageable(part).ComputePurpose() not in (UsdGeom.Tokens.default_, UsdGeom.Tokens.render):
+def _is_left_out(prims: LabeledSurvey, owner: Usd.Prim, prim: Usd.Prim) -> bool:
+    """Return whether a prim in a visible owner belongs to another object, or it and all below it is not drawn."""
+    if prim.IsA(UsdGeom.Gprim) and UsdGeom.Imageable(prim).ComputePurpose() not in _DRAWN_PURPOSES:
+        return True
+    if prim == owner:
         return False
-    while part != owner and not part.IsPseudoRoot():
-        if part.IsA(UsdGeom.Imageable) and part.GetAttribute("visibility").Get() == UsdGeom.Tokens.invisible:
-            return False
-        part = part.GetParent()
-    return True
+    is_hidden = prim.IsA(UsdGeom.Imageable) and prim.GetAttribute("visibility").Get() == UsdGeom.Tokens.invisible
+    return is_hidden or prims.has_own_labels(prim)
 
 
 def warn_of_deformation(writer: str, prims: LabeledSurvey, path: str) -> None:
