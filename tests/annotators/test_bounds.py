@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pxr import Gf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from tests.stage.geometry.characters import LENGTH, add_character
 from usdsdg.annotators import bounds as hulls
@@ -171,3 +171,40 @@ def test_bounds_are_those_of_points_that_velocities_have_moved(kind):
     around = 0.0 if kind == "Mesh" else 0.25
     expected = [moved.min(axis=0) - around, moved.max(axis=0) + around]
     np.testing.assert_allclose(read_hull(prim, Usd.TimeCode(3))(np.eye(4)), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["Points", "BasisCurves"])
+@pytest.mark.parametrize(
+    ("name", "widths", "interpolation", "radii"),
+    [
+        ("widths", [0.2, 0.6, 1.0], "vertex", [0.1, 0.3, 0.5]),
+        ("widths", [0.4], "constant", [0.2, 0.2, 0.2]),
+        ("widths", None, None, [0.5, 0.5, 0.5]),
+        ("primvars:widths", [0.8], "constant", [0.4, 0.4, 0.4]),
+    ],
+)
+def test_points_and_curves_are_bounded_by_the_balls_that_are_drawn(kind, name, widths, interpolation, radii):
+    stage = Usd.Stage.CreateInMemory()
+    prim = stage.DefinePrim("/Round", kind)
+    centers = np.array([(0, 0, 0), (1, 2, 0), (2, 0, 1)], np.float32)
+    prim.GetAttribute("points").Set(Vt.Vec3fArray.FromNumpy(centers))
+    if kind == "BasisCurves":
+        prim.GetAttribute("curveVertexCounts").Set([3])
+        prim.GetAttribute("type").Set("linear")
+    if widths:
+        attribute = prim.CreateAttribute(name, Sdf.ValueTypeNames.FloatArray, False)
+        attribute.Set(widths)
+        attribute.SetMetadata("interpolation", interpolation)
+    turn = np.eye(4)
+    turn[:3, :3] = Gf.Matrix3d(Gf.Rotation(Gf.Vec3d(1, 2, 3), 50)) * Gf.Matrix3d().SetDiagonal(Gf.Vec3d(1, 2, 3))
+    surface = np.concatenate([center + _sphere(radius) for center, radius in zip(centers, radii)]) @ turn[:3, :3]
+    bounds = read_hull(prim, Usd.TimeCode.Default())(turn)
+    np.testing.assert_allclose(bounds, [surface.min(axis=0), surface.max(axis=0)], atol=1e-3)
+
+
+@pytest.mark.parametrize(("refined", "top"), [(False, 0), (True, 7)])
+def test_a_hole_has_no_surface_to_bound_unless_its_points_shape_other_faces(refined, top):
+    prim = _mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 7)], [0, 1, 2, 0, 1, 3])
+    UsdGeom.Mesh(prim).CreateHoleIndicesAttr([1])
+    prim.CreateAttribute("refinementEnableOverride", Sdf.ValueTypeNames.Bool).Set(refined)
+    assert read_hull(prim, Usd.TimeCode.Default())(np.eye(4))[1, 2] == top

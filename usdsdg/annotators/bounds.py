@@ -8,8 +8,9 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
-from pxr import Usd, UsdGeom, Vt
+from pxr import Usd, UsdGeom
 
+from usdsdg.annotators.ball_bounds import read_balls
 from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.geometry.point_velocities import moved_points
 from usdsdg.stage.geometry.skinning import Skinning
@@ -28,6 +29,9 @@ def read_hull(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning, *, divided
     kind = prim.GetTypeName()
     if kind in _QUADRICS:
         return _remembered(_QUADRICS[kind](prim, time))
+    if prim.IsA(UsdGeom.Points) or prim.IsA(UsdGeom.Curves):
+        centers, radii = read_balls(prim, time, skinning)
+        return _remembered(_balls_hull(centers, radii)) if len(centers) else None
     if kind == "Mesh":
         left = read_face_parts(prim, time)[1] < 0 if divided else None
         points = _mesh_points(UsdGeom.Mesh(prim), time, skinning, left)
@@ -45,26 +49,16 @@ def _corner_points(prim: Usd.Prim, kind: str, time: Usd.TimeCode) -> np.ndarray:
         return _box_corners((-half,) * 3, (half,) * 3)
     if kind == "Plane":
         return _plane_corners(prim, time)
-    extent = _moved_extent(prim, time) or UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), time)
+    extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), time)
     if not extent or len(extent) != 2:
         return np.zeros((0, 3))
     return _box_corners(extent[0], extent[1])
 
 
-def _moved_extent(prim: Usd.Prim, time: Usd.TimeCode) -> Vt.Vec3fArray | None:
-    """The extent of points or curves that have velocities, which UsdGeom's plugins leave out."""
-    points = moved_points(prim, time)
-    if points is None:
-        return None
-    widths = prim.GetAttribute("widths").Get(time)
-    schema = UsdGeom.Points if prim.IsA(UsdGeom.Points) else UsdGeom.Curves
-    return schema.ComputeExtent(points, widths) if widths else UsdGeom.PointBased.ComputeExtent(points)
-
-
 def _mesh_points(
     mesh: UsdGeom.Mesh, time: Usd.TimeCode, skinning: Skinning, faces: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return the points that faces use; faces: (F,) bool, of some of them."""
+    """Return the points that faces use which are no holes; faces: (F,) bool, of some of them."""
     skinned = skinning.skin(mesh.GetPrim(), time)
     points = skinned.points if skinned is not None else moved_points(mesh.GetPrim(), time)
     points = mesh.GetPointsAttr().Get(time) if points is None else points
@@ -72,13 +66,27 @@ def _mesh_points(
     used = np.asarray(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
     if not len(used):
         return points
+    counts = np.maximum(np.asarray(mesh.GetFaceVertexCountsAttr().Get(time) or (), np.int64), 0)
+    holes = np.asarray(mesh.GetHoleIndicesAttr().Get(time) or (), np.int64)
+    if len(holes := holes[(holes >= 0) & (holes < len(counts))]) and not _is_refined(mesh, time):
+        faces = np.ones(len(counts), bool) if faces is None else faces.copy()
+        faces[holes] = False
     if faces is not None:
-        kept = np.repeat(faces, mesh.GetFaceVertexCountsAttr().Get(time))
+        kept = np.repeat(faces, counts)
         used = used[: len(kept)][kept[: len(used)]]  # the renderer reports counts that do not add up
     # Points that no face uses are not part of the surface. The renderer reports indices out of range.
     is_used = np.zeros(len(points), bool)
     is_used[used[(used >= 0) & (used < len(points))]] = True
     return points[is_used]
+
+
+def _is_refined(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> bool:
+    """Return whether the faces may be refined: then the points of holes shape the faces beside them."""
+    if mesh.GetSubdivisionSchemeAttr().Get(time) == UsdGeom.Tokens.none:
+        return False
+    override = mesh.GetPrim().GetAttribute("refinementEnableOverride")
+    sharp = mesh.GetCreaseIndicesAttr().Get(time) or mesh.GetCornerIndicesAttr().Get(time)
+    return bool(sharp) or bool(override and override.Get(time))
 
 
 def _subset_points(subset: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> np.ndarray:
@@ -116,6 +124,17 @@ def _points_hull(points: np.ndarray) -> Hull:
     def bound(matrix: np.ndarray) -> np.ndarray:
         moved = points @ matrix[:3, :3] + matrix[3, :3]
         return np.stack([moved.min(axis=0), moved.max(axis=0)])
+
+    return bound
+
+
+def _balls_hull(centers: np.ndarray, radii: np.ndarray) -> Hull:
+    """Return the hull of balls, (N, 3) and (N,); see `_discs_hull`."""
+
+    def bound(matrix: np.ndarray) -> np.ndarray:
+        moved = centers @ matrix[:3, :3] + matrix[3, :3]
+        reach = radii[:, None] * np.linalg.norm(matrix[:3, :3], axis=0)
+        return np.stack([(moved - reach).min(axis=0), (moved + reach).max(axis=0)])
 
     return bound
 

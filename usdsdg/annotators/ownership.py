@@ -1,17 +1,19 @@
 """Owners of gprims: the nearest labeled ancestor (or the gprim itself) that passes a label filter."""
 
+import itertools
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
-from usdsdg.annotators.point_instances import Steps, find_steps, first_points, prim_path
+from usdsdg.annotators.point_instances import Steps, find_steps, first_points, prim_path, undefined_prototypes
 from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import warn_once
 from usdsdg.stage.changes import is_below
 from usdsdg.stage.geometry.instancers import POPULATION
+from usdsdg.stage.geometry.triangles import range_below
 from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.stage.semantics.labels import get_labels, is_labeled, merged, vary_over_time
 
@@ -85,7 +87,11 @@ class LabeledStage:
 
         Those of prototypes are instances of point 0, or with `numbered` False of none.
         """
-        everything = Usd.PrimRange.Stage(self._stage, Usd.TraverseInstanceProxies())
+        everything = itertools.chain(
+            Usd.PrimRange.Stage(self._stage, Usd.TraverseInstanceProxies()),
+            # Classes and overs are drawn where they are prototypes of point instancers.
+            *map(range_below, undefined_prototypes(self._stage)),
+        )
         kinds = (UsdGeom.Gprim, UsdGeom.Subset) if subsets_are_told_apart() else (UsdGeom.Gprim,)
         paths = [str(prim.GetPath()) for prim in everything if any(map(prim.IsA, kinds))]
         return first_points(self._stage, paths) if numbered else paths

@@ -6,7 +6,7 @@ order of the instancers on the stage.
 """
 
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -56,6 +56,13 @@ def first_points(stage: Usd.Stage, gprims: Sequence[str]) -> list[str]:
     return [gprim + "[0]" * _depth(Sdf.Path(gprim), instancers, set()) for gprim in gprims]
 
 
+def undefined_prototypes(stage: Usd.Stage) -> list[Usd.Prim]:
+    """Return the roots of prototypes that a traversal of the stage leaves out, since they are classes or overs."""
+    roots = dict.fromkeys(prototype for _, prototype in _instancers(stage))
+    prims = [prim for prim in map(stage.GetPrimAtPath, Sdf.Path.RemoveDescendentPaths(list(roots))) if prim]
+    return [prim for prim in prims if prim.IsAbstract() or not prim.IsDefined()]
+
+
 def every_point(stage: Usd.Stage, gprims: Sequence[str]) -> list[str]:
     """Return the gprims with those in prototypes once for each point that draws them, at the default time.
 
@@ -64,18 +71,29 @@ def every_point(stage: Usd.Stage, gprims: Sequence[str]) -> list[str]:
     instancers = _instancers(stage)
     if not instancers:
         return list(gprims)
-    found = []
-    for gprim in gprims:
-        path = Sdf.Path(gprim)
-        drawn_by = [(i, p) for i, p in instancers if path.HasPrefix(p)]
-        if not drawn_by:
-            found.append(gprim)
-            continue
-        nearest = max(p.pathElementCount for _, p in drawn_by)
-        for instancer, prototype in ((i, p) for i, p in drawn_by if p.pathElementCount == nearest):
-            outer = "[0]" * _depth(instancer, instancers, {instancer})
-            found += [f"{gprim}[{point}]{outer}" for point in _points_of(stage, instancer, prototype)]
-    return found
+    return [
+        gprim + "".join(f"[{point}]" for point in points)
+        for gprim in gprims
+        for points in _points_through(stage, Sdf.Path(gprim), instancers, ())
+    ]
+
+
+def _points_through(
+    stage: Usd.Stage, path: Sdf.Path, instancers: list[tuple[Sdf.Path, Sdf.Path]], inner: tuple[Sdf.Path, ...]
+) -> Iterator[tuple[int, ...]]:
+    """Yield the points that draw a prim, innermost first: all of the innermost instancer, one of each outer one.
+
+    inner: the instancers that were gone through, which draw nothing in turn.
+    """
+    drawn_by = [(i, p) for i, p in instancers if path.HasPrefix(p) and i not in inner]
+    if not drawn_by:
+        yield ()
+        return
+    nearest = max(p.pathElementCount for _, p in drawn_by)
+    for instancer, prototype in ((i, p) for i, p in drawn_by if p.pathElementCount == nearest):
+        outer = next(_points_through(stage, instancer, instancers, (*inner, instancer)), None)
+        if outer is not None:
+            yield from ((point, *outer) for point in _points_of(stage, instancer, prototype))
 
 
 def _points_of(stage: Usd.Stage, path: Sdf.Path, prototype: Sdf.Path) -> list[int]:

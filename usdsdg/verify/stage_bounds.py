@@ -57,13 +57,16 @@ def bounds_of_part(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray | None:
 
 
 def _bounds_of_faces(mesh: UsdGeom.Mesh, time: Usd.TimeCode, faces: np.ndarray | None = None) -> np.ndarray | None:
-    """Return the bounds (2, 3) of faces, (F,) bool or all; None if there are none, or what deforms them."""
+    """Return the bounds (2, 3) of faces, (F,) bool or all, without holes; None for no faces, or what deforms them."""
     if UsdSkel.BindingAPI(mesh).GetInheritedSkeleton() or mesh.GetSubdivisionSchemeAttr().Get() != "none":
         return None
     points = moved_points(mesh.GetPrim(), time) or mesh.GetPointsAttr().Get(time)
     points = np.array(points or (), np.float64).reshape(-1, 3)
     used = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
-    if faces is not None:
-        used = used[np.repeat(faces, mesh.GetFaceVertexCountsAttr().Get(time))[: len(used)]]
+    counts = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or (), np.int64)
+    drawn = ~np.isin(np.arange(len(counts)), mesh.GetHoleIndicesAttr().Get(time) or ())
+    drawn = drawn if faces is None else drawn & faces
+    if not drawn.all():
+        used = used[np.repeat(drawn, counts)[: len(used)]]
     used = points[used[(used >= 0) & (used < len(points))]]
     return np.stack([used.min(axis=0), used.max(axis=0)]) if len(used) else None

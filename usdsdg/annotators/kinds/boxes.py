@@ -139,7 +139,10 @@ def fill_corners(rows: np.ndarray, corners: np.ndarray) -> None:
 
 def _boxes_3d(frame: Frame, params: Params, key: Callable, *, everywhere: bool) -> Annotation:
     labeled_prims, selection = frame.labeled_prims, frame.selection(predicate_of(params))
-    listed = np.arange(len(selection)) if everywhere else frame.in_view(predicate_of(params))
+    # A mesh of which labeled subsets have all faces is a gprim without any: its box is zeros.
+    listed = labeled_prims.bounds[selection.rows].any(axis=(1, 2)).nonzero()[0]
+    if not everywhere:
+        listed = frame.in_view(predicate_of(params))
     bounds = labeled_prims.bounds[selection.rows[listed]]
     rows = np.zeros(len(listed), BOX_3D)
     for axis, name in enumerate("xyz"):

@@ -20,6 +20,8 @@ from usdsdg.stage.poses.transforms import as_array
 # Attributes that determine the geometry of a gprim, or the transforms of point instances.
 _GEOMETRY = {"points", "faceVertexCounts", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width"}
 _GEOMETRY |= {"length", "widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
+_GEOMETRY |= {"holeIndices", "primvars:widths", "primvars:widths:indices", "basis", "wrap", "type"}
+_GEOMETRY |= {"tangents"}
 _GEOMETRY |= set(VELOCITIES)
 _GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
 
@@ -37,6 +39,8 @@ class PrimBounds:
         self._divided: set[Sdf.Path] = set()  # meshes whose GeomSubsets are gprims of their own
         self._skinning = Skinning()
         self._bounds: dict[Sdf.Path, dict[tuple[Owner, _Group], np.ndarray]] = {}  # by path of the owner
+        # By path of an owner that does not carry all its gprims along: the prims that place them or it.
+        self._placed_by: dict[Sdf.Path, set[Sdf.Path]] = {}
         self._all: np.ndarray | None = None  # those of the last call of `read`, if they still hold
 
     def read(
@@ -87,12 +91,15 @@ class PrimBounds:
             self._hulls = {path: hull for path, hull in self._hulls.items() if not is_below(path, changed)}
             self._keep(lambda path: not is_below(path, roots))
             self._forget_above(roots)
+            self._forget_placed_by(roots)
         for names, paths in changes.by_names.items():
             if not _GEOMETRY.isdisjoint(names):
                 self._forget_geometry(paths)
+                self._forget_placed_by(paths)
             elif any(name.startswith("xformOp") for name in names):
                 # The bounds of labeled ancestors change; those in the prim's own frame do not.
                 self._forget_above({path.GetParentPath() for path in paths})
+                self._forget_placed_by(paths)
 
     def _of_group(
         self,
@@ -130,6 +137,9 @@ class PrimBounds:
             if not resets:
                 return hull(as_array(relative))
         # With an instancer or `resetXformStack` between the two, only their world transforms are comparable.
+        places = [path, owner.path, *(step.instancer for step in (*steps, *owner.steps))]
+        places_above = {above for place in places for above in place.GetPrefixes()}
+        self._placed_by.setdefault(owner.path, set()).update(places_above)
         return hull(frames.to_world(path, steps) @ np.linalg.inv(frames.to_world(owner.path, owner.steps)))
 
     def _read_hull(self, prim: Usd.Prim, time: Usd.TimeCode) -> Hull | None:
@@ -170,12 +180,19 @@ class PrimBounds:
                 if self._bounds.pop(prefix, None) is not None:
                     self._all = None
 
+    def _forget_placed_by(self, paths: Iterable[Sdf.Path]) -> None:
+        """Forget the bounds of owners whose gprims some prims place otherwise than by carrying both along."""
+        for owner, places in self._placed_by.items():
+            if not places.isdisjoint(paths):
+                self._forget_above({owner})
+
     def _keep(self, is_kept: Callable[[Sdf.Path], bool]) -> None:
         self._bounds = {path: known for path, known in self._bounds.items() if is_kept(path)}
         self._all = None
 
     def _forget(self) -> None:
         self._bounds.clear()
+        self._placed_by.clear()
         self._all = None
 
 

@@ -12,8 +12,8 @@ from usdsdg.stage.time_code import transform_varies
 # Attributes of gprims and of point instancers that decide on triangles.
 SHAPE_ATTRIBUTES = (
     "points", "faceVertexIndices", "faceVertexCounts", "holeIndices", "orientation", "subdivisionScheme", "size",
-    "radius", "radiusTop", "radiusBottom", "height", "width", "length", "axis", "positions", "orientations", "scales",
-    "protoIndices", "purpose",
+    "radius", "radiusTop", "radiusBottom", "height", "width", "length", "axis", "positions", "orientations",
+    "orientationsf", "scales", "protoIndices", "invisibleIds", "purpose",
 )  # fmt: skip
 
 

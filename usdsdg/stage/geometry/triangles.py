@@ -16,8 +16,13 @@ SEGMENTS = 48
 Size: TypeAlias = Callable[[str], float]
 # Chooses faces of a mesh: (F,) bool; None for all of them.
 Faces: TypeAlias = Callable[[Usd.Prim], np.ndarray | None]
+# Whether a prim is left out, with all below it.
+LeftOut: TypeAlias = Callable[[Usd.Prim], bool]
 # Permutation of coordinates that rotates shapes around +Z to another axis.
 _AXES = {"X": [2, 0, 1], "Y": [1, 2, 0], "Z": [0, 1, 2]}
+
+# UsdGeomPlane: with the axis X its length is along Y and its width along Z; with Y, width along X, length along Z.
+_SIZES_OF_TURNED_PLANES = {"width": "length", "length": "width"}
 
 
 class Triangles(NamedTuple):
@@ -45,26 +50,38 @@ class TriangleInstance(NamedTuple):
         return Triangles(points, self.triangles.faces[:, ::-1] if mirrored else self.triangles.faces)
 
 
-def triangles_below(prims: Iterable[Usd.Prim], faces_of: Faces | None = None) -> list[TriangleInstance]:
+def triangles_below(
+    prims: Iterable[Usd.Prim], faces_of: Faces | None = None, *, left_out: LeftOut | None = None
+) -> list[TriangleInstance]:
     """Return the triangles of all gprims at and below `prims`, visible or not, also in instances and point instancers.
 
     Meshes are read as their control cage; faces are triangulated as fans. faces_of: which of a mesh are read.
+    left_out: asked of all prims, also of those in prototypes.
     """
     cache = UsdGeom.XformCache(Usd.TimeCode.Default())
     found = []
     for root in prims:
-        walk = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies()))
+        walk = iter(range_below(root))
         for prim in walk:
-            if prim.IsA(UsdGeom.PointInstancer):
+            if left_out is not None and left_out(prim):
                 walk.PruneChildren()
-                found += _instances(UsdGeom.PointInstancer(prim), cache, faces_of)
+            elif prim.IsA(UsdGeom.PointInstancer):
+                walk.PruneChildren()
+                found += _instances(UsdGeom.PointInstancer(prim), cache, faces_of, left_out)
             elif prim.IsA(UsdGeom.Gprim) and (own := own_triangles(prim, faces_of)) is not None:
                 found.append(TriangleInstance(str(prim.GetPath()), own, as_array(cache.GetLocalToWorldTransform(prim))))
     return found
 
 
+def range_below(root: Usd.Prim) -> Usd.PrimRange:
+    """Return the prims at and below one, also where it is a class or an over, as prototypes may be."""
+    is_drawn = root.IsDefined() and not root.IsAbstract()
+    predicate = Usd.PrimDefaultPredicate if is_drawn else Usd.PrimIsActive & Usd.PrimIsLoaded
+    return Usd.PrimRange(root, Usd.TraverseInstanceProxies(predicate))
+
+
 def _instances(
-    instancer: UsdGeom.PointInstancer, cache: UsdGeom.XformCache, faces_of: Faces | None
+    instancer: UsdGeom.PointInstancer, cache: UsdGeom.XformCache, faces_of: Faces | None, left_out: LeftOut | None
 ) -> Iterator[TriangleInstance]:
     stage, path = instancer.GetPrim().GetStage(), str(instancer.GetPath())
     to_world = as_array(cache.GetLocalToWorldTransform(instancer.GetPrim()))
@@ -80,7 +97,7 @@ def _instances(
         root_to_world = cache.GetLocalToWorldTransform(root).GetInverse() if root else None
         parts[kind] = [
             (placed.triangles, placed.to_world @ as_array(root_to_world))
-            for placed in (triangles_below([root], faces_of) if root else ())
+            for placed in (triangles_below([root], faces_of, left_out=left_out) if root else ())
         ]
     for (index, kind), transform in zip(shown, transforms):
         for triangles, to_prototype in parts.get(kind, ()):
@@ -94,9 +111,10 @@ def own_triangles(prim: Usd.Prim, faces_of: Faces | None = None) -> Triangles | 
     shape = _SHAPES.get(str(prim.GetTypeName()))
     if shape is None:
         return None
-    points, faces = shape(lambda name: float(prim.GetAttribute(name).Get()))
-    if axis := prim.GetAttribute("axis"):
-        points = points[:, _AXES[str(axis.Get())]]
+    axis = str(prim.GetAttribute("axis").Get()) if prim.HasAttribute("axis") else "Z"
+    sizes = _SIZES_OF_TURNED_PLANES if prim.GetTypeName() == "Plane" and axis != "Z" else {}
+    points, faces = shape(lambda name: float(prim.GetAttribute(sizes.get(name, name)).Get()))
+    points = points[:, _AXES[axis]]
     return Triangles(points, _with_area(points, faces))
 
 
@@ -160,7 +178,7 @@ def _of_mesh(mesh: UsdGeom.Mesh, chosen: np.ndarray | None) -> Triangles | None:
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         faces = faces[:, ::-1]
     faces = _with_area(points, faces)
-    if chosen is not None and len(faces):
+    if len(faces):  # points that none uses are not part of the surface
         used, inverse = np.unique(faces, return_inverse=True)
         points, faces = points[used], inverse.reshape(faces.shape)
     return Triangles(points, faces) if len(faces) else None

@@ -18,7 +18,6 @@ from usdsdg.stage.geometry.deforming import deformations
 from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses.transforms import as_array, inverse
-from usdsdg.stage.semantics.labels import get_labels, is_labeled
 from usdsdg.writers.formats.bop.shape_edits import ShapeEdits, own_path
 
 # Further shapes of a class have its id plus as many of these.
@@ -43,6 +42,8 @@ class Model(NamedTuple):
     points: np.ndarray  # (N, 3) float32
     triangles: np.ndarray  # (T, 3) int32
 
+
+_DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 
 # By how much a rotation of a 32-bit transform may be off.
 _ROTATION = 1e-4
@@ -84,6 +85,7 @@ class Models:
         self._shapes: dict[int, list[tuple[int, Model]]] = {}  # id and model of each shape, by class
         # By prim, then by class and scale; None: no triangles.
         self._known: dict[str, dict[tuple[int, bytes], int | None]] = {}
+        self._prims: LabeledSurvey | None = None  # as it was surveyed last
         self._edits: ShapeEdits | None = None
         self._had: dict[str, set[int]] = {}  # ids that each prim had before its shape was edited
         self._deforming: set[str] = set()  # prims whose models stay what they are
@@ -106,21 +108,20 @@ class Models:
 
         numbers_of: returns the numbers of classes, from 1, by their labels. millimeters: per stage unit.
         """
+        self._prims = prims
         self._edits = self._edits or ShapeEdits(prims.stage)
         self._forget_edited(self._edits)
         self._now, found = {}, list(prims.read())
         for each, number in zip(found, numbers_of([each.labels for each in found]).tolist()):
             name = ",".join(each.labels.values())
             stretch = self._stretches.note(each.name, each.local_to_world)
-            self._now[each.name] = stretch, self._find(prims.stage, each.name, number, name, stretch * millimeters)
+            self._now[each.name] = stretch, self._find(each.name, number, name, stretch * millimeters)
 
     def model(self, obj_id: int) -> Model:
         """Return a model by its id."""
         return next(model for shapes in self._shapes.values() for each, model in shapes if each == obj_id)
 
-    def place(
-        self, stage: Usd.Stage, path: str, number: int, name: str, matrix: np.ndarray, millimeters: float
-    ) -> Placed | None:
+    def place(self, path: str, number: int, name: str, matrix: np.ndarray, millimeters: float) -> Placed | None:
         """Return the object at a prim path as BOP has it; None, with a warning, if it has no triangles.
 
         number: of its class, from 1. matrix: local to world, row vectors. millimeters: per stage unit.
@@ -129,19 +130,20 @@ class Models:
         surveyed, obj_id = self._now.get(path, (None, None))
         # Its scale may be another where it is animated: the survey is at the default time.
         if stretch is not surveyed:
-            obj_id = self._find(stage, path, number, name, stretch * millimeters)
+            obj_id = self._find(path, number, name, stretch * millimeters)
         if obj_id is None:
             warn_once(f"BopWriter: {path} has no triangles, so it has no model and is left out.")
             return None
         return Placed(obj_id, rotation.T, np.asarray(matrix, np.float64)[3, :3])
 
-    def _find(self, stage: Usd.Stage, path: str, number: int, name: str, stretch: np.ndarray) -> int | None:
+    def _find(self, path: str, number: int, name: str, stretch: np.ndarray) -> int | None:
         """Return the id of a prim's model; None if it has no triangles."""
         models, key = self._known.setdefault(path, {}), (number, np.round(stretch, 3).tobytes())
         if key not in models:
-            model = model_of(stage, path, stretch)
+            assert self._prims is not None, "models are found after a survey"
+            model = model_of(self._prims, path, stretch)
             if model is not None:
-                warn_of_deformation("BopWriter", stage, path)
+                warn_of_deformation("BopWriter", self._prims, path)
             models[key] = None if model is None else self._id_of(number, name, model)
         return models[key]
 
@@ -199,27 +201,27 @@ def measures(points: np.ndarray) -> dict[str, float]:
     return {"diameter": _diameter(points), **{name: float(value) for name, value in named.items()}}
 
 
-def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
-    """Return the triangles of a labeled prim without those of labeled prims inside of it; None if it has none.
+def model_of(prims: LabeledSurvey, path: str, stretch: np.ndarray) -> Model | None:
+    """Return the triangles that are drawn of a labeled prim, without those of labeled prims inside of it.
 
-    Where labels tell GeomSubsets apart, a subset has its faces of the mesh that it is in, and the mesh the others.
+    None if it has none. Where labels tell GeomSubsets apart, a subset has its faces of the mesh that it is in, and the
+    mesh the others.
 
     stretch: linear map (3, 3), for row vectors, from the prim's frame to the model's.
     """
-    prim = stage.GetPrimAtPath(own_path(path))
+    prim = prims.stage.GetPrimAtPath(own_path(path))
     if not prim:
         return None
     to_local = inverse(as_array(UsdGeom.XformCache().GetLocalToWorldTransform(prim)))
-    inner = [
-        each.GetPath()
-        for each in Usd.PrimRange(prim, Usd.TraverseInstanceProxies())
-        if each != prim and get_labels(each)
-    ]
+    is_subset = prim.IsA(UsdGeom.Subset)
+    faces_of = partial(_own_faces, prims, prim) if subsets_are_told_apart() else None
+    left_out = None if is_subset else partial(_is_left_out, prims, prim)
+    parts = triangles_below([prim.GetParent() if is_subset else prim], faces_of, left_out=left_out)
+    owners = prims.owners_of([own_path(part.path) for part in parts])
     points, triangles, count = [], [], 0
-    mesh = prim.GetParent() if prim.IsA(UsdGeom.Subset) else prim
-    for part in triangles_below([mesh], partial(_own_faces, prim) if subsets_are_told_apart() else None):
-        own = stage.GetPrimAtPath(part.path.split("[", 1)[0])
-        if any(own.GetPath().HasPrefix(each) for each in inner) or UsdGeom.Imageable(own).ComputePurpose() == "guide":
+    for part, owner in zip(parts, owners, strict=True):
+        # A labeled material makes an object of its own of what is bound to it.
+        if not is_subset and owner != prim.GetPath():
             continue
         matrix = part.to_world @ to_local
         local = part.triangles.points @ matrix[:3, :3] + matrix[3, :3]
@@ -232,10 +234,20 @@ def model_of(stage: Usd.Stage, path: str, stretch: np.ndarray) -> Model | None:
     return Model(np.concatenate(points).astype(np.float32), np.concatenate(triangles).astype(np.int32))
 
 
-def warn_of_deformation(writer: str, stage: Usd.Stage, path: str) -> None:
+def _is_left_out(prims: LabeledSurvey, owner: Usd.Prim, prim: Usd.Prim) -> bool:
+    """Return whether a prim in a visible owner belongs to another object, or it and all below it is not drawn."""
+    if prim.IsA(UsdGeom.Gprim) and UsdGeom.Imageable(prim).ComputePurpose() not in _DRAWN_PURPOSES:
+        return True
+    if prim == owner:
+        return False
+    is_hidden = prim.IsA(UsdGeom.Imageable) and prim.GetAttribute("visibility").Get() == UsdGeom.Tokens.invisible
+    return is_hidden or prims.has_own_labels(prim)
+
+
+def warn_of_deformation(writer: str, prims: LabeledSurvey, path: str) -> None:
     """Warn once, in the name of a writer, where a labeled prim deforms over time, of which its model has no part."""
-    prim = stage.GetPrimAtPath(own_path(path))
-    deformation = next(deformations(prim, is_labeled), None)
+    prim = prims.stage.GetPrimAtPath(own_path(path))
+    deformation = next(deformations(prim, prims.has_own_labels), None)
     if deformation is not None:
         warn_once(
             f"{writer}: {path} deforms ({deformation}), and its model is rigid: it has the shape of the default time, "
@@ -243,14 +255,15 @@ def warn_of_deformation(writer: str, stage: Usd.Stage, path: str) -> None:
         )
 
 
-def _own_faces(owner: Usd.Prim, mesh: Usd.Prim) -> np.ndarray | None:
+def _own_faces(prims: LabeledSurvey, owner: Usd.Prim, mesh: Usd.Prim) -> np.ndarray | None:
     """Return which faces of a mesh belong to a labeled prim, (F,) bool, and not to a labeled subset; None for all."""
     subsets, of_face = read_face_parts(mesh, Usd.TimeCode.Default())
     if owner.IsA(UsdGeom.Subset):
         return np.array([*(path == owner.GetPath() for path in subsets), False])[of_face]
     if not subsets:
         return None
-    return np.array([*(not get_labels(mesh.GetStage().GetPrimAtPath(path)) for path in subsets), True])[of_face]
+    own = [prims.stage.GetPrimAtPath(path) for path in subsets]
+    return np.array([*(not prims.has_own_labels(subset) for subset in own), True])[of_face]
 
 
 def nearest_rotation(linear: np.ndarray) -> np.ndarray:

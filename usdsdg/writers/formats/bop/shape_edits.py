@@ -36,9 +36,9 @@ def _edited(changes: Changes) -> Iterator[str]:
         yield from _upwards(str(path.GetParentPath()))
     for names, paths in changes.by_names.items():
         is_shape = not names.isdisjoint(SHAPE_ATTRIBUTES)
-        is_move = any(name.startswith("xformOp") for name in names)
+        is_move = "visibility" in names or any(name.startswith("xformOp") for name in names)
         for path in paths if is_shape or is_move else ():
-            # A labeled prim that is moved itself has the shape that it had.
+            # A labeled prim that is moved or hidden itself has the shape that it had.
             yield from _upwards(str(path if is_shape else path.GetParentPath()))
 
 

@@ -186,14 +186,13 @@ class BopWriter(AggregateWriter):
         numbers = class_places.places(table, kinds) + 1
         wide = {int(each): row for each, row in zip(whole["bboxIds"], whole["data"])}
         runs = dict(zip(seen[AMODAL]["instanceIds"].tolist(), seen[AMODAL]["masks"], strict=True))
-        stage = current_stage()
         for row, path, instance, number, labels in zip(
             boxes["data"], boxes["primPaths"], boxes["bboxIds"].tolist(), numbers.tolist(), kinds
         ):
             if instance not in runs or instance not in wide:
                 continue
             name = ",".join(labels.values())
-            placed = self._models.place(stage, path, number, name, row["transform"], millimeters)
+            placed = self._models.place(path, number, name, row["transform"], millimeters)
             if placed is not None:
                 amodal = masks.from_runs(runs[instance]["counts"], runs[instance]["size"])
                 yield placed, wide[instance], ids == instance, amodal

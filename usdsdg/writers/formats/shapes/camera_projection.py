@@ -2,6 +2,7 @@
 
 Points behind the camera have no pixel for lenses that divide by depth. Where one is needed they are moved along the
 optical axis onto the near plane, so that they stay on their side of the image and are not mirrored through its center.
+Those between camera and near plane cannot be seen, but have their pixel: with it, poses can be solved for.
 Points outside of a fisheye's field of view are projected outside of the image, on their own side.
 """
 
@@ -37,7 +38,7 @@ def project(points: np.ndarray, params: Params) -> np.ndarray:
     """
     points = np.array(points, np.float64).reshape(-1, 3)
     if has_near_plane(params):
-        points[:, 2] = np.minimum(points[:, 2], -_near(params))
+        points[points[:, 2] >= 0.0, 2] = -_near(params)
     lens = lens_of(params)
     return _by_matrix(points, params) if lens is None else lens.to_pixels(points, extrapolate=True)
 

@@ -8,7 +8,6 @@ from pxr import Usd, UsdGeom
 
 from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.errors import warn_once
-from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.transforms import as_array, inverse, local_to_world, meters_per_unit
 from usdsdg.writers.formats.bop.bop_models import Stretches, model_of, warn_of_deformation
 from usdsdg.writers.formats.bop.shape_edits import ShapeEdits
@@ -26,6 +25,7 @@ class Models:
         self._stretches = Stretches()
         self._points: dict[str, np.ndarray | None] = {}
         self._compared: set[tuple[str, str, bytes]] = set()
+        self._prims: LabeledSurvey | None = None  # as it was surveyed last
         self._edits: ShapeEdits | None = None
 
     def forget_prims(self) -> None:
@@ -37,6 +37,7 @@ class Models:
     def survey(self, prims: LabeledSurvey, indices: Mapping[str, int]) -> None:
         """Note the shapes of all labeled prims, in the order of the stage. indices: of the classes that have models."""
         meters = meters_per_unit(prims.stage)
+        self._prims = prims
         self._edits = self._edits or ShapeEdits(prims.stage)
         if edited := set(self._edits.take({path for path, _, _ in self._compared})):
             self._compared = {each for each in self._compared if each[0] not in edited}
@@ -65,10 +66,11 @@ class Models:
             self._compare(path, name, stretch)
 
     def _compare(self, path: str, name: str, stretch: np.ndarray) -> None:
-        model = model_of(current_stage(), path, stretch)
+        assert self._prims is not None, "models are compared after a survey"
+        model = model_of(self._prims, path, stretch)
         points = None if model is None else model.points
         if model is not None:
-            warn_of_deformation("YCBVideoWriter", current_stage(), path)
+            warn_of_deformation("YCBVideoWriter", self._prims, path)
         if name not in self._points:
             self._points[name] = points
         elif not _equal(self._points[name], points):

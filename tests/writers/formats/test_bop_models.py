@@ -1,0 +1,100 @@
+"""Which triangles are in a model: those that the masks of its object show, and no others."""
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
+from usdsdg.stage.semantics.labels import add_labels
+from usdsdg.writers.formats.bop.bop_models import model_of
+
+
+def cube(stage: Usd.Stage, path: str, x: float) -> Usd.Prim:
+    """A cube of one unit around (x, 0, 0)."""
+    shape = UsdGeom.Cube.Define(stage, path)
+    shape.CreateSizeAttr(1.0)
+    shape.AddTranslateOp().Set(Gf.Vec3d(x, 0, 0))
+    return shape.GetPrim()
+
+
+@pytest.fixture
+def car():
+    stage = Usd.Stage.CreateInMemory()
+    add_labels(UsdGeom.Xform.Define(stage, "/Car").GetPrim(), {"class": ["car"]})
+    cube(stage, "/Car/Body", 0.0)
+    return stage
+
+
+def reach(stage: Usd.Stage, predicate: str | None = "class:*") -> tuple[float, float]:
+    """Where the model of the car begins and ends along x."""
+    model = model_of(LabeledSurvey(stage, predicate), "/Car", np.eye(3))
+    assert model is not None
+    return float(model.points[:, 0].min()), float(model.points[:, 0].max())
+
+
+@pytest.mark.parametrize(("predicate", "end"), [("class:*", 5.5), ("class:*;part:*", 0.5), (None, 0.5)])
+def test_a_part_is_of_the_whole_unless_its_labels_pass_the_filter(car, predicate, end):
+    add_labels(cube(car, "/Car/Wheel", 5.0), {"part": ["wheel"]})
+    assert reach(car, predicate) == (-0.5, end)
+
+
+@pytest.mark.parametrize("purpose", ["proxy", "guide", "render"])
+def test_parts_that_are_not_drawn_for_their_purpose_are_left_out(car, purpose):
+    UsdGeom.Imageable(cube(car, "/Car/Part", 5.0)).CreatePurposeAttr(purpose)
+    assert reach(car) == (-0.5, 5.5 if purpose == "render" else 0.5)
+
+
+def test_hidden_parts_are_left_out(car):
+    UsdGeom.Xform.Define(car, "/Car/Collision").MakeInvisible()
+    cube(car, "/Car/Collision/Part", 5.0)
+    assert reach(car) == (-0.5, 0.5)
+
+
+def test_points_that_no_face_uses_are_left_out(car):
+    mesh = UsdGeom.Mesh.Define(car, "/Car/Roof")
+    mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 1, 0), (50, 0, 0)])
+    mesh.CreateFaceVertexCountsAttr([3])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+    assert reach(car) == (-0.5, 1.0)
+
+
+@pytest.mark.parametrize("axis", "XYZ")
+def test_planes_are_as_wide_and_long_as_their_axis_says(car, axis):
+    plane = UsdGeom.Plane.Define(car, "/Plane")
+    add_labels(plane.GetPrim(), {"class": ["plane"]})
+    plane.CreateAxisAttr(axis)
+    plane.CreateWidthAttr(6.0)
+    plane.CreateLengthAttr(4.0)
+    model = model_of(LabeledSurvey(car, "class:*"), "/Plane", np.eye(3))
+    assert model is not None
+    extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(plane), Usd.TimeCode.Default())
+    np.testing.assert_array_equal([model.points.min(axis=0), model.points.max(axis=0)], extent)
+    a, b, c = np.moveaxis(model.points[model.triangles], 1, 0)
+    assert (np.cross(b - a, c - a)["XYZ".index(axis) == np.arange(3)[None].repeat(len(a), 0)] > 0).all()
+
+
+@pytest.mark.parametrize("home", ["class", "over", "hidden"])
+def test_prototypes_that_are_not_drawn_by_themselves_have_models(home):
+    """A library of prototypes, instanced by an instancer that the second point of another one draws."""
+    stage = Usd.Stage.CreateInMemory()
+    library = UsdGeom.Scope.Define(stage, "/Library")
+    UsdGeom.Xform.Define(stage, "/Library/Mug")
+    add_labels(stage.GetPrimAtPath("/Library/Mug"), {"class": ["mug"]})
+    cube(stage, "/Library/Mug/Body", 2.0)
+    for path, prototype, ids in (("/Library/Row", "/Library/Mug", [3, 4]), ("/Rows", "/Library/Row", [8, 9])):
+        row = UsdGeom.PointInstancer.Define(stage, path)
+        row.CreatePrototypesRel().SetTargets([prototype])
+        row.CreateProtoIndicesAttr([0, 0])
+        row.CreatePositionsAttr([Gf.Vec3f(0, 0, 0), Gf.Vec3f(0, 1, 0)])
+        row.CreateIdsAttr(ids)
+    if home == "hidden":
+        library.MakeInvisible()
+    else:
+        library.GetPrim().SetSpecifier({"class": Sdf.SpecifierClass, "over": Sdf.SpecifierOver}[home])
+    survey = LabeledSurvey(stage, "class:*")
+    assert [each.name for each in survey.read()] == ["/Library/Mug[3][8]", "/Library/Mug[4][8]"]
+    model = model_of(survey, "/Library/Mug[4][9]", np.eye(3))
+    assert model is not None
+    np.testing.assert_array_equal(model.points[:, 0].max(), 2.5)
+    UsdGeom.Imageable(stage.GetPrimAtPath("/Library/Mug")).MakeInvisible()
+    assert list(survey.read()) == []
