@@ -1,0 +1,201 @@
+"""`usdsdg repair DIR`: make the damaged and missing files of a dataset again, and no others."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import click
+from click.exceptions import Exit
+
+from usdsdg.cli import made_again
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
+from usdsdg.cli.options.thread_limit import threads_option
+from usdsdg.cli.options.values import PATH, PLACE
+from usdsdg.cli.output import print_lines
+from usdsdg.errors import DatasetError, UsdsdgError
+from usdsdg.session.failures import tell
+
+if TYPE_CHECKING:
+    from usdsdg.repair.summary import Summary
+    from usdsdg.writers.journal.portion import Portion
+
+
+class How(NamedTuple):
+    """How frames are made. is_tried: also with other versions, or on another kind of device."""
+
+    source: Path | None
+    stage: Path | None
+    is_tried: bool
+
+
+@click.command(cls=Command, epilog=epilog("repair"))
+@argument("folder", type=PLACE, help="A folder with a recipe (.usdsdg/recipe.json), or a folder of several.")
+@click.option("--dry-run", is_flag=True, help="Only say what is damaged, and which frames would be made.")
+@click.option("--source", type=PATH, help="The script or configuration.", show_default="the copy beside the data")
+@click.option("--stage", type=PATH, help="The stage that --stage of the run named.")
+@click.option("--anyway", is_flag=True, help="Also try with other versions, or on another kind of device.")
+@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
+@click.option(
+    "--limit",
+    type=click.IntRange(min=1),
+    default=200,
+    help="Print at most this many files of a dataset that are left damaged.",
+    show_default=True,
+)
+@assets_root_option
+@device_option
+@threads_option
+@quiet_option
+def repair(
+    folder: str,
+    dry_run: bool,
+    source: Path | None,
+    stage: Path | None,
+    anyway: bool,
+    as_json: bool,
+    limit: int,
+    assets_root: str | None,
+    device: str | None,
+    threads: int | None,
+    quiet: bool,
+) -> None:
+    """Make the damaged and missing files of a dataset again, and leave all others as they are.
+
+    The frames of these files are made in a temporary folder, files about all frames of the records beside the data. A
+    file takes the place of a damaged one only if it has the bytes that the run wrote, by the SHA-256 in the journal.
+
+    Prints a line for each file that is left damaged, with the reason, and one for each dataset; the exit code is 1 if
+    there are any. Interrupted, it keeps what it has repaired, and the next repair makes the rest.
+    """
+    quiet = quiet or as_json
+    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, keeps_files=False):
+        summaries: list[Summary] = []
+        is_interrupted = has_failed = False
+        with ExitStack() as opened:
+            has_failed = _claim(folder, summaries, opened, is_dry=dry_run)
+            try:
+                has_failed |= _repair_all(summaries, How(source, stage, anyway), is_dry=dry_run)
+            except KeyboardInterrupt:
+                is_interrupted = True
+                raise
+            finally:
+                _print(folder, summaries, as_json, 0 if is_interrupted else limit)
+    if has_failed or not (dry_run or all(each.is_clean for each in summaries)):
+        raise Exit(1)
+
+
+def _claim(place: str, summaries: list[Summary], opened: ExitStack, *, is_dry: bool) -> bool:
+    """Lock the datasets in a folder and find what is damaged; return whether one of several cannot be repaired."""
+    from usdsdg.repair.claim import claimed
+
+    names, has_failed = made_again.datasets_in(place), False
+    for name in names:
+        try:
+            summaries.append(opened.enter_context(claimed(name, is_dry=is_dry)))
+        except UsdsdgError as error:
+            if len(names) == 1:
+                raise
+            tell(error)
+            has_failed = True
+    return has_failed
+
+
+def _repair_all(summaries: Sequence[Summary], how: How, *, is_dry: bool) -> bool:
+    """Repair datasets, those of one run at once; return whether frames could not be made."""
+    from usdsdg.session import session
+
+    has_failed = False
+    for number, group in enumerate(made_again.of_one_run(each for each in summaries if each.repair.left)):
+        if number:
+            session.restart()
+        try:
+            _repair(group, how, is_dry=is_dry)
+        except UsdsdgError as error:
+            tell(error)
+            has_failed = True
+    return has_failed
+
+
+def _repair(group: Sequence[Summary], how: How, *, is_dry: bool) -> None:
+    """Repair datasets of one run."""
+    if not is_dry:
+        _make_of_spools(group)  # which takes no frames, and so also where these cannot be made
+    if not any(each.plan.frames or each.plan.whole for each in group):
+        return
+    path = group[0].path
+    recipe = made_again.recipe_of(path)
+    file = made_again.source_of(path, recipe, how.source)
+    if (said := made_again.differences(recipe)) and not how.is_tried:
+        raise DatasetError(
+            f"{group[0].name} was made with {'; '.join(said)}, and other versions and devices give other bytes. "
+            "Install those versions, or choose that device with --device; --anyway tries, and keeps what has the same "
+            "bytes."
+        )
+    if is_dry:
+        return
+    from usdsdg.repair.plan import joined
+
+    portion = joined([each.plan for each in group])
+    with made_again.scratch_folder("usdsdg-repair-") as scratch:
+        try:
+            made_again.make([each.path for each in group], recipe, file, scratch, portion, how.stage)
+        finally:  # also what was made before Ctrl-C, so that the next repair goes on from there
+            for each in group:
+                each.repair.take(made_again.folders_in(scratch))
+        for each in group:
+            _take_shards(each, scratch, portion)
+            _note_assets(each, scratch)
+    _make_of_spools(group)  # once more, where pictures were damaged of which videos are made
+
+
+def _make_of_spools(group: Sequence[Summary]) -> None:
+    """Make files about all frames of the records beside the data."""
+    from usdsdg.repair import spooled
+
+    for each in group:
+        spools = [spool for name, spool in each.plan.spools.items() if name in each.repair.left]
+        if spools:
+            with tempfile.TemporaryDirectory(prefix="usdsdg-repair-") as made:
+                why = spooled.write(each.path, spools, Path(made).resolve())
+                each.repair.take([Path(made)])
+            each.repair.explain(each.plan.spools, why)
+
+
+def _take_shards(summary: Summary, scratch: Path, portion: Portion | None) -> None:
+    """Make the shards of which the samples were made again; of all frames the run has made them itself."""
+    if portion is None:
+        return
+    from usdsdg.repair.plan import sharded
+    from usdsdg.writers.journal.place import PARTS
+    from usdsdg.writers.journal.spool_hashes import AGGREGATES
+
+    shards = sharded(summary.repair.damage)
+    for number, folder in enumerate(made_again.folders_in(scratch)):
+        made = scratch / f"shards-{number}"
+        shards.write(folder / PARTS / portion.name / AGGREGATES, made)
+        summary.repair.take([made])
+
+
+def _note_assets(summary: Summary, scratch: Path) -> None:
+    """Name assets that have other content than when the dataset was made, where files are left."""
+    from usdsdg.verify.reproduced import changed_assets
+
+    for folder in made_again.folders_in(scratch) if summary.repair.left else ():
+        for name in changed_assets(summary.path, folder):
+            summary.notes.append(f"the asset {name} has other content than when {summary.name} was made")
+
+
+def _print(folder: str, summaries: Sequence[Summary], as_json: bool, limit: int) -> None:
+    if as_json:
+        values = [each.values() for each in summaries]
+        several = {"folder": folder, "clean": all(each["clean"] for each in values), "datasets": values}
+        print_lines([json.dumps(values[0] if len(values) == 1 else several, indent=1)])
+    else:
+        print_lines(line for each in summaries for line in each.lines(limit))
