@@ -15,6 +15,7 @@ from usdsdg.verify.integrity.listing import SPOOLS
 from usdsdg.writers import aggregates
 from usdsdg.writers.formats.shards.remade import ShardedFolder
 from usdsdg.writers.journal.portion import Portion
+from usdsdg.writers.journal.recipe import SOURCE
 
 
 @dataclass
@@ -24,12 +25,19 @@ class Plan:
     Attributes:
         frames: by damaged file, those that make it.
         spools: by damaged file about all frames, the spool of which it is made.
+        source: the copy of the script or configuration, if it is damaged.
         whole: the damaged files for which all frames are made.
     """
 
     frames: dict[str, frozenset[int]] = field(default_factory=dict)
     spools: dict[str, Path] = field(default_factory=dict)
+    source: str = ""
     whole: list[str] = field(default_factory=list)
+
+    @property
+    def needs_frames(self) -> bool:
+        """Whether any frame is made."""
+        return bool(self.frames or self.whole)
 
     @property
     def numbers(self) -> frozenset[int]:
@@ -48,6 +56,8 @@ def plan(damage: Damage) -> Plan:
             made.frames[name] = frozenset([int(frame)])
         elif name in of_spools:
             made.spools[name] = of_spools[name]
+        elif name.startswith(f"{SOURCE}/"):
+            made.source = name
         else:
             shared.append(name)
     shards = sharded(damage).frames()
@@ -60,8 +70,8 @@ def plan(damage: Damage) -> Plan:
         elif name.startswith(f"{STAGES}/"):
             _plan_stage(damage, name, made)
         elif damage.listing.frames:
-            # Files about all frames that grow with them are as the last frame leaves them; others are the same at each.
-            made.frames[name] = frozenset([max(damage.listing.frames)])
+            # Some are written at the first frame; some grow with the frames, and are as the last one leaves them.
+            made.frames[name] = frozenset([min(damage.listing.frames), max(damage.listing.frames)])
     return made
 
 

@@ -35,6 +35,22 @@ class Repair:
     def __post_init__(self) -> None:
         self.left = dict.fromkeys(self.damage.files, NOT_MADE)
 
+    @property
+    def shared(self) -> list[str]:
+        """Files about all frames that are left though nothing but their content is to blame.
+
+        None where files of single frames are made with other bytes: more frames would be so, too.
+        """
+        files = self.damage.files
+        left = [name for name, why in self.left.items() if why in (NOT_MADE, OTHER)]
+        if any(files[name].frame.isdigit() and self.left[name] == OTHER for name in left):
+            return []
+        return [name for name in left if not files[name].frame.isdigit()]
+
+    def take_file(self, name: str, made: Iterable[Path]) -> None:
+        """As `take`, of one file, which files of other names may equal."""
+        self._take(name, list(made))
+
     def take(self, made: Iterable[Path]) -> None:
         """Replace the files that are left by those that are equal to what the journal lists.
 
@@ -42,12 +58,7 @@ class Repair:
         """
         folders = list(made)
         for name in list(self.left):
-            why = self._take_file(name, [each / name for each in folders])
-            if why == "":
-                del self.left[name]
-                self.repaired.append(name)
-            elif why is not None:
-                self.left[name] = why
+            self._take(name, [each / name for each in folders])
 
     def explain(self, names: Iterable[str], why: str) -> None:
         """Tell why those of some files that were not made could not be."""
@@ -55,7 +66,15 @@ class Repair:
             if self.left.get(name) == NOT_MADE:
                 self.left[name] = f"{NOT_MADE}: {why}"
 
-    def _take_file(self, name: str, made: list[Path]) -> str | None:
+    def _take(self, name: str, made: list[Path]) -> None:
+        why = self._taken(name, made) if name in self.left else None
+        if why == "":
+            del self.left[name]
+            self.repaired.append(name)
+        elif why is not None:
+            self.left[name] = why
+
+    def _taken(self, name: str, made: list[Path]) -> str | None:
         """Return why a file is not replaced, "" if it is, None where it was not made."""
         listed = self.damage.listing.files[name]
         there = [each for each in made if each.is_file()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -25,6 +26,7 @@ from usdsdg.session.failures import tell
 if TYPE_CHECKING:
     from usdsdg.repair.summary import Summary
     from usdsdg.writers.journal.portion import Portion
+    from usdsdg.writers.journal.recipe import Recipe
 
 
 class How(NamedTuple):
@@ -126,12 +128,12 @@ def _repair_all(summaries: Sequence[Summary], how: How, *, is_dry: bool) -> bool
 def _repair(group: Sequence[Summary], how: How, *, is_dry: bool) -> None:
     """Repair datasets of one run."""
     if not is_dry:
+        _take_sources(group, how.source)
         _make_of_spools(group)  # which takes no frames, and so also where these cannot be made
-    if not any(each.plan.frames or each.plan.whole for each in group):
+    if not any(each.plan.needs_frames for each in group):
         return
-    path = group[0].path
-    recipe = made_again.recipe_of(path)
-    file = made_again.source_of(path, recipe, how.source)
+    recipe = made_again.recipe_of(group[0].path)
+    file = made_again.source_of(group[0].path, recipe, how.source)
     if (said := made_again.differences(recipe)) and not how.is_tried:
         raise DatasetError(
             f"{group[0].name} was made with {'; '.join(said)}, and other versions and devices give other bytes. "
@@ -141,18 +143,44 @@ def _repair(group: Sequence[Summary], how: How, *, is_dry: bool) -> None:
     if is_dry:
         return
     from usdsdg.repair.plan import joined
+    from usdsdg.session import session
 
     portion = joined([each.plan for each in group])
+    _make_frames(group, recipe, file, how.stage, portion)
+    if portion is not None and any(each.repair.shared for each in group):
+        for each in group:
+            each.plan.whole += each.repair.shared
+        name = next(name for each in group for name in each.plan.whole)
+        print(
+            f"note: all frames are made again for {name}, which the first and the last one do not make", file=sys.stderr
+        )
+        session.restart()
+        _make_frames(group, recipe, file, how.stage, None)
+    _make_of_spools(group)  # once more, where pictures were damaged of which videos are made
+
+
+def _make_frames(
+    group: Sequence[Summary], recipe: Recipe, file: Path, stage: Path | None, portion: Portion | None
+) -> None:
+    """Make the frames of a portion of datasets of one run again, None: all, and take the files that are equal."""
     with made_again.scratch_folder("usdsdg-repair-") as scratch:
         try:
-            made_again.make([each.path for each in group], recipe, file, scratch, portion, how.stage)
+            made_again.make([each.path for each in group], recipe, file, scratch, portion, stage)
         finally:  # also what was made before Ctrl-C, so that the next repair goes on from there
             for each in group:
                 each.repair.take(made_again.folders_in(scratch))
         for each in group:
             _take_shards(each, scratch, portion)
             _note_assets(each, scratch)
-    _make_of_spools(group)  # once more, where pictures were damaged of which videos are made
+
+
+def _take_sources(group: Sequence[Summary], given: Path | None) -> None:
+    """Put copies of the script or configuration back: from another dataset of the run, or as given."""
+    for each in group:
+        if name := each.plan.source:
+            others = [other.path / name for other in group]
+            each.repair.take_file(name, others if given is None else [given, *others])
+            each.repair.explain([name], "give the file that made the dataset with --source")
 
 
 def _make_of_spools(group: Sequence[Summary]) -> None:
