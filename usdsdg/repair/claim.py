@@ -35,7 +35,7 @@ def claimed(name: str, *, is_dry: bool) -> Iterator[Summary]:
             "copy the files back that `usdsdg repair --json` lists."
         )
     folder = place.path if is_url(name) else Path(name).absolute()
-    check_folder(folder)
+    check_folder(folder if is_url(name) else Path(name))
     check_repairable(folder, name)  # first, as a lock makes a journal where there is none
     locks = [] if is_dry else whole_locks(place)
     try:

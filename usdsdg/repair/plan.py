@@ -48,7 +48,9 @@ class Plan:
 def plan(damage: Damage) -> Plan:
     """Return what makes the damaged files of a dataset again, at the least cost that is known."""
     made = Plan()
-    of_spools = {name: spool for spool in _whole_spools(damage) for name in _paths_of(spool)}
+    is_shared = any(not damage.listing.files[name].frame.isdigit() for name in damage.files)
+    spools = _whole_spools(damage) if is_shared else []
+    of_spools = {name: spool for spool in spools for name in _paths_of(spool)}
     shared = []
     for name in damage.files:
         frame = damage.listing.files[name].frame

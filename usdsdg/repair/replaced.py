@@ -10,7 +10,7 @@ from pathlib import Path
 from usdsdg.errors import OutputNotWritable
 from usdsdg.repair.damage import Damage
 from usdsdg.stores.paths import path_below
-from usdsdg.stores.whole_file import facts_of, write_whole
+from usdsdg.stores.whole_file import facts_of, sync_all, write_whole
 from usdsdg.verify.integrity.listing import ListedFile
 from usdsdg.writers.formats.rerun import rrd_content
 
@@ -34,6 +34,7 @@ class Repair:
 
     def __post_init__(self) -> None:
         self.left = dict.fromkeys(self.damage.files, NOT_MADE)
+        self._synced = 0  # of those that are repaired
 
     @property
     def shared(self) -> list[str]:
@@ -50,6 +51,7 @@ class Repair:
     def take_file(self, name: str, made: Iterable[Path]) -> None:
         """As `take`, of one file, which files of other names may equal."""
         self._take(name, list(made))
+        self._sync()
 
     def take(self, made: Iterable[Path]) -> None:
         """Replace the files that are left by those that are equal to what the journal lists.
@@ -59,12 +61,18 @@ class Repair:
         folders = list(made)
         for name in list(self.left):
             self._take(name, [each / name for each in folders])
+        self._sync()
 
     def explain(self, names: Iterable[str], why: str) -> None:
         """Tell why those of some files that were not made could not be."""
         for name in names if why else ():
             if self.left.get(name) == NOT_MADE:
                 self.left[name] = f"{NOT_MADE}: {why}"
+
+    def _sync(self) -> None:
+        """Wait until what was repaired is on the disk, in one call for all files."""
+        sync_all(self.damage.folder / name for name in self.repaired[self._synced :])
+        self._synced = len(self.repaired)
 
     def _take(self, name: str, made: list[Path]) -> None:
         why = self._taken(name, made) if name in self.left else None
@@ -90,7 +98,7 @@ def replace(folder: Path, name: str, made: Path) -> str:
         file = path_below(folder, name)
         if _is_folder(file):
             return "has a folder in its place; remove that"
-        write_whole(file, _chunks(made), durable=True)
+        write_whole(file, _chunks(made))
     except OutputNotWritable as error:
         return f"cannot be replaced: {error}"
     return ""
