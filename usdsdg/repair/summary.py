@@ -19,12 +19,19 @@ FOREIGN = "; it is left, remove it if nothing needs it"
 
 @dataclass
 class Summary:
-    """One dataset. name: as the user gave it. is_dry: nothing was made."""
+    """One dataset.
+
+    Attributes:
+        name: as the user gave it.
+        is_dry: nothing was to be made.
+        is_ended: its frames were made, or no one had to be.
+    """
 
     name: str
     repair: Repair
     plan: Plan
     is_dry: bool = False
+    is_ended: bool = False
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -50,7 +57,7 @@ class Summary:
             what = f"{counted(len(damage.files), 'damaged file')}{foreign}{self._made('would be made again')}"
         elif damage.files:
             what = f"{counted(len(self.repair.repaired), 'file')} repaired, {len(self.repair.left)} left{foreign}"
-            what += self._made("made again")
+            what += self._made("made again") if self.is_ended else ""
         else:
             what = f"no file is damaged{foreign}"
         yield printable(f"{self.name}: {what}")
@@ -83,8 +90,8 @@ class Summary:
             parts.append(f"all frames {how}, for {self.plan.whole[0]}")
         elif self.plan.numbers:
             parts.append(f"{numbered(self.plan.numbers)} {how}")
-        if self.plan.spools:
-            parts.append(f"{counted(len(self.plan.spools), 'file')} {how} of the records of labels beside the data")
+        if spooled := [name for name in self.plan.spools if self.is_dry or name not in self.repair.left]:
+            parts.append(f"{counted(len(spooled), 'file')} {how} of the records of labels beside the data")
         return "".join(f"; {part}" for part in parts)
 
 

@@ -79,16 +79,15 @@ def repair(
     quiet = quiet or as_json
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, keeps_files=False):
         summaries: list[Summary] = []
-        is_interrupted = has_failed = False
         with ExitStack() as opened:
             has_failed = _claim(folder, summaries, opened, is_dry=dry_run)
             try:
                 has_failed |= _repair_all(summaries, How(source, stage, anyway), is_dry=dry_run)
             except KeyboardInterrupt:
-                is_interrupted = True
+                limit = 0  # the files that are left may be many, and the next repair makes them
                 raise
             finally:
-                _print(folder, summaries, as_json, 0 if is_interrupted else limit)
+                _print(folder, summaries, as_json, limit)
     if has_failed or not (dry_run or all(each.is_clean for each in summaries)):
         raise Exit(1)
 
@@ -131,6 +130,7 @@ def _repair(group: Sequence[Summary], how: How, *, is_dry: bool) -> None:
         _take_sources(group, how.source)
         _make_of_spools(group)  # which takes no frames, and so also where these cannot be made
     if not any(each.plan.needs_frames for each in group):
+        _end(group)
         return
     recipe = made_again.recipe_of(group[0].path)
     file = made_again.source_of(group[0].path, recipe, how.source)
@@ -157,6 +157,12 @@ def _repair(group: Sequence[Summary], how: How, *, is_dry: bool) -> None:
         session.restart()
         _make_frames(group, recipe, file, how.stage, None)
     _make_of_spools(group)  # once more, where pictures were damaged of which videos are made
+    _end(group)
+
+
+def _end(group: Sequence[Summary]) -> None:
+    for each in group:
+        each.is_ended = True
 
 
 def _make_frames(
