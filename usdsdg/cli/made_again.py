@@ -92,6 +92,7 @@ def make(
             _make(recipe, file, datasets[0], stage, scratch)
             finish_files()
         finish_run(complete=True)
+        current().io_queue.forget_at_exit()  # the folder is gone then
 
 
 def differences(recipe: Recipe) -> list[str]:
@@ -109,6 +110,7 @@ def _dropped_on_failure() -> Iterator[None]:
         yield
     except BaseException:
         current().io_queue.stop()
+        current().io_queue.forget_at_exit()
         current().run.release()
         raise
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 from usdsdg.datasets.folder import check_folder
-from usdsdg.errors import DatasetError
+from usdsdg.datasets.on_disk import OnDisk
 from usdsdg.repair.damage import check_repairable, find
 from usdsdg.repair.plan import plan
 from usdsdg.repair.replaced import Repair
@@ -16,7 +17,17 @@ from usdsdg.session.progress import report as progress
 from usdsdg.stores.addresses import is_url
 from usdsdg.writers.journal.earlier_files import remove_unfinished
 from usdsdg.writers.journal.folders import whole_locks
-from usdsdg.writers.journal.place import FolderPlace, place_of
+from usdsdg.writers.journal.place import FolderPlace, Place, StorePlace, is_kept_as_data, place_of
+
+
+def _keep(place: Place, names: Sequence[str]) -> None:
+    """Make files durable that were repaired in the folder of a place; of a store, put them there."""
+    if not isinstance(place, StorePlace):
+        place.sync(names)
+        return
+    for name in filter(is_kept_as_data, names):
+        place.write(name, (place.path / name).read_bytes())
+    place.push(whole=True)
 
 
 @contextmanager
@@ -27,22 +38,22 @@ def claimed(name: str, *, is_dry: bool) -> Iterator[Summary]:
         DatasetError: it cannot be repaired; the message says why, and what to do.
         DatasetInTheWay: a process is writing there.
         OutputNotWritable: this user may not write there.
+        StoreError: the store does not answer or denies it, or the disk has no room for its files.
     """
     place = place_of(name)
-    if not isinstance(place, FolderPlace):
-        raise DatasetError(
-            f"{name} is in a store, and only datasets in folders are repaired. Copy it to a folder, repair that, and "
-            "copy the files back that `usdsdg repair --json` lists."
-        )
-    folder = place.path if is_url(name) else Path(name).absolute()
-    check_folder(folder if is_url(name) else Path(name))
-    check_repairable(folder, name)  # first, as a lock makes a journal where there is none
+    if isinstance(place, FolderPlace):
+        check_folder(place.path if is_url(name) else Path(name))
+    place.pull()
+    check_repairable(place.path, name)  # first, as a lock makes a journal where there is none
     locks = [] if is_dry else whole_locks(place)
     try:
-        if not is_dry:
-            remove_unfinished(folder)
-        damage = find(folder, name, progress)
-        yield Summary(name, Repair(damage), plan(damage), is_dry=is_dry)
+        if isinstance(place, StorePlace):
+            place.pull()  # what was there before the lock may have changed
+            OnDisk(place.name, place.path, place.store).fetch()
+        elif not is_dry:
+            remove_unfinished(place.path)
+        damage = find(place.path, name, progress)
+        yield Summary(name, Repair(damage, partial(_keep, place)), plan(damage), is_dry=is_dry)
     finally:
         for lock in locks:
             lock.release()

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import stat
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from usdsdg.errors import OutputNotWritable
 from usdsdg.repair.damage import Damage
 from usdsdg.stores.paths import path_below
-from usdsdg.stores.whole_file import facts_of, sync_all, write_whole
+from usdsdg.stores.whole_file import facts_of, write_whole
 from usdsdg.verify.integrity.listing import ListedFile
 from usdsdg.writers.formats.rerun import rrd_content
 
@@ -24,11 +24,13 @@ class Repair:
     """What has come of the damaged files of a dataset.
 
     Attributes:
+        keep: makes files durable that were replaced in the folder.
         repaired: those that have the bytes again that the run wrote, by their paths.
         left: why each of the others is as it was.
     """
 
     damage: Damage
+    keep: Callable[[Sequence[str]], None]
     repaired: list[str] = field(default_factory=list)
     left: dict[str, str] = field(default_factory=dict)
 
@@ -71,8 +73,10 @@ class Repair:
 
     def _sync(self) -> None:
         """Wait until what was repaired is on the disk, in one call for all files."""
-        sync_all(self.damage.folder / name for name in self.repaired[self._synced :])
-        self._synced = len(self.repaired)
+        new = self.repaired[self._synced :]
+        if new:
+            self.keep(new)
+            self._synced = len(self.repaired)
 
     def _take(self, name: str, made: list[Path]) -> None:
         why = self._taken(name, made) if name in self.left else None

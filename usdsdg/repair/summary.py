@@ -12,6 +12,7 @@ from usdsdg.datasets.printable import printable
 from usdsdg.errors import counted
 from usdsdg.repair.plan import Plan
 from usdsdg.repair.replaced import Repair
+from usdsdg.stores.addresses import is_url
 
 _SHOWN = 12  # frames of a line
 FOREIGN = "; it is left, remove it if nothing needs it"
@@ -43,6 +44,10 @@ class Summary:
     def is_clean(self) -> bool:
         """Whether every file is as the run has written it."""
         return not self.repair.left and not self.repair.damage.foreign
+
+    def named(self, text: str) -> str:
+        """Return a text with the URL of a dataset in place of the folder with a copy of it."""
+        return text.replace(str(self.path), self.name) if is_url(self.name) else text
 
     def lines(self, most: int) -> Iterator[str]:
         """Yield what is damaged, or left so, at most so many of them, and what was done."""

@@ -38,7 +38,7 @@ class How(NamedTuple):
 
 
 @click.command(cls=Command, epilog=epilog("repair"))
-@argument("folder", type=PLACE, help="A folder with a recipe (.usdsdg/recipe.json), or a folder of several.")
+@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder of several.")
 @click.option("--dry-run", is_flag=True, help="Only say what is damaged, and which frames would be made.")
 @click.option("--source", type=PATH, help="The script or configuration.", show_default="the copy beside the data")
 @click.option("--stage", type=PATH, help="The stage that --stage of the run named.")
@@ -113,19 +113,22 @@ def _repair_all(summaries: Sequence[Summary], how: How, *, is_dry: bool) -> bool
     from usdsdg.session import session
 
     has_failed = False
-    for number, group in enumerate(made_again.of_one_run(each for each in summaries if each.repair.left)):
+    groups = [group for group in made_again.of_one_run(summaries) if any(each.repair.left for each in group)]
+    for number, group in enumerate(groups):
         if number:
             session.restart()
         try:
             _repair(group, how, is_dry=is_dry)
         except UsdsdgError as error:
+            for each in group:
+                error.args = tuple(map(each.named, map(str, error.args)))
             tell(error)
             has_failed = True
     return has_failed
 
 
 def _repair(group: Sequence[Summary], how: How, *, is_dry: bool) -> None:
-    """Repair datasets of one run."""
+    """Repair the datasets of one run, of which some may be whole."""
     if not is_dry:
         _take_sources(group, how.source)
         _make_of_spools(group)  # which takes no frames, and so also where these cannot be made
@@ -133,7 +136,8 @@ def _repair(group: Sequence[Summary], how: How, *, is_dry: bool) -> None:
         _end(group)
         return
     recipe = made_again.recipe_of(group[0].path)
-    file = made_again.source_of(group[0].path, recipe, how.source)
+    whole = next((each.path for each in group if not each.plan.source), group[0].path)
+    file = made_again.source_of(whole, recipe, how.source)
     if (said := made_again.differences(recipe)) and not how.is_tried:
         raise DatasetError(
             f"{group[0].name} was made with {'; '.join(said)}, and other versions and devices give other bytes. "
