@@ -3,6 +3,7 @@
 import hashlib
 import json
 import os
+import random
 import shutil
 from importlib.util import find_spec
 from pathlib import Path
@@ -11,6 +12,8 @@ import pytest
 
 from tests.cli.datasets import content, run
 from tests.sampled_cases import in_soak
+from tests.verify import damage, damaged
+from usdsdg.verify import verify
 
 SCRIPT = """
 import os, sys
@@ -52,6 +55,12 @@ def whole(tmp_path_factory):
     assert done.returncode == 0, done.stderr
     (folder / "script.py").unlink()
     return (folder / "out").rename(folder / "moved")
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """A dataset of one writer."""
+    return damaged.make(tmp_path_factory.mktemp("small"), 6)
 
 
 @pytest.fixture
@@ -241,3 +250,20 @@ def test_a_dataset_of_several_processes_that_has_grown_is_repaired(tmp_path):
     done = repair(tmp_path / "out")
     assert done.returncode == 0, done.stdout + done.stderr
     assert content(tmp_path / "out") == whole
+
+
+@in_soak
+@pytest.mark.parametrize("kind", damage.KINDS)
+def test_every_damage_that_is_found_is_repaired_or_named(small, tmp_path, kind):
+    out = shutil.copytree(small, tmp_path / "out")
+    expected = damage.KINDS[kind](out, random.Random(1))
+    before = identities(out)
+    done = repair(out)
+    left = {fault.file for fault in verify(out, labels=False).faults}
+    assert (done.returncode == 0) == (left == set()), done.stdout + done.stderr
+    assert left <= expected
+    assert done.stderr or all(f"{name}: " in done.stdout for name in left)
+    after = identities(out)
+    assert {name for name in before if after.get(name) != before[name]} <= expected
+    if not left:
+        assert content(out) == content(small)
