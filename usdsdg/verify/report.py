@@ -12,7 +12,6 @@ from usdsdg.datasets.printable import printable
 from usdsdg.errors import counted
 from usdsdg.verify.integrity import Integrity
 
-
 REPAIR = "usdsdg repair makes files again that are missing or were changed, and leaves the others as they are"
 
 
