@@ -174,7 +174,11 @@ def _make(recipe: Recipe, file: Path, folder: Path, stage: Path | None, scratch:
             set_global_seed(seed)  # which was drawn, if the script sets none
         sys.argv = [str(file), *arguments]
         sys.path.insert(0, str(file.parent))
-        runpy.run_path(str(file), run_name="__main__")
+        try:
+            runpy.run_path(str(file), run_name="__main__")
+        except SystemExit as ended:  # which is how many scripts end
+            if ended.code:
+                raise
 
 
 def _argument(recorded: str, scratch: Path) -> str:

@@ -73,8 +73,8 @@ def repair(
     The frames of these files are made in a temporary folder, files about all frames of the records beside the data. A
     file takes the place of a damaged one only if it has the bytes that the run wrote, by the SHA-256 in the journal.
 
-    Prints a line for each file that is left damaged, with the reason, and one for each dataset; the exit code is 1 if
-    there are any. Interrupted, it keeps what it has repaired, and the next repair makes the rest.
+    Prints a line for each file that is left damaged, with the reason, or that no run wrote, and one for each dataset;
+    the exit code is 1 if there are any. Interrupted, it keeps what it has repaired, and the next repair makes the rest.
     """
     quiet = quiet or as_json
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, keeps_files=False):
