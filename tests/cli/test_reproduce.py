@@ -103,7 +103,8 @@ def test_a_script_with_arguments_is_run_again(tmp_path):
 def test_a_script_of_plain_python_is_run_again(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
-        damaged.SCRIPT.replace("omni.replicator.core", "usdsdg") + "rep.orchestrator.wait_until_complete()\n"
+        damaged.SCRIPT.replace("omni.replicator.core", "usdsdg")
+        + "rep.orchestrator.wait_until_complete()\nsys.exit(0)\n"
     )
     out = tmp_path / "out"
     run([str(script), "2", str(out)]).check_returncode()

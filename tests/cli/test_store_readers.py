@@ -110,3 +110,19 @@ def test_names_that_are_a_file_and_a_folder_are_an_error(bucket, files):
     bucket.client.put_object(Bucket=bucket.name, Key="run/rgb_0000.png/inside", Body=b"?")
     with on_disk(bucket.place) as dataset, pytest.raises(StoreError, match="this name twice, as a file and as a fol"):
         dataset.fetch()
+
+
+def test_damaged_files_of_a_bucket_are_made_again(bucket, files):
+    bucket.client.put_object(Bucket=bucket.name, Key="run/rgb_0001.png", Body=b"?")
+    bucket.client.delete_object(Bucket=bucket.name, Key="run/.usdsdg/frames/000002.npz")
+    bucket.client.delete_object(Bucket=bucket.name, Key="run/.usdsdg/source/script.py")
+    done = usdsdg("repair", "-q", "--device", "cpu", bucket.place)
+    assert done.returncode == 1
+    assert f"{bucket.place}/.usdsdg/source/script.py; give the file that made it with --source" in done.stderr
+    bucket.client.put_object(
+        Bucket=bucket.name, Key="run/.usdsdg/source/script.py", Body=files["run/.usdsdg/source/script.py"]
+    )
+    done = usdsdg("repair", "-q", "--device", "cpu", bucket.place)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"{bucket.place}: 2 files repaired, 0 left; frames 1-2 made again" in done.stdout
+    assert bucket.objects == files

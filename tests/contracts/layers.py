@@ -61,6 +61,7 @@ USDSDG = {
     "inspect": "errors stage writers datasets pictures",
     "notebook": "errors stage session arguments graph create annotators writers capture pictures datasets inspect",
     "verify": "errors parallel stores stage session annotators writers record datasets",
+    "repair": "errors stores session writers record datasets verify",
     "replicator_yaml": "errors session arguments graph orchestrator __init__",
     "scenarios": "errors image_files stores stage session arguments graph calibration create writers capture app "
     "orchestrator settings demo meshes __init__",
@@ -171,10 +172,9 @@ LATE = {
     "usdsdg.cli.options.dataset_options": ("usdsdg.writers", COMMAND),
     "usdsdg.cli.commands.merge": ("usdsdg.stores usdsdg.writers", COMMAND),
     "usdsdg.cli.commands.schema": ("usdsdg.scenarios", COMMAND),
-    "usdsdg.cli.commands.reproduce": (
-        "usdsdg.datasets usdsdg.graph usdsdg.scenarios usdsdg.verify usdsdg.writers",
-        COMMAND,
-    ),
+    "usdsdg.cli.made_again": ("usdsdg.graph usdsdg.scenarios usdsdg.writers", COMMAND),
+    "usdsdg.cli.commands.repair": ("usdsdg.repair usdsdg.verify usdsdg.writers", COMMAND),
+    "usdsdg.cli.commands.reproduce": ("usdsdg.datasets usdsdg.verify usdsdg.writers", COMMAND),
     "usdsdg.cli.options.thread_limit": ("usdsdg.parallel usdsdg.writers", COMMAND),
     "usdsdg.cli.commands.verify": ("usdsdg.datasets usdsdg.verify", COMMAND),
     "usdsdg.cli.commands.warmup": (

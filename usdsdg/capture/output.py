@@ -88,6 +88,8 @@ class WriterOutput:
 
     def _report_folder(self, writer: Writer) -> None:
         name, folder = type(writer).__name__, getattr(writer.backend, "output_dir", None)
+        if get_run().scratch is not None:
+            return  # a temporary folder, in which frames are made again
         if folder is not None and (name, folder) not in self._reported:
             self._reported.add((name, folder))
             say_once(f"{name} writes to {folder}")

@@ -1,5 +1,5 @@
-"""The commands `usdsdg run | generate | render | simulate | view | inspect | verify | merge | convert | compat | new |
-schema | assets | warmup | doctor | completion`.
+"""The commands `usdsdg run | generate | render | simulate | view | inspect | verify | repair | reproduce | merge |
+convert | compat | new | schema | assets | warmup | doctor | completion`.
 
 They are light to import.
 """
@@ -21,6 +21,7 @@ from usdsdg.cli.commands.inspect import inspect
 from usdsdg.cli.commands.merge import merge
 from usdsdg.cli.commands.new import new
 from usdsdg.cli.commands.render import render
+from usdsdg.cli.commands.repair import repair
 from usdsdg.cli.commands.reproduce import reproduce
 from usdsdg.cli.commands.run import run
 from usdsdg.cli.commands.schema import schema
@@ -56,8 +57,8 @@ def app() -> None:
 
 
 for command in (
-    run, generate, render, simulate, view, inspect, verify, reproduce, merge, convert, compat, new, schema, assets,
-    warmup, doctor, completion,
+    run, generate, render, simulate, view, inspect, verify, repair, reproduce, merge, convert, compat, new, schema,
+    assets, warmup, doctor, completion,
 ):  # fmt: skip
     app.add_command(command)
 

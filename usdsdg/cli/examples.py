@@ -15,6 +15,10 @@ EXAMPLES = {
     "view": [("view scene.usd", "a page on which the camera moves around the scene")],
     "inspect": [("inspect _out_detection", "a page of the dataset, _out_detection/inspect.html")],
     "verify": [("verify _out_detection", "check every file of the dataset")],
+    "repair": [
+        ("repair _out_detection", "make its damaged files again, and no others"),
+        ("repair _out_detection --dry-run", "what is damaged, and which frames would be made"),
+    ],
     "reproduce": [("reproduce _out_detection --frames 3:5", "make frames 3 and 4 again, and compare")],
     "merge": [("merge _out_detection", "join what --shard 0/4 to 3/4 have made")],
     "convert": [("convert mug.obj mug.usd --unit mm", "a mesh in millimeters to a USD file in meters")],

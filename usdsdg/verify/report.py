@@ -12,6 +12,8 @@ from usdsdg.datasets.printable import printable
 from usdsdg.errors import counted
 from usdsdg.verify.integrity import Integrity
 
+REPAIR = "usdsdg repair makes files again that are missing or were changed, and leaves the others as they are"
+
 
 @dataclass
 class Report:
@@ -37,6 +39,8 @@ class Report:
             self.faults += found.faults
             self.notes += found.notes
             self.compared = found.compared
+            if found.is_finished and any(fault.file in found.listed for fault in found.faults):
+                self.notes.append(REPAIR)
 
     def lines(self, most: int) -> Iterator[str]:
         """Yield everything as lines that can be printed, of the faults at most so many."""

@@ -12,7 +12,9 @@ from usdsdg.verify.integrity.listing import ListedFile, read_listing
 from usdsdg.verify.recorded_assets import hashes_of
 from usdsdg.verify.tolerance import Unknown, difference
 from usdsdg.writers.formats.rerun import rrd_content
-from usdsdg.writers.journal import recipe
+from usdsdg.writers.journal import journal, recipe
+from usdsdg.writers.journal.facts import ASSETS
+from usdsdg.writers.journal.merge import parts_of
 from usdsdg.writers.journal.portion import Portion
 
 
@@ -109,6 +111,8 @@ def _compare_within_tolerance(folder: Path, made: Path, name: str, frame: str, r
 def changed_assets(folder: Path, made: Path) -> list[str]:
     """Return the names of assets that had other content when frames of a dataset were made again."""
     wanted, again = hashes_of(recipe.read(folder)), hashes_of(recipe.read(made))
+    for part in parts_of(made):  # whose recipe does not tell of assets
+        again |= hashes_of({"assets": list(journal.read(part / journal.NAME).facts.get(ASSETS, {}).values())})
     return sorted(name for name in wanted.keys() & again.keys() if not again[name] <= wanted[name])
 
 

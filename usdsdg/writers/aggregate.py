@@ -34,6 +34,11 @@ class Aggregate(ABC):
     def files(records: Records) -> Mapping[str, Texts]:
         """Return what makes the parts of each file's text, by its path: of the records alone."""
 
+    @classmethod
+    def paths(cls, records: Records) -> list[str]:
+        """Return the paths of the files that `schedule` writes."""
+        return list(cls.files(records))
+
     def add(self, frame: int, **records: Any) -> None:
         """Add what a picture of a frame adds, which `files` reads; errors are those of `Spool.append`."""
         self._spool.append(frame, records)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from usdsdg.errors import UsdsdgError, WriterError
 from usdsdg.session.session import current
 from usdsdg.writers import spool
 from usdsdg.writers.aggregate import Aggregate
+from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend
 from usdsdg.writers.backends.store import StoreBackend
 from usdsdg.writers.journal.place import Place, StorePlace
@@ -40,20 +43,37 @@ def write_all(place: Place, spools: Path) -> None:
     backend = StoreBackend.at(place) if isinstance(place, StorePlace) else DiskBackend(place.path)
     backend.ends_run = True
     for path in sorted(spools.rglob(f"*{spool.SUFFIX}")):
-        kind = spool.kind_of(path)
-        if kind not in MODULES:
-            raise WriterError(f"{path}: files of the kind {kind!r} are not known to this version of usdsdg.")
-        of_kind: type[Aggregate] = getattr(importlib.import_module(MODULES[kind]), kind)
-        try:
-            of_kind.schedule(spool.read(path), backend)
-            backend.wait_until_done()
-        except UsdsdgError:
-            raise
-        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-            raise WriterError(
-                f"{path}: its records are not such as {kind} are made of ({type(error).__name__}: {error}); "
-                "`usdsdg verify` tells which files are whole."
-            ) from error
+        write_spool(path, backend)
+
+
+def write_spool(path: Path, backend: BaseBackend) -> None:
+    """Write the aggregate files of a spool, and wait until they are written; errors are those of `write_all`."""
+    with _sound(path) as of_kind:
+        of_kind.schedule(spool.read(path), backend)
+        backend.wait_until_done()
+
+
+def paths_of(path: Path) -> list[str]:
+    """Return the paths of the files that `write_spool` writes; errors are those of `write_all`."""
+    with _sound(path) as of_kind:
+        return of_kind.paths(spool.read(path))
+
+
+@contextmanager
+def _sound(path: Path) -> Iterator[type[Aggregate]]:
+    """Give what makes the files of a spool; records that it cannot make any of are a WriterError."""
+    kind = spool.kind_of(path)
+    if kind not in MODULES:
+        raise WriterError(f"{path}: files of the kind {kind!r} are not known to this version of usdsdg.")
+    try:
+        yield getattr(importlib.import_module(MODULES[kind]), kind)
+    except UsdsdgError:
+        raise
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        raise WriterError(
+            f"{path}: its records are not such as {kind} are made of ({type(error).__name__}: {error}); "
+            "`usdsdg verify` tells which files are whole."
+        ) from error
 
 
 def finish_run(*, complete: bool) -> None:

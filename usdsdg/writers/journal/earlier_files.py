@@ -61,7 +61,7 @@ def warn_of_lost(place: Place, listed: Path) -> None:
         what = f"{lost[0]} and {counted(len(lost) - 1, 'more file')}" if len(lost) > 1 else lost[0]
         warn_once(
             f"{place.name}: missing or changed: {what} of frames that were made before, which going on does not make "
-            "again. usdsdg verify lists them; --overwrite begins again."
+            "again. usdsdg verify lists them, and usdsdg repair makes them again once the run has ended."
         )
 
 

@@ -229,6 +229,16 @@ def shared_lock(place: Place) -> Lock:
         raise not_writable(place.path, error) from error
 
 
+def whole_locks(place: Place) -> list[Lock]:
+    """Take the locks of a process that changes files of any frames; errors are those of `shared_lock`."""
+    try:
+        return place.locks(None)
+    except Locked as held:
+        raise _held(place, held) from None
+    except OSError as error:
+        raise not_writable(place.path, error) from error
+
+
 def _held(place: Place, held: Locked) -> DatasetInTheWay:
     return DatasetInTheWay(f"{place.name}: another process is writing to this dataset ({held}).")
 

@@ -39,15 +39,24 @@ class Clip(Aggregate):
         if not _can_read(backend):
             warn_once(f"CosmosWriter: {backend.get_name()} has no read_blob, so only images are written, no videos.")
             return
-        sizes: dict[str, tuple[int, int]] = {}
-        for each in records:
-            sizes = each["sizes"] | sizes  # those of the first pictures
         with current().io_queue.of_all_frames():
-            for root, size in sorted(sizes.items()):
-                for modality in MODALITIES:
-                    path = f"{root}clip_{records.about['clip']:04d}/{modality}.mp4"
-                    what = {"records": records, "root": root, "modality": modality, "size": size}
-                    backend.schedule_after_all(_write_video, path=path, **what)
+            for path, root, modality, size in _videos(records):
+                what = {"records": records, "root": root, "modality": modality, "size": size}
+                backend.schedule_after_all(_write_video, path=path, **what)
+
+    @classmethod
+    def paths(cls, records: Records) -> list[str]:
+        return [path for path, *_ in _videos(records)]
+
+
+def _videos(records: Records) -> Iterator[tuple[str, str, str, tuple[int, int]]]:
+    """Yield of each video the path, the folder of the render product, the modality, and the size of its pictures."""
+    sizes: dict[str, tuple[int, int]] = {}
+    for each in records:
+        sizes = each["sizes"] | sizes  # those of the first pictures
+    for root, size in sorted(sizes.items()):
+        for modality in MODALITIES:
+            yield f"{root}clip_{records.about['clip']:04d}/{modality}.mp4", root, modality, size
 
 
 def picture_of(root: str, clip: int, modality: str, number: int) -> str:

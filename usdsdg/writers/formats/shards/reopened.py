@@ -140,6 +140,6 @@ def _shards(place: Place, contents: Contents, kind: type[Any], split: str) -> It
 
 def _unlike(place: Place, path: str) -> WriterError:
     return WriterError(
-        f"{place.name}/{path} is missing or is not as the run has left it, and it grows by samples. Put it back as it "
-        "was (usdsdg verify lists such files), or begin again with --overwrite."
+        f"{place.name}/{path} is missing or is not as the run has left it, and it grows by samples. Make it again "
+        "as it was with usdsdg repair, or begin again with --overwrite."
     )

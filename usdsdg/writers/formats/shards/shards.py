@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -74,11 +74,20 @@ class Shards(Aggregate):
 
     @classmethod
     def schedule(cls, records: Records, backend: BaseBackend) -> None:
-        limits = Limits.of(records.about)
         with current().io_queue.of_all_frames():
-            for number, shard in enumerate(records.runs(lambda each: limits.begins_shard(each["size"]))):
-                path = cls.path_of(records.about["split"], number)
+            for path, shard in cls._runs(records):
                 backend.schedule_after_all(partial(_write, content=cls.content), path=path, records=shard)
+
+    @classmethod
+    def paths(cls, records: Records) -> list[str]:
+        return [path for path, _ in cls._runs(records)]
+
+    @classmethod
+    def _runs(cls, records: Records) -> Iterator[tuple[str, Records]]:
+        """Yield the path of each shard with its records."""
+        limits = Limits.of(records.about)
+        for number, shard in enumerate(records.runs(lambda each: limits.begins_shard(each["size"]))):
+            yield cls.path_of(records.about["split"], number), shard
 
     @property
     def _waits(self) -> bool:

@@ -1,0 +1,269 @@
+"""`usdsdg repair` makes damaged files again with the bytes that the run wrote, and touches no others."""
+
+import hashlib
+import json
+import os
+import random
+import shutil
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from tests.cli.datasets import content, run
+from tests.sampled_cases import in_soak
+from tests.verify import damage, damaged
+from usdsdg.verify import verify
+
+SCRIPT = """
+import os, sys
+import omni.replicator.core as rep
+camera = rep.create.camera(position=(4, 4, 3), look_at=(0, 0, 0))
+rep.create.light(light_type="dome")
+cube, ball = rep.create.cube(semantics=[("class", "cube")]), rep.create.sphere(semantics=[("class", "ball")])
+product = rep.create.render_product(camera, (32, 24))
+for name, options in WRITERS.items():
+    writer = rep.WriterRegistry.get(name)
+    writer.initialize(output_dir=os.path.join(sys.argv[1], name), **options)
+    writer.attach(product)
+with rep.trigger.on_frame():
+    with cube:
+        rep.modify.pose(position=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))
+    with ball:
+        rep.modify.visibility(rep.distribution.sequence([False, False, True, False, False]))
+for frame in range(5):
+    if frame == 3 and os.environ.get("ENDS_EARLY"):
+        rep.orchestrator.wait_until_complete()
+        raise KeyboardInterrupt
+    rep.orchestrator.step()
+"""
+WRITERS = {
+    "BasicWriter": {"rgb": True, "bounding_box_2d_tight": True},
+    "BopWriter": {},
+    "CocoWriter": {},
+    "WebDatasetWriter": {"shard_samples": 2},
+} | ({"ParquetWriter": {"shard_samples": 2}} if find_spec("pyarrow") else {})
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A folder of datasets of one run, which was moved, and whose script is gone."""
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "script.py").write_text(f"WRITERS = {WRITERS}\n{SCRIPT}")
+    command = ["-m", "usdsdg", "run", "-q", "--device", "cpu", str(folder / "script.py"), str(folder / "out")]
+    done = run(command, fresh=True)
+    assert done.returncode == 0, done.stderr
+    (folder / "script.py").unlink()
+    return (folder / "out").rename(folder / "moved")
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """A dataset of one writer."""
+    return damaged.make(tmp_path_factory.mktemp("small"), 6)
+
+
+@pytest.fixture
+def out(whole, tmp_path):
+    return shutil.copytree(whole, tmp_path / "out")
+
+
+def repair(folder, *options):
+    return run(["-m", "usdsdg", "repair", "-q", str(folder), "--device", "cpu", *options])
+
+
+def flip(file: Path) -> None:
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 1
+    file.write_bytes(data)
+
+
+def identities(folder: Path) -> dict[str, tuple[int, int]]:
+    files = (path for path in folder.rglob("*") if not path.is_dir())
+    return {path.relative_to(folder).as_posix(): (path.lstat().st_ino, path.lstat().st_mtime_ns) for path in files}
+
+
+def listed(dataset: Path, *, frame: int) -> dict[str, list]:
+    lines = map(json.loads, (dataset / ".usdsdg/journal.jsonl").read_text().splitlines())
+    return next(line["files"] for line in lines if line.get("frame") == frame)
+
+
+def test_every_kind_of_damage_is_repaired_and_nothing_else_is_touched(whole, out):
+    basic, coco, tars = out / "BasicWriter", out / "CocoWriter", out / "WebDatasetWriter"
+    os.truncate(basic / "rgb_0001.png", 50)
+    flip(basic / "bounding_box_2d_tight_0001.npy")
+    (basic / ".usdsdg/frames/000001.npz").write_bytes(b"")
+    shutil.copy(basic / "rgb_0002.png", basic / "rgb_0003.png")
+    (basic / "metadata.txt").unlink()
+    shutil.rmtree(basic / ".usdsdg/source")  # which the other datasets of the run have, too
+    shutil.rmtree(basic / ".usdsdg/stages")
+    pictures = next(path.parent for path in coco.rglob("*.png"))
+    shutil.rmtree(pictures)
+    tables = [path for path in coco.rglob("*.json") if ".usdsdg" not in path.parts]
+    assert tables
+    for path in tables:
+        path.write_bytes(path.read_bytes()[:-9])
+    flip(tars / "train-000001.tar")
+    (tars / "index.json").unlink()
+    (tars / "train-000000.tar").rename(out.parent / "linked.tar")
+    (tars / "train-000000.tar").symlink_to(out.parent / "linked.tar")
+    for path in out.glob("ParquetWriter/data/train-00001.parquet"):
+        os.truncate(path, 100)
+    before, damaged = identities(out), content(out)
+    dry = repair(out, "--dry-run")
+    assert dry.returncode == 0, dry.stdout + dry.stderr
+    assert f"{tars}: 3 damaged files; frames 0-3 would be made again; 1 file would be made again of the " in dry.stdout
+    assert "rgb_0001.png: frame 1: its size is not the one in the journal" in dry.stdout
+    assert identities(out) == before
+    done = repair(out)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"{out / 'BopWriter'}: no file is damaged" in done.stdout
+    assert f"{basic}: 7 files repaired, 0 left; frames 0-1, 3-4 made again" in done.stdout
+    assert content(out) == content(whole)
+    after, wanted = identities(out), content(whole)
+    was_link = {"WebDatasetWriter/train-000000.tar"}
+    untouched = {name for name, data in damaged.items() if data == wanted[name]} - was_link
+    assert {name for name in before if after[name] == before[name]} == untouched
+    assert not (tars / "train-000000.tar").is_symlink()
+    again = repair(out)
+    assert again.stdout.count("no file is damaged") == len(WRITERS)
+    assert not again.returncode
+    assert identities(out) == after
+
+
+def test_what_only_all_frames_make_is_made_of_all(whole, out):
+    bop, coco = out / "BopWriter", out / "CocoWriter"
+    models = sorted((bop / "models").glob("*.ply"))
+    assert len(models) == 2
+    models[0].unlink()
+    models[1].unlink()
+    done = repair(out)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "which the first and the last one do not make" in done.stderr
+    assert f"{bop}: 2 files repaired, 0 left; all frames made again, for models/" in done.stdout
+    next((coco / ".usdsdg/aggregates").rglob("*.jsonl")).unlink()
+    done = repair(coco)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "1 file repaired, 0 left; all frames made again, for .usdsdg/aggregates/" in done.stdout
+    assert content(out) == content(whole)
+
+
+def test_what_cannot_be_repaired_is_named(whole, out):
+    basic = out / "BasicWriter"
+    (basic / "rgb_0000.png").unlink()
+    (basic / "rgb_0000.png").mkdir()
+    (basic / "notes.txt").write_text("mine")
+    flip(basic / "rgb_0004.png")
+    done = repair(basic, "--json")
+    assert done.returncode == 1
+    values = json.loads(done.stdout)
+    assert values["repaired"] == ["rgb_0004.png"]
+    assert values["frames"] == [0, 4]
+    assert [(each["file"], each["what"]) for each in values["left"]] == [
+        ("rgb_0000.png", "has a folder in its place; remove that"),
+        ("notes.txt", "no run wrote it; it is left, remove it if nothing needs it"),
+    ]
+    assert (basic / "rgb_0000.png").is_dir()
+    shutil.rmtree(basic / ".usdsdg/source")
+    (basic / "rgb_0000.png").rmdir()
+    done = repair(basic)
+    assert done.returncode == 1
+    assert "script.py; give the file that made it with --source" in done.stderr
+    assert "rgb_0000.png: frame 0: was not made again" in done.stdout
+    assert f"{basic}: 0 files repaired, 2 left, 1 that no run wrote" in done.stdout
+
+
+def test_other_versions_are_tried_only_where_the_user_says_so(whole, out):
+    coco = out / "CocoWriter"
+    recipe, journal = coco / ".usdsdg/recipe.json", coco / ".usdsdg/journal.jsonl"
+    recipe.write_text(recipe.read_text().replace('"warp-lang": "', '"warp-lang": "0.'))
+    *lines, closing = journal.read_text().splitlines()
+    sealed = json.loads(closing) | {"recipe": hashlib.sha256(recipe.read_bytes()).hexdigest()}
+    journal.write_text("\n".join([*lines, json.dumps(sealed, separators=(",", ":"))]) + "\n")
+    table = next(path for path in coco.rglob("*.json") if ".usdsdg" not in path.parts)
+    picture = next(coco.rglob("*.png"))
+    table.unlink()
+    picture.unlink()
+    done = repair(coco)
+    assert done.returncode == 1
+    assert "was made with versions.warp-lang" in done.stderr
+    assert "--anyway tries" in done.stderr
+    assert f"{picture.name}: frame" in done.stdout
+    assert table.exists()  # which takes no frames
+    done = repair(coco, "--anyway")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert picture.read_bytes() == (whole / picture.relative_to(out)).read_bytes()
+
+
+def test_an_interrupted_repair_keeps_what_it_has_and_the_next_one_goes_on(whole, out, monkeypatch):
+    basic = out / "BasicWriter"
+    pictures = sorted(basic.glob("*.png"))
+    for path in pictures:
+        path.unlink()
+    monkeypatch.setenv("ENDS_EARLY", "yes")
+    done = repair(basic)
+    assert done.returncode == 130
+    assert done.stdout == f"{basic}: 3 files repaired, 2 left\n"
+    assert [path for path in pictures if path.exists()] == pictures[:3]
+    (basic / ".rgb_0003.png.1-0.part").write_bytes(b"of a process that died")
+    monkeypatch.delenv("ENDS_EARLY")
+    before = identities(basic)
+    done = repair(basic)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"{basic}: 2 files repaired, 0 left; frames 3-4 made again" in done.stdout
+    assert content(basic) == content(whole / "BasicWriter")
+    assert before.items() - identities(basic).items() == {(".rgb_0003.png.1-0.part", before[".rgb_0003.png.1-0.part"])}
+
+
+def test_a_file_that_is_made_otherwise_stays_as_it_is(whole, out):
+    """As where the journal tells of other bytes than this machine makes."""
+    basic = out / "BasicWriter"
+    journal = basic / ".usdsdg/journal.jsonl"
+    (size, sha256), picture = listed(basic, frame=2)["rgb_0002.png"], basic / "rgb_0002.png"
+    *lines, closing = journal.read_text().replace(sha256, sha256[::-1]).splitlines(keepends=True)
+    sealed = json.loads(closing) | {"lines": hashlib.sha256("".join(lines).encode()).hexdigest()}
+    journal.write_text("".join(lines) + json.dumps(sealed, separators=(",", ":")) + "\n")
+    before = identities(basic)
+    done = repair(basic)
+    assert done.returncode == 1
+    assert "rgb_0002.png: frame 2: is made with other bytes than the run wrote" in done.stdout
+    assert f"{basic}: 0 files repaired, 1 left; frame 2 made again" in done.stdout
+    assert identities(basic) == before
+    assert picture.stat().st_size == size
+
+
+@in_soak
+def test_a_dataset_of_several_processes_that_has_grown_is_repaired(tmp_path):
+    (tmp_path / "job.yaml").write_text(
+        "job: detection\noutput_dir: out\nformats: {yolo: {}, webdataset: {shard_samples: 2}}\nresolution: [32, 32]\n"
+        "num_frames: 3\n"
+    )
+    command = ["-m", "usdsdg", "generate", "-q", str(tmp_path / "job.yaml"), "--device", "cpu", "--workers", "2"]
+    command += ["--set", f"output_dir={tmp_path / 'out'}"]
+    for options in ((), ("--resume", "--set", "num_frames=5")):
+        done = run([*command, *options], fresh=True)
+        assert done.returncode == 0, done.stderr
+    whole = content(tmp_path / "out")
+    shutil.rmtree(tmp_path / "out/yolo/images")
+    (tmp_path / "out/yolo/data.yaml").unlink()
+    flip(next((tmp_path / "out").rglob("*.tar")))
+    done = repair(tmp_path / "out")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert content(tmp_path / "out") == whole
+
+
+@in_soak
+@pytest.mark.parametrize("kind", damage.KINDS)
+def test_every_damage_that_is_found_is_repaired_or_named(small, tmp_path, kind):
+    out = shutil.copytree(small, tmp_path / "out")
+    expected = damage.KINDS[kind](out, random.Random(1))
+    before = identities(out)
+    done = repair(out)
+    left = {fault.file for fault in verify(out, labels=False).faults}
+    assert (done.returncode == 0) == (left == set()), done.stdout + done.stderr
+    assert left <= expected
+    assert done.stderr or all(f"{name}: " in done.stdout for name in left)
+    after = identities(out)
+    assert {name for name in before if after.get(name) != before[name]} <= expected
+    if not left:
+        assert content(out) == content(small)

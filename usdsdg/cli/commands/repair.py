@@ -1,0 +1,239 @@
+"""`usdsdg repair DIR`: make the damaged and missing files of a dataset again, and no others."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import click
+from click.exceptions import Exit
+
+from usdsdg.cli import made_again
+from usdsdg.cli.command import Command, argument
+from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
+from usdsdg.cli.options.thread_limit import threads_option
+from usdsdg.cli.options.values import PATH, PLACE
+from usdsdg.cli.output import print_lines
+from usdsdg.errors import DatasetError, UsdsdgError
+from usdsdg.session.failures import tell
+
+if TYPE_CHECKING:
+    from usdsdg.repair.summary import Summary
+    from usdsdg.writers.journal.portion import Portion
+    from usdsdg.writers.journal.recipe import Recipe
+
+
+class How(NamedTuple):
+    """How frames are made. is_tried: also with other versions, or on another kind of device."""
+
+    source: Path | None
+    stage: Path | None
+    is_tried: bool
+
+
+@click.command(cls=Command, epilog=epilog("repair"))
+@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder of several.")
+@click.option("--dry-run", is_flag=True, help="Only say what is damaged, and which frames would be made.")
+@click.option("--source", type=PATH, help="The script or configuration.", show_default="the copy beside the data")
+@click.option("--stage", type=PATH, help="The stage that --stage of the run named.")
+@click.option("--anyway", is_flag=True, help="Also try with other versions, or on another kind of device.")
+@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
+@click.option(
+    "--limit",
+    type=click.IntRange(min=1),
+    default=200,
+    help="Print at most this many files of a dataset that are left damaged.",
+    show_default=True,
+)
+@assets_root_option
+@device_option
+@threads_option
+@quiet_option
+def repair(
+    folder: str,
+    dry_run: bool,
+    source: Path | None,
+    stage: Path | None,
+    anyway: bool,
+    as_json: bool,
+    limit: int,
+    assets_root: str | None,
+    device: str | None,
+    threads: int | None,
+    quiet: bool,
+) -> None:
+    """Make the damaged and missing files of a dataset again, and leave all others as they are.
+
+    The frames of these files are made in a temporary folder, files about all frames of the records beside the data. A
+    file takes the place of a damaged one only if it has the bytes that the run wrote, by the SHA-256 in the journal.
+
+    Prints a line for each file that is left damaged, with the reason, or that no run wrote, and one for each dataset;
+    the exit code is 1 if there are any. Interrupted, it keeps what it has repaired, and the next repair makes the rest.
+    """
+    quiet = quiet or as_json
+    with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, keeps_files=False):
+        summaries: list[Summary] = []
+        with ExitStack() as opened:
+            has_failed = _claim(folder, summaries, opened, is_dry=dry_run)
+            try:
+                has_failed |= _repair_all(summaries, How(source, stage, anyway), is_dry=dry_run)
+            except KeyboardInterrupt:
+                limit = 0  # the files that are left may be many, and the next repair makes them
+                raise
+            finally:
+                _print(folder, summaries, as_json, limit)
+    if has_failed or not (dry_run or all(each.is_clean for each in summaries)):
+        raise Exit(1)
+
+
+def _claim(place: str, summaries: list[Summary], opened: ExitStack, *, is_dry: bool) -> bool:
+    """Lock the datasets in a folder and find what is damaged; return whether one of several cannot be repaired."""
+    from usdsdg.repair.claim import claimed
+
+    names, has_failed = made_again.datasets_in(place), False
+    for name in names:
+        try:
+            summaries.append(opened.enter_context(claimed(name, is_dry=is_dry)))
+        except UsdsdgError as error:
+            if len(names) == 1:
+                raise
+            tell(error)
+            has_failed = True
+    return has_failed
+
+
+def _repair_all(summaries: Sequence[Summary], how: How, *, is_dry: bool) -> bool:
+    """Repair datasets, those of one run at once; return whether frames could not be made."""
+    from usdsdg.session import session
+
+    has_failed = False
+    groups = [group for group in made_again.of_one_run(summaries) if any(each.repair.left for each in group)]
+    for number, group in enumerate(groups):
+        if number:
+            session.restart()
+        try:
+            _repair(group, how, is_dry=is_dry)
+        except UsdsdgError as error:
+            for each in group:
+                error.args = tuple(map(each.named, map(str, error.args)))
+            tell(error)
+            has_failed = True
+    return has_failed
+
+
+def _repair(group: Sequence[Summary], how: How, *, is_dry: bool) -> None:
+    """Repair the datasets of one run, of which some may be whole."""
+    if not is_dry:
+        _take_sources(group, how.source)
+        _make_of_spools(group)  # which takes no frames, and so also where these cannot be made
+    if not any(each.plan.needs_frames for each in group):
+        _end(group)
+        return
+    recipe = made_again.recipe_of(group[0].path)
+    whole = next((each.path for each in group if not each.plan.source), group[0].path)
+    file = made_again.source_of(whole, recipe, how.source)
+    if (said := made_again.differences(recipe)) and not how.is_tried:
+        raise DatasetError(
+            f"{group[0].name} was made with {'; '.join(said)}, and other versions and devices give other bytes. "
+            "Install those versions, or choose that device with --device; --anyway tries, and keeps what has the same "
+            "bytes."
+        )
+    if is_dry:
+        return
+    from usdsdg.repair.plan import joined
+    from usdsdg.session import session
+
+    portion = joined([each.plan for each in group])
+    _make_frames(group, recipe, file, how.stage, portion)
+    if portion is not None and any(each.repair.shared for each in group):
+        for each in group:
+            each.plan.whole += each.repair.shared
+        name = next(name for each in group for name in each.plan.whole)
+        print(
+            f"note: all frames are made again for {name}, which the first and the last one do not make", file=sys.stderr
+        )
+        session.restart()
+        _make_frames(group, recipe, file, how.stage, None)
+    _make_of_spools(group)  # once more, where pictures were damaged of which videos are made
+    _end(group)
+
+
+def _end(group: Sequence[Summary]) -> None:
+    for each in group:
+        each.is_ended = True
+
+
+def _make_frames(
+    group: Sequence[Summary], recipe: Recipe, file: Path, stage: Path | None, portion: Portion | None
+) -> None:
+    """Make the frames of a portion of datasets of one run again, None: all, and take the files that are equal."""
+    with made_again.scratch_folder("usdsdg-repair-") as scratch:
+        try:
+            made_again.make([each.path for each in group], recipe, file, scratch, portion, stage)
+        finally:  # also what was made before Ctrl-C, so that the next repair goes on from there
+            for each in group:
+                each.repair.take(made_again.folders_in(scratch))
+        for each in group:
+            _take_shards(each, scratch, portion)
+            _note_assets(each, scratch)
+
+
+def _take_sources(group: Sequence[Summary], given: Path | None) -> None:
+    """Put copies of the script or configuration back: from another dataset of the run, or as given."""
+    for each in group:
+        if name := each.plan.source:
+            others = [other.path / name for other in group]
+            each.repair.take_file(name, others if given is None else [given, *others])
+            each.repair.explain([name], "give the file that made the dataset with --source")
+
+
+def _make_of_spools(group: Sequence[Summary]) -> None:
+    """Make files about all frames of the records beside the data."""
+    from usdsdg.repair import spooled
+
+    for each in group:
+        spools = [spool for name, spool in each.plan.spools.items() if name in each.repair.left]
+        if spools:
+            with tempfile.TemporaryDirectory(prefix="usdsdg-repair-") as made:
+                why = spooled.write(each.path, spools, Path(made).resolve())
+                each.repair.take([Path(made)])
+            each.repair.explain(each.plan.spools, why)
+
+
+def _take_shards(summary: Summary, scratch: Path, portion: Portion | None) -> None:
+    """Make the shards of which the samples were made again; of all frames the run has made them itself."""
+    if portion is None:
+        return
+    from usdsdg.repair.plan import sharded
+    from usdsdg.writers.journal.place import PARTS
+    from usdsdg.writers.journal.spool_hashes import AGGREGATES
+
+    shards = sharded(summary.repair.damage)
+    for number, folder in enumerate(made_again.folders_in(scratch)):
+        made = scratch / f"shards-{number}"
+        shards.write(folder / PARTS / portion.name / AGGREGATES, made)
+        summary.repair.take([made])
+
+
+def _note_assets(summary: Summary, scratch: Path) -> None:
+    """Name assets that have other content than when the dataset was made, where files are left."""
+    from usdsdg.verify.reproduced import changed_assets
+
+    for folder in made_again.folders_in(scratch) if summary.repair.left else ():
+        for name in changed_assets(summary.path, folder):
+            summary.notes.append(f"the asset {name} has other content than when {summary.name} was made")
+
+
+def _print(folder: str, summaries: Sequence[Summary], as_json: bool, limit: int) -> None:
+    if as_json:
+        values = [each.values() for each in summaries]
+        several = {"folder": folder, "clean": all(each["clean"] for each in values), "datasets": values}
+        print_lines([json.dumps(values[0] if len(values) == 1 else several, indent=1)])
+    else:
+        print_lines(line for each in summaries for line in each.lines(limit))

@@ -1,0 +1,219 @@
+"""Frames of a dataset that are made again from the recipe beside it, in a temporary folder."""
+
+from __future__ import annotations
+
+import json
+import runpy
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+from usdsdg.cli.options.command_context import finish_files, fix_classes, seed_everything
+from usdsdg.cli.script.interpreter import interpreter_restored
+from usdsdg.errors import BadValue, DatasetError
+from usdsdg.stage.semantics.semantic_classes import BESIDE
+
+if TYPE_CHECKING:
+    from usdsdg.writers.journal.portion import Portion
+    from usdsdg.writers.journal.recipe import Recipe
+
+
+def datasets_in(place: str) -> list[str]:
+    """Return the datasets in a folder, as where a job has written several formats; of a URL itself."""
+    from usdsdg.writers.journal.recipe import FILE
+
+    if Path(place, FILE).is_file():
+        return [place]
+    return sorted(str(each.parents[1]) for each in Path(place).glob(f"*/{FILE}")) or [place]
+
+
+class _Dataset(Protocol):
+    @property
+    def path(self) -> Path: ...
+
+
+Dataset = TypeVar("Dataset", bound=_Dataset)
+
+
+def of_one_run(datasets: Iterable[Dataset]) -> Iterator[list[Dataset]]:
+    """Yield the datasets in groups that have one recipe, and are made by one run."""
+    from usdsdg.writers.journal.recipe import IDENTITY
+
+    groups: dict[str, list[Dataset]] = {}
+    for each in datasets:
+        values = recipe_of(each.path).values()
+        groups.setdefault(json.dumps([values[name] for name in IDENTITY]), []).append(each)
+    yield from groups.values()
+
+
+@contextmanager
+def scratch_folder(prefix: str) -> Iterator[Path]:
+    """Give a temporary folder, below which all files of the run of this process go, wherever they would go."""
+    from usdsdg.session.session import current
+
+    with tempfile.TemporaryDirectory(prefix=prefix) as scratch:
+        current().run.scratch = Path(scratch).resolve()
+        yield current().run.scratch
+
+
+def folders_in(scratch: Path) -> list[Path]:
+    """Return the folders of datasets that were made, or begun, in a scratch folder."""
+    return sorted(each.parent for each in scratch.rglob(BESIDE))
+
+
+def make(
+    datasets: Sequence[Path], recipe: Recipe, file: Path, scratch: Path, portion: Portion | None, stage: Path | None
+) -> None:
+    """Make the frames of a portion again, None: all, of datasets of one recipe, in a scratch folder.
+
+    file: the source of the recipe. stage: that `--stage` of the run named.
+
+    Raises:
+        DatasetError: the recipe is not one of this version. UsdsdgError: what the frames are made by has failed.
+    """
+    from usdsdg.cli.script.kept_datasets import read_only
+    from usdsdg.session.session import current
+    from usdsdg.writers.aggregates import finish_run
+    from usdsdg.writers.journal.folders import Mode
+    from usdsdg.writers.journal.recipe import GENERATE
+
+    with _dropped_on_failure():
+        current().run.begin(_now(recipe), Mode.OVERWRITE, portion, file)
+        shown = sys.stderr if recipe.command != GENERATE else StringIO()  # which names its folder
+        with ExitStack() as kept:
+            kept.enter_context(redirect_stdout(shown))
+            for each in datasets:
+                kept.enter_context(read_only(each))
+            kept.enter_context(interpreter_restored())
+            _make(recipe, file, datasets[0], stage, scratch)
+            finish_files()
+        finish_run(complete=True)
+        current().io_queue.forget_at_exit()  # the folder is gone then
+
+
+def differences(recipe: Recipe) -> list[str]:
+    """Return in what this machine differs from the one that made a dataset: versions, and kind of device."""
+    differing = _now(recipe).differences({**recipe.values(), "classes": None})
+    return [said.replace(" there", "") for said in differing]
+
+
+@contextmanager
+def _dropped_on_failure() -> Iterator[None]:
+    """Where what makes the frames fails or is interrupted, drop the files that wait: their folder goes."""
+    from usdsdg.session.session import current
+
+    try:
+        yield
+    except BaseException:
+        current().io_queue.stop()
+        current().io_queue.forget_at_exit()
+        current().run.release()
+        raise
+
+
+def recipe_of(folder: Path) -> Recipe:
+    """Return the recipe of a dataset.
+
+    Raises:
+        DatasetError: there is none, or it is not one of this version. WriterError: it is damaged.
+    """
+    from usdsdg.writers.journal import recipe
+
+    values = recipe.read(folder)
+    if values is None:
+        raise DatasetError(f"{folder} has no recipe ({recipe.FILE}), so it is not known how it was made")
+    return recipe.Recipe.of_values(values, folder)
+
+
+def source_of(folder: Path, recipe: Recipe, given: Path | None) -> Path:
+    """Return the script or configuration of a recipe: the copy beside the data, or the file that the user has given.
+
+    Raises:
+        DatasetError: there is none, or it is not the one that made the dataset.
+    """
+    from usdsdg.writers.journal import recipe as recipe_file
+
+    file = given if given is not None else folder / recipe_file.SOURCE / recipe.source["name"]
+    remedy = "" if given is not None else "; give the file that made it with --source"
+    if not file.is_file():
+        raise DatasetError(f"there is no {file}{remedy}")
+    if recipe_file.source_of(file)["sha256"] != recipe.source["sha256"]:
+        what = f"{file} is not the file that made {folder}: its SHA-256 is not that of the recipe"
+        raise DatasetError(f"{what}{remedy}")
+    return file.absolute()
+
+
+def _now(recipe: Recipe) -> Recipe:
+    """Return the recipe as this machine makes it: with its own versions and kind of device."""
+    from dataclasses import replace
+
+    from usdsdg.session import engines
+    from usdsdg.writers.journal.recipe import installed
+
+    return replace(recipe, versions=installed(), device=engines.renderer_device_kind(), classes=None)
+
+
+def _make(recipe: Recipe, file: Path, folder: Path, stage: Path | None, scratch: Path) -> None:
+    """Run the configuration or script as the recipe says."""
+    from usdsdg.graph.sampling import set_global_seed
+    from usdsdg.writers.journal.recipe import GENERATE, RUN, SEED_SETTING
+
+    arguments = [_argument(each, scratch) for each in recipe.arguments]
+    if recipe.classes is not None:
+        fix_classes(str(folder))
+    if recipe.command == GENERATE:
+        _generate(file, arguments)
+    elif recipe.command == RUN:
+        _run(file, arguments, recipe, stage)
+    else:
+        if (seed := recipe.settings.get(SEED_SETTING)) is not None:
+            set_global_seed(seed)  # which was drawn, if the script sets none
+        sys.argv = [str(file), *arguments]
+        sys.path.insert(0, str(file.parent))
+        try:
+            runpy.run_path(str(file), run_name="__main__")
+        except SystemExit as ended:  # which is how many scripts end
+            if ended.code:
+                raise
+
+
+def _argument(recorded: str, scratch: Path) -> str:
+    """Return an argument with the folders of this machine."""
+    from usdsdg.stage.assets import assets_root
+    from usdsdg.stage.assets.anchors import ASSETS
+    from usdsdg.writers.journal.recipe import OUTPUT
+
+    placed = recorded.replace(OUTPUT, str(scratch / "out"))
+    return placed.replace(ASSETS, assets_root()) if ASSETS in placed else placed
+
+
+def _generate(file: Path, overrides: list[str]) -> None:
+    from usdsdg.scenarios import jobs, saved_pipeline
+
+    if file.suffix.lower() in saved_pipeline.SUFFIXES:
+        # Everything goes to a temporary folder.
+        saved_pipeline.run(file, saved_pipeline.Overrides.parse(overrides), allow_outside=True)
+        return
+    job, values = jobs.load_job(file, overrides)
+    seed_everything(values.seed)
+    job.run(values)
+
+
+def _run(file: Path, arguments: list[str], recipe: Recipe, stage: Path | None) -> None:
+    from usdsdg.cli.commands.run import execute_script
+    from usdsdg.cli.script.conditions import Conditions
+
+    wanted: Any = recipe.options.get("stage")
+    if wanted is not None and (stage is None or stage.name != wanted):
+        raise BadValue(f"the run had --stage {wanted}: say where that file is with --stage")
+    try:
+        conditions = Conditions.of_facts(recipe.options, stage)
+    except (ValueError, TypeError) as error:
+        raise DatasetError(f"the recipe has options that `usdsdg run` does not have: {error}") from None
+    seed_everything(recipe.seed or 0)
+    conditions.apply(file)
+    execute_script(file, arguments, conditions.frames, allow_outside=True)
