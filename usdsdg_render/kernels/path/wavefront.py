@@ -62,9 +62,10 @@ def push(counts: wp.array(dtype=wp.int32), which: int) -> int: ...
 
 @wp.struct
 class Wavefront:
-    """The paths in flight; path number k is sample k / pixels of the pixel number first_pixel + k % pixels.
+    """The paths in flight; path number k is sample k % samples of the pixel number first_pixel + k / samples.
 
-    Pixels are numbered through all views, one after the other.
+    Rays of one pixel are the most alike, so they are neighbors. Pixels are numbered through all views, one after the
+    other.
     """
 
     first_pixel: wp.int32
@@ -112,14 +113,14 @@ def pixel_at(views: Views, index: int):
 
 @wp.func
 def sample_of(wavefront: Wavefront, options: PathOptions, views: Views, number: int):
-    pixel = pixel_at(views, wavefront.first_pixel + number % wavefront.pixels)
+    pixel = pixel_at(views, wavefront.first_pixel + number / wavefront.samples)
     sample = PathSample()
     sample.view = pixel[0]
     sample.x = pixel[1]
     sample.y = pixel[2]
     sample.world = views.cameras[sample.view].world
     sample.seed = pixel_seed(options.seed, options.frame + wp.uint32(sample.world), sample.x, sample.y)
-    sample.index = wp.uint32(options.first_sample + number // wavefront.pixels)
+    sample.index = wp.uint32(options.first_sample + number % wavefront.samples)
     return sample
 
 
@@ -248,7 +249,7 @@ def update_film(options: PathOptions, views: Views, wavefront: Wavefront, films:
     y = pixel[2]
     sums = load_pixel(film, options, y, x)
     for k in range(wavefront.samples):
-        number = k * wavefront.pixels + i
+        number = i * wavefront.samples + k
         path = load_path(wavefront.paths, number)
         if path.bounces >= 0:
             features = DenoiserFeatures()
