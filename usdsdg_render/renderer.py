@@ -14,8 +14,10 @@ from usdsdg_render.device.forked_cuda import check_not_forked
 from usdsdg_render.device.precompile import precompile
 from usdsdg_render.labels.label_batch import LabelBatch
 from usdsdg_render.labels.label_renderer import LabelRenderer
+from usdsdg_render.path.development import develop
 from usdsdg_render.path.dropped_samples import DroppedSamples
-from usdsdg_render.path.film import Film, tone_map
+from usdsdg_render.path.film import Film
+from usdsdg_render.path.film_pool import FilmPool
 from usdsdg_render.path.path_tracer import PathTracer
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.settings import PathSettings, ToneSettings
@@ -67,7 +69,7 @@ class WarpRenderer(LabelRenderer):
         super().__init__(scene, device)
         self._extractor = extractor
         self._path_tracer = PathTracer(self._on_device)
-        self._dropped = DroppedSamples()
+        self._films, self._dropped = FilmPool(device), DroppedSamples()
         self._motion = RigidMotion(*np.zeros((2, 0, 4, 4)))  # from the sync before the last to the last
         self._worlds: WorldRenderer | None = None
         self._reading: Later | None = None  # what still reads the scene on the device
@@ -140,7 +142,11 @@ class WarpRenderer(LabelRenderer):
 
     def new_film(self, width: int, height: int) -> Film:
         """Return an empty film."""
-        return Film(width, height, self.device)
+        return self.new_films(1, width, height)[0]
+
+    def new_films(self, count: int, width: int, height: int) -> list[Film]:
+        """Return empty films of one size; `accumulate_all` and `develop_all` serve them together."""
+        return self._films.films(count, width, height)
 
     def accumulate(self, film: Film, view: CameraView, *, samples: int, settings: PathSettings) -> None:
         """Add `samples` per pixel of the current state, numbered from `settings.first_sample`.
@@ -182,8 +188,15 @@ class WarpRenderer(LabelRenderer):
         Returns:
             HdrColor, (H, W, 4) float16 radiance [nits]; LdrColor, (H, W, 4) uint8 sRGB; and the film's light AOVs.
         """
-        images = tone_map(film, tone or ToneSettings(), threads=self.threads, fetched=fetched)
-        self._dropped.look_at(film)
+        return self.develop_all([film], tone, fetched=fetched)[0]
+
+    def develop_all(
+        self, films: Sequence[Film], tone: ToneSettings | None = None, *, fetched: bool = True
+    ) -> list[dict[str, Any]]:
+        """Call `develop` for many films; those of one call of `new_films` share launches."""
+        images = develop(films, tone or ToneSettings(), threads=self.threads, fetched=fetched)
+        for batch in {id(film.batch): film.batch for film in films}.values():
+            self._dropped.look_at(batch)
         return images
 
     def finish(self) -> None:

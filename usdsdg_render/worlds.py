@@ -16,6 +16,7 @@ from usdsdg_render.device.world_tables import DeviceWorlds
 from usdsdg_render.labels import label_pass
 from usdsdg_render.labels.aov import check_names
 from usdsdg_render.labels.label_batch import LabelBatch
+from usdsdg_render.path.development import developed_batch
 from usdsdg_render.path.film_batch import FilmBatch
 from usdsdg_render.path.path_tracer import path_options, trace
 from usdsdg_render.path.wavefront import WavefrontTracer
@@ -38,7 +39,7 @@ class WorldRenderer:
         self._extractor, self._wavefront, self._dropped = extractor, wavefront, dropped
         self._worlds = DeviceWorlds(on_device)
         self._transforms: WorldTransforms | None = None
-        self._films: dict[tuple[int, int, int, bool], FilmBatch] = {}
+        self._films: dict[tuple[int, int, int], FilmBatch] = {}
         self.device = on_device.device
 
     @property
@@ -92,17 +93,21 @@ class WorldRenderer:
         """
         if settings.light_aovs:
             raise Unsupported("worlds: light AOVs are not rendered for worlds.")
+        if settings.denoise:
+            _check_denoiser(tone)
         records = self._records(view)
-        key = (len(records), view.width, view.height, settings.denoise)
+        key = (len(records), view.width, view.height)
         if key not in self._films:
-            self._films = {key: FilmBatch(*key[:3], self.device, features=settings.denoise)}
+            self._films = {key: FilmBatch(*key, self.device)}
         film = self._films[key]
         film.clear()
+        if settings.denoise:
+            film.allocate_features()
         options = path_options(settings, film)
         if not self._worlds.has_glass:
             options.glass_bounces = 0
         trace(self._worlds, self._wavefront, film.table, records, options, samples, threads)
-        images = film.develop(tone, threads=threads)
+        images = developed_batch(film, tone, threads)
         self._dropped.look_at(film)
         return images
 
@@ -113,3 +118,11 @@ class WorldRenderer:
         records["rotation"] = matrices[:, :3, :3].transpose(0, 2, 1)
         records["world"] = np.arange(len(matrices))
         return records
+
+
+def _check_denoiser(tone: ToneSettings) -> None:
+    if tone.denoise is not False and (tone.denoiser != "wavelet" or tone.denoiser_blend != 0.0):
+        raise Unsupported(
+            f"worlds: the denoiser {tone.denoiser!r}, blend factor {tone.denoiser_blend:g}, cleans one image "
+            "at a time. Set /usdsdg/denoiser to 'wavelet' and blendFactor to 0, or switch denoising off."
+        )

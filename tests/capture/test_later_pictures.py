@@ -279,10 +279,10 @@ def test_a_picture_that_fails_names_its_frame_and_file_and_leaves_none(tmp_path,
     basic_writer(tmp_path, build_scene()[:1])
     rep.orchestrator.step()
 
-    def fails(renderer, film, tone=None, **options):
+    def fails(renderer, films, tone=None, **options):
         raise MemoryError("out of memory")
 
-    monkeypatch.setattr(WarpRenderer, "develop", fails)
+    monkeypatch.setattr(WarpRenderer, "develop_all", fails)
     rep.orchestrator.step()
     with pytest.raises(WriterError, match=r"frame 1: .*rgb_0001.png.* could not be written.*out of memory"):
         rep.orchestrator.wait_until_complete()

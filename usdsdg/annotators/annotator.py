@@ -357,6 +357,11 @@ class Annotator:
         return self._spec.name
 
     @property
+    def is_color_image(self) -> bool:
+        """Whether it passes the path-traced color image on as it is."""
+        return self.template_name in ("rgb", "LdrColor") and not self._augmentations
+
+    @property
     def is_attached(self) -> bool:
         """Whether it is attached to a render product."""
         return self._render_product is not None

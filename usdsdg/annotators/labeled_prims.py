@@ -143,24 +143,35 @@ class LabeledPrimReader:
         self._time: Usd.TimeCode | None = None
 
     def read(
-        self, gprims: Sequence[str], filters: Iterable[str | None] = (), *, time: Usd.TimeCode | None = None
+        self,
+        gprims: Sequence[str],
+        filters: Iterable[str | None] = (),
+        *,
+        time: Usd.TimeCode | None = None,
+        poses: bool = True,
     ) -> LabeledPrims:
         """Return the labeled prims that own `gprims` (paths as in the renderer's table), at `time` (default: the
         default time).
 
         filters: label filters that will be selected from the result. Filters given here are exact for nested labeled
             prims: rows are added for the groups of gprims that they make.
+        poses: False leaves bounds and transforms zero, where nobody asks for them.
         """
         time = Usd.TimeCode.Default() if time is None else time
         owned = self._owned(tuple(gprims), filters, time)
         cache = UsdGeom.XformCache(time)
         frames = PointFrames(self._stage, cache)
+        count = len(owned.owners)
+        bounds, local_to_world = np.zeros((count, 2, 3)), np.zeros((count, 4, 4))
+        if poses:
+            bounds = self._bounds.read(owned.owners, owned.groups, owned.gprims, owned.steps, cache, frames)
+            local_to_world = frames.all_to_world([(owner.path, owner.steps) for owner in owned.owners])
         return LabeledPrims(
             owned.names,
             owned.labels,
             owned.groups,
-            self._bounds.read(owned.owners, owned.groups, owned.gprims, owned.steps, cache, frames),
-            frames.all_to_world([(owner.path, owner.steps) for owner in owned.owners]),
+            bounds,
+            local_to_world,
             # The unfiltered selection is the first, so its members are the rows.
             owned.selections[None].member_of_gprim,
             owned.selections,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -61,6 +63,7 @@ class Exposure:
         self._cameras = cameras
         self._frame = frame
         self._films: dict[str, list[Film]] = {}  # by product path, one per tile
+        self._images: dict[str, list[dict[str, Any]]] = {}  # those of developed films
         self._renderer: engines.Renderer | None = None
         self._tone: ToneSettings | None = None
 
@@ -97,31 +100,53 @@ class Exposure:
     def _step(self, mode: RenderMode, total: int) -> Step:
         self._renderer = renderer = engines.renderer()
         self._tone = tone_settings(mode)
+        views = self._traced_views()
+        self._add_films(renderer, views)
         batches: dict[bool, list[tuple[Film, CameraView]]] = {}  # by whether light AOVs are requested
-        for product in self._requests.products():
-            needs = self._requests.requirements(product.path)
-            if not needs.path_tracing:
-                continue
-            views = views_of(view_of(product, self._cameras, renderer.time))
-            for view in views:
-                warn_of_exposure(view.prim_path, view.attributes)
-            if product.path not in self._films:
-                self._films[product.path] = [renderer.new_film(view.width, view.height) for view in views]
-            batch = batches.setdefault(not needs.aovs.isdisjoint(LIGHT_AOVS), [])
-            batch += zip(self._films[product.path], views, strict=True)
+        for path, cameras in views.items():
+            batch = batches.setdefault(self._has_light_aovs(path), [])
+            batch += zip(self._films[path], cameras, strict=True)
         tracings = []
         for with_light_aovs, batch in batches.items():
-            films, views = zip(*batch, strict=True)
+            films, cameras = zip(*batch, strict=True)
             settings = path_settings(mode, self._frame, with_light_aovs=with_light_aovs)
-            tracings.append(Tracing(renderer, films, views, mode.samples, settings))
+            tracings.append(Tracing(renderer, films, cameras, mode.samples, settings))
         done = min(mode.first_sample + mode.samples, total)
         progress = (f"frame {self._frame}: samples per pixel", done, total) if mode.path_tracing else None
         return Step(tuple(tracings), progress)
 
     def images(self, path: str, view: CameraView | TiledView) -> dict[str, Any]:
         """Return the tone-mapped AOVs of a product, {} if it has no film, and release its films."""
-        films = self._films.pop(path, [])
-        if not films:
-            return {}
+        if self._films:
+            assert self._renderer is not None
+            films = [film for films in self._films.values() for film in films]
+            images = iter(self._renderer.develop_all(films, self._tone, fetched=False))
+            self._images = {each: [next(images) for _ in films] for each, films in self._films.items()}
+            self._films = {}
+        found = self._images.pop(path, [])
+        return assembled(view, found) if found else {}
+
+    def _traced_views(self) -> dict[str, tuple[CameraView, ...]]:
+        """Return the cameras of the products whose path-traced images are requested, by product path."""
         assert self._renderer is not None
-        return assembled(view, [self._renderer.develop(film, self._tone, fetched=False) for film in films])
+        traced = {}
+        for product in self._requests.products():
+            if self._requests.requirements(product.path).path_tracing:
+                traced[product.path] = views_of(view_of(product, self._cameras, self._renderer.time))
+                for view in traced[product.path]:
+                    warn_of_exposure(view.prim_path, view.attributes)
+        return traced
+
+    def _add_films(self, renderer: engines.Renderer, views: Mapping[str, Sequence[CameraView]]) -> None:
+        """Make the films that are missing, those of one size and kind together."""
+        kinds = {
+            path: [(camera.width, camera.height, self._has_light_aovs(path)) for camera in cameras]
+            for path, cameras in views.items()
+            if path not in self._films
+        }
+        counts = Counter(kind for each in kinds.values() for kind in each)
+        films = {kind: iter(renderer.new_films(count, *kind[:2])) for kind, count in counts.items()}
+        self._films |= {path: [next(films[kind]) for kind in each] for path, each in kinds.items()}
+
+    def _has_light_aovs(self, path: str) -> bool:
+        return not self._requests.requirements(path).aovs.isdisjoint(LIGHT_AOVS)

@@ -33,13 +33,14 @@ def render_labels(
     renderer = engines.renderer()
     table = gprim_table(renderer.gprims, renderer.time)
     renderer.glass_labels = glass_labels()
-    batches: dict[tuple[frozenset[str], bool, tuple[str | None, ...]], list[str]] = {}
+    batches: dict[tuple[frozenset[str], bool, tuple[str | None, ...], bool], list[str]] = {}
     for path in views:
         needs = requests.requirements(path)
-        batches.setdefault((needs.aovs.difference(LIGHT_AOVS), needs.amodal_masks, needs.filters), []).append(path)
+        key = (needs.aovs.difference(LIGHT_AOVS), needs.amodal_masks, needs.filters, needs.poses)
+        batches.setdefault(key, []).append(path)
     labels = {}
-    for (aovs, amodal_masks, filters), paths in batches.items():
-        labeled_prims = reader.read(table.gprims, filters, time=renderer.time)
+    for (aovs, amodal_masks, filters, poses), paths in batches.items():
+        labeled_prims = reader.read(table.gprims, filters, time=renderer.time, poses=poses)
         cameras = [camera for path in paths for camera in views_of(views[path])]
         if amodal_masks:
             arrays, masks = renderer.labels_and_masks(

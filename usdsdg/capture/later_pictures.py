@@ -27,8 +27,6 @@ from usdsdg.writers.base import Writer
 
 SETTING = "/usdsdg/capture/picturesLater"
 COLOR = "LdrColor"
-# Annotators that are the color image itself.
-_IMAGES = ("rgb", COLOR)
 # What a backend must not do in ways of its own, so that the files of a frame are jobs of the queue.
 _SCHEDULING = {"schedule", "schedule_together", "schedule_in_turn", "schedule_after_all", "_submit", "write_image"}
 
@@ -72,8 +70,8 @@ def _runs_jobs(backend: BaseBackend) -> bool:
 
 
 def _is_image(annotator: Annotator) -> bool:
-    """Return whether it passes the color image on as it is."""
-    return annotator.template_name in _IMAGES and not annotator.augmentations and annotator.device in (None, "cpu")
+    """Return whether it passes the color image on as it is, to the host."""
+    return annotator.is_color_image and annotator.device in (None, "cpu")
 
 
 def later_pictures(

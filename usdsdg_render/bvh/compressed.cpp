@@ -4,7 +4,8 @@
 // The two levels of traverse.cpp with nodes of 80 bytes (see compress.py), after Ylitie, Karras and Laine, "Efficient
 // Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs" (HPG 2017): a group is a base index and a word whose
 // high byte marks nodes still to visit, nearest first, and whose low 24 bits mark triangles or instances. Rays and
-// triangles are rounded as in traverse.cpp, so both devices find the same hits.
+// triangles are rounded as in traverse.cpp, so both devices find the same hits; in modules with fast math, those of the
+// path tracer, reciprocals are approximate.
 constexpr float WIDEN = 1.0000005f;
 constexpr unsigned LEAVES = 0x00ffffffu, ROOT = 0x80000000u;
 using wp::uint32;

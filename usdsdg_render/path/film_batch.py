@@ -1,15 +1,16 @@
-"""Films of many images of one size, in one piece of memory."""
+"""FilmBatch: the films of images of one size, in one piece of memory, so that one launch serves all of them."""
 
+from functools import cached_property
 from typing import Any
 
 import warp as wp
 
-from usdsdg.errors import Unsupported
 from usdsdg_render.kernels.path.film import FilmArrays
-from usdsdg_render.path import wavelet_denoiser
-from usdsdg_render.path.film import tone_mapped
-from usdsdg_render.settings import ToneSettings
+from usdsdg_render.path.wavelet_denoiser import WaveletDenoiser
+from usdsdg_render.scene.struct_rows import records_of, uploaded
+from usdsdg_render.settings import LIGHT_AOVS
 
+_SUMS = {"color": wp.vec4, "dropped": wp.int32}
 _FEATURES = {"background": wp.vec4, "albedo": wp.vec3, "normal_depth": wp.vec4, "square": wp.float32}
 
 
@@ -17,48 +18,63 @@ class FilmBatch:
     """Running sums of `images` images, one below the other.
 
     Attributes:
+        arrays: the sums of all images, (images * height, width).
+        image_arrays: those of each image, in the same memory.
         has_features, has_light_aovs: whether there are the buffers of the denoiser, and those of light AOVs.
-        table: (images,) `FilmArrays`, one for each image.
     """
 
-    def __init__(self, images: int, width: int, height: int, device: str, *, features: bool) -> None:
-        """features: with the buffers that the denoiser needs."""
-        self.images, self.width, self.height, self.has_features = images, width, height, features
-        self.device, self.has_light_aovs = device, False
-        types: dict[str, Any] = {"color": wp.vec4, **(_FEATURES if features else {})}
-        shape = (images * height, width)
+    def __init__(self, images: int, width: int, height: int, device: str) -> None:
+        self.images, self.width, self.height, self.device = images, width, height, device
+        self.has_features = self.has_light_aovs = False
         self.arrays: Any = FilmArrays()
-        self._sums = [wp.zeros(shape, dtype=dtype, device=device) for dtype in types.values()]
-        for name, array in zip(types, self._sums, strict=True):
-            setattr(self.arrays, name, array)
-        self.arrays.dropped = wp.zeros(shape, dtype=wp.int32, device=device)
-        films = []
-        for image in range(images):
-            film: Any = FilmArrays()
-            for name in (*types, "dropped"):
-                setattr(film, name, getattr(self.arrays, name)[image * height : (image + 1) * height])
-            films.append(film)
-        self.table = wp.array(films, dtype=FilmArrays, device=device)
+        self.image_arrays: list[Any] = [self.arrays] if images == 1 else [FilmArrays() for _ in range(images)]
+        self._allocated: dict[str, wp.array] = {}
+        self._allocate(_SUMS)
+
+    def allocate_features(self) -> None:
+        """Begin the feature buffers of the denoisers; call before the first sample."""
+        if not self.has_features:
+            self._allocate(_FEATURES)
+            self.has_features = True
+
+    def allocate_light_aovs(self) -> None:
+        """Begin the sums of the light AOVs; call before the first sample."""
+        if not self.has_light_aovs:
+            self._allocate({"light_aovs": wp.vec3}, len(LIGHT_AOVS))
+            self.has_light_aovs = True
 
     def clear(self) -> None:
-        """Begin new images."""
-        for array in (*self._sums, self.arrays.dropped):
-            array.zero_()
+        """Begin new images, without features and light AOVs; their memory stays."""
+        self.has_features = self.has_light_aovs = False
+        for name in _SUMS:
+            self._allocated[name].zero_()
 
-    def develop(self, tone: ToneSettings, *, threads: int | None) -> dict[str, wp.array]:
-        """Denoise and tone-map; return HdrColor (images, height, width) vec4h and LdrColor vec4ub on the device.
+    @cached_property
+    def table(self) -> wp.array:
+        """(images,) `FilmArrays` on the device, one for each image."""
+        return uploaded(records_of(self.image_arrays, FilmArrays), FilmArrays, self.device)
 
-        Raises:
-            Unsupported: the denoiser is not the wavelet filter.
-        """
-        radiance = self.arrays.color
-        if self.has_features and tone.denoise is not False:
-            if tone.denoiser != "wavelet" or tone.denoiser_blend != 0.0:
-                raise Unsupported(
-                    f"worlds: the denoiser {tone.denoiser!r}, blend factor {tone.denoiser_blend:g}, cleans one image "
-                    "at a time. Set /usdsdg/denoiser to 'wavelet' and blendFactor to 0, or switch denoising off."
-                )
-            radiance = wavelet_denoiser.denoise(self.arrays, self.device, images=self.images, threads=threads)
-        images = tone_mapped(radiance, self.arrays.color, tone, threads)
-        shape = (self.images, self.height, self.width)
-        return {name: array.reshape(shape) for name, array in images.items()}
+    @cached_property
+    def denoiser(self) -> WaveletDenoiser:
+        """The wavelet filter of all images; they need features."""
+        return WaveletDenoiser(self.arrays, self.device, images=self.images)
+
+    @property
+    def bytes(self) -> int:
+        """Memory of the device that the sums take, with the buffers of the denoiser."""
+        sums = sum(array.capacity for array in self._allocated.values())
+        return sums + (self.denoiser.bytes if "denoiser" in vars(self) else 0)
+
+    def _allocate(self, types: dict[str, Any], *leading: int) -> None:
+        """Zero arrays by name, and allocate those that are not there."""
+        for name, dtype in types.items():
+            if name in self._allocated:
+                self._allocated[name].zero_()
+                continue
+            array = wp.zeros((*leading, self.images * self.height, self.width), dtype=dtype, device=self.device)
+            self._allocated[name] = array
+            setattr(self.arrays, name, array)
+            for image, arrays in enumerate(self.image_arrays if self.images > 1 else ()):
+                rows = slice(image * self.height, (image + 1) * self.height)
+                setattr(arrays, name, array[:, rows] if leading else array[rows])
+            vars(self).pop("table", None)

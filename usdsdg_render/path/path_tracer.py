@@ -64,11 +64,17 @@ class PathTracer:
             if not self._scene.has_glass:
                 options.glass_bounces = 0
             cameras = camera_records([views[k] for k in indices], self._scene.device)
-            arrays = records_of([films[k].arrays for k in indices], FilmArrays)
-            table = uploaded(arrays, FilmArrays, self._scene.device)
+            table = self._table([films[k] for k in indices])
             trace(self._scene, self.wavefront, table, cameras, options, samples, threads)
         for film in films:
             film.samples += samples
+
+    def _table(self, films: Sequence[Film]) -> wp.array:
+        """Return the arrays of films on the device."""
+        batch = films[0].batch
+        if [(film.batch, film.image) for film in films] == [(batch, image) for image in range(batch.images)]:
+            return batch.table
+        return uploaded(records_of([film.arrays for film in films], FilmArrays), FilmArrays, self._scene.device)
 
 
 def trace(

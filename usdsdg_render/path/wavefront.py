@@ -63,7 +63,12 @@ class WavefrontTracer:
         self._launch(wavefront.generate_camera_rays, size, options, views, state)
         bounce = [
             self._recorded(kernel, size, tables, options, views, state, 0)
-            for kernel in (wavefront.intersect_closest, wavefront.shade, wavefront.intersect_shadow)
+            for kernel in (
+                wavefront.intersect_closest,
+                wavefront.shade_misses,
+                wavefront.shade,
+                wavefront.intersect_shadow,
+            )
         ]
         for segment in range(segments):
             for launch in bounce:
@@ -93,15 +98,16 @@ class WavefrontTracer:
         if size > self._size:
             self._size = size
             state.paths, state.hits, state.shadow_rays = planes(PATH_WORDS), planes(HIT_WORDS), planes(SHADOW_RAY_WORDS)
-            state.ray_queue, state.shadow_queue = empty(wp.int32, (2, size)), empty(wp.int32)
+            state.ray_queue = empty(wp.int32, (2, size))
+            state.hit_queue, state.shadow_queue = empty(wp.int32), empty(wp.int32)
         length = self._size if options.light_aovs else 0
         if _length(state.light_aovs) != length:
             state.light_aovs = empty(LightAovs, length)
         shape = (FEATURE_WORDS, self._size) if options.features else (0, 0)
         if state.features is None or state.features.shape != shape:
             state.features = empty(wp.vec4, shape)
-        if _length(state.counts) < 2 * segments + 1:
-            state.counts = empty(wp.int32, 2 * segments + 1)
+        if _length(state.counts) < wavefront.COUNTS * (segments + 1):
+            state.counts = empty(wp.int32, wavefront.COUNTS * (segments + 1))
 
 
 def _paths_for(device: wp.Device) -> int:

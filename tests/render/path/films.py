@@ -5,6 +5,7 @@ import pytest
 import warp as wp
 
 from usdsdg_render.path import oidn_denoiser
+from usdsdg_render.path.development import develop
 from usdsdg_render.path.film import Film
 
 SAMPLES = 8
@@ -43,3 +44,8 @@ def film_of(light, *, albedo=None, normal=(0.0, 0.0, 1.0), depth=2.0, noise=0.3,
 def rms(image, truth):
     """Root mean square of the difference."""
     return np.sqrt(((image - truth) ** 2).mean())
+
+
+def developed(film, tone):
+    """The denoised and tone-mapped images of one film."""
+    return develop([film], tone)[0]

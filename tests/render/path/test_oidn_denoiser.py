@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 import warp as wp
 
-from tests.render.path.films import film_of, needs_library, rms
+from tests.render.path.films import developed, film_of, needs_library, rms
 from usdsdg.errors import RenderError
 from usdsdg_render.path import oidn_denoiser
-from usdsdg_render.path.film import tone_map
 from usdsdg_render.path.wavelet_denoiser import denoise as wavelet
 from usdsdg_render.settings import ToneSettings
 
@@ -121,7 +120,7 @@ def test_pixels_without_samples_stay_clear():
     color = film.arrays.color.numpy()
     color[:10] = 0.0
     film.arrays.color.assign(color)
-    out = tone_map(film, OIDN)
+    out = developed(film, OIDN)
     assert not out["HdrColor"][:10].any()
     assert (out["HdrColor"][10:, :, 3] == 1).all()
 
@@ -129,10 +128,10 @@ def test_pixels_without_samples_stay_clear():
 @needs_library
 def test_tone_mapping_denoises_and_blends():
     film = striped_film()
-    assert np.array_equal(tone_map(film, OIDN)["HdrColor"][..., :3], filtered(film).astype(np.float16))
+    assert np.array_equal(developed(film, OIDN)["HdrColor"][..., :3], filtered(film).astype(np.float16))
     share = ToneSettings(denoiser="oidn", denoiser_blend=0.5)
     expected = (film.radiance() + filtered(film)) / 2
-    np.testing.assert_allclose(tone_map(film, share)["HdrColor"][..., :3], expected, rtol=2**-10)
+    np.testing.assert_allclose(developed(film, share)["HdrColor"][..., :3], expected, rtol=2**-10)
 
 
 @needs_library
@@ -152,13 +151,13 @@ def test_the_error_without_the_library_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "mitsuba_oidn", None)
     film = film_of(np.ones((4, 4, 3)))
     with pytest.raises(RenderError, match=r"pip install 'usdsdg\[denoise\]', or .* 'wavelet'"):
-        tone_map(film, OIDN)
+        developed(film, OIDN)
 
 
 def test_the_error_on_a_processor_without_sve_names_it(monkeypatch):
     monkeypatch.setattr(oidn_denoiser, "lacks_sve", lambda: True)
     with pytest.raises(RenderError, match=r"needs a processor with SVE.* 'wavelet'"):
-        tone_map(film_of(np.ones((4, 4, 3))), OIDN)
+        developed(film_of(np.ones((4, 4, 3))), OIDN)
 
 
 @pytest.mark.parametrize(
@@ -184,7 +183,7 @@ def test_the_error_names_a_missing_system_library(monkeypatch, tmp_path):
     monkeypatch.delitem(sys.modules, "mitsuba_oidn", raising=False)
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(RenderError, match=r"could not load libnanothread.so\).* .libatomic1 in .* or .* 'wavelet'"):
-        tone_map(film_of(np.ones((4, 4, 3))), OIDN)
+        developed(film_of(np.ones((4, 4, 3))), OIDN)
 
 
 @pytest.mark.cuda

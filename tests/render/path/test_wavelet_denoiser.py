@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.render.path.films import SAMPLES, film_of, rms
+from tests.render.path.films import SAMPLES, developed, film_of, rms
 from usdsdg.errors import RenderError
-from usdsdg_render.path.film import tone_map
 from usdsdg_render.path.wavelet_denoiser import denoise
 from usdsdg_render.settings import ToneSettings
 
@@ -82,15 +81,15 @@ def test_the_result_does_not_depend_on_threads(threads):
 
 def test_tone_mapping_denoises_unless_disabled():
     film = film_of(np.full((SIZE, SIZE, 3), 300.0))
-    plain = tone_map(film, ToneSettings(denoise=False))["LdrColor"].astype(float)
-    clean = tone_map(film, ToneSettings())["LdrColor"].astype(float)
+    plain = developed(film, ToneSettings(denoise=False))["LdrColor"].astype(float)
+    clean = developed(film, ToneSettings())["LdrColor"].astype(float)
     assert clean[..., :3].std() < plain[..., :3].std() / 3
 
 
 @pytest.mark.parametrize("share", [0.0, 0.25, 1.0])
 def test_the_noisy_image_is_blended_in(share):
     film = film_of(np.full((SIZE, SIZE, 3), 300.0))
-    got = tone_map(film, ToneSettings(denoiser_blend=share))["HdrColor"][..., :3]
+    got = developed(film, ToneSettings(denoiser_blend=share))["HdrColor"][..., :3]
     expected = share * film.radiance() + (1 - share) * filtered(film)
     np.testing.assert_allclose(got, expected, rtol=2**-10)  # half floats have eleven digits
 
@@ -98,4 +97,4 @@ def test_the_noisy_image_is_blended_in(share):
 def test_the_error_names_an_unknown_denoiser():
     film = film_of(np.full((4, 4, 3), 300.0))
     with pytest.raises(RenderError, match="'median'; it may be 'wavelet' or 'oidn'"):
-        tone_map(film, ToneSettings(denoiser="median"))
+        developed(film, ToneSettings(denoiser="median"))

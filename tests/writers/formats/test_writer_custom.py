@@ -102,15 +102,15 @@ class StandIn(RayCaster):
             self.pixel_masks(view, groups) for view in views
         ]
 
-    def new_film(self, width, height):
-        return {}
+    def new_films(self, count, width, height):
+        return [{} for _ in range(count)]
 
     def accumulate_all(self, films, views, **_):
         for film, view in zip(films, views, strict=True):
             film["view"] = view
 
-    def develop(self, film, tone, *, fetched):
-        return {name: self.labels(film["view"])[name] for name in ("LdrColor", "HdrColor")}
+    def develop_all(self, films, tone, *, fetched):
+        return [{name: self.labels(film["view"])[name] for name in ("LdrColor", "HdrColor")} for film in films]
 
 
 @pytest.fixture

@@ -97,19 +97,16 @@ def load_path(planes: wp.array2d(dtype=wp.vec4), number: int):
 
 @wp.func
 def store_hit(planes: wp.array2d(dtype=wp.vec4), number: int, hit: Hit):
+    """Store a hit of a surface."""
     store(planes, 0, number, wp.vec3(hit.t, hit.u, hit.v), wp.cast(hit.instance, wp.float32))
-    if hit.instance >= 0:
-        store(planes, 1, number, wp.vec3(wp.cast(hit.triangle, wp.float32), 0.0, 0.0), 0.0)
+    store(planes, 1, number, wp.vec3(wp.cast(hit.triangle, wp.float32), 0.0, 0.0), 0.0)
 
 
 @wp.func
 def load_hit(planes: wp.array2d(dtype=wp.vec4), number: int):
     word = load(planes, 0, number)
-    instance = wp.cast(word[3], wp.int32)
-    triangle = int(0)
-    if instance >= 0:
-        triangle = wp.cast(load(planes, 1, number)[0], wp.int32)
-    return Hit(t=word[0], u=word[1], v=word[2], instance=instance, triangle=triangle)
+    triangle = wp.cast(load(planes, 1, number)[0], wp.int32)
+    return Hit(t=word[0], u=word[1], v=word[2], instance=wp.cast(word[3], wp.int32), triangle=triangle)
 
 
 @wp.func

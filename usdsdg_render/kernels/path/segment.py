@@ -82,6 +82,20 @@ def mis_weight(pdf: float, other: float):
 
 
 @wp.func
+def fraction(part: float, whole: float):
+    """Return the fraction of a whole, exactly 1 where there is nothing else, even by an approximate division."""
+    if part == whole and part > 0.0:
+        return 1.0
+    return part / wp.max(whole, 1.0e-30)
+
+
+@wp.func
+def fractions(part: wp.vec3, whole: wp.vec3):
+    """Return `fraction` of each color."""
+    return wp.vec3(fraction(part[0], whole[0]), fraction(part[1], whole[1]), fraction(part[2], whole[2]))
+
+
+@wp.func
 def light_probability(light: Light, path: Path):
     """Probability that next-event estimation at the path's last vertex chooses this light."""
     return light_weight(light, path.origin, path.normal, path.environment_weight) / path.light_weight_sum
@@ -296,7 +310,7 @@ def scatter_path(
             d.shadow_ray.radiance = wp.cw_mul(path.throughput, scattered)
             if path.bounces > 0:
                 d.shadow_ray.clamp = options.clamp
-            d.shadow_ray.diffuse_fraction = wp.cw_div(diffuse, wp.max(weighted, wp.vec3(1.0e-30)))
+            d.shadow_ray.diffuse_fraction = fractions(diffuse, weighted)
     if last:
         d.path.alive = 0
         return d
@@ -309,7 +323,7 @@ def scatter_path(
         return d
     total = bsdf_value.diffuse + bsdf_value.specular
     d.path.throughput = wp.cw_mul(path.throughput, total) / bsdf_value.pdf
-    d.path.specular_fraction = luminance(bsdf_value.specular) / wp.max(luminance(total), 1.0e-20)
+    d.path.specular_fraction = fraction(luminance(bsdf_value.specular), luminance(total))
     roughened = wp.min(1.0, 1.0 - d.path.specular_fraction + bsdf.alpha)
     d.path.min_alpha = wp.max(path.min_alpha, options.regularization * roughened)
     d.path.direction = wi
@@ -318,7 +332,7 @@ def scatter_path(
     if d.path.specular_fraction < 0.5 or min_lobe_alpha > FINE_ENVIRONMENT_ALPHA:
         d.path.can_refract = 0
     if segment == 0:
-        d.light_aovs.specular_fraction = wp.cw_div(bsdf_value.specular, wp.max(total, wp.vec3(1.0e-30)))
+        d.light_aovs.specular_fraction = fractions(bsdf_value.specular, total)
     return d
 
 

@@ -1,8 +1,9 @@
 """CUDA's path tracer: a wavefront of paths advances segment by segment, so that neighboring threads do alike.
 
-A wavefront holds some samples of some pixels. Queues hold path numbers: counts[2 s] paths wait for the ray of their
-segment number s, and counts[2 s + 1] of those for their shadow ray. The order in a queue differs from run to run, but
-each path has its own sums, and they are added to the film in the order of the samples.
+A wavefront holds some samples of some pixels. Queues hold path numbers, and `counts` how many there are of each segment
+(`count_of`): RAYS paths wait for their ray, of these HITS hit a surface and MISSES hit none, and SHADOW_RAYS wait for
+their shadow ray. The order in a queue differs from run to run, but each path has its own sums, and these are added to
+the film in the order of the samples.
 """
 
 import warp as wp
@@ -26,9 +27,19 @@ from usdsdg_render.kernels.path.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed
 from usdsdg_render.kernels.path.segment import add_direct_light, add_emission, next_hit, scatter_path
 from usdsdg_render.kernels.scene.visibility import transmitted
 from usdsdg_render.kernels.scene.worlds import in_world
-from usdsdg_render.scene.structs import SceneTables
+from usdsdg_render.scene.structs import Hit, SceneTables
+
+# On CUDA: approximate division, square root and powers, to an ulp or two, far below the noise.
+wp.set_module_options({"fast_math": True})
 
 BLOCK = 128  # threads of a CUDA block
+
+# Counts of a segment.
+RAYS, HITS, MISSES, SHADOW_RAYS = (wp.constant(count) for count in range(4))
+COUNTS = wp.constant(4)
+
+# Registers of a thread at most: with fewer, more threads hide the latency of loads, until spills cost more than that.
+INTERSECTION_REGISTERS, MISS_REGISTERS, SHADING_REGISTERS = 80, 128, 168
 
 # Append to a queue: one atomic for all threads of a warp. On a CPU, for tests, there is one thread.
 _PUSH = """
@@ -51,9 +62,10 @@ def push(counts: wp.array(dtype=wp.int32), which: int) -> int: ...
 
 @wp.struct
 class Wavefront:
-    """The paths in flight; path number k is sample k / pixels of the pixel number first_pixel + k % pixels.
+    """The paths in flight; path number k is sample k % samples of the pixel number first_pixel + k / samples.
 
-    Pixels are numbered through all views, one after the other.
+    Rays of one pixel are the most alike, so they are neighbors. Pixels are numbered through all views, one after the
+    other.
     """
 
     first_pixel: wp.int32
@@ -65,8 +77,15 @@ class Wavefront:
     hits: wp.array2d(dtype=wp.vec4)  # of `Hit`
     shadow_rays: wp.array2d(dtype=wp.vec4)  # of `ShadowRay`
     ray_queue: wp.array2d(dtype=wp.int32)  # two queues: of even and of odd segments
+    hit_queue: wp.array(dtype=wp.int32)  # paths that hit a surface, and from the end on those that did not
     shadow_queue: wp.array(dtype=wp.int32)
     counts: wp.array(dtype=wp.int32)
+
+
+@wp.func
+def count_of(segment: int, kind: int):
+    """Return the index in `counts`."""
+    return COUNTS * segment + kind
 
 
 @wp.struct
@@ -94,14 +113,14 @@ def pixel_at(views: Views, index: int):
 
 @wp.func
 def sample_of(wavefront: Wavefront, options: PathOptions, views: Views, number: int):
-    pixel = pixel_at(views, wavefront.first_pixel + number % wavefront.pixels)
+    pixel = pixel_at(views, wavefront.first_pixel + number / wavefront.samples)
     sample = PathSample()
     sample.view = pixel[0]
     sample.x = pixel[1]
     sample.y = pixel[2]
     sample.world = views.cameras[sample.view].world
     sample.seed = pixel_seed(options.seed, options.frame + wp.uint32(sample.world), sample.x, sample.y)
-    sample.index = wp.uint32(options.first_sample + number // wavefront.pixels)
+    sample.index = wp.uint32(options.first_sample + number % wavefront.samples)
     return sample
 
 
@@ -129,30 +148,55 @@ def generate_camera_rays(options: PathOptions, views: Views, wavefront: Wavefron
         nothing = DenoiserFeatures(albedo=wp.vec3(1.0), normal=wp.vec3(0.0), depth=0.0)
         store_features(wavefront.features, number, nothing)
     if path.alive != 0:
-        wavefront.ray_queue[0, push(wavefront.counts, 0)] = number
+        wavefront.ray_queue[0, push(wavefront.counts, RAYS)] = number
     else:
         path.bounces = -1
     store_path(wavefront.paths, number, path)
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, cuda_max_registers=INTERSECTION_REGISTERS)
 def intersect_closest(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wavefront, segment: int):
     i = wp.tid()
-    if i >= wavefront.counts[2 * segment]:
+    if i >= wavefront.counts[count_of(segment, RAYS)]:
         return
     number = wavefront.ray_queue[segment % 2, i]
     sample = sample_of(wavefront, options, views, number)
     tables = in_world(tables, sample.world)
     path = load_path(wavefront.paths, number)
-    store_hit(wavefront.hits, number, next_hit(tables, path, segment, sample.seed, sample.index))
+    hit = next_hit(tables, path, segment, sample.seed, sample.index)
+    if hit.instance >= 0:
+        store_hit(wavefront.hits, number, hit)
+        wavefront.hit_queue[push(wavefront.counts, count_of(segment, HITS))] = number
+    else:
+        place = push(wavefront.counts, count_of(segment, MISSES))
+        wavefront.hit_queue[wavefront.hit_queue.shape[0] - 1 - place] = number
 
 
-@wp.kernel(enable_backward=False)
-def shade(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wavefront, segment: int):
+@wp.kernel(enable_backward=False, cuda_max_registers=MISS_REGISTERS)
+def shade_misses(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wavefront, segment: int):
+    """Add what paths see that hit no surface; they end."""
     i = wp.tid()
-    if i >= wavefront.counts[2 * segment]:
+    if i >= wavefront.counts[count_of(segment, MISSES)]:
         return
-    number = wavefront.ray_queue[segment % 2, i]
+    number = wavefront.hit_queue[wavefront.hit_queue.shape[0] - 1 - i]
+    if tables.worlds.shape[0] > 0:
+        tables = in_world(tables, sample_of(wavefront, options, views, number).world)
+    path = load_path(wavefront.paths, number)
+    nothing = Hit()
+    nothing.instance = -1
+    update = add_emission(tables, options, path, light_aovs_of(wavefront, number), nothing, segment)
+    store_radiance(wavefront.paths, number, update.path)
+    if wavefront.light_aovs.shape[0] > 0:
+        wavefront.light_aovs[number] = update.light_aovs
+
+
+@wp.kernel(enable_backward=False, cuda_max_registers=SHADING_REGISTERS)
+def shade(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wavefront, segment: int):
+    """Scatter the paths that hit a surface."""
+    i = wp.tid()
+    if i >= wavefront.counts[count_of(segment, HITS)]:
+        return
+    number = wavefront.hit_queue[i]
     hit = load_hit(wavefront.hits, number)
     sample = sample_of(wavefront, options, views, number)
     tables = in_world(tables, sample.world)
@@ -169,18 +213,19 @@ def shade(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wa
         radiance = scattering.shadow_ray.radiance
         if radiance[0] + radiance[1] + radiance[2] > 0.0:
             store_shadow_ray(wavefront.shadow_rays, number, scattering.shadow_ray)
-            wavefront.shadow_queue[push(wavefront.counts, 2 * segment + 1)] = number
+            wavefront.shadow_queue[push(wavefront.counts, count_of(segment, SHADOW_RAYS))] = number
         if path.alive != 0:
-            wavefront.ray_queue[(segment + 1) % 2, push(wavefront.counts, 2 * segment + 2)] = number
+            wavefront.ray_queue[(segment + 1) % 2, push(wavefront.counts, count_of(segment + 1, RAYS))] = number
+    # A shadow ray starts at the origin of a path that ended.
     store_path(wavefront.paths, number, path)
     if wavefront.light_aovs.shape[0] > 0:
         wavefront.light_aovs[number] = light_aovs
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel(enable_backward=False, cuda_max_registers=INTERSECTION_REGISTERS)
 def intersect_shadow(tables: SceneTables, options: PathOptions, views: Views, wavefront: Wavefront, segment: int):
     i = wp.tid()
-    if i >= wavefront.counts[2 * segment + 1]:
+    if i >= wavefront.counts[count_of(segment, SHADOW_RAYS)]:
         return
     number = wavefront.shadow_queue[i]
     if tables.worlds.shape[0] > 0:
@@ -204,7 +249,7 @@ def update_film(options: PathOptions, views: Views, wavefront: Wavefront, films:
     y = pixel[2]
     sums = load_pixel(film, options, y, x)
     for k in range(wavefront.samples):
-        number = k * wavefront.pixels + i
+        number = i * wavefront.samples + k
         path = load_path(wavefront.paths, number)
         if path.bounces >= 0:
             features = DenoiserFeatures()

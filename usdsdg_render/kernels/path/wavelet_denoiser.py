@@ -8,10 +8,14 @@ temporal accumulation, so an image never depends on the one before.
 import warp as wp
 
 from usdsdg_render.kernels.color import luminance
+from usdsdg_render.kernels.path.path_memory import load, store
+from usdsdg_render.kernels.powers import exp_of_minus, power_64
+
+# On CUDA: approximate division, square root and powers, to an ulp or two, far below the noise.
+wp.set_module_options({"fast_math": True})
 
 # Tolerance of the luminance weight [standard deviations].
 LIGHT_SIGMAS = wp.constant(3.0)
-NORMAL_POWER = wp.constant(64.0)
 # Lower bound of the albedo that radiance is divided by.
 MIN_ALBEDO = wp.constant(0.02)
 # Side of the blocks of `block_luminance` [pixels].
@@ -91,6 +95,7 @@ def atrous_pass(
     irradiance: wp.array2d(dtype=wp.vec4),
     guide: wp.array2d(dtype=wp.vec4),
     step: int,  # pixels between taps
+    reach: int,  # rows of taps on either side: 2
     height: int,  # rows of an image; images are one below the other
     first_row: int,
     # out
@@ -100,43 +105,45 @@ def atrous_pass(
     y += first_row
     top = y / height * height
     bottom = top + height
-    center = irradiance[y, x]
-    normal = xyz(guide[y, x])
+    center = load(irradiance, y, x)
+    own = load(guide, y, x)
+    normal = xyz(own)
     if wp.dot(normal, normal) == 0.0:
-        smoothed[y, x] = center
+        store(smoothed, y, x, xyz(center), center[3])
         return
-    depth = guide[y, x][3]
+    depth = own[3]
     gradient = depth_gradient(guide, y, x, top, bottom)
     level = luminance(xyz(center))
     tolerance = LIGHT_SIGMAS * wp.sqrt(smoothed_variance(irradiance, y, x, top, bottom)) + 1.0e-4 * level + 1.0e-8
+    inverse_tolerance = 1.0 / tolerance
     total = wp.vec3(0.0)
     variance = float(0.0)
     weight_sum = float(0.0)
-    for j in range(-2, 3):
+    # A loop over rows of taps that is not unrolled: 25 taps at once take registers, so that too few threads of a GPU
+    # hide the latency of their loads.
+    for j in range(-reach, reach + 1):
+        b = wp.abs(j)
+        row_weight = wp.where(b == 0, 0.375, wp.where(b == 1, 0.25, 0.0625))
+        v = y + j * step
         for i in range(-2, 3):
-            v = y + j * step
             u = x + i * step
             if v >= top and u >= 0 and v < bottom and u < irradiance.shape[1]:
-                other_guide = guide[v, u]
+                other_guide = load(guide, v, u)
                 cos_normals = wp.dot(normal, xyz(other_guide))
                 if cos_normals > 0.0:
                     # The B3 spline: 3/8, 1/4, 1/16.
                     a = wp.abs(i)
-                    b = wp.abs(j)
-                    weight = wp.where(a == 0, 0.375, wp.where(a == 1, 0.25, 0.0625))
-                    weight *= wp.where(b == 0, 0.375, wp.where(b == 1, 0.25, 0.0625))
+                    weight = wp.where(a == 0, 0.375, wp.where(a == 1, 0.25, 0.0625)) * row_weight
                     depth_tolerance = gradient * float(step * (a + b)) + 2.0e-3 * depth + 1.0e-12
-                    tap = irradiance[v, u]
-                    distance = (
-                        wp.abs(depth - other_guide[3]) / depth_tolerance
-                        + wp.abs(level - luminance(xyz(tap))) / tolerance
-                    )
-                    weight *= wp.pow(cos_normals, NORMAL_POWER) * wp.exp(-distance)
+                    tap = load(irradiance, v, u)
+                    distance = wp.abs(depth - other_guide[3]) / depth_tolerance
+                    distance += wp.abs(level - luminance(xyz(tap))) * inverse_tolerance
+                    weight *= power_64(cos_normals) * exp_of_minus(distance)
                     total += xyz(tap) * weight
                     variance += tap[3] * weight * weight
                     weight_sum += weight
     total = total / weight_sum
-    smoothed[y, x] = wp.vec4(total[0], total[1], total[2], variance / (weight_sum * weight_sum))
+    store(smoothed, y, x, total, variance / (weight_sum * weight_sum))
 
 
 @wp.kernel(enable_backward=False)
