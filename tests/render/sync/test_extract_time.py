@@ -200,7 +200,7 @@ def test_one_sample_of_points_and_velocities_moves_them():
 @pytest.mark.parametrize(
     ("velocities", "time", "said"),
     [
-        (2, 0, "2 velocities at time code 0 do not fit 3 points"),
+        (2, 0, "at time code 0 there are 3 points and 2 velocities"),
         (3, 4, "its velocities have no sample at time code 0, at which its points have one"),
     ],
 )

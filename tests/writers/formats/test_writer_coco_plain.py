@@ -234,7 +234,7 @@ def test_keypoints_with_a_skeleton(stage, tmp_path):
         ({"keypoints": {"cube": ["a", "a"]}}, "names a keypoint twice"),
         ({"keypoints": {"cube": {"names": ["a"]}}}, "expected keypoints, skeleton and sigmas"),
         ({"keypoints": {"cube": {"keypoints": ["a"], "skeleton": [["a", "b"]]}}}, "expected pairs of its keypoints, a"),
-        ({"keypoints": {"cube": {"keypoints": ["a"], "sigmas": [0]}}}, "expected 1 numbers above 0"),
+        ({"keypoints": {"cube": {"keypoints": ["a"], "sigmas": [0]}}}, "expected 1 number above 0"),
     ],
 )
 def test_options_that_cannot_be(tmp_path, options, reason):
