@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from tests.stage.geometry.characters import LENGTH, add_character
-from usdsdg.annotators import bounds as hulls
+from usdsdg.annotators.bounds import hulls
 from usdsdg.stage.geometry.skinning import Skinning
 
 

@@ -5,7 +5,7 @@ import pytest
 from pxr import Usd, UsdGeom, Vt
 from scipy.interpolate import BSpline, CubicHermiteSpline
 
-from usdsdg.annotators.bounds import read_hull
+from usdsdg.annotators.bounds.hulls import read_hull
 from usdsdg.stage.geometry.skinning import Skinning
 
 ZIGZAG = np.array([(0, 0, 0), (1, 2, 0), (3, -1, 1), (4, 1, 0), (6, 0, 2), (7, 3, 0), (9, 0, 0)], float)
@@ -74,7 +74,7 @@ def test_a_curve_touches_its_box(kind):
 
 
 def test_of_many_segments_the_box_is_that_of_bezier_control_points(monkeypatch):
-    monkeypatch.setattr("usdsdg.annotators.curve_bounds._MOST_SAMPLED", 1)
+    monkeypatch.setattr("usdsdg.annotators.bounds.curves._MOST_SAMPLED", 1)
     curve, (low, high) = CURVES["catmullRom pinned"], bounds("catmullRom pinned")
     assert (low <= curve.min(axis=0) - 0.1 + 1e-6).all()
     assert (high >= curve.max(axis=0) + 0.1 - 1e-6).all()

@@ -6,7 +6,8 @@ from pxr import Gf, Usd, UsdGeom, UsdShade, UsdSkel
 
 from tests.annotators.ray_caster import RayCaster, add_cube, add_sphere, new_stage, place
 from tests.stage.geometry.characters import LENGTH, add_character
-from usdsdg.annotators import LabeledPrimReader, bounds
+from usdsdg.annotators import LabeledPrimReader
+from usdsdg.annotators.bounds import hulls
 from usdsdg.annotators.prims import prim_bounds
 from usdsdg.annotators.prims.prim_bounds import PrimBounds
 from usdsdg.stage.semantics.labels import add_labels, remove_labels
@@ -371,7 +372,7 @@ def test_a_new_time_reads_the_geometry_of_what_varies_alone(stage, monkeypatch):
 
     def noted(prim, *rest, **options):
         seen.append(prim.GetName())
-        return bounds.read_hull(prim, *rest, **options)
+        return hulls.read_hull(prim, *rest, **options)
 
     monkeypatch.setattr(prim_bounds, "read_hull", noted)
     found = reader.read(gprims, time=Usd.TimeCode(5))

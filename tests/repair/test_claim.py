@@ -1,4 +1,4 @@
-"""Which datasets can be repaired, what the others are told, and what is made for which damage."""
+"""Which datasets can be repaired, the errors for the others, and which frames are made for which damage."""
 
 import hashlib
 import json

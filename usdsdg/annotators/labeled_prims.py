@@ -155,7 +155,7 @@ class LabeledPrimReader:
 
         filters: label filters that will be selected from the result. Filters given here are exact for nested labeled
             prims: rows are added for the groups of gprims that they make.
-        poses: False leaves bounds and transforms zero, where nobody asks for them.
+        poses: whether to read bounds and transforms, which are zero else.
         """
         time = Usd.TimeCode.Default() if time is None else time
         owned = self._owned(tuple(gprims), filters, time)

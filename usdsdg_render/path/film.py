@@ -6,35 +6,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from usdsdg_render.path.film_batch import FilmBatch
 from usdsdg_render.settings import LIGHT_AOVS
 
 if TYPE_CHECKING:
     from usdsdg_render.kernels.path.film import FilmArrays
+    from usdsdg_render.path.film_batch import FilmBatch
 
 
 class Film:
     """Running sums of one image; `WarpRenderer.accumulate` adds samples, once for each motion-blur sub-frame."""
 
-    def __init__(self, width: int, height: int, device: str) -> None:
-        self._start(FilmBatch(1, width, height, device), 0)
-
-    @classmethod
-    def of_batch(cls, batch: FilmBatch, image: int, lease: object = None) -> Film:
-        """Return the film of an image of a batch.
-
-        lease: kept as long as the film.
+    def __init__(self, batch: FilmBatch, image: int = 0, lease: object = None) -> None:
         """
-        film = cls.__new__(cls)
-        film._start(batch, image)
-        film._lease = lease
-        return film
-
-    def _start(self, batch: FilmBatch, image: int) -> None:
-        self.batch, self.image = batch, image
+        Args:
+            batch: has the sums of this image and of others of its size.
+            image: its number there.
+            lease: kept as long as the film.
+        """
+        self.batch, self.image, self._lease = batch, image, lease
         self.width, self.height, self.device = batch.width, batch.height, batch.device
         self.samples = 0  # per pixel, requested so far; a pixel may hold fewer (see `dropped`)
-        self._lease: object = None
 
     @property
     def arrays(self) -> FilmArrays:

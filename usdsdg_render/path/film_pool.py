@@ -30,7 +30,7 @@ class FilmPool:
         for first in range(0, count, at_once):
             batch = self._batch(min(at_once, count - first), width, height)
             lease = _Lease(self, batch)
-            films += [Film.of_batch(batch, image, lease) for image in range(batch.images)]
+            films += [Film(batch, image, lease) for image in range(batch.images)]
         return films
 
     def release(self, batch: FilmBatch) -> None:

@@ -76,8 +76,3 @@ class WaveletDenoiser:
         return wp.launch(
             kernel, shape, [*inputs, first_row], outputs, device=device, block_dim=CUDA_BLOCK, record_cmd=True
         )
-
-
-def denoise(film: FilmArrays, device: str, *, images: int = 1, threads: int | None = None) -> wp.array:
-    """Denoise the film's mean radiance once; see `WaveletDenoiser`."""
-    return WaveletDenoiser(film, device, images=images).denoise(threads=threads)

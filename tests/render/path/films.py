@@ -7,6 +7,8 @@ import warp as wp
 from usdsdg_render.path import oidn_denoiser
 from usdsdg_render.path.development import develop
 from usdsdg_render.path.film import Film
+from usdsdg_render.path.film_batch import FilmBatch
+from usdsdg_render.path.wavelet_denoiser import WaveletDenoiser
 
 SAMPLES = 8
 
@@ -27,7 +29,7 @@ def film_of(light, *, albedo=None, normal=(0.0, 0.0, 1.0), depth=2.0, noise=0.3,
     hit = np.arange(SAMPLES)[:, None, None, None] >= np.broadcast_to(behind, shape)[..., None]
     samples = light * factors * hit
     hits = hit.sum(0)
-    film = Film(shape[1], shape[0], "cpu")
+    film = Film(FilmBatch(1, shape[1], shape[0], "cpu"))
     film.allocate_features()
     background = np.concatenate([(SAMPLES - hits) * np.broadcast_to(sky, light.shape), SAMPLES - hits], -1)
     color = background + np.concatenate([(samples * albedo).sum(0), hits], -1)
@@ -49,3 +51,8 @@ def rms(image, truth):
 def developed(film, tone):
     """The denoised and tone-mapped images of one film."""
     return develop([film], tone)[0]
+
+
+def denoise(arrays, device, **options):
+    """The radiance that the wavelet filter makes of the sums of one film."""
+    return WaveletDenoiser(arrays, device).denoise(**options)

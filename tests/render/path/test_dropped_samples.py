@@ -20,7 +20,7 @@ def drop(film: Film | FilmBatch, count: int) -> None:
 
 
 def test_those_of_one_image():
-    film, dropped = Film(4, 3, "cpu"), DroppedSamples()
+    film, dropped = Film(FilmBatch(1, 4, 3, "cpu")), DroppedSamples()
     dropped.look_at(film)
     drop(film, 2)
     with pytest.warns(UsdsdgWarning, match="2 samples of a 4x3 image were not finite"):
@@ -29,7 +29,7 @@ def test_those_of_one_image():
 
 def test_one_sample_is_told_in_the_singular():
     dropped = DroppedSamples()
-    film = Film(4, 3, "cpu")
+    film = Film(FilmBatch(1, 4, 3, "cpu"))
     drop(film, 1)
     with pytest.warns(UsdsdgWarning, match="^1 sample of a 4x3 image was not finite and was dropped$"):
         dropped.look_at(film)

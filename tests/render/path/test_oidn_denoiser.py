@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import warp as wp
 
+from tests.render.path.films import denoise as wavelet
 from tests.render.path.films import developed, film_of, needs_library, rms
 from usdsdg.errors import RenderError
 from usdsdg_render.path import oidn_denoiser
-from usdsdg_render.path.wavelet_denoiser import denoise as wavelet
 from usdsdg_render.settings import ToneSettings
 
 HEIGHT, WIDTH = 61, 83

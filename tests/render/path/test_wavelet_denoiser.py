@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.render.path.films import SAMPLES, developed, film_of, rms
+from tests.render.path.films import SAMPLES, denoise, developed, film_of, rms
 from usdsdg.errors import RenderError
-from usdsdg_render.path.wavelet_denoiser import denoise
 from usdsdg_render.settings import ToneSettings
 
 SIZE = 48

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
-from usdsdg.annotators.bounds import Hull, read_hull
+from usdsdg.annotators.bounds.hulls import Hull, read_hull
 from usdsdg.annotators.ownership import Owner
 from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
 from usdsdg.errors import warn_once

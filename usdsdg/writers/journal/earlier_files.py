@@ -19,7 +19,7 @@ _PART = re.compile(r"^\..*\.part$")  # files that a process was writing when it 
 def remove_run(place: Place, *, is_told: bool) -> None:
     """Remove the files that the journals in a place list, and what is beside them.
 
-    is_told: whether a warning says so, which nobody needs who asked for it.
+    is_told: whether a warning names the files; False where the user asked for their removal.
     """
     path = place.path
     if not (path / recipe.FILE).exists():

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from pxr import UsdGeom
 
-from usdsdg.annotators.bounds import read_hull
+from usdsdg.annotators.bounds.hulls import read_hull
 from usdsdg.annotators.point_instances import PointFrames, find_steps, prim_path
 from usdsdg.compat.omni.syntheticdata.instance_mappings import gprim_ids
 from usdsdg.compat.omni.syntheticdata.structured import BOX_3D, CORNER_NAMES

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from usdsdg.annotators.ball_bounds import read_balls
+from usdsdg.annotators.bounds.balls import read_balls
 from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.geometry.point_velocities import moved_points
 from usdsdg.stage.geometry.skinning import Skinning

@@ -3,7 +3,7 @@
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from usdsdg.annotators.curve_bounds import along_curves
+from usdsdg.annotators.bounds.curves import along_curves
 from usdsdg.stage.geometry.point_velocities import moved_points
 from usdsdg.stage.geometry.skinning import Skinning
 
