@@ -74,6 +74,15 @@ def test_other_versions_are_told_and_compared_within_a_tolerance(made, tmp_path)
     assert "1 within the tolerance, 1 different" in done.stdout
 
 
+def test_bodies_are_simulated_on_the_device_of_the_recipe(made, tmp_path):
+    shutil.copytree(made, tmp_path / "out")
+    recipe = tmp_path / "out/.usdsdg/recipe.json"
+    recipe.write_text(recipe.read_text().replace('"options": {}', '"options": {"physics_device": "abacus"}'))
+    done = reproduce(tmp_path / "out")
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: cannot simulate on 'abacus'")
+
+
 def test_an_interrupted_run_says_nothing_of_its_temporary_folder(tmp_path, monkeypatch):
     """Files that waited to be written there were errors of a removed folder."""
     script = tmp_path / "script.py"

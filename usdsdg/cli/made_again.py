@@ -160,8 +160,11 @@ def _now(recipe: Recipe) -> Recipe:
 def _make(recipe: Recipe, file: Path, folder: Path, stage: Path | None, scratch: Path) -> None:
     """Run the configuration or script as the recipe says."""
     from usdsdg.graph.sampling import set_global_seed
-    from usdsdg.writers.journal.recipe import GENERATE, RUN, SEED_SETTING
+    from usdsdg.session import engines
+    from usdsdg.session.session import current
+    from usdsdg.writers.journal.recipe import GENERATE, PHYSICS_DEVICE, RUN, SEED_SETTING
 
+    engines.use_device(current().engines.device, physics=str(recipe.options.get(PHYSICS_DEVICE, "cpu")))
     arguments = [_argument(each, scratch) for each in recipe.arguments]
     if recipe.classes is not None:
         fix_classes(str(folder))

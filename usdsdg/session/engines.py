@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from pxr import Usd
 
 from usdsdg import listeners
+from usdsdg.errors import PhysicsError
 from usdsdg.session.progress import report
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
@@ -231,10 +232,11 @@ class Renderer(Protocol):
 
 
 class Engines:
-    """The engines that have been created, and the device and step listeners, which outlive them."""
+    """The engines that have been created, and the devices and step listeners, which outlive them."""
 
     def __init__(self) -> None:
-        self.device: str | None = None  # None: CUDA if available
+        self.device: str | None = None  # of the renderer; None: CUDA if available
+        self.physics_device = "cpu"
         self.physics: PhysicsEngine | None = None
         self.renderer: Renderer | None = None
         self.step_listeners: list[Callable[[float], None]] = []
@@ -278,19 +280,41 @@ class Engines:
         self.physics = self.renderer = None
 
 
-def use_device(device: str | None) -> None:
-    """Run both engines on "cpu" or "cuda:0"; None: physics on the CPU, the renderer on CUDA if available.
+def use_device(device: str | None, *, physics: str | None = None) -> None:
+    """Render on "cpu" or "cuda:0", and simulate on `physics`; None: render on CUDA if available, simulate on the CPU.
+
+    One scene is simulated in a sequence of small steps that are written to the stage, for which a core of a CPU is as
+    fast as a GPU up to some hundreds of bodies, and faster where several processes would wait for that GPU.
 
     Raises:
-        RenderError: there is no such device.
+        RenderError: there is no such device to render on. PhysicsError: there is none to simulate on.
     """
     if device not in (None, "cpu"):
         quiet_warp()
         from usdsdg_render.renderer import chosen_device
 
         chosen_device(device)
-    current().engines.device = device
-    current().engines.reset()
+    engines = current().engines
+    engines.device, engines.physics_device = device, _checked_physics_device(physics or "cpu")
+    engines.reset()
+
+
+def _checked_physics_device(device: str) -> str:
+    """Return the name of a device to simulate on.
+
+    Raises:
+        PhysicsError: there is no such device.
+    """
+    if device == "cpu":
+        return device  # without Warp, which takes time to load
+    quiet_warp()
+    import warp as wp
+
+    try:
+        return wp.get_device(device).alias
+    except (ValueError, RuntimeError) as error:
+        known = ", ".join(each.alias for each in wp.get_devices())
+        raise PhysicsError(f"cannot simulate on {device!r}: {error}. Devices here: {known}.") from error
 
 
 def renderer_device() -> str:
@@ -336,11 +360,8 @@ def _wants_velocities_written() -> bool:
 
 
 def physics_device() -> str:
-    """Return the device of the physics engine: the one set with `use_device`, else the CPU.
-
-    One scene is simulated in a sequence of small steps, for which a CPU core is faster than a GPU.
-    """
-    return current().engines.device or "cpu"
+    """Return the device that physics runs on, or will run on: "cpu" or one such as "cuda:0"."""
+    return current().engines.physics_device
 
 
 def renderer() -> Renderer:

@@ -237,7 +237,7 @@ def current() -> Session:
 
 
 def restart() -> None:
-    """Start a new session, as a new process would; keeps the I/O queue, the progress reporter and the device.
+    """Start a new session, as a new process would; keeps the I/O queue, the progress reporter and the devices.
 
     Datasets of the session before have ended then, with their journals.
 
@@ -249,7 +249,7 @@ def restart() -> None:
     before, _session = _session, Session()
     for engines in before._made("engines"):
         engines.reset()
-        _session.engines.device = engines.device
+        _session.engines.device, _session.engines.physics_device = engines.device, engines.physics_device
     if before.stage is not None:
         UsdUtils.StageCache.Get().Erase(before.stage)
     for name in ("io_queue", "reporter"):

@@ -56,7 +56,7 @@ def frames(
         seed: of the run; None: the configuration's, 0 for a script.
         part: (i, n) yields the frames i, i + n, i + 2n and so on.
         ahead: how many samples are made before they are asked for; at least 1.
-        device: where it runs, "cpu" or "cuda:0"; None: CUDA where there is one.
+        device: where it renders, "cpu" or "cuda:0"; None: CUDA where there is one.
 
     Yields:
         one Sample for each render product of a frame that a writer is attached to, or for all of them in a job without

@@ -15,6 +15,7 @@ from usdsdg.cli.options.command_context import (
     device_option,
     finish_files,
     fix_classes,
+    physics_device_option,
     quiet_option,
     save_stage_option,
     seed_everything,
@@ -23,6 +24,7 @@ from usdsdg.cli.options.command_context import (
 from usdsdg.cli.options.dataset_options import (
     allow_outside_option,
     begin_run,
+    device_facts,
     gpus_per_worker_option,
     overwrite_option,
     ray_option,
@@ -56,6 +58,7 @@ def _meant(name: str) -> str:
 @click.option("--set", "set_", multiple=True, help="Override a key: num_frames=3, resolution=[320,240].")
 @assets_root_option
 @device_option
+@physics_device_option
 @threads_option
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the run.", show_default="the config's")
 @semantic_classes_option
@@ -76,6 +79,7 @@ def generate(
     set_: tuple[str, ...],
     assets_root: str | None,
     device: str | None,
+    physics_device: str,
     threads: int | None,
     seed: int | None,
     semantic_classes: str | None,
@@ -97,7 +101,14 @@ def generate(
     Given a stage that a script saved, run its graph again without the script.
     """
     with (
-        command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage),
+        command_context(
+            assets_root=assets_root,
+            device=device,
+            physics_device=physics_device,
+            threads=threads,
+            quiet=quiet,
+            save_stage=save_stage,
+        ),  # fmt: skip
         recorded(rerun, workers=workers is not None or ray is not None),
     ):
         from usdsdg.scenarios import growth, jobs, saved_pipeline
@@ -113,8 +124,9 @@ def generate(
         is_stage = config.suffix.lower() in saved_pipeline.SUFFIXES
         loaded = None if is_stage else jobs.load_job(config, overrides)
         begin_run(
-            "generate", config, arguments=overrides, seed=loaded[1].seed if loaded is not None else seed,
-            classes=semantic_classes, resume=resume, overwrite=overwrite, frames=frames, shard=shard,
+            "generate", config, arguments=overrides, options=device_facts(),
+            seed=loaded[1].seed if loaded is not None else seed, classes=semantic_classes,
+            resume=resume, overwrite=overwrite, frames=frames, shard=shard,
             total=loaded[1].num_frames if loaded is not None else None,
             more_frames=growth.of_stage if loaded is None else growth.of_job(config, *loaded),
         )  # fmt: skip
@@ -123,7 +135,8 @@ def generate(
             place = (ray, gpus_per_worker) if ray is not None else None
             _let_workers_make(
                 config, overrides, workers, place, frames or shard, assets_root=assets_root, device=device,
-                threads=threads, semantic_classes=semantic_classes, save_stage=save_stage,
+                physics_device=physics_device, threads=threads, semantic_classes=semantic_classes,
+                save_stage=save_stage,
             )  # fmt: skip
         elif loaded is None:
             saved_pipeline.run(config, saved_pipeline.Overrides.parse(overrides), allow_outside=allow_outside)

@@ -18,6 +18,7 @@ from usdsdg.cli.options.command_context import (
     device_option,
     finish_files,
     fix_classes,
+    physics_device_option,
     quiet_option,
     save_stage_option,
     seed_everything,
@@ -27,6 +28,7 @@ from usdsdg.cli.options.command_context import (
 from usdsdg.cli.options.dataset_options import (
     allow_outside_option,
     begin_run,
+    device_facts,
     overwrite_option,
     resume_option,
     shard_option,
@@ -98,6 +100,7 @@ _ON_EITHER_SIDE = ("--assets-root", "--save-stage")
 @semantic_classes_option
 @assets_root_option
 @device_option
+@physics_device_option
 @threads_option
 @click.option(
     "--worlds",
@@ -131,6 +134,7 @@ def run(
     semantic_classes: str | None,
     assets_root: str | None,
     device: str | None,
+    physics_device: str,
     threads: int | None,
     worlds: int,
     seed: int,
@@ -155,7 +159,14 @@ def run(
         raise Exit(1)
     with (
         interpreter_restored(),
-        command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, save_stage=save_stage),
+        command_context(
+            assets_root=assets_root,
+            device=device,
+            physics_device=physics_device,
+            threads=threads,
+            quiet=quiet,
+            save_stage=save_stage,
+        ),  # fmt: skip
         recorded(rerun, workers=workers is not None),
     ):
         from usdsdg.cli.script.kept_datasets import datasets_kept
@@ -173,8 +184,9 @@ def run(
             raise BadValue("--workers makes all frames: it cannot be given with --frames A:B, --shard or --save-stage")
         conditions = Conditions(stage, new_stage, last, replicator, map_, missing_assets, lenient)
         begin_run(
-            "run", script, arguments=own_arguments, options=conditions.facts(), seed=seed, classes=semantic_classes,
-            resume=resume, overwrite=overwrite, frames=portion, shard=shard, more_frames=more_frames_of_option,
+            "run", script, arguments=own_arguments, options=conditions.facts() | device_facts(), seed=seed,
+            classes=semantic_classes, resume=resume, overwrite=overwrite, frames=portion, shard=shard,
+            more_frames=more_frames_of_option,
         )  # fmt: skip
         seed_everything(seed)
         fix_classes(semantic_classes)
@@ -182,7 +194,8 @@ def run(
         if workers is not None:
             maker = ScriptWorkers(
                 script, own_arguments, workers, conditions, threads=threads, allow_outside=allow_outside, worlds=worlds,
-                semantic_classes=semantic_classes, assets_root=assets_root, device=device, seed=seed,
+                semantic_classes=semantic_classes, assets_root=assets_root, device=device,
+                physics_device=physics_device, seed=seed,
             )  # fmt: skip
         conditions.apply(script)
         current().frames_together = worlds if workers is None else 1  # which only counts frames

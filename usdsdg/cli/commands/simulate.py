@@ -6,7 +6,7 @@ import click
 
 from usdsdg.cli.command import Command, argument
 from usdsdg.cli.examples import epilog
-from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
+from usdsdg.cli.options.command_context import assets_root_option, command_context, quiet_option
 from usdsdg.cli.options.file_kinds import FileKind, check_kind
 from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.values import PATH, NumberRange
@@ -25,7 +25,7 @@ from usdsdg.warp_start import quiet_warp
 )
 @click.option("--settle", is_flag=True, help="First move overlapping bodies apart and let all come to rest.")
 @assets_root_option
-@device_option
+@click.option("--device", help="Where bodies are simulated: cpu or cuda:0.", default="cpu", show_default=True)
 @quiet_option
 def simulate(
     stage: Path,
@@ -33,11 +33,11 @@ def simulate(
     seconds: float,
     settle: bool,
     assets_root: str | None,
-    device: str | None,
+    device: str,
     quiet: bool,
 ) -> None:
     """Simulate the physics of a stage and save it with the final poses."""
-    with command_context(assets_root=assets_root, device=device, quiet=quiet):
+    with command_context(assets_root=assets_root, physics_device=device, quiet=quiet):
         from usdsdg.errors import OutputNotWritable
         from usdsdg.session import engines, stage_context
         from usdsdg.session.progress import report

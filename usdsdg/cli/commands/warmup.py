@@ -8,7 +8,12 @@ import click
 
 from usdsdg.cli.command import Command
 from usdsdg.cli.examples import epilog
-from usdsdg.cli.options.command_context import command_context, device_option, quiet_option
+from usdsdg.cli.options.command_context import (
+    command_context,
+    device_option,
+    physics_device_option,
+    quiet_option,
+)
 from usdsdg.errors import counted
 from usdsdg.warp_start import quiet_warp, start_warp
 
@@ -18,8 +23,9 @@ BINARIES = (".o", ".cubin", ".ptx")
 
 @click.command(cls=Command, epilog=epilog("warmup"))
 @device_option
+@physics_device_option
 @quiet_option
-def warmup(device: str | None, quiet: bool) -> None:
+def warmup(device: str | None, physics_device: str, quiet: bool) -> None:
     """Compile all kernels ahead, for container images and clusters: runs then compile nothing.
 
     Kernels are kept in Warp's cache, WARP_CACHE_PATH if it is set. They are for this version of usdsdg, this kind of
@@ -29,7 +35,7 @@ def warmup(device: str | None, quiet: bool) -> None:
     ENV WARP_CACHE_PATH=/opt/kernels
     RUN usdsdg warmup --device cpu
     """
-    with command_context(device=device, quiet=quiet):
+    with command_context(device=device, physics_device=physics_device, quiet=quiet):
         import warp as wp
 
         quiet_warp()
@@ -55,7 +61,7 @@ def _binaries(cache: Path) -> set[Path]:
 
 
 def _rooms(device: str | None) -> dict[str, Callable[[], object]]:
-    """Return what compiles the kernels of each room, on the devices where runs with this `--device` have them."""
+    """Return what compiles the kernels of each room, on the devices where runs with these options have them."""
     import usdsdg_physics
     from usdsdg.session.engines import physics_device
     from usdsdg.session.progress import report

@@ -40,7 +40,15 @@ assets_root_option = click.option(
     type=PLACE,
     show_default="USDSDG_ASSETS_ROOT, else demo assets",
 )
-device_option = click.option("--device", help="cpu or cuda:0.", show_default="CUDA where there is one")
+device_option = click.option(
+    "--device", help="Where pictures are made: cpu or cuda:0.", show_default="CUDA where there is one"
+)
+physics_device_option = click.option(
+    "--physics-device",
+    help="Where bodies are simulated: cpu, or cuda:0 for a thousand bodies and more.",
+    default="cpu",
+    show_default=True,
+)
 seed_option = click.option(
     "--seed",
     type=click.IntRange(min=0),
@@ -67,6 +75,7 @@ def command_context(
     *,
     assets_root: str | None = None,
     device: str | None = None,
+    physics_device: str | None = None,
     threads: int | None = None,
     quiet: bool = False,
     save_stage: Path | None = None,
@@ -89,7 +98,7 @@ def command_context(
             import usdsdg.orchestrator  # noqa: F401
 
             let_commands_be_interrupted()
-            snapshot = _set_up(assets_root, device, save_stage)
+            snapshot = _set_up(assets_root, device, physics_device, save_stage)
             with device_memory():
                 yield
             finish_files()
@@ -118,7 +127,9 @@ def _is_of_pxr(error: Exception) -> bool:
     return module is not None and isinstance(error, module.ErrorException)
 
 
-def _set_up(assets_root: str | None, device: str | None, save_stage: Path | None) -> _StageSnapshot | None:
+def _set_up(
+    assets_root: str | None, device: str | None, physics_device: str | None, save_stage: Path | None
+) -> _StageSnapshot | None:
     """Apply the common options; options that cannot work are errors before any work is done."""
     from usdsdg.session import engines
     from usdsdg.stage import assets
@@ -129,7 +140,7 @@ def _set_up(assets_root: str | None, device: str | None, save_stage: Path | None
         if not url.scheme_of(assets_root) and not os.path.isdir(os.path.expanduser(assets_root)):
             raise ConfigError(f"--assets-root {assets_root!r} is no folder; give one, or the URL of a server or bucket")
         assets.set_assets_root(assets_root)
-    engines.use_device(device)
+    engines.use_device(device, physics=physics_device)
     return snapshot
 
 

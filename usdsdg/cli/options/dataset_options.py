@@ -98,6 +98,15 @@ def begin_run(
     current().run.begin(made, mode, portion, source, MoreFrames(more_frames) if more_frames is not None else None)
 
 
+def device_facts() -> dict[str, str]:
+    """Return what a recipe has of the device that bodies are simulated on: its kind, unless that is the CPU."""
+    from usdsdg.session import engines
+    from usdsdg.writers.journal.recipe import PHYSICS_DEVICE
+
+    kind = engines.physics_device().partition(":")[0]
+    return {PHYSICS_DEVICE: kind} if kind != "cpu" else {}
+
+
 def _is_place(argument: str) -> bool:
     """Return whether an override of a configuration only says where files go."""
     return argument.partition("=")[0].strip().rsplit(".", 1)[-1] == "output_dir"

@@ -25,6 +25,7 @@ SOURCE = f"{BESIDE}/source"  # folder of a copy of the configuration or script
 CLASSES = f"{BESIDE}/{CLASS_FILE}"
 SEED_SETTING = "/omni/replicator/globalSeed"
 _TEXTS, _LARGEST = (".py", ".yaml", ".yml", ".json"), 1 << 20
+PHYSICS_DEVICE = "physics_device"  # of the options: the kind of the device that bodies are simulated on
 GENERATE, RUN, SCRIPT = "generate", "run", "python"
 # Facts that tell one recipe from another; the others follow from them.
 IDENTITY = ("command", "source", "arguments", "options", "seed", "classes", "versions", "device")
@@ -46,7 +47,7 @@ class Recipe:
         seed: of the run; None: a saved stage's own, or not known.
         classes: those that were given for the dataset; None: none.
         versions: of the packages that decide what is rendered, and of the format of frame records.
-        device: "cpu" or "cuda"; "" until it is known.
+        device: that pictures are made on, "cpu" or "cuda"; "" until it is known.
         frames: how many there are; None until the run has ended.
         writers: of the folder, by their keys: type and arguments, without output folders.
         assets: name below the assets root, or of the file, size and SHA-256, and source and license where the layer

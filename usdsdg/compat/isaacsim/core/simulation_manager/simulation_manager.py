@@ -134,7 +134,7 @@ class SimulationManager:
     # --- device and arrays ---
     @classmethod
     def set_device(cls, device: str) -> None:
-        """Set where wrappers put their arrays, "cpu" or "cuda:N"; `usdsdg run --device` chooses where physics runs."""
+        """Set where wrappers put their arrays, "cpu" or "cuda:N"; `--physics-device` of `usdsdg run` is for bodies."""
         simulation().device = known_device(str(device))
 
     set_physics_sim_device = set_device
