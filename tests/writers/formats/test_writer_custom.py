@@ -298,8 +298,7 @@ def test_named_draws_that_a_list_holds_are_told_for_the_prims_that_took_them(pro
         orchestrator.step()
         drawn = writer.payloads[-1]["distribution_outputs"]
         assert set(drawn) == {"near", "far", "x"}
-        paths = boxes.get_output_prims()["prims"]
-        places = [current_stage().GetPrimAtPath(str(each)).GetAttribute("xformOp:translate").Get() for each in paths]
+        places = [each.GetAttribute("xformOp:translate").Get() for each in boxes.get_output_prims()["prims"]]
         for row, at in enumerate(places):
             took, other = ("near", "far") if at[0] < 5 else ("far", "near")
             assert drawn[took][row] == pytest.approx(tuple(at), rel=1e-6)
@@ -316,8 +315,7 @@ def test_a_named_pattern_over_prims_is_told_as_it_was_drawn(product, tmp_path, i
         rep.modify.visibility(shown)
     for _ in range(3):
         orchestrator.step()
-        prims = [current_stage().GetPrimAtPath(str(each)) for each in boxes.get_output_prims()["prims"]]
-        seen = [prim.GetAttribute("visibility").Get() != "invisible" for prim in prims]
+        seen = [each.GetAttribute("visibility").Get() != "invisible" for each in boxes.get_output_prims()["prims"]]
         assert list(writer.payloads[-1]["distribution_outputs"]["shown"]) == seen
         assert list(shown.get_output("samples")) == seen
 
