@@ -26,15 +26,6 @@ if TYPE_CHECKING:
     from usdsdg.writers.journal.recipe import Recipe
 
 
-def datasets_in(place: str) -> list[str]:
-    """Return the datasets in a folder, as where a job has written several formats; of a URL itself."""
-    from usdsdg.writers.journal.recipe import FILE
-
-    if Path(place, FILE).is_file():
-        return [place]
-    return sorted(str(each.parents[1]) for each in Path(place).glob(f"*/{FILE}")) or [place]
-
-
 class _Dataset(Protocol):
     @property
     def path(self) -> Path: ...

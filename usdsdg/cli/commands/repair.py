@@ -14,6 +14,7 @@ from click.exceptions import Exit
 
 from usdsdg.cli import made_again
 from usdsdg.cli.command import Command, argument
+from usdsdg.cli.datasets_in import datasets_in
 from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.again_options import How, again_options
 from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command, epilog=epilog("repair"))
-@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder of several.")
+@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder with several.")
 @click.option("--dry-run", is_flag=True, help="Only say what is damaged, and which frames would be made.")
 @again_options
 @click.option("--anyway", is_flag=True, help="Also try with other versions, or on another kind of device.")
@@ -73,7 +74,7 @@ def repair(
                 raise
             finally:
                 print_reports(folder, summaries, as_json=as_json, limit=limit)
-    if failed and len(made_again.datasets_in(folder)) > 1:
+    if failed and len(datasets_in(folder)) > 1:
         print(f"error: not repaired, for the reasons above: {', '.join(failed)}", file=sys.stderr)
     if failed or not (dry_run or all(each.is_clean for each in summaries)):
         raise Exit(1)
@@ -83,7 +84,7 @@ def _claim(place: str, summaries: list[Summary], opened: ExitStack, *, is_dry: b
     """Lock the datasets in a folder and find what is damaged; return which of several cannot be repaired."""
     from usdsdg.repair.claim import claimed
 
-    names, failed = made_again.datasets_in(place), []
+    names, failed = datasets_in(place), []
     for name in names:
         try:
             summaries.append(opened.enter_context(claimed(name, is_dry=is_dry)))

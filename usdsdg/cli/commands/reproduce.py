@@ -11,6 +11,7 @@ from click.exceptions import Exit
 
 from usdsdg.cli import made_again
 from usdsdg.cli.command import Command, argument
+from usdsdg.cli.datasets_in import datasets_in
 from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.again_options import How, again_options
 from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command, epilog=epilog("reproduce"))
-@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder of several.")
+@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder with several.")
 @click.option("--frames", help="The frames to make again, as 0:10 or 3,7.", show_default="all")
 @again_options
 @assets_root_option
@@ -58,7 +59,7 @@ def reproduce(
         portion = Portion.of_numbers(frames) if frames is not None else None
         differs = False
         with ExitStack() as opened:
-            datasets = [opened.enter_context(on_disk(each)) for each in made_again.datasets_in(folder)]
+            datasets = [opened.enter_context(on_disk(each)) for each in datasets_in(folder)]
             for each in datasets:
                 each.fetch(lambda name: name.startswith(f"{BESIDE}/") and not name.startswith(RECORDS))
             for number, group in enumerate(made_again.of_one_run(datasets)):
