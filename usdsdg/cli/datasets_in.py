@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 
 from usdsdg.stage.semantics.semantic_classes import BESIDE
-from usdsdg.stores.addresses import is_url
 
 
 def datasets_in(place: str) -> list[str]:
@@ -16,6 +15,7 @@ def datasets_in(place: str) -> list[str]:
     Below a dataset there is no search for others. A folder without any stands for itself, and its command says why it
     cannot do anything there.
     """
+    from usdsdg.stores.addresses import is_url
     from usdsdg.writers.journal.recipe import FILE
 
     if is_url(place) or Path(place, FILE).is_file():
