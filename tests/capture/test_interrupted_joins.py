@@ -15,7 +15,7 @@ from usdsdg.session import session
 from usdsdg.session.session import current
 from usdsdg.workers.dataset import make_claimed
 from usdsdg.writers import parts
-from usdsdg.writers.journal.folders import Mode
+from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
@@ -55,6 +55,12 @@ def made(tmp_path_factory):
 
 def go_on(folder: Path, make: Callable[..., None]) -> None:
     """Do what `--workers 2 --resume` does once it knows the datasets."""
+    make_claimed(claimed(folder), FRAMES, 2, make)
+    session.restart()
+
+
+def claimed(folder: Path) -> list[DatasetFolder]:
+    """Claim and release the datasets, as it does before it plans their parts."""
     session.restart()
     current().run.begin(
         Recipe("python", {"name": "script.py", "sha256": "1"}, device="cpu", seed=None), Mode.RESUME, None
@@ -62,11 +68,10 @@ def go_on(folder: Path, make: Callable[..., None]) -> None:
     current().run.shares_out = True
     for home in folders(folder):
         current().run.claim(str(home))
-    claimed = current().run.folders
+    found = current().run.folders
     current().run.release()
     session.restart()
-    make_claimed(claimed, FRAMES, 2, make)
-    session.restart()
+    return found
 
 
 class Died(BaseException):
@@ -80,6 +85,19 @@ def die(*_: object, **__: object) -> None:
 
 def remake_no_frame(wanted, tick):
     assert wanted == []
+
+
+def test_two_processes_that_begin_at_once_do_not_plan_the_same_parts(whole, made, tmp_path):
+    folder = tmp_path / "out"
+    shutil.copytree(made, folder)
+    (folder / "a/.usdsdg/.workers.lock").touch()  # of a process that died
+    first = claimed(folder)
+    with pytest.raises(DatasetInTheWay, match=r"another process is writing to this dataset \(.*\.workers\.lock\)"):
+        claimed(folder)
+    make_claimed(first, FRAMES, 2, remake_no_frame)
+    session.restart()
+    assert differences(folder, whole) == []
+    assert not list(folder.rglob("*.lock"))
 
 
 @pytest.mark.parametrize("where", ["before the second", "before it is closed", "before the rest is removed"])

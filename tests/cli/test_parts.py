@@ -9,6 +9,8 @@ import yaml
 
 from tests.cli.datasets import FRAMES, ROOT, content, generate, merge, run, write_job
 from tests.sampled_cases import in_soak, sampled
+from usdsdg.cli.datasets_in import datasets_in
+from usdsdg.writers.journal import recipe
 
 
 @pytest.fixture(scope="module", params=sampled(["CocoWriter", "PoseWriter"]))
@@ -28,6 +30,21 @@ def test_frames_of_three_processes_are_those_of_one(made, tmp_path):
         assert done.returncode == 0, done.stderr
     assert merge(tmp_path / "out").returncode == 0
     assert content(tmp_path / "out") == content(whole)
+
+
+def test_datasets_in_deeper_folders_are_found(tmp_path):
+    for name in ("jobs/a/out", "jobs/b", "jobs/b/inner", "jobs/c/.usdsdg/d"):
+        (tmp_path / name / ".usdsdg").mkdir(parents=True)
+        (tmp_path / name / recipe.FILE).write_text("{}")
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "jobs/a/link").symlink_to(tmp_path / "jobs/b")
+    jobs = tmp_path / "jobs"
+    assert datasets_in(str(tmp_path)) == [str(jobs / "a/link"), str(jobs / "a/out"), str(jobs / "b")]
+    assert datasets_in(str(jobs / "b")) == [str(jobs / "b")]
+    assert datasets_in(str(tmp_path / "elsewhere")) == [str(tmp_path / "elsewhere")]
+    refused = merge(tmp_path)  # of these, which are no parts; one folder deep there is nothing
+    assert refused.returncode == 1
+    assert str(jobs / "a/link") in refused.stderr
 
 
 @in_soak

@@ -215,6 +215,79 @@ def test_an_interrupted_repair_keeps_what_it_has_and_the_next_one_goes_on(whole,
     assert before.items() - identities(basic).items() == {(".rgb_0003.png.1-0.part", before[".rgb_0003.png.1-0.part"])}
 
 
+TWO_FRAMES = """
+import os, sys
+import usdsdg as rep
+rep.create.light(light_type="dome")
+rep.create.cube()
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir=sys.argv[1], rgb=True)
+writer.attach(rep.create.render_product(rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)), (32, 24)))
+for _ in range(2):
+    rep.orchestrator.step()
+exec(os.environ.get(f"ENDING_{sys.argv[2]}", ""))
+rep.orchestrator.step()
+rep.orchestrator.wait_until_complete()
+"""
+
+
+@pytest.fixture(scope="module")
+def two_runs(tmp_path_factory):
+    """A folder with datasets of two runs, `one` by plain Python and `two` by `usdsdg run`."""
+    folder = tmp_path_factory.mktemp("two_runs")
+    (folder / "script.py").write_text(TWO_FRAMES)
+    for name, command in (("one", []), ("two", ["-m", "usdsdg", "run", "-q", "--device", "cpu"])):
+        done = run([*command, str(folder / "script.py"), str(folder / "out" / name), name], fresh=True)
+        assert done.returncode == 0, done.stderr
+    return folder / "out"
+
+
+@pytest.mark.parametrize("failing", ["one", "two"])
+@pytest.mark.parametrize(
+    ("ending", "told"), [("sys.exit(3)", "exit code 3"), ("raise ValueError('mine')", "exit code 1")]
+)
+def test_a_script_that_ends_early_leaves_the_other_datasets_to_be_repaired(
+    two_runs, tmp_path, monkeypatch, failing, ending, told
+):
+    out = shutil.copytree(two_runs, tmp_path / "out")
+    pictures = sorted(out.rglob("*.png"))
+    assert len(pictures) == 6
+    for path in pictures:
+        path.unlink()
+    monkeypatch.setenv(f"ENDING_{failing}", ending)
+    done = repair(out)
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert f"script.py ended with {told}" in done.stderr
+    assert ("ValueError: mine" in done.stderr) == ("ValueError" in ending)
+    assert done.stderr.endswith(f"error: not repaired, for the reasons above: {out / failing}\n")
+    assert f"{out / failing}: 2 files repaired, 1 left\n" in done.stdout
+    other = "two" if failing == "one" else "one"
+    assert f"{out / other}: 3 files repaired, 0 left; frames 0-2 made again\n" in done.stdout
+    monkeypatch.delenv(f"ENDING_{failing}")
+    assert repair(out).returncode == 0
+    assert content(out) == content(two_runs)
+
+
+@pytest.mark.parametrize("command", ["repair", "reproduce"])
+def test_assets_that_have_moved_are_found_with_a_map(tmp_path, command):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine/box.usda").write_text('#usda 1.0\n( defaultPrim = "A" )\ndef Cube "A" {}\n')
+    script = tmp_path / "script.py"
+    script.write_text(TWO_FRAMES.replace("rep.create.cube()", "rep.create.from_usd('omniverse://host/P/box.usda')"))
+    options, out = ["--device", "cpu", "--map", f"omniverse://host/P={tmp_path / 'mine'}"], tmp_path / "out"
+    done = run(["-m", "usdsdg", "run", "-q", *options, str(script), str(out), "one"])
+    assert done.returncode == 0, done.stderr
+    next(out.glob("rgb*.png")).unlink()
+    again = ["-m", "usdsdg", command, "-q", str(out)]
+    done = run([*again, "--device", "cpu"])
+    assert done.returncode == 1
+    assert "--map PREFIX=FOLDER" in done.stderr
+    assert "--missing-assets" not in done.stderr  # which would make other frames
+    done = run([*again, *options])
+    assert done.returncode == (command == "reproduce"), done.stdout + done.stderr
+    assert "1 file repaired, 0 left" in done.stdout or "1 different" in done.stdout
+
+
 def test_a_file_that_is_made_otherwise_stays_as_it_is(whole, out):
     """As where the journal tells of other bytes than this machine makes."""
     basic = out / "BasicWriter"

@@ -12,6 +12,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 import usdsdg as rep
 from usdsdg import compat
 from usdsdg.compat import kit_arguments
+from usdsdg.compat.carb import dictionary
 from usdsdg.compat.isaacsim.simulation_app import SimulationApp
 from usdsdg.compat.isaacsim.test.utils.file_validation import get_folder_file_summary
 from usdsdg.compat.omni import client
@@ -276,6 +277,65 @@ def test_settings_tell_those_who_subscribed(stage):
     del held
     settings.set("/my/key", 3)
     assert len(heard) == 4
+
+
+def test_trees_of_settings_tell_those_who_subscribed(stage):
+    heard, settings = [], get_settings()
+    number = settings.subscribe_to_tree_change_events(
+        "/my/tree", lambda tree, item, change: heard.append((tree.get_dict(), item.path, item.get_dict(), change))
+    )
+    removed = []
+    settings.subscribe_to_node_change_events("/my/tree/a", lambda value, change: removed.append((value, change)))
+    settings.set("/my/tree/a", 1)
+    settings.set("/my/trees", 1)
+    settings.set("/my/tree/b/c", 2)
+    settings.set("/my/tree/a", 3)
+    settings.destroy_item("/my/tree/a")
+    created, changed, destroyed = ChangeEventType
+    assert heard == [
+        ({"a": 1}, "/my/tree/a", 1, created),
+        ({"a": 1, "b": {"c": 2}}, "/my/tree/b/c", 2, created),
+        ({"a": 3, "b": {"c": 2}}, "/my/tree/a", 3, changed),
+        ({"b": {"c": 2}}, "/my/tree/a", None, destroyed),
+    ]
+    assert removed == [(1, created), (3, changed), (None, destroyed)]
+    settings.unsubscribe_to_change_events(number)
+    settings.destroy_item("/my")
+    assert len(heard) == 4
+
+
+def test_parts_of_the_settings_are_items_live_or_as_copies(stage):
+    settings, reader = get_settings(), dictionary.get_dictionary()
+    settings.set("/my/part", {"a": 1, "b": {"c": "x"}, "list": [1.5, 2.5]})
+    live, copy = settings.get_settings_dictionary("/my/part"), settings.create_dictionary_from_settings("my/part/")
+    assert copy.get_dict() == live.get_dict() == settings.get("/my/part")
+    assert (live["a"], live["b/c"], live.get("none", 7), "b" in live, "z" in live) == (1, "x", 7, True, False)
+    assert (live.get_keys(), live.get_key_at(1), live.get_key_at(9), len(live)) == (["a", "b", "list"], "b", None, 3)
+    live["a"], copy["a"] = 2, 3
+    assert (settings.get("/my/part/a"), live["a"], copy["a"]) == (2, 2, 3)
+    assert reader.get_dict_copy(copy) == {"a": 3, "b": {"c": "x"}, "list": [1.5, 2.5]}
+    assert reader.get_as_string(reader.get_item(live, "b/c")) == reader.get(live, "b/c") == "x"
+    assert reader.get_item_type(reader.get_item(live, "list")) is dictionary.ItemType.FLOAT
+    assert [reader.get_item_name(live, name) for name in ("", "b")] == ["part", "b"]
+    settings.destroy_item("/my/part")
+    assert settings.get_settings_dictionary("/my/part") is settings.create_dictionary_from_settings("/my/part") is None
+    settings.set("/my/part/a", 5)
+    settings.update("/my/part", copy, "", dictionary.UpdateAction.KEEP)
+    assert settings.get("/my/part") == {"a": 5, "b": {"c": "x"}, "list": [1.5, 2.5]}
+    settings.update("/my/part", copy, "", dictionary.UpdateAction.OVERWRITE)
+    assert settings.get("/my/part/a") == 3
+    assert settings.is_accessible_as(dictionary.ItemType.INT, "/my/part/a")
+    assert not settings.is_accessible_as(dictionary.ItemType.INT, "/my/part/b/c")
+    settings.set_string_array("/my/part/list", ["x", 1])
+    assert settings.get("/my/part/list") == ["x", "1"]
+    for refused in (
+        lambda: reader.create_item(None, "", dictionary.ItemType.DICTIONARY),
+        lambda: settings.update("/my", copy, "", lambda *_: dictionary.UpdateAction.KEEP),
+        dictionary.get_json_serializer,
+    ):
+        with pytest.raises(Unsupported):
+            refused()
+    settings.destroy_item("/my")
 
 
 def test_what_is_done_before_an_update_is_in_its_picture(stage):

@@ -9,6 +9,8 @@ import usdsdg as rep
 from tests.writers.journal.test_folders import recipe
 from usdsdg.session import session
 from usdsdg.session.session import current
+from usdsdg.stage import assets
+from usdsdg.stage.assets import anchors
 from usdsdg.writers.journal import journal
 from usdsdg.writers.journal.folders import Mode
 
@@ -34,6 +36,16 @@ def test_a_new_session_ends_the_dataset_of_the_one_before(dataset):
     assert (told.frames, told.is_complete) == ({0}, True)
     (annotations,) = (each for each in dataset.rglob("*.json") if each.parent.name != ".usdsdg")
     assert len(json.loads(annotations.read_text())["images"]) == 1
+
+
+def test_a_new_session_forgets_from_where_files_were_named(tmp_path, monkeypatch):
+    file = tmp_path / "part.usda"
+    file.write_text("#usda 1.0\n")
+    monkeypatch.chdir(tmp_path)
+    assets.locate("part.usda")
+    assert anchors.portable(str(file)) == "<here>/part.usda"
+    session.restart()
+    assert anchors.portable(str(file)) == str(file)
 
 
 def test_a_copy_of_the_process_leaves_the_dataset_to_the_other(dataset):

@@ -109,6 +109,20 @@ def test_what_is_below_a_key_is_a_dictionary():
     assert settings.get("/rtx/post")["tonemap"]["filmIso"] == 100
 
 
+def test_a_dictionary_that_is_set_is_a_tree_of_settings():
+    settings = Settings()
+    settings.set("/mine", {"a": {"b": 1}, "c": 2})
+    settings.set("/mine/a/b", 5)
+    assert settings.get("/mine") == {"a": {"b": 5}, "c": 2}
+    settings.set("/mine", {"d": 3})
+    assert settings.get("/mine") == {"d": 3}
+    settings.set("/rtx/pathtracing/spp", 9)
+    settings.set("/rtx", {"rendermode": "PathTracing", "own": {"x": 1}})
+    assert settings.get("/rtx/rendermode") == "PathTracing"
+    assert settings.get("/rtx/own/x") == 1
+    assert settings.get("/rtx/pathtracing/spp") == 1, "what has an effect has its default, not nothing"
+
+
 def test_values_inside_of_a_dictionary_have_keys():
     settings = Settings()
     settings.set("/mine", {"a": {"b": 1}, "c": 2})

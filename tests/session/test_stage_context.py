@@ -18,6 +18,7 @@ from usdsdg.errors import (
 )
 from usdsdg.session import stage_context
 from usdsdg.session.render_products import HydraTexture, products
+from usdsdg.stage.assets import anchors
 from usdsdg.stage.schemas import physx
 
 pytestmark = pytest.mark.usefixtures("stage")
@@ -278,6 +279,23 @@ def test_an_asset_that_was_written_again_is_read_again_on_the_next_stage(tmp_pat
         os.utime(file, (number, number))
         assert rep.functional.create.reference(usd_path=str(file)).GetTypeName() == kind
         stage_context.new_stage()
+
+
+def test_a_folder_that_files_were_named_from_is_forgotten_with_the_stage_once_it_was_left(tmp_path, monkeypatch):
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "part.usda").write_text('#usda 1.0\n(\n    defaultPrim = "P"\n)\ndef Cube "P" {}\n')
+    named = {name: f"@{tmp_path / name / 'part.usda'}@" for name in ("one", "two")}
+    monkeypatch.chdir(tmp_path / "one")
+    rep.functional.create.reference(usd_path="part.usda")
+    monkeypatch.chdir(tmp_path / "two")
+    assert anchors.portable(named["one"]) == "@<here>/part.usda@"
+    stage_context.new_stage()
+    assert anchors.portable(named["one"]) == named["one"]
+    stage_context.open_stage("part.usda")
+    assert anchors.portable(named["two"]) == "@<here>/part.usda@"
+    stage_context.new_stage()  # for which files may have been looked up before, as by jobs
+    assert anchors.portable(named["two"]) == "@<here>/part.usda@"
 
 
 def test_a_stage_is_saved_while_the_owner_of_a_product_is_collected(tmp_path, monkeypatch):

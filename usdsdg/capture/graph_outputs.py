@@ -6,7 +6,7 @@ from typing import Any, TypedDict
 
 import numpy as np
 
-from usdsdg.distribution import Distribution, consumer_of, draw
+from usdsdg.distribution import Distribution, named_draws
 from usdsdg.graph.evaluate import graph
 
 # Types of triggers that have a name of their own; conditions and custom events are in no payload.
@@ -53,20 +53,16 @@ def _free(name: str, taken: Mapping[str, object]) -> str:
 
 
 def distribution_outputs() -> dict[str, np.ndarray | list[Any]]:
-    """Return the latest draw of each named distribution, one row per prim of its consumer; `combine` may hold it.
+    """Return the latest draw of each named distribution, one row per prim of its consumer.
 
-    Draws under a trigger depend only on their keys, so they are repeated instead of being stored.
+    `combine`, `choice` or `sequence` may hold it; the row of a prim for which these took another one is None.
     """
     drawn = {name: _rows(rows) for name, rows in graph().drawn_once.items()}
     for trigger in graph().triggers:
         for node in trigger.nodes:
             for role, value in node.inputs.items():
                 if isinstance(value, Distribution) and node.executions:
-                    last = node.executions - 1
-                    if value.node.name:
-                        drawn[value.node.name] = _rows(draw(value, node, last, role))
-                    parts = value.named_parts(consumer_of(value, node, role), last, node.prims)
-                    drawn |= {name: _rows(list(rows)) for name, rows in parts.items()}
+                    drawn |= {name: _rows(list(rows)) for name, rows in named_draws(value, node, role).items()}
     return drawn
 
 

@@ -12,7 +12,11 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from click.exceptions import Exit
+
+from usdsdg.cli.options.again_options import How
 from usdsdg.cli.options.command_context import finish_files, fix_classes, seed_everything
+from usdsdg.cli.script.execution import exit_of
 from usdsdg.cli.script.interpreter import interpreter_restored
 from usdsdg.errors import BadValue, DatasetError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
@@ -20,15 +24,6 @@ from usdsdg.stage.semantics.semantic_classes import BESIDE
 if TYPE_CHECKING:
     from usdsdg.writers.journal.portion import Portion
     from usdsdg.writers.journal.recipe import Recipe
-
-
-def datasets_in(place: str) -> list[str]:
-    """Return the datasets in a folder, as where a job has written several formats; of a URL itself."""
-    from usdsdg.writers.journal.recipe import FILE
-
-    if Path(place, FILE).is_file():
-        return [place]
-    return sorted(str(each.parents[1]) for each in Path(place).glob(f"*/{FILE}")) or [place]
 
 
 class _Dataset(Protocol):
@@ -65,12 +60,13 @@ def folders_in(scratch: Path) -> list[Path]:
     return sorted(each.parent for each in scratch.rglob(BESIDE))
 
 
-def make(
-    datasets: Sequence[Path], recipe: Recipe, file: Path, scratch: Path, portion: Portion | None, stage: Path | None
-) -> None:
+def make(datasets: Sequence[Path], recipe: Recipe, file: Path, scratch: Path, portion: Portion | None, how: How) -> str:
     """Make the frames of a portion again, None: all, of datasets of one recipe, in a scratch folder.
 
-    file: the source of the recipe. stage: that `--stage` of the run named.
+    file: the source of the recipe.
+
+    Returns what to say of a script that failed, or ended with an exit code of its own, once the files are written of
+    the frames that it has made until then; "" where it came to its end.
 
     Raises:
         DatasetError: the recipe is not one of this version. UsdsdgError: what the frames are made by has failed.
@@ -89,10 +85,15 @@ def make(
             for each in datasets:
                 kept.enter_context(read_only(each))
             kept.enter_context(interpreter_restored())
-            _make(recipe, file, datasets[0], stage, scratch)
+            try:
+                _make(recipe, file, datasets[0], scratch, how)
+                failure = ""
+            except Exit as ended:  # only of this script: other datasets have others
+                failure = f"{file} ended with exit code {ended.exit_code}"
             finish_files()
-        finish_run(complete=True)
+        finish_run(complete=not failure)
         current().io_queue.forget_at_exit()  # the folder is gone then
+    return failure
 
 
 def differences(recipe: Recipe) -> list[str]:
@@ -157,31 +158,33 @@ def _now(recipe: Recipe) -> Recipe:
     return replace(recipe, versions=installed(), device=engines.renderer_device_kind(), classes=None)
 
 
-def _make(recipe: Recipe, file: Path, folder: Path, stage: Path | None, scratch: Path) -> None:
-    """Run the configuration or script as the recipe says."""
+def _make(recipe: Recipe, file: Path, folder: Path, scratch: Path, how: How) -> None:
+    """Run the configuration or script as the recipe says; what that of another recipe has set is undone."""
+    from usdsdg import errors
     from usdsdg.graph.sampling import set_global_seed
     from usdsdg.session import engines
     from usdsdg.session.session import current
+    from usdsdg.stage import assets
     from usdsdg.writers.journal.recipe import GENERATE, PHYSICS_DEVICE, RUN, SEED_SETTING
 
     engines.use_device(current().engines.device, physics=str(recipe.options.get(PHYSICS_DEVICE, "cpu")))
+    assets.set_maps([assets.PathMap.parse(each) for each in how.maps])
+    assets.set_on_missing(assets.OnMissing.RAISE)
+    errors.set_lenient(False)
     arguments = [_argument(each, scratch) for each in recipe.arguments]
     if recipe.classes is not None:
         fix_classes(str(folder))
     if recipe.command == GENERATE:
         _generate(file, arguments)
     elif recipe.command == RUN:
-        _run(file, arguments, recipe, stage)
+        _run(file, arguments, recipe, how)
     else:
         if (seed := recipe.settings.get(SEED_SETTING)) is not None:
             set_global_seed(seed)  # which was drawn, if the script sets none
         sys.argv = [str(file), *arguments]
         sys.path.insert(0, str(file.parent))
-        try:
+        with exit_of(file):
             runpy.run_path(str(file), run_name="__main__")
-        except SystemExit as ended:  # which is how many scripts end
-            if ended.code:
-                raise
 
 
 def _argument(recorded: str, scratch: Path) -> str:
@@ -206,15 +209,15 @@ def _generate(file: Path, overrides: list[str]) -> None:
     job.run(values)
 
 
-def _run(file: Path, arguments: list[str], recipe: Recipe, stage: Path | None) -> None:
+def _run(file: Path, arguments: list[str], recipe: Recipe, how: How) -> None:
     from usdsdg.cli.commands.run import execute_script
     from usdsdg.cli.script.conditions import Conditions
 
     wanted: Any = recipe.options.get("stage")
-    if wanted is not None and (stage is None or stage.name != wanted):
+    if wanted is not None and (how.stage is None or how.stage.name != wanted):
         raise BadValue(f"the run had --stage {wanted}: say where that file is with --stage")
     try:
-        conditions = Conditions.of_facts(recipe.options, stage)
+        conditions = Conditions.of_facts(recipe.options, how.stage, how.maps)
     except (ValueError, TypeError) as error:
         raise DatasetError(f"the recipe has options that `usdsdg run` does not have: {error}") from None
     seed_everything(recipe.seed or 0)

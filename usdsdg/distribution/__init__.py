@@ -17,6 +17,7 @@ from usdsdg.distribution.draws import (
     draw_scalars,
     draw_worlds,
     is_vector,
+    named_draws,
     one_of,
     options_of,
 )
@@ -26,7 +27,7 @@ from usdsdg.distribution.of_numbers import LogUniform, Normal, Uniform, log_unif
 __all__ = [
     "Choice", "Combine", "Distribution", "LogUniform", "Normal", "Sequence_", "Uniform", "choice", "combine",
     "consumer_of", "draw", "draw_column", "draw_scalars", "draw_worlds", "from_inputs", "is_vector", "log_uniform",
-    "normal", "one_of", "options_of", "register", "sequence", "uniform",
+    "named_draws", "normal", "one_of", "options_of", "register", "sequence", "uniform",
 ]  # fmt: skip
 
 

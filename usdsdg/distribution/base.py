@@ -78,6 +78,20 @@ class Distribution(ReplicatorItem, abc.ABC):
         """Return all values that can be drawn, where these are listed; none for distributions of numbers."""
         return []
 
+    def named_samples(self, consumer: str, execution: int, prims: Sequence[str]) -> dict[str, Any]:
+        """Return the draw of this distribution, if it has a name, and those of `named_parts`, by name."""
+        own = {self.node.name: self.sample(consumer, execution, prims)} if self.node.name else {}
+        return own | self.named_parts(consumer, execution, prims)
+
+    def held(self) -> Sequence[Any]:
+        """Return the values that it draws from, of which some may be distributions."""
+        return ()
+
+    def names(self) -> list[str]:
+        """Return the names of this distribution and of those that it holds, at any depth."""
+        inner = [name for each in self.held() if isinstance(each, Distribution) for name in each.names()]
+        return [*filter(None, [self.node.name]), *inner]
+
     def _listed(self, name: str, given: Any) -> list[Any]:
         """Return the values of an argument that is a list; those of an item are its prims."""
         if isinstance(given, ReplicatorItem) and not isinstance(given, Distribution):

@@ -26,6 +26,9 @@ class Combine(Distribution):
         twin._parts = twin.node.inputs["distributions"] = all_seeded(self._parts, seed)
         return twin
 
+    def held(self) -> Sequence[Any]:
+        return self._parts
+
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> np.ndarray:
         columns = [
             np.asarray(part.sample(f"{consumer}/{axis}", execution, prims), dtype=np.float64)
@@ -39,9 +42,7 @@ class Combine(Distribution):
         found: dict[str, Any] = {}
         for axis, part in enumerate(self._parts):
             if isinstance(part, Distribution):
-                if part.node.name:
-                    found[part.node.name] = part.sample(f"{consumer}/{axis}", execution, prims)
-                found |= part.named_parts(f"{consumer}/{axis}", execution, prims)
+                found |= part.named_samples(f"{consumer}/{axis}", execution, prims)
         return found
 
     def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:

@@ -36,6 +36,7 @@ def draw_column(value: Any, node: Node, execution: int, role: str) -> list[Any] 
     """As `draw`, as an array with a row for each prim where a distribution draws numbers."""
     count = len(node.prims)
     if isinstance(value, Distribution):
+        node.note_drawn(role)
         drawn = value.node.state["samples"] = value.sample(consumer_of(value, node, role), execution, node.prims)
         return drawn
     if isinstance(value, np.ndarray):
@@ -53,8 +54,9 @@ def draw_worlds(value: Any, node: Node, executions: np.ndarray, role: str, *, pa
     if not isinstance(value, Distribution):
         column = as_columns([(draw_scalars if patterns else draw)(value, node, 0, role)])
         return np.broadcast_to(column, (len(executions), *column.shape[1:]))
-    consumer = consumer_of(value, node, role)
-    if patterns and value.has_patterns(len(node.prims)):
+    consumer, together = consumer_of(value, node, role), patterns and value.has_patterns(len(node.prims))
+    node.note_drawn(role, together=together)
+    if together:
         return value.sample_worlds(consumer, executions, node.prims[:1])[:, 0]
     return value.sample_worlds(consumer, executions, node.prims)
 
@@ -72,10 +74,25 @@ def draw_scalars(value: Any, node: Node, execution: int, role: str) -> list[Any]
     Of choices or items with one value for each prim, one is drawn per execution, for all prims together.
     """
     if isinstance(value, Distribution) and value.has_patterns(len(node.prims)):
+        node.note_drawn(role, together=True)
         drawn = list(value.sample(consumer_of(value, node, role), execution, node.prims[:1])[0])
         value.node.state["samples"] = drawn
         return drawn
     return draw(value, node, execution, role)
+
+
+def named_draws(value: Distribution, node: Node, role: str) -> dict[str, list[Any] | np.ndarray]:
+    """Return what a node has drawn last of a distribution, if it has a name, and of those with a name inside of it.
+
+    Draws depend only on their keys, so they are repeated instead of being stored.
+    """
+    last, (prims, together) = node.executions - 1, node.drawn_for(role)
+    consumer, found = consumer_of(value, node, role), {}
+    if value.node.name:
+        found[value.node.name] = (
+            list(value.sample(consumer, last, prims[:1])[0]) if together else value.sample(consumer, last, prims)
+        )
+    return found | value.named_parts(consumer, last, prims)
 
 
 def is_vector(value: Sequence[Any]) -> bool:

@@ -13,7 +13,27 @@ from usdsdg.graph.node import plain
 from usdsdg.graph.sampling import generator, uniforms
 
 
-class Choice(Distribution):
+class _Listed(Distribution):
+    """Draws from listed values."""
+
+    _items: list[Any]
+
+    def held(self) -> Sequence[Any]:
+        return self._items
+
+    def has_patterns(self, count: int) -> bool:
+        return all(isinstance(item, (list, tuple)) and len(item) == count for item in self._items)
+
+    def options(self) -> list[Any]:
+        return [each for item in self._items for each in _options(item)]
+
+    def _no_rows(self, prims: Sequence[str]) -> dict[str, list[Any]]:
+        """Return for each name of a distribution among the values a row for each prim, None: it was not drawn."""
+        inner = [name for item in self._items if isinstance(item, Distribution) for name in item.names()]
+        return {name: [None] * len(prims) for name in inner}
+
+
+class Choice(_Listed):
     def __init__(self, choices: Any, weights: Any, with_replacements: bool, seed: int | None, name: str | None) -> None:
         super().__init__("OgnSampleChoice", seed, name, weights=weights, withReplacements=with_replacements)
         items = self._listed("choices", [choices] if isinstance(choices, Distribution) else choices)
@@ -39,6 +59,20 @@ class Choice(Distribution):
         return twin
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
+        picked = self._picked(consumer, execution, prims)
+        return [self._resolved(item, consumer, execution, prim) for item, prim in zip(picked, prims)]
+
+    def named_parts(self, consumer: str, execution: int, prims: Sequence[str]) -> dict[str, Any]:
+        if not (found := self._no_rows(prims)):
+            return {}
+        for row, (item, prim) in enumerate(zip(self._picked(consumer, execution, prims), prims)):
+            if isinstance(item, Distribution):
+                for name, rows in item.named_samples(f"{consumer}/choice", execution, [prim]).items():
+                    found[name][row] = rows[0]
+        return found
+
+    def _picked(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
+        """Return the choice of each prim."""
         if self._with_replacements:
             picks = self._picks(uniforms(self.seed(), consumer, execution, prims, 1)[:, 0])
         else:
@@ -46,7 +80,7 @@ class Choice(Distribution):
                 raise GraphError(f"{self.node.describe()}: {len(prims)} prims but only {counted(available, 'choice')}")
             rng = generator(self.seed(), consumer, execution)
             picks = rng.choice(len(self._items), size=len(prims), replace=False, p=self._weights)
-        return [self._resolved(self._items[pick], consumer, execution, prim) for pick, prim in zip(picks, prims)]
+        return [self._items[pick] for pick in picks]
 
     def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:
         if not self._with_replacements or any(isinstance(item, Distribution) for item in self._items):
@@ -56,17 +90,11 @@ class Choice(Distribution):
     def _picks(self, u: np.ndarray) -> np.ndarray:
         return np.minimum(np.searchsorted(np.cumsum(self._weights), u, side="right"), len(self._items) - 1)
 
-    def has_patterns(self, count: int) -> bool:
-        return _are_lists(self._items, count)
-
-    def options(self) -> list[Any]:
-        return _flat_options(self._items)
-
     def _resolved(self, item: Any, consumer: str, execution: int, prim: str) -> Any:
         return item.sample(f"{consumer}/choice", execution, [prim])[0] if isinstance(item, Distribution) else item
 
 
-class Sequence_(Distribution):
+class Sequence_(_Listed):
     def __init__(self, items: Any, ordered: bool, stride: int | None, seed: int | None, name: str | None) -> None:
         super().__init__("OgnSampleSequence", seed, name, ordered=ordered, stride=stride)
         self._items, self._ordered, self._stride = self._listed("items", items), ordered, stride
@@ -86,17 +114,19 @@ class Sequence_(Distribution):
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> Any:
         if self._has_distributions:
-            position = execution * (1 if self._stride is None else self._stride)
-            return self._items[self._index(consumer, position)].sample(f"{consumer}/sequence", execution, prims)
+            return self._taken(consumer, execution).sample(f"{consumer}/sequence", execution, prims)
         first = execution * (len(prims) if self._stride is None else self._stride)
         positions = [first + i for i in range(len(prims))]
         return [self._items[self._index(consumer, position)] for position in positions]
 
-    def has_patterns(self, count: int) -> bool:
-        return _are_lists(self._items, count)
+    def named_parts(self, consumer: str, execution: int, prims: Sequence[str]) -> dict[str, Any]:
+        if not (found := self._no_rows(prims)):
+            return {}
+        return found | self._taken(consumer, execution).named_samples(f"{consumer}/sequence", execution, prims)
 
-    def options(self) -> list[Any]:
-        return _flat_options(self._items)
+    def _taken(self, consumer: str, execution: int) -> Distribution:
+        """Return the distribution of which all prims draw."""
+        return self._items[self._index(consumer, execution * (1 if self._stride is None else self._stride))]
 
     def _index(self, consumer: str, position: int) -> int:
         cycle, index = divmod(position, len(self._items))
@@ -112,12 +142,8 @@ def _mended(weights: np.ndarray, count: int) -> np.ndarray:
     return usable if usable.sum() > 0 else np.ones(count)
 
 
-def _flat_options(items: Sequence[Any]) -> list[Any]:
-    return [each for item in items for each in (item.options() if isinstance(item, Distribution) else [item])]
-
-
-def _are_lists(items: Sequence[Any], count: int) -> bool:
-    return all(isinstance(item, (list, tuple)) and len(item) == count for item in items)
+def _options(item: Any) -> list[Any]:
+    return item.options() if isinstance(item, Distribution) else [item]
 
 
 add_kind(

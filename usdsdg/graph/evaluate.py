@@ -169,7 +169,8 @@ class Graph:
                 if isinstance(value, ReplicatorItem) and "samples" in value.node.state:
                     if value.node.name:
                         self.drawn_once[value.node.name] = list(value.node.state["samples"])
-                    parts = value.named_parts(f"{node.key}/{value.node.name or role}", node.executions - 1, node.prims)
+                    consumer, (prims, _) = f"{node.key}/{value.node.name or role}", node.drawn_for(role)
+                    parts = value.named_parts(consumer, node.executions - 1, prims)
                     self.drawn_once |= {name: list(rows) for name, rows in parts.items()}
 
     def _fire(self, context: TriggerContext) -> list[Trigger]:

@@ -103,6 +103,17 @@ class Node:
             )
         return self.path
 
+    def note_drawn(self, role: str, *, together: bool = False) -> None:
+        """Note that an input was drawn for these prims, which are others in a copy for some of them.
+
+        together: one row holds the values of all.
+        """
+        self.state.setdefault("drawn_for", {})[role] = (self.prims, together)
+
+    def drawn_for(self, role: str) -> tuple[tuple[str, ...], bool]:
+        """Return the prims for which an input was drawn last, and whether one row holds the values of all of them."""
+        return self.state.get("drawn_for", {}).get(role, (self.prims, False))
+
     def describe(self) -> str:
         return f"{self.kind} (made at {self.line})"
 
@@ -230,7 +241,10 @@ class ReplicatorItem:
         (current().open_groups if self._trigger is None else current().open_triggers).pop()
 
     def named_parts(self, consumer: str, execution: int, prims: Sequence[str]) -> dict[str, Any]:
-        """Return draws of distributions with a name inside of this one, by name; only those of `combine` have any."""
+        """Return draws of distributions with a name inside of this one, by name, one row per prim.
+
+        None is the row of a prim for which `choice` or `sequence` took another one.
+        """
         return {}
 
     @property

@@ -19,7 +19,7 @@ from pxr import Usd, UsdUtils
 from usdsdg import errors
 from usdsdg.session.new_stages import NewStage
 from usdsdg.stage import assets
-from usdsdg.stage.assets import objects
+from usdsdg.stage.assets import anchors, objects
 
 if TYPE_CHECKING:
     from usdsdg.parallel import Later
@@ -118,6 +118,7 @@ class Session:
         self.failed_at_exit = False  # a file could not be written and no call has raised it
         self.said: set[str] = set()  # lines of `progress.say_once`
         self.told_causes: set[str] = set()  # of errors that were printed
+        anchors.forget_named()
         assets.set_fallback_root(lambda: _imported("usdsdg.demo:root")(), _tell_of_demo_assets)
         assets.set_mesh_converter(
             lambda file, label: _imported("usdsdg.meshes.for_stage:converted_for_stage")(file, label)
@@ -187,6 +188,7 @@ class Session:
         """Reset all state that belongs to a stage, in this order, then call the listeners of new stages."""
         errors.forget_warnings()
         objects.forget_latest()
+        anchors.forget_left_folders()
         self.timeline.reset()
         if self.has_viewport:
             _imported("usdsdg.stage.cameras.viewport_cameras:author")(stage)

@@ -5,12 +5,14 @@ that only affect a user interface.
 """
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import Any
 
 from usdsdg import listeners
+from usdsdg.errors import Unsupported
 from usdsdg.session.session import current
+from usdsdg.session.setting_items import Item, ItemType, UpdateAction, is_accessible
 
 DEFAULTS: dict[str, Any] = {
     "/app/player/playSimulations": True,
@@ -75,17 +77,13 @@ def normalized(path: str) -> str:
     return "/" + "/".join(part for part in path.split("/") if part)
 
 
-def _inside(values: Mapping[str, Any], key: str) -> Any:
-    """Return what a dictionary that is the value of a key above `key` has at it; None where there is nothing."""
-    above, _, rest = key.rpartition("/")
-    while above:
-        if isinstance(found := values.get(above), Mapping):
-            for part in rest.split("/"):
-                found = found.get(part) if isinstance(found, Mapping) else None
-            return found
-        above, _, name = above.rpartition("/")
-        rest = f"{name}/{rest}"
-    return None
+def _flat(key: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the keys and values of a dictionary that is set at a key; the setting of a known key may be one itself."""
+    if isinstance(value, Mapping) and value and key not in DEFAULTS:
+        for name, each in value.items():
+            yield from _flat(normalized(f"{key}/{name}"), each)
+    else:
+        yield key, value
 
 
 class ChangeEventType(IntEnum):
@@ -100,6 +98,9 @@ class Settings:
     def __init__(self) -> None:
         self._values: dict[str, Any] = dict(DEFAULTS)
         self._listeners: dict[str, list[Callable[[Any], None]]] = {}
+        # By the path of a tree, those who are told the path of what has changed below.
+        self._tree_listeners: dict[str, list[Callable[[str, ChangeEventType], None]]] = {}
+        self._removal_listeners: dict[str, list[Callable[[], None]]] = {}
         self._subscriptions: dict[int, Callable[[], None]] = {}
         self._numbers = itertools.count(1)
 
@@ -108,7 +109,7 @@ class Settings:
         key = normalized(path)
         if key in self._values:
             return self._values[key]
-        return _inside(self._values, key) if (tree := self._below(key)) is None else tree
+        return self._below(key)
 
     def _below(self, key: str) -> dict[str, Any] | None:
         """Return the values below a key as nested dictionaries; None where there are none."""
@@ -125,15 +126,46 @@ class Settings:
         return found or None
 
     def set(self, path: str, value: Any) -> None:
-        """Store `value` and call the listeners of that key."""
+        """Store `value` and call the listeners of that key; a dictionary takes the place of all that is below.
+
+        Settings that have an effect here get their defaults back, where they are not in the dictionary.
+        """
         key = normalized(path)
+        wanted = dict(_flat(key, value))
+        if key not in wanted:
+            for name in [
+                name for name in self._values if name.startswith(key.rstrip("/") + "/") and name not in wanted
+            ]:
+                if name not in DEFAULTS:
+                    self._remove(name)
+                elif self._values[name] != DEFAULTS[name]:
+                    wanted[name] = DEFAULTS[name]
+        for name, each in wanted.items():
+            self._set(name, each)
+
+    def _set(self, key: str, value: Any) -> None:
+        change = ChangeEventType.CREATED if self._values.get(key) is None else ChangeEventType.CHANGED
         self._values[key] = value
         for listener in list(self._listeners.get(key, [])):
             listener(value)
+        self._tell_trees(key, change)
+
+    def _remove(self, key: str) -> None:
+        del self._values[key]
+        for listener in list(self._removal_listeners.get(key, [])):
+            listener()
+        self._tell_trees(key, ChangeEventType.DESTROYED)
+
+    def _tell_trees(self, key: str, change: ChangeEventType) -> None:
+        for tree, told in list(self._tree_listeners.items()):
+            if key == tree or key.startswith(tree.rstrip("/") + "/"):
+                for listener in list(told):
+                    listener(key, change)
 
     def set_default(self, path: str, value: Any) -> None:
-        """Store `value` unless the key has one."""
-        self._values.setdefault(normalized(path), value)
+        """Store `value` unless the key has one; of a dictionary each value whose key has none."""
+        for key, each in _flat(normalized(path), value):
+            self._values.setdefault(key, each)
 
     def changed(self) -> dict[str, Any]:
         """Return the keys whose values differ from their defaults."""
@@ -142,15 +174,15 @@ class Settings:
     def destroy_item(self, path: str) -> None:
         """Remove a key and everything below it."""
         key = normalized(path)
-        for name in [name for name in self._values if name == key or name.startswith(key + "/")]:
-            del self._values[name]
+        for name in [name for name in self._values if name == key or name.startswith(key.rstrip("/") + "/")]:
+            self._remove(name)
 
     def on_change(self, path: str, listener: Callable[[Any], None]) -> Callable[[], None]:
         """Call `listener(value)` whenever the key is set; return the unsubscriber."""
         return listeners.subscribe(self._listeners.setdefault(normalized(path), []), listener)
 
     def subscribe_to_node_change_events(self, path: str, fn: Callable[[Any, ChangeEventType], Any]) -> int:
-        """Call `fn(value, event type)` whenever the key is set; return the number that ends it."""
+        """Call `fn(value, event type)` whenever the key is set or removed; return the number that ends it."""
         had = [self.get(path) is not None]
 
         def tell(value: Any) -> None:
@@ -158,13 +190,74 @@ class Settings:
             had[0] = True
             fn(value, change)
 
+        def tell_removed() -> None:
+            had[0] = False
+            fn(None, ChangeEventType.DESTROYED)
+
+        removals = self._removal_listeners.setdefault(normalized(path), [])
+        return self._subscribed(self.on_change(path, tell), listeners.subscribe(removals, tell_removed))
+
+    def subscribe_to_tree_change_events(self, path: str, fn: Callable[[Item, Item, ChangeEventType], Any]) -> int:
+        """Call `fn(item of the path, item that changed, event type)` for all below; return the number that ends it."""
+        tree = normalized(path)
+
+        def tell(key: str, change: ChangeEventType) -> None:
+            fn(Item(self, tree), Item(self, key), change)
+
+        return self._subscribed(listeners.subscribe(self._tree_listeners.setdefault(tree, []), tell))
+
+    def _subscribed(self, *ends: Callable[[], None]) -> int:
+        def end_all() -> None:
+            for end in ends:
+                end()
+
         number = next(self._numbers)
-        self._subscriptions[number] = self.on_change(path, tell)
+        self._subscriptions[number] = end_all
         return number
 
     def unsubscribe_to_change_events(self, subscription: int) -> None:
         """End a subscription; nothing if it has ended."""
         self._subscriptions.pop(subscription, lambda: None)()
+
+    # --- trees ---
+    def get_settings_dictionary(self, path: str = "") -> Item | None:
+        """Return what is at a path as an item, which changes with the settings and changes them; None for nothing."""
+        key = normalized(path)
+        return None if self.get(key) is None else Item(self, key)
+
+    def create_dictionary_from_settings(self, path: str = "") -> Item | None:
+        """Return a copy of what is at a path as an item; None where there is nothing."""
+        if (value := self.get(path)) is None:
+            return None
+        copy = Settings()
+        copy._values = dict(_flat("/", value))
+        return Item(copy, "/")
+
+    def update(self, path: str, dictionary: Item, dictionary_path: str, update_policy: Any) -> None:
+        """Set what is below `dictionary_path` of an item at a path.
+
+        update_policy: an `UpdateAction`, for keys that have a value here.
+
+        Raises:
+            Unsupported: the policy is a function.
+        """
+        if not isinstance(update_policy, UpdateAction):
+            raise Unsupported(
+                "ISettings.update: of policies there are carb.dictionary.UpdateAction.OVERWRITE and KEEP, functions "
+                "are not called; set the values that they would choose"
+            )
+        value = dictionary.get(dictionary_path) if dictionary_path.strip("/") else dictionary.get_dict()
+        for key, each in _flat(normalized(path), value):
+            if update_policy is UpdateAction.OVERWRITE or self._values.get(key) is None:
+                self.set(key, each)
+
+    def initialize_from_dictionary(self, dictionary: Item) -> None:
+        """Set all values of an item, below the root."""
+        self.update("/", dictionary, "", UpdateAction.OVERWRITE)
+
+    def is_accessible_as(self, item_type: ItemType, path: str) -> bool:
+        """Return whether the value at a path can be read as one of a type."""
+        return is_accessible(item_type, self.get(path))
 
     # carb.settings has one getter and setter per type.
     def get_as_int(self, path: str) -> int:
@@ -195,6 +288,18 @@ class Settings:
 
     def set_string(self, path: str, value: str) -> None:
         self.set(path, str(value))
+
+    def set_bool_array(self, path: str, value: Sequence[bool]) -> None:
+        self.set(path, [bool(each) for each in value])
+
+    def set_int_array(self, path: str, value: Sequence[int]) -> None:
+        self.set(path, [int(each) for each in value])
+
+    def set_float_array(self, path: str, value: Sequence[float]) -> None:
+        self.set(path, [float(each) for each in value])
+
+    def set_string_array(self, path: str, value: Sequence[str]) -> None:
+        self.set(path, [str(each) for each in value])
 
     def set_default_int(self, path: str, value: int) -> None:
         self.set_default(path, int(value))

@@ -21,13 +21,16 @@ class Locked(OSError):
 class FileLock:
     """A lock of a file, which is created if it does not exist; with `shared` several processes may hold it at once."""
 
-    def __init__(self, path: Path, *, shared: bool = False) -> None:
+    def __init__(self, path: Path, *, shared: bool = False, removed: bool = False) -> None:
         """Take the lock.
+
+        removed: the file is removed once it is given back; that of a process that died stays, and locks nothing.
 
         Raises:
             Locked: another process has it.
             OSError: the file cannot be opened.
         """
+        self._path, self._is_removed = path, removed
         self._descriptor = -1
         while self._descriptor < 0:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | BINARY, 0o666)
@@ -46,8 +49,13 @@ class FileLock:
     def release(self) -> None:
         """Give the lock back; nothing happens the second time."""
         if self._descriptor >= 0:
+            if self._is_removed and not IS_WINDOWS:  # while no other process can have it
+                self._path.unlink(missing_ok=True)
             os.close(self._descriptor)
             self._descriptor = -1
+            if self._is_removed and IS_WINDOWS:  # where an open file cannot be removed
+                with suppress(OSError):
+                    self._path.unlink()
 
 
 @contextmanager

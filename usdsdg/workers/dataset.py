@@ -41,6 +41,14 @@ def make_dataset(places: Sequence[str], frames: int, count: int, make: MakeParts
 
 def make_claimed(folders: Sequence[DatasetFolder], frames: int, count: int, make: MakeParts, *, unit: int = 1) -> None:
     """As `make_dataset`, in folders that the run has claimed and released."""
+    try:
+        _make_and_join(folders, frames, count, make, unit)
+    finally:
+        for each in folders:
+            each.end_sharing()
+
+
+def _make_and_join(folders: Sequence[DatasetFolder], frames: int, count: int, make: MakeParts, unit: int) -> None:
     # Where the first process of an earlier run died while it joined parts, some datasets are whole.
     places = [each.place for each in folders if not each.was_complete]
     whole = [each.place for each in folders if each.was_complete]

@@ -284,6 +284,42 @@ def test_named_draws_inside_of_combine_are_told_too(product, tmp_path, is_trigge
         assert drawn["inner"][0] == pytest.approx(place[1:], rel=1e-6)
 
 
+@pytest.mark.parametrize("is_triggered", [True, False])
+@pytest.mark.parametrize("function", ["choice", "sequence"])
+def test_named_draws_that_a_list_holds_are_told_for_the_prims_that_took_them(product, tmp_path, is_triggered, function):
+    writer = WriterRegistry.get("ColorWriter", {"output_dir": str(tmp_path)}, [product])
+    near = rep.distribution.uniform((0, 0, 0), (1, 1, 1), name="near")
+    axes = [rep.distribution.normal(10.0, 1.0, name="x"), 11.0, 12.0]
+    place = getattr(rep.distribution, function)([near, rep.distribution.combine(axes, name="far")])
+    boxes = rep.create.cube(count=8)
+    with rep.trigger.on_frame() if is_triggered else nullcontext(), boxes:
+        rep.modify.pose(position=place)
+    for _ in range(3):
+        orchestrator.step()
+        drawn = writer.payloads[-1]["distribution_outputs"]
+        assert set(drawn) == {"near", "far", "x"}
+        places = [each.GetAttribute("xformOp:translate").Get() for each in boxes.get_output_prims()["prims"]]
+        for row, at in enumerate(places):
+            took, other = ("near", "far") if at[0] < 5 else ("far", "near")
+            assert drawn[took][row] == pytest.approx(tuple(at), rel=1e-6)
+            assert drawn[other][row] is None
+            assert drawn["x"][row] == (pytest.approx(at[0], rel=1e-6) if took == "far" else None)
+
+
+@pytest.mark.parametrize("is_triggered", [True, False])
+def test_a_named_pattern_over_prims_is_told_as_it_was_drawn(product, tmp_path, is_triggered):
+    writer = WriterRegistry.get("ColorWriter", {"output_dir": str(tmp_path)}, [product])
+    boxes = rep.create.cube(count=3)
+    shown = rep.distribution.choice([[True, False, False], [False, True, True], [True, True, False]], name="shown")
+    with rep.trigger.on_frame() if is_triggered else nullcontext(), boxes:
+        rep.modify.visibility(shown)
+    for _ in range(3):
+        orchestrator.step()
+        seen = [each.GetAttribute("visibility").Get() != "invisible" for each in boxes.get_output_prims()["prims"]]
+        assert list(writer.payloads[-1]["distribution_outputs"]["shown"]) == seen
+        assert list(shown.get_output("samples")) == seen
+
+
 def test_common_keys_tell_time_triggers_and_named_draws(product, tmp_path):
     writer = WriterRegistry.get("ColorWriter", {"output_dir": str(tmp_path)}, [product])
     with rep.trigger.on_frame():

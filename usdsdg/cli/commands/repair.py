@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import click
 from click.exceptions import Exit
 
 from usdsdg.cli import made_again
 from usdsdg.cli.command import Command, argument
+from usdsdg.cli.datasets_in import datasets_in
 from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.again_options import How, again_options
 from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
+from usdsdg.cli.options.report_options import json_option, limit_option, print_reports
 from usdsdg.cli.options.thread_limit import threads_option
-from usdsdg.cli.options.values import PATH, PLACE
-from usdsdg.cli.output import print_lines
+from usdsdg.cli.options.values import PLACE
 from usdsdg.errors import DatasetError, UsdsdgError
 from usdsdg.session.failures import tell
 
@@ -29,28 +30,13 @@ if TYPE_CHECKING:
     from usdsdg.writers.journal.recipe import Recipe
 
 
-class How(NamedTuple):
-    """How frames are made. is_tried: also with other versions, or on another kind of device."""
-
-    source: Path | None
-    stage: Path | None
-    is_tried: bool
-
-
 @click.command(cls=Command, epilog=epilog("repair"))
-@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder of several.")
+@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder with several.")
 @click.option("--dry-run", is_flag=True, help="Only say what is damaged, and which frames would be made.")
-@click.option("--source", type=PATH, help="The script or configuration.", show_default="the copy beside the data")
-@click.option("--stage", type=PATH, help="The stage that --stage of the run named.")
+@again_options
 @click.option("--anyway", is_flag=True, help="Also try with other versions, or on another kind of device.")
-@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
-@click.option(
-    "--limit",
-    type=click.IntRange(min=1),
-    default=200,
-    help="Print at most this many files of a dataset that are left damaged.",
-    show_default=True,
-)
+@json_option
+@limit_option("files of a dataset that are left damaged")
 @assets_root_option
 @device_option
 @threads_option
@@ -58,8 +44,7 @@ class How(NamedTuple):
 def repair(
     folder: str,
     dry_run: bool,
-    source: Path | None,
-    stage: Path | None,
+    how: How,
     anyway: bool,
     as_json: bool,
     limit: int,
@@ -74,29 +59,32 @@ def repair(
     file takes the place of a damaged one only if it has the bytes that the run wrote, by the SHA-256 in the journal.
 
     Prints a line for each file that is left damaged, with the reason, or that no run wrote, and one for each dataset;
-    the exit code is 1 if there are any. Interrupted, it keeps what it has repaired, and the next repair makes the rest.
+    the exit code is 1 if there are any, or a script fails. Other datasets of a folder are repaired then all the same.
+    Interrupted, it keeps what it has repaired, and the next repair makes the rest.
     """
     quiet = quiet or as_json
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, keeps_files=False):
         summaries: list[Summary] = []
         with ExitStack() as opened:
-            has_failed = _claim(folder, summaries, opened, is_dry=dry_run)
+            failed = _claim(folder, summaries, opened, is_dry=dry_run)
             try:
-                has_failed |= _repair_all(summaries, How(source, stage, anyway), is_dry=dry_run)
+                failed += _repair_all(summaries, how, is_dry=dry_run, is_tried=anyway)
             except KeyboardInterrupt:
                 limit = 0  # the files that are left may be many, and the next repair makes them
                 raise
             finally:
-                _print(folder, summaries, as_json, limit)
-    if has_failed or not (dry_run or all(each.is_clean for each in summaries)):
+                print_reports(folder, summaries, as_json=as_json, limit=limit)
+    if failed and len(datasets_in(folder)) > 1:
+        print(f"error: not repaired, for the reasons above: {', '.join(failed)}", file=sys.stderr)
+    if failed or not (dry_run or all(each.is_clean for each in summaries)):
         raise Exit(1)
 
 
-def _claim(place: str, summaries: list[Summary], opened: ExitStack, *, is_dry: bool) -> bool:
-    """Lock the datasets in a folder and find what is damaged; return whether one of several cannot be repaired."""
+def _claim(place: str, summaries: list[Summary], opened: ExitStack, *, is_dry: bool) -> list[str]:
+    """Lock the datasets in a folder and find what is damaged; return which of several cannot be repaired."""
     from usdsdg.repair.claim import claimed
 
-    names, has_failed = made_again.datasets_in(place), False
+    names, failed = datasets_in(place), []
     for name in names:
         try:
             summaries.append(opened.enter_context(claimed(name, is_dry=is_dry)))
@@ -104,31 +92,38 @@ def _claim(place: str, summaries: list[Summary], opened: ExitStack, *, is_dry: b
             if len(names) == 1:
                 raise
             tell(error)
-            has_failed = True
-    return has_failed
+            failed.append(name)
+    return failed
 
 
-def _repair_all(summaries: Sequence[Summary], how: How, *, is_dry: bool) -> bool:
-    """Repair datasets, those of one run at once; return whether frames could not be made."""
+def _repair_all(summaries: Sequence[Summary], how: How, *, is_dry: bool, is_tried: bool) -> list[str]:
+    """Repair datasets, those of one run at once; return those of which frames could not be made.
+
+    is_tried: also with other versions, or on another kind of device.
+    """
     from usdsdg.session import session
 
-    has_failed = False
+    failed = []
     groups = [group for group in made_again.of_one_run(summaries) if any(each.repair.left for each in group)]
     for number, group in enumerate(groups):
         if number:
             session.restart()
         try:
-            _repair(group, how, is_dry=is_dry)
+            _repair(group, how, is_dry=is_dry, is_tried=is_tried)
         except UsdsdgError as error:
             for each in group:
                 error.args = tuple(map(each.named, map(str, error.args)))
             tell(error)
-            has_failed = True
-    return has_failed
+            failed += [each.name for each in group]
+    return failed
 
 
-def _repair(group: Sequence[Summary], how: How, *, is_dry: bool) -> None:
-    """Repair the datasets of one run, of which some may be whole."""
+def _repair(group: Sequence[Summary], how: How, *, is_dry: bool, is_tried: bool) -> None:
+    """Repair the datasets of one run, of which some may be whole.
+
+    Raises:
+        UsdsdgError: frames cannot be made, or their script failed; what it had made until then is taken.
+    """
     if not is_dry:
         _take_sources(group, how.source)
         _make_of_spools(group)  # which takes no frames, and so also where these cannot be made
@@ -138,7 +133,7 @@ def _repair(group: Sequence[Summary], how: How, *, is_dry: bool) -> None:
     recipe = made_again.recipe_of(group[0].path)
     whole = next((each.path for each in group if not each.plan.source), group[0].path)
     file = made_again.source_of(whole, recipe, how.source)
-    if (said := made_again.differences(recipe)) and not how.is_tried:
+    if (said := made_again.differences(recipe)) and not is_tried:
         raise DatasetError(
             f"{group[0].name} was made with {'; '.join(said)}, and other versions and devices give other bytes. "
             "Install those versions, or choose that device with --device; --anyway tries, and keeps what has the same "
@@ -150,7 +145,7 @@ def _repair(group: Sequence[Summary], how: How, *, is_dry: bool) -> None:
     from usdsdg.session import session
 
     portion = joined([each.plan for each in group])
-    _make_frames(group, recipe, file, how.stage, portion)
+    failure = _make_frames(group, recipe, file, how, portion)
     if portion is not None and any(each.repair.shared for each in group):
         for each in group:
             each.plan.whole += each.repair.shared
@@ -159,8 +154,10 @@ def _repair(group: Sequence[Summary], how: How, *, is_dry: bool) -> None:
             f"note: all frames are made again for {name}, which the first and the last one do not make", file=sys.stderr
         )
         session.restart()
-        _make_frames(group, recipe, file, how.stage, None)
+        failure = _make_frames(group, recipe, file, how, None)
     _make_of_spools(group)  # once more, where pictures were damaged of which videos are made
+    if failure:
+        raise DatasetError(f"{failure}; the files that it had made until then are taken")
     _end(group)
 
 
@@ -169,19 +166,21 @@ def _end(group: Sequence[Summary]) -> None:
         each.is_ended = True
 
 
-def _make_frames(
-    group: Sequence[Summary], recipe: Recipe, file: Path, stage: Path | None, portion: Portion | None
-) -> None:
-    """Make the frames of a portion of datasets of one run again, None: all, and take the files that are equal."""
+def _make_frames(group: Sequence[Summary], recipe: Recipe, file: Path, how: How, portion: Portion | None) -> str:
+    """Make the frames of a portion of datasets of one run again, None: all, and take the files that are equal.
+
+    Returns what `made_again.make` returns.
+    """
     with made_again.scratch_folder("usdsdg-repair-") as scratch:
         try:
-            made_again.make([each.path for each in group], recipe, file, scratch, portion, stage)
+            failure = made_again.make([each.path for each in group], recipe, file, scratch, portion, how)
         finally:  # also what was made before Ctrl-C, so that the next repair goes on from there
             for each in group:
                 each.repair.take(made_again.folders_in(scratch))
         for each in group:
             _take_shards(each, scratch, portion)
             _note_assets(each, scratch)
+    return failure
 
 
 def _take_sources(group: Sequence[Summary], given: Path | None) -> None:
@@ -228,12 +227,3 @@ def _note_assets(summary: Summary, scratch: Path) -> None:
     for folder in made_again.folders_in(scratch) if summary.repair.left else ():
         for name in changed_assets(summary.path, folder):
             summary.notes.append(f"the asset {name} has other content than when {summary.name} was made")
-
-
-def _print(folder: str, summaries: Sequence[Summary], as_json: bool, limit: int) -> None:
-    if as_json:
-        values = [each.values() for each in summaries]
-        several = {"folder": folder, "clean": all(each["clean"] for each in values), "datasets": values}
-        print_lines([json.dumps(values[0] if len(values) == 1 else several, indent=1)])
-    else:
-        print_lines(line for each in summaries for line in each.lines(limit))

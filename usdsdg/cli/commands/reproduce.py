@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -12,11 +11,14 @@ from click.exceptions import Exit
 
 from usdsdg.cli import made_again
 from usdsdg.cli.command import Command, argument
+from usdsdg.cli.datasets_in import datasets_in
 from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.again_options import How, again_options
 from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
 from usdsdg.cli.options.thread_limit import threads_option
-from usdsdg.cli.options.values import PATH, PLACE
+from usdsdg.cli.options.values import PLACE
 from usdsdg.errors import DatasetError, counted
+from usdsdg.session.failures import tell
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 
 if TYPE_CHECKING:
@@ -26,10 +28,9 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command, epilog=epilog("reproduce"))
-@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder of several.")
+@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder with several.")
 @click.option("--frames", help="The frames to make again, as 0:10 or 3,7.", show_default="all")
-@click.option("--source", type=PATH, help="The script or configuration.", show_default="the copy beside the data")
-@click.option("--stage", type=PATH, help="The stage that --stage of the run named.")
+@again_options
 @assets_root_option
 @device_option
 @threads_option
@@ -37,8 +38,7 @@ if TYPE_CHECKING:
 def reproduce(
     folder: str,
     frames: str | None,
-    source: Path | None,
-    stage: Path | None,
+    how: How,
     assets_root: str | None,
     device: str | None,
     threads: int | None,
@@ -47,9 +47,9 @@ def reproduce(
     """Make frames of a dataset again, in a temporary folder, and compare their files with those of the dataset.
 
     On the same versions and kind of device every byte is compared, else pictures, arrays and numbers are, within a
-    tolerance. Prints a line for each file that differs, and one for each dataset; the exit code is 1 if a file differs.
-    The dataset is kept as it is: what a script does to its output folder itself, such as shutil.rmtree, is left out or
-    refused.
+    tolerance. Prints a line for each file that differs, and one for each dataset; the exit code is 1 if a file differs,
+    or the script fails. The dataset is kept as it is: what a script does to its output folder itself, such as
+    shutil.rmtree, is left out or refused.
     """
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, keeps_files=False):
         from usdsdg.datasets.on_disk import RECORDS, on_disk
@@ -59,25 +59,30 @@ def reproduce(
         portion = Portion.of_numbers(frames) if frames is not None else None
         differs = False
         with ExitStack() as opened:
-            datasets = [opened.enter_context(on_disk(each)) for each in made_again.datasets_in(folder)]
+            datasets = [opened.enter_context(on_disk(each)) for each in datasets_in(folder)]
             for each in datasets:
                 each.fetch(lambda name: name.startswith(f"{BESIDE}/") and not name.startswith(RECORDS))
             for number, group in enumerate(made_again.of_one_run(datasets)):
                 if number:
                     session.restart()
-                for name, count, result in _reproduce(group, portion, source, stage):
+                failure, results = _reproduce(group, portion, how)
+                for name, count, result in results:
                     _print(result, name, count)
                     differs |= bool(result.faults)
+                if failure:
+                    tell(DatasetError(f"{failure}, so not all frames may have been compared"))
+                    differs = True
     if differs:
         raise Exit(1)
 
 
 def _reproduce(
-    datasets: list[OnDisk], portion: Portion | None, source: Path | None, stage: Path | None
-) -> list[tuple[str, int | None, Comparison]]:
+    datasets: list[OnDisk], portion: Portion | None, how: How
+) -> tuple[str, list[tuple[str, int | None, Comparison]]]:
     """Make the frames of a portion of datasets of one recipe again, None: all, and compare each that has some of them.
 
-    Returns the name of each, how many of the frames it has where they were chosen one by one, and what came of it.
+    Returns what to say of a script that failed, else "", and of each dataset the name, how many of the frames it has
+    where they were chosen one by one, and what came of it.
     """
     from usdsdg.verify.frame_numbers import check_portion, frames_of
     from usdsdg.verify.reproduced import Comparison, changed_assets, compare, counterpart, files_of
@@ -89,24 +94,24 @@ def _reproduce(
         check_portion([each.path for each in datasets], portion)
         found = {each.name: sum(map(portion.has, frames_of(each.path))) for each in datasets}
         counts = {name: count if portion.numbers is not None else None for name, count in found.items() if count}
-    file = made_again.source_of(folder, recipe, source)
+    file = made_again.source_of(folder, recipe, how.source)
     differences = made_again.differences(recipe)
     for said in differences:
         print(f"note: made with {said}", file=sys.stderr)
     with made_again.scratch_folder("usdsdg-reproduce-") as scratch:
-        made_again.make([each.path for each in datasets], recipe, file, scratch, portion, stage)
+        failure = made_again.make([each.path for each in datasets], recipe, file, scratch, portion, how)
         folders = made_again.folders_in(scratch)
         results = []
         for each in (each for each in datasets if each.name in counts):
             made, files = counterpart(each.path, folders), files_of(each.path, portion)
             if made is None and files:
-                raise DatasetError(f"{each.path}: no file of it was made again by {file}")
+                raise DatasetError(f"{each.path}: no file of it was made again by {failure or file}")
             for name in changed_assets(each.path, made) if made is not None else ():
                 print(f"note: the asset {name} has other content than when {each.name} was made", file=sys.stderr)
             each.fetch(files.__contains__)
             result = compare(each.path, made, portion, exact=not differences) if made is not None else Comparison()
             results.append((each.name, counts[each.name], result))
-        return results
+        return failure, results
 
 
 def _print(result: Comparison, folder: str, frames: int | None) -> None:

@@ -12,6 +12,7 @@ from click.exceptions import Exit
 from usdsdg.cli.command import Command, argument
 from usdsdg.cli.commands.inspect import inspect_option, show_written
 from usdsdg.cli.examples import epilog
+from usdsdg.cli.options.again_options import map_option
 from usdsdg.cli.options.command_context import (
     assets_root_option,
     command_context,
@@ -74,13 +75,7 @@ _ON_EITHER_SIDE = ("--assets-root", "--save-stage")
 @workers_option
 @resume_option
 @overwrite_option
-@click.option(
-    "--map",
-    "map_",
-    multiple=True,
-    metavar="PREFIX=FOLDER",
-    help="Where the assets below a URL or path of another machine are; repeatable, also in usdsdg.toml.",
-)
+@map_option
 @click.option(
     "--missing-assets",
     type=Member(MissingOption),

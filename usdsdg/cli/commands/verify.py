@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
-
 import click
 from click.exceptions import Exit
 
 from usdsdg.cli.command import Command, argument
 from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
+from usdsdg.cli.options.report_options import json_option, limit_option, print_reports
 from usdsdg.cli.options.values import PLACE
-from usdsdg.cli.output import print_lines
 from usdsdg.errors import BadValue
 
 RENDERED = 10  # frames, where none are named
@@ -22,14 +20,8 @@ RENDERED = 10  # frames, where none are named
 @click.option("--files", is_flag=True, help="Only compare the files with the journal, by size and hash.")
 @click.option("--render", is_flag=True, help="Render frames again from the recorded stage.")
 @click.option("--frames", help="Numbers of the frames to render again, as 0,12.", show_default="10 of them")
-@click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
-@click.option(
-    "--limit",
-    type=click.IntRange(min=1),
-    default=200,
-    help="Print at most this many faults of a dataset.",
-    show_default=True,
-)
+@json_option
+@limit_option("faults of a dataset")
 @assets_root_option
 @device_option
 @quiet_option
@@ -63,14 +55,8 @@ def verify(
             reports = verify_all(dataset.path, labels=not files, render=chosen, progress=progress)
             for each in reports:
                 each.folder = dataset.named(each.folder)
-        is_clean = all(each.is_clean for each in reports)
-    if as_json:
-        values = [each.values() for each in reports]
-        several = {"folder": folder, "clean": is_clean, "datasets": values}
-        print_lines([json.dumps(values[0] if len(values) == 1 else several, indent=1)])
-    else:
-        print_lines(line for each in reports for line in each.lines(limit))
-    if not is_clean:
+    print_reports(folder, reports, as_json=as_json, limit=limit)
+    if not all(each.is_clean for each in reports):
         raise Exit(1)
 
 

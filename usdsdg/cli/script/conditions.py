@@ -43,6 +43,7 @@ class Conditions:
     maps: Sequence[str] = ()
     missing_assets: MissingOption = MissingOption.ERROR
     lenient: bool = False
+    is_recorded: bool = False  # a recipe tells them, so that only the places of assets can be chosen
 
     def facts(self) -> dict[str, Any]:
         """Return what a recipe has of them: all but the places of assets, which differ from machine to machine."""
@@ -56,15 +57,17 @@ class Conditions:
         }
 
     @classmethod
-    def of_facts(cls, facts: Mapping[str, Any], stage: Path | None) -> Conditions:
+    def of_facts(cls, facts: Mapping[str, Any], stage: Path | None, maps: Sequence[str] = ()) -> Conditions:
         """Return the conditions that a recipe tells; stage: where the stage is, if there was one."""
         return cls(
             stage,
             NewStageOption(facts["new_stage"]) if facts.get("new_stage") else None,
             facts.get("frames"),
             ReplicatorOption(facts["replicator"]) if facts.get("replicator") else None,
+            maps,
             missing_assets=MissingOption(facts.get("missing_assets") or MissingOption.ERROR),
             lenient=bool(facts.get("lenient")),
+            is_recorded=True,
         )
 
     def apply(self, script: Path) -> None:
@@ -95,6 +98,6 @@ class Conditions:
             there = Path(os.path.expanduser(self.stage)).absolute()
             stage_context.open_at_start(there if there.exists() else self.stage)
         # After the stage, which must be there in any case.
-        assets.set_on_missing(assets.OnMissing(self.missing_assets.value))
+        assets.set_on_missing(assets.OnMissing(self.missing_assets.value), is_chosen=not self.is_recorded)
         if not self.lenient:
             errors.watch_swallowed()

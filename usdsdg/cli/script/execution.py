@@ -6,10 +6,13 @@ import ast
 import linecache
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import CodeType, ModuleType, TracebackType
 
 from click.exceptions import Exit
+
+from usdsdg.errors import UsdsdgError
 
 
 def execute(script: Path, arguments: list[str], *, frames: int | None = None) -> None:
@@ -24,7 +27,6 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
     from usdsdg import compat
     from usdsdg.app.app import get_app
     from usdsdg.compat import kit_arguments
-    from usdsdg.errors import UsdsdgError
     from usdsdg.session.session import current
     from usdsdg.session.stage_context import current_stage
 
@@ -36,9 +38,22 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
     sys.path.insert(0, str(script.resolve().parent))
     main = _main_module(script)
     current_stage()
-    try:
+    with exit_of(script):
         program = _program(script)
         get_app().run(lambda: exec(program, main.__dict__))
+    if frames is not None:
+        get_app().run(lambda: _press_start(frames))
+
+
+@contextmanager
+def exit_of(script: Path) -> Iterator[None]:
+    """Run the body, which executes a script, as Python would: print what it raises, and end with its exit code.
+
+    Raises:
+        Exit: the script failed or called sys.exit; its traceback, from the script on, has been printed.
+    """
+    try:
+        yield
     except SystemExit as ended:
         if code := _exit_code(ended):
             raise Exit(code) from None
@@ -48,8 +63,6 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
     except Exception as error:  # noqa: BLE001 - scripts may raise anything, and its traceback is printed
         _print_traceback(error, script)
         raise Exit(1) from None
-    if frames is not None:
-        get_app().run(lambda: _press_start(frames))
 
 
 def _program(script: Path) -> CodeType:

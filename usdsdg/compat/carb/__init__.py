@@ -3,10 +3,11 @@
 import logging
 from collections.abc import Sequence
 
-from usdsdg.compat.carb import settings
+from usdsdg.compat.carb import dictionary, settings
 
 __all__ = [
-    "Double3", "Float2", "Float3", "Float4", "log_error", "log_info", "log_verbose", "log_warn", "settings",
+    "Double3", "Float2", "Float3", "Float4", "dictionary", "log_error", "log_info", "log_verbose", "log_warn",
+    "settings",
 ]  # fmt: skip
 
 _log = logging.getLogger("usdsdg.script")

@@ -3,6 +3,10 @@
 from usdsdg.session.settings_store import ChangeEventType, get_settings
 from usdsdg.session.settings_store import Settings as ISettings
 
-acquire_settings_interface = get_settings
+acquire_settings_interface = get_settings_interface = get_settings
+SubscriptionId = int
 
-__all__ = ["ChangeEventType", "ISettings", "acquire_settings_interface", "get_settings"]
+__all__ = [
+    "ChangeEventType", "ISettings", "SubscriptionId", "acquire_settings_interface", "get_settings",
+    "get_settings_interface",
+]  # fmt: skip

@@ -28,7 +28,9 @@ GETTERS = {
     "omni.kit.app.get_app": "omni.kit.app.IApp",
     "omni.kit.app.get_app_interface": "omni.kit.app.IApp",
     "carb.settings.get_settings": "carb.settings.ISettings",
+    "carb.settings.get_settings_interface": "carb.settings.ISettings",
     "carb.settings.acquire_settings_interface": "carb.settings.ISettings",
+    "carb.dictionary.get_dictionary": "carb.dictionary.IDictionary",
 }
 # To these a script can add members.
 _OPEN = (*CORE, "annotators.get", "writers.get")

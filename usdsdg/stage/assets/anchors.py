@@ -41,6 +41,23 @@ def note_home() -> None:
     _named_from.setdefault(os.path.abspath(os.path.expanduser("~")), HOME)
 
 
+def forget_named() -> None:
+    """Forget from where files were named, as in a new process."""
+    _named_from.clear()
+
+
+def forget_left_folders() -> None:
+    """Forget folders that are not the working folder any more: for another dataset they are folders as others.
+
+    The working folder stays, from which files of the next stage may have been named before that is there.
+    """
+    here = ""
+    with contextlib.suppress(OSError):  # it was removed
+        here = os.getcwd()
+    for folder in [folder for folder, name in _named_from.items() if name == HERE and folder != here]:
+        del _named_from[folder]
+
+
 def portable(text: str) -> str:
     """Return a path, or a text with paths such as that of a layer, with names in place of folders of this machine."""
     if "/" not in text and "\\" not in text:  # most arguments of writers: the folders are not looked up for them

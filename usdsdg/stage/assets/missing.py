@@ -34,13 +34,17 @@ class MissingAsset(NamedTuple):
 
 
 _on_missing = OnMissing.RAISE
+_is_chosen = True
 _missing: dict[str, MissingAsset] = {}
 
 
-def set_on_missing(choice: OnMissing) -> None:
-    """Choose what becomes of missing assets from now on, and forget those of the past."""
-    global _on_missing
-    _on_missing = choice
+def set_on_missing(choice: OnMissing, *, is_chosen: bool = True) -> None:
+    """Choose what becomes of missing assets from now on, and forget those of the past.
+
+    is_chosen: whether the user could choose otherwise, which messages say then.
+    """
+    global _on_missing, _is_chosen
+    _on_missing, _is_chosen = choice, is_chosen
     _missing.clear()
 
 
@@ -130,10 +134,11 @@ def listed(missing: list[MissingAsset]) -> str:
     """Return the message of an error for all missing assets: one paragraph each, then the remedy."""
     count = f"{len(missing)} assets are" if len(missing) > 1 else "an asset is"
     lines = [f"  {each.asset}{f' ({each.line})' if each.line else ''}\n      {each.why}" for each in missing]
-    return "\n".join([f"{count} missing:", *lines, _REMEDY])
+    return "\n".join([f"{count} missing:", *lines, f"{_PLACES}{_WITHOUT if _is_chosen else _AS_THEN}"])
 
 
-_REMEDY = (
-    "Say where they are with --map PREFIX=FOLDER or --assets-root, or run without them: --missing-assets stand-in puts "
-    "labeled boxes in their place, --missing-assets skip nothing."
+_PLACES = "Say where they are with --map PREFIX=FOLDER or --assets-root"
+_WITHOUT = (
+    ", or run without them: --missing-assets stand-in puts labeled boxes in their place, --missing-assets skip nothing."
 )
+_AS_THEN = "; without them, frames would be others than the run has made."

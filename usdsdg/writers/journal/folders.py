@@ -47,11 +47,13 @@ class DatasetFolder:
         before: Callable[[], object] = lambda: None,
         with_parts: bool = False,
         growth: Growth | None = None,
+        shares_out: bool = False,
     ) -> None:
         """Claim a place for a run.
 
         before: called with the lock, before the journal is read. with_parts: parts that are there are gone on with, by
-        other processes, or joined. growth: lets one with fewer frames be gone on with.
+        other processes, or joined. growth: lets one with fewer frames be gone on with. shares_out: other processes make
+        the frames; until `end_sharing` no other one plans them, also where this one has released the folder.
 
         Raises:
             DatasetInTheWay: another run is there, or writes there now; the message says how to go on.
@@ -64,12 +66,16 @@ class DatasetFolder:
         home = path / PARTS / portion.name if portion is not None else path / BESIDE
         self._home = home
         self.spools = SpoolHashes(home / AGGREGATES)
+        self._sharing: Lock | None = None
         try:
             home.mkdir(parents=True, exist_ok=True)
+            self._sharing = place.sharing_lock() if shares_out else None
             self._locks = place.locks(portion)
         except Locked as held:
+            self.end_sharing()
             raise _held(place, held) from None
         except OSError as error:
+            self.end_sharing()
             raise not_writable(path, error) from error
         try:
             place.pull(portion)
@@ -94,6 +100,7 @@ class DatasetFolder:
             place.push(whole=True)
         except BaseException:
             self.release()
+            self.end_sharing()
             raise
         self.end = self.journal.contents.end  # the frame after those that were whole then
         self._shared: dict[str, FileFacts] = {}
@@ -192,6 +199,11 @@ class DatasetFolder:
         """Let other processes write there."""
         for lock in self._locks:
             lock.release()
+
+    def end_sharing(self) -> None:
+        """Let other processes share frames out."""
+        if self._sharing is not None:
+            self._sharing.release()
 
     def _make_room(self, mode: Mode) -> None:
         """Remove what an earlier run has left, unless it is gone on with."""

@@ -25,6 +25,7 @@ JOINED = f"{BESIDE}/joined"  # folder of parts that have been joined, until the 
 LATEST = "latest"  # folder of a part, with its versions of files about all frames that grow with them
 _LEASES = f"{BESIDE}/leases"
 _ALL, _PART, _SHARED = f"{_LEASES}/all", f"{_LEASES}/part-", f"{_LEASES}/shared-"
+_SHARING_OUT = f"{_LEASES}/sharing-out"
 # What of `.usdsdg` is mirrored; the rest, such as the records of frames, is written as the data are.
 _MIRRORED = (JOURNAL, "recipe.json", "source", "aggregates", "parts")
 _PROCESS = f"{os.getpid():x}-{os.urandom(6).hex()}"
@@ -58,6 +59,10 @@ class Place(Protocol):
 
     def shared_lock(self) -> Lock:
         """Take the lock of a process that lets others make parts; raises Locked where one makes all frames."""
+        ...
+
+    def sharing_lock(self) -> Lock:
+        """Take the lock of the one process that plans parts, lets others make them, and joins them; raises Locked."""
         ...
 
     def sync(self, names: Iterable[str]) -> None:
@@ -123,6 +128,10 @@ class FolderPlace:
     def shared_lock(self) -> Lock:
         """Take the lock of the journal; see `Place`."""
         return FileLock(self.path / BESIDE / JOURNAL, shared=True)
+
+    def sharing_lock(self) -> Lock:
+        """Take the lock of a file of its own; see `Place`."""
+        return FileLock(self.path / BESIDE / ".workers.lock", removed=True)
 
     def sync(self, names: Iterable[str]) -> None:
         """Sync files and folders; see `Place`."""
@@ -201,7 +210,8 @@ class StorePlace:
     def locks(self, portion: Portion | None) -> list[Lock]:
         """Take leases; see `Place`."""
         if portion is None:
-            return [self._lease(_ALL, lambda: (name for name, _ in self.store.list(_LEASES)))]
+            # That of a process that shares frames out is there while it begins and joins them itself.
+            return [self._lease(_ALL, lambda: (name for name, _ in self.store.list(_LEASES) if name != _SHARING_OUT))]
         shared = self.shared_lock()
         try:
             return [self._lease(f"{_PART}{portion.name.replace('/', '-')}", lambda: ()), shared]
@@ -212,6 +222,10 @@ class StorePlace:
     def shared_lock(self) -> Lock:
         """Take a lease that several processes may have; see `Place`."""
         return self._lease(f"{_SHARED}{_PROCESS}-{os.urandom(3).hex()}", lambda: [_ALL])
+
+    def sharing_lock(self) -> Lock:
+        """Take a lease of its own; see `Place`."""
+        return self._lease(_SHARING_OUT, lambda: ())
 
     def sync(self, names: Iterable[str]) -> None:
         """All that was put is durable; see `Place`."""

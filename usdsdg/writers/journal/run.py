@@ -151,7 +151,13 @@ class Run:
                 place = self._place(folder)
                 of_place = self.recipe.of(place.name)
                 claimed = DatasetFolder(
-                    place, of_place, self.mode, self.portion, with_parts=self._with_parts, growth=self.growth
+                    place,
+                    of_place,
+                    self.mode,
+                    self.portion,
+                    with_parts=self._with_parts,
+                    growth=self.growth,
+                    shares_out=self._with_parts,
                 )
                 self._folders[folder] = claimed
                 if self.mode is Mode.RESUME and (there := len(claimed.journal.contents.frames)):

@@ -1,0 +1,40 @@
+"""The options of commands that report on datasets, and what these print."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Protocol
+
+import click
+
+from usdsdg.cli.output import print_lines
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
+
+
+class _Report(Protocol):
+    def lines(self, most: int) -> Iterable[str]: ...
+
+    def values(self) -> dict[str, Any]: ...
+
+
+def limit_option(of_what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return the option `--limit`, of at most so many lines."""
+    return click.option(
+        "--limit",
+        type=click.IntRange(min=1),
+        default=200,
+        help=f"Print at most this many {of_what}.",
+        show_default=True,
+    )
+
+
+def print_reports(folder: str, reports: Sequence[_Report], *, as_json: bool, limit: int) -> None:
+    """Print the reports on the datasets in a folder: lines, or JSON, of one dataset without a list around it."""
+    if as_json:
+        values = [each.values() for each in reports]
+        several = {"folder": folder, "clean": all(each["clean"] for each in values), "datasets": values}
+        print_lines([json.dumps(values[0] if len(values) == 1 else several, indent=1)])
+    else:
+        print_lines(line for each in reports for line in each.lines(limit))
