@@ -138,3 +138,25 @@ def test_simulate_async_calls_back_after_each_step():
     calls = []
     asyncio.run(simulate_async(0.1, 60, lambda: calls.append(1)))
     assert len(calls) == 6
+
+
+def test_commands_are_classes_too():
+    told = run(
+        """
+        import usdsdg.compat; usdsdg.compat.install()
+        import omni.usd, omni.usd.commands
+        from omni.usd.commands import CreatePrimCommand, DeletePrimsCommand
+        stage = omni.usd.get_context().get_stage()
+        CreatePrimCommand("Xform", "/World/a").do()
+        omni.usd.commands.CreatePrimCommand(prim_type="Cube", prim_path="/World/b").do()
+        DeletePrimsCommand(["/World/a"]).do()
+        print([str(prim.GetPath()) for prim in stage.GetPrimAtPath("/World").GetChildren()])
+        try:
+            omni.usd.commands.CreatePrmCommand
+        except AttributeError as error:
+            print(error)
+        """
+    )
+    names, error = told.splitlines()
+    assert names == "['/World/b']"
+    assert "omni.usd.commands of usdsdg has no 'CreatePrmCommand'; did you mean CreatePrimCommand" in error

@@ -76,6 +76,7 @@ ALIASES = (
     *((f"{package}.{name}", _WRITERS) for package in _WRITER_PACKAGES for name in _WRITER_MODULES),
     *((package, _WRITERS) for package in _WRITER_PACKAGES),
     ("omni.replicator.isaac", "usdsdg.compat.isaacsim.replicator.domain_randomization"),
+    ("omni.usd.commands", "usdsdg.compat.omni.kit.commands.command_classes"),
     ("omni.usd._impl.utils", "usdsdg.compat.omni.usd"),
     ("omni.usd._impl", "usdsdg.compat.omni.usd"),
     ("omni.kit.scripting", "usdsdg.compat.omni.behavior.scripting.core"),
