@@ -25,6 +25,7 @@ def prims(
     path_pattern: str | None = None, path_match: str | None = None, path_pattern_exclusion: str | None = None,
     prim_types: Any = None, prim_types_exclusion: Any = None, semantics: Any = None, semantics_exclusion: Any = None,
     cache_result: bool = True, ignore_case: bool = True, name: str | None = None,
+    *, cache_prims: bool = True,
 ) -> ReplicatorItem:  # fmt: skip
     """Find the prims that meet all given conditions; the item is empty if there are none.
 
@@ -38,6 +39,7 @@ def prims(
         cache_result: False: what acts on the prims searches them again at each execution. It does nothing where there
             are none then.
         ignore_case: whether paths match case-insensitively.
+        cache_prims: what `cache_result` was called in Replicator 1.4.
 
     Raises:
         ArgumentError: a pattern is not a regular expression, or `semantics` are not labels.
@@ -47,7 +49,7 @@ def prims(
         "prim_types": prim_types, "prim_types_exclusion": prim_types_exclusion, "semantics": semantics,
         "semantics_exclusion": semantics_exclusion, "ignore_case": ignore_case,
     }  # fmt: skip
-    return _item("prims", conditions, cache_result, name)
+    return _item("prims", conditions, cache_result and cache_prims, name)
 
 
 def _item(function: str, conditions: dict[str, Any], cache_result: bool, name: str | None) -> ReplicatorItem:

@@ -91,6 +91,31 @@ def test_errors_are_shown_with_pythons_suggestions_and_causes(tmp_path):
     assert all(line.startswith('  File "script.py", line ') for line in lines if line.startswith("  File "))
 
 
+def test_annotations_of_a_script_are_what_python_makes_of_them(tmp_path):
+    text = "def weigh(mass: float) -> int: ...\nprint(weigh.__annotations__)\n"
+    (tmp_path / "script.py").write_text(text)
+    assert usdsdg("run", "script.py", cwd=tmp_path).stdout == "{'mass': <class 'float'>, 'return': <class 'int'>}\n"
+    (tmp_path / "script.py").write_text("from __future__ import annotations\n" + text)
+    assert usdsdg("run", "script.py", cwd=tmp_path).stdout == "{'mass': 'float', 'return': 'int'}\n"
+
+
+def test_a_script_may_await_at_its_top_level(tmp_path):
+    (tmp_path / "script.py").write_text(
+        "import omni.kit.app\n"
+        "import omni.replicator.core as rep\n"
+        "await omni.kit.app.get_app().next_update_async()\n"
+        "cube = rep.create.cube(semantics=[('class', 'cube')])\n"
+        "boxes = rep.annotators.get('bounding_box_2d_tight')\n"
+        "boxes.attach(rep.create.render_product(rep.create.camera(position=(0, -5, 0), look_at=cube), (32, 32)))\n"
+        "await rep.orchestrator.step_async()\n"
+        "print(len(boxes.get_data()['data']))\n"
+    )
+    assert usdsdg("run", "script.py", cwd=tmp_path).stdout == "1\n"
+    done = run(tmp_path, "import asyncio\nawait asyncio.sleep(0)\nraise ValueError('here')\n", expect=1)
+    assert 'script.py", line 3' in done.stderr
+    assert "ValueError: here" in done.stderr
+
+
 def test_a_script_is_the_main_module(tmp_path):
     script = """
         import pickle

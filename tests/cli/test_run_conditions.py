@@ -65,6 +65,21 @@ def test_steps_at_which_nothing_was_attached_are_told(tmp_path):
     assert "Start" not in done.stderr
 
 
+def test_a_writer_that_waits_for_its_schedule_is_told_as_such(tmp_path):
+    (tmp_path / "script.py").write_text(
+        "import omni.replicator.core as rep\n"
+        "product = rep.create.render_product(rep.create.camera(), (8, 8))\n"
+        "writer = rep.writers.get('BasicWriter', init_params={'output_dir': 'out', 'rgb': True})\n"
+        "writer.attach(product, trigger=None)\n"
+        "rep.orchestrator.step()\n"
+    )
+    done = usdsdg("run", "script.py", cwd=tmp_path)
+    assert "BasicWriter is attached, but no frame was captured: a writer that is attached with trigger=None" in (
+        " ".join(done.stderr.split())
+    )
+    assert "schedule_write()" in done.stderr
+
+
 def test_a_script_without_a_render_product_is_not_sent_to_press_start(tmp_path):
     (tmp_path / "script.py").write_text(
         "import omni.replicator.core as rep\n"

@@ -34,6 +34,16 @@ def test_prims_are_searched_again_at_each_execution(stage):
     assert late.GetAttribute("purpose").Get() == "default"
 
 
+def test_the_earlier_name_of_cache_result_is_taken(stage):
+    crate(stage, "crate_0")
+    with rep.trigger.on_frame(), get.prims(path_pattern="/World/crate", cache_prims=False):
+        rep.modify.attribute("size", 3.0)
+    crate(stage, "crate_1")
+    rep.orchestrator.step()
+    assert sizes(stage) == [3.0, 3.0]
+    assert len(get.prims(path_pattern="/World/crate", cache_prims=True).get_output_prims()["prims"]) == 2
+
+
 def test_prims_that_are_gone_are_no_error(stage):
     crate(stage, "crate_0")
     crate(stage, "crate_1")

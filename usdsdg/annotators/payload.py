@@ -13,6 +13,7 @@ from usdsdg.annotators.frame import Frame
 from usdsdg.errors import WriterError
 
 LAYOUTS = ("legacy", "annotator", "renderProduct")
+_NOT_ANNOTATORS = ("distribution_outputs", "trigger_outputs", "named_outputs")
 
 
 @dataclass(frozen=True)
@@ -117,6 +118,21 @@ def check_layout(layout: str, writer: str = "A writer") -> None:
     """Raise a WriterError if there is no such layout."""
     if layout not in LAYOUTS:
         raise WriterError(f"{writer}: data_structure {layout!r} does not exist; it may be {', '.join(LAYOUTS)}.")
+
+
+def by_annotator(data: Mapping[str, Any]) -> Mapping[str, Mapping[str, Any]]:
+    """Return what a payload has under "annotators"; of one in the legacy layout, which scripts build, the same."""
+    if "annotators" in data:
+        return data["annotators"]
+    laid_out: dict[str, dict[str, Any]] = {}
+    for key, seen in data.items():
+        name, _, product = key.partition("-")
+        if isinstance(seen, np.ndarray):
+            laid_out.setdefault(name, {})[product] = {"data": seen}
+        elif isinstance(seen, Mapping) and key not in _NOT_ANNOTATORS and not key.startswith("rp_"):
+            flat = {**seen.get("info", {}), **{each: value for each, value in seen.items() if each != "info"}}
+            laid_out.setdefault(name, {})[product] = flat
+    return laid_out
 
 
 def _legacy(captures: Mapping[str, Capture], several: bool) -> dict[str, Any]:

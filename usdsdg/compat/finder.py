@@ -52,6 +52,7 @@ ALIASES = (
         for name, parts in (
             ("viewport_manager", (".scripts.utils.viewport_manager", ".utils.viewport_manager")),
             ("io_queue", (".scripts.backends.io_queue", ".backends.io_queue")),
+            ("annotator_utils", (".scripts.utils.annotator_utils", ".utils.annotator_utils")),
         )
         for part in parts
     ),
@@ -61,6 +62,9 @@ ALIASES = (
         for part in (".scripts", "")
         for name in ("base", "disk", "dispatcher", "group", "registry", "s3", "sequential")
     ),
+    # As the modules of the registries were named at first.
+    ("omni.replicator.core.scripts.annotator_registry", "usdsdg.annotators"),
+    ("omni.replicator.core.scripts.writer_registry", "usdsdg.writers"),
     ("omni.replicator.core.scripts", "usdsdg"),
     ("omni.replicator.core", "usdsdg"),
     ("omni.replicator.replicator_yaml", "usdsdg.replicator_yaml"),
@@ -72,10 +76,13 @@ ALIASES = (
     *((f"{package}.{name}", _WRITERS) for package in _WRITER_PACKAGES for name in _WRITER_MODULES),
     *((package, _WRITERS) for package in _WRITER_PACKAGES),
     ("omni.replicator.isaac", "usdsdg.compat.isaacsim.replicator.domain_randomization"),
+    ("omni.usd.commands", "usdsdg.compat.omni.kit.commands.command_classes"),
     ("omni.usd._impl.utils", "usdsdg.compat.omni.usd"),
     ("omni.usd._impl", "usdsdg.compat.omni.usd"),
     ("omni.kit.scripting", "usdsdg.compat.omni.behavior.scripting.core"),
     ("omni.isaac.sensor._sensor", "usdsdg.compat.isaacsim.sensors.physics._sensor"),
+    ("omni.isaac.sensor.scripts.camera", "usdsdg.compat.isaacsim.sensors.camera"),
+    ("omni.isaac.sensor.scripts", "usdsdg.compat.omni.isaac.sensor"),
     ("omni.isaac.sensor", "usdsdg.compat.omni.isaac.sensor"),
     ("omni.syntheticdata.scripts.SyntheticData", "usdsdg.compat.omni.syntheticdata.synthetic_data"),
     ("omni.syntheticdata.scripts", "usdsdg.compat.omni.syntheticdata"),
@@ -96,6 +103,11 @@ ALIASES = (
     ("isaacsim.core.simulation_manager.impl", "usdsdg.compat.isaacsim.core.simulation_manager"),
     ("isaacsim.core.prims.impl", "usdsdg.compat.isaacsim.core.prims"),
 )
+# Replicator's modules import its utilities, and scripts take these from there: `create.ReplicatorItem`.
+_FAMILIES = {
+    f"usdsdg.{name}"
+    for name in ("create", "distribution", "get", "modify", "orchestrator", "physics", "randomizer", "trigger")
+}
 # Modules that Isaac Sim has until version 4 only: their scripts expect the payloads of that time.
 OLD_NAMES = ("omni.isaac.", "omni.replicator.isaac")
 
@@ -251,6 +263,8 @@ def _explain_attributes(name: str, module: ModuleType) -> Callable[[str], object
             return importlib.import_module(f"{name}.{attribute}")
         if subject := foreign_names.out_of_scope(f"{name}.{attribute}"):
             return placeholder(f"{name}.{attribute}", subject)
+        if module.__name__ in _FAMILIES and attribute in (utilities := importlib.import_module("usdsdg.utils")).__all__:
+            return getattr(utilities, attribute)
         raise AttributeError(_lacks(name, module, attribute), name=attribute, obj=module)
 
     return __getattr__

@@ -150,7 +150,7 @@ OUT_OF_SCOPE = (
     _row(
         "scenes from the description files of omni.replicator.object are",
         "Describe them for `usdsdg generate`, or as a Replicator YAML file.",
-        "omni.replicator.object omni.replicator.composer",
+        "omni.replicator.object isaacsim.replicator.object omni.replicator.composer",
     ),
 )
 

@@ -26,17 +26,18 @@ def author(stage: Usd.Stage, kind: NewStage) -> None:
     stage.SetTimeCodesPerSecond(60.0)
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/World").GetPrim())
     if kind is not NewStage.EMPTY:
-        _add_light(stage, is_kit)
+        add_light(stage, kind)
 
 
-def _add_light(stage: Usd.Stage, is_kit: bool) -> None:
+def add_light(stage: Usd.Stage, kind: NewStage) -> None:
+    """Author the light of a new stage of this kind."""
     UsdGeom.Xform.Define(stage, DEFAULT_LIGHT.rsplit("/", 1)[0])
     light = UsdLux.DistantLight.Define(stage, DEFAULT_LIGHT)
     light.CreateAngleAttr(DEGREES)
     light.CreateIntensityAttr(LUX)
     pose = UsdGeom.Xformable(light)
     pose.AddTranslateOp().Set(Gf.Vec3d(0.0))
-    if is_kit:
+    if kind is NewStage.KIT:
         pose.AddRotateXYZOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(315.0, 0.0, 0.0))
     else:
         turn = Gf.Rotation(Gf.Vec3d(1, 0, 0), 45.0) * Gf.Rotation(Gf.Vec3d(0, 0, 1), 90.0)

@@ -13,6 +13,7 @@ class Observations:
         self.light_seen = False  # a color image was not black
         self.label_seen = False  # a labeled prim was in view
         self.writers: list[str] = []  # type names of the writers that have been attached
+        self.waits_for_calls = False  # one of them was attached with trigger=None
         self.previews = 0
         self.unseen = 0  # captures of which no annotator or writer wanted anything
 

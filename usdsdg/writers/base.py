@@ -152,6 +152,7 @@ class Writer(ABC):
         if self.num_written:
             current().class_tables.resume()
         current().observations.writers.append(type(self).__name__)
+        current().observations.waits_for_calls |= trigger is None
 
     async def attach_async(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
         """As `attach`."""

@@ -355,3 +355,26 @@ def test_files_of_our_own_annotators(frame, tmp_path):
     assert read(tmp_path, "keypoints_info_0000.json") == {"keypointNames": [], "primPaths": []}
     found = read_dataset(tmp_path)
     assert not found.problems
+
+
+def test_a_payload_in_the_legacy_layout_that_a_script_builds_is_written_too(frame, tmp_path):
+    asked = ("rgb", "bounding_box_2d_tight", "camera_params")
+    own = write(tmp_path / "own", frame, **dict.fromkeys(asked, True))
+    payload = annotators.build_payload(own, {PRODUCT: frame})["annotators"]
+    seen = {name.removesuffix("_fast"): each["rp1"] for name, each in payload.items() if "rp1" in each}
+    boxes = dict(seen["bounding_box_2d_tight"])
+    built = writers.BasicWriter(output_dir=str(tmp_path / "built"))
+    built.write(
+        {
+            "trigger_outputs": {},
+            "rgb": seen["rgb"]["data"],
+            "bounding_box_2d_tight": {"data": boxes.pop("data"), "info": boxes},
+            "camera_params": seen["camera_params"],
+        }
+    )
+    built.backend.wait_until_done()
+    names = set(files(tmp_path / "own"))
+    assert len(names) == 5
+    assert set(files(tmp_path / "built")) == names
+    for name in names:
+        assert (tmp_path / "built" / name).read_bytes() == (tmp_path / "own" / name).read_bytes()

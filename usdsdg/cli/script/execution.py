@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import ast
+import asyncio
+import inspect
 import linecache
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import CodeType, ModuleType, TracebackType
+from typing import Any
 
 from click.exceptions import Exit
 
@@ -40,7 +43,8 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
     current_stage()
     with exit_of(script):
         program = _program(script)
-        get_app().run(lambda: exec(program, main.__dict__))
+        tasks: list[asyncio.Task[Any]] = []  # the event loop does not keep them alive
+        get_app().run(lambda: tasks.extend(_started(program, main.__dict__)))
     if frames is not None:
         get_app().run(lambda: _press_start(frames))
 
@@ -65,13 +69,20 @@ def exit_of(script: Path) -> Iterator[None]:
         raise Exit(1) from None
 
 
+def _started(program: CodeType, namespace: dict[str, Any]) -> list[asyncio.Task[Any]]:
+    """Execute a script; one that awaits outside of functions becomes a task, which is returned."""
+    body = eval(program, namespace)
+    return [asyncio.ensure_future(body)] if program.co_flags & inspect.CO_COROUTINE else []
+
+
 def _program(script: Path) -> CodeType:
     """Compile the script, once the names and the assets that it is sure to use are known to be there."""
     # Of bytes Python reads the encoding itself: a mark of the byte order, or a comment such as `coding: latin-1`.
     tree = ast.parse(script.read_bytes(), str(script))
     _check_names(script)
     _check_assets(script, tree)
-    return compile(tree, str(script), "exec")
+    # Editors and notebooks of Isaac Sim let a script await at its top level. Annotations are strings in this file only.
+    return compile(tree, str(script), "exec", flags=ast.PyCF_ALLOW_TOP_LEVEL_AWAIT, dont_inherit=True)
 
 
 def _check_names(script: Path) -> None:

@@ -42,6 +42,11 @@ def _of_no_frame() -> list[str]:
         what = "the script made randomizers with triggers, but captured no frame"
     else:
         return []
+    if seen.unseen and seen.waits_for_calls:
+        return [
+            f"{what}: a writer that is attached with trigger=None writes the next frame after each call of its "
+            "schedule_write() alone. Call that before a step, or attach it without trigger=None."
+        ]
     if seen.unseen:
         return [
             f"{what}: at {_all(seen.unseen, 'step', verb=False)} no annotator or writer was attached to a render "

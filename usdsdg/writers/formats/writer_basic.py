@@ -10,6 +10,7 @@ import numpy as np
 
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.packed_colors import unpacked
+from usdsdg.annotators.payload import by_annotator
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
@@ -144,7 +145,7 @@ class BasicWriter(Writer):
     def write(self, data: dict[str, Any]) -> None:
         self._follow_sequence(data)
         by_product: dict[str, list[Step]] = {}
-        for annotator, products in data["annotators"].items():
+        for annotator, products in by_annotator(data).items():
             name = annotator.removesuffix(_FAST)
             for product, seen in products.items():
                 if name not in _STEPS and not isinstance(seen, Mapping):

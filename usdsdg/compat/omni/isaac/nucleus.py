@@ -5,7 +5,8 @@ from usdsdg.errors import AssetError
 from usdsdg.session.stage_context import assets_root
 
 __all__ = [
-    "get_assets_root_path", "get_assets_root_path_async", "is_dir", "is_dir_async", "is_file", "is_file_async",
+    "find_nucleus_server", "get_assets_root_path", "get_assets_root_path_async", "is_dir", "is_dir_async", "is_file",
+    "is_file_async",
 ]  # fmt: skip
 
 
@@ -15,6 +16,11 @@ def get_assets_root_path(*, skip_check: bool = False) -> str:
 
 async def get_assets_root_path_async(*, skip_check: bool = False) -> str:
     return assets_root()
+
+
+def find_nucleus_server(suffix: str = "/Isaac") -> tuple[bool, str]:
+    """Return True and the assets root, as scripts of Isaac Sim 2021 and 2022 look for it."""
+    return True, assets_root()
 
 
 def is_file(path: str) -> bool:

@@ -158,6 +158,9 @@ def test_stages_are_opened_referenced_and_measured(stage, tmp_path):
     assert again == stage_context.current_stage() == stage_utils.get_current_stage()
     with pytest.raises(ValueError, match="not the name of a USD file"):
         stage_utils.open_stage(str(tmp_path / "all.txt"))
+    lit = stage_utils.create_new_stage(template="sunlight")
+    assert [prim.GetTypeName() for prim in lit.Traverse() if prim.HasAttribute("inputs:intensity")] == ["DistantLight"]
+    assert not stage_utils.create_new_stage(template="empty").GetPrimAtPath("/Environment")
     with pytest.raises(Unsupported, match="gridroom"):
         stage_utils.create_new_stage(template="gridroom")
 

@@ -2,5 +2,6 @@
 
 from usdsdg.compat.isaacsim.sensors.camera.camera import Camera, get_all_camera_objects
 from usdsdg.compat.isaacsim.sensors.camera.camera_view import CameraView
+from usdsdg.compat.isaacsim.sensors.camera.depth_sensor import SingleViewDepthSensor
 
-__all__ = ["Camera", "CameraView", "get_all_camera_objects"]
+__all__ = ["Camera", "CameraView", "SingleViewDepthSensor", "get_all_camera_objects"]

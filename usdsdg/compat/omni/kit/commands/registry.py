@@ -79,6 +79,19 @@ def get_commands_list() -> list[str]:
     return sorted({*_functions, *_classes})
 
 
+def function_of(name: str) -> Callable[..., Any]:
+    """Return what executes a command, for a script's own one its class; names may have "Command" at their end.
+
+    Raises:
+        Unsupported: there is no such command.
+    """
+    short = name.removesuffix(_SUFFIX)
+    found = _classes.get(short) or _functions.get(name) or _functions.get(short)
+    if found is None:
+        raise _unknown(name)
+    return found
+
+
 class _BuiltIn(Command):
     """A command of Kit with its arguments."""
 
@@ -104,9 +117,7 @@ def create(name: str, **kwargs: Any) -> Command:
     own = get_command_class(name)
     if own is not None:
         return own(**kwargs)
-    function = _functions.get(name) or _functions.get(name.removesuffix(_SUFFIX))
-    if function is None:
-        raise _unknown(name)
+    function = function_of(name)
     known = inspect.signature(function).parameters
     ignored = sorted(set(kwargs) - set(known) - _IGNORED)
     if ignored:

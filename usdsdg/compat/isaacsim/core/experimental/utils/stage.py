@@ -13,6 +13,7 @@ from usdsdg.compat.stage_events import stage_events
 from usdsdg.compat.wrappers.prim_paths import existing_prim
 from usdsdg.errors import BadPrim, Unsupported
 from usdsdg.session import stage_context
+from usdsdg.session.new_stages import DEFAULT_LIGHT, NewStage, add_light
 from usdsdg.session.session import current
 from usdsdg.stage.paths import next_free_path
 
@@ -48,16 +49,20 @@ def is_stage_set() -> bool:
 
 
 def create_new_stage(*, template: str | None = None) -> Usd.Stage:
-    """Create an empty stage and make it current.
+    """Create a stage and make it current: an empty one, or with the template "sunlight" one with a distant light.
 
     Raises:
-        Unsupported: a template other than "empty".
+        Unsupported: another template than "empty" and "sunlight".
     """
-    if template not in (None, "empty"):
+    if template not in (None, "empty", "sunlight"):
         raise Unsupported(
-            f"create_new_stage: there is no template {template!r}; add a ground plane and a light yourself"
+            f"create_new_stage: there is no template {template!r}, but 'empty' and 'sunlight'; add a ground plane and "
+            "a light yourself"
         )
-    return stage_context.new_stage()
+    stage = stage_context.new_stage()
+    if template == "sunlight" and not stage.GetPrimAtPath(DEFAULT_LIGHT):
+        add_light(stage, NewStage.ISAAC)
+    return stage
 
 
 async def create_new_stage_async(*, template: str | None = None) -> Usd.Stage:

@@ -173,6 +173,11 @@ def frame_viewport_prims(viewport: Viewport | None = None, prims: Sequence[str] 
     )
 
 
+def frame_viewport_selection(viewport_api: Viewport | None = None, *_: object, **__: object) -> bool:
+    """Raise Unsupported: nothing moves the viewport's camera to frame prims."""
+    return frame_viewport_prims(viewport_api)
+
+
 def get_viewport_from_window_name(window_name: str = "") -> Viewport:
     """Return the viewport of the application, whatever the name of its window."""
     return current().viewport
