@@ -33,7 +33,12 @@ def cameras(stage: Usd.Stage) -> list[str]:
 
 def has_light(stage: Usd.Stage) -> bool:
     """Whether there is any UsdLux light."""
-    return any(prim.HasAPI(UsdLux.LightAPI) for prim in _prims(stage))
+    return bool(lights(stage))
+
+
+def lights(stage: Usd.Stage) -> list[str]:
+    """Return the paths of all UsdLux lights, in stage order."""
+    return [str(prim.GetPath()) for prim in _prims(stage) if prim.HasAPI(UsdLux.LightAPI)]
 
 
 def add_camera(stage: Usd.Stage, aspect: float, time: Usd.TimeCode | None = None) -> str:
