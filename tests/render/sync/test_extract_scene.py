@@ -266,13 +266,18 @@ def test_a_material_may_read_the_gprims_own_color():
     surface = UsdShade.Shader(stage.GetPrimAtPath("/Looks/M/Surface"))
     surface.GetInput("diffuseColor").ConnectToSource(reader.ConnectableAPI(), "result")
     surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(0.25)
-    for k, color in enumerate([(1, 0, 0), (0, 1, 0)]):
+    for k, color in enumerate([(1, 0, 0), (0, 1, 0), None]):
         ball = UsdGeom.Sphere.Define(stage, f"/b{k}")
-        ball.CreateDisplayColorAttr([Gf.Vec3f(*color)])
+        if color is not None:
+            ball.CreateDisplayColorAttr([Gf.Vec3f(*color)])
         bind(ball, material)
     scene = extract(stage)
-    assert [base_colors(scene, k)[0] for k in range(2)] == [[1, 0, 0], [0, 1, 0]]
+    assert [base_colors(scene, k)[0] for k in range(3)] == [[1, 0, 0], [0, 1, 0], [0.5, 0.5, 0.5]]
     assert (scene.materials["roughness"] == 0.25).all()
+
+    reader.CreateInput("fallback", Sdf.ValueTypeNames.Float3).Set(Gf.Vec3f(0, 0, 1))
+    scene = extract(stage)
+    assert [base_colors(scene, k)[0] for k in range(3)] == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 
 
 def test_the_uv_set_follows_the_material():

@@ -115,8 +115,8 @@ def _why_black(stage: Usd.Stage, camera: str, brightest: float) -> str:
         lights = default_view.lights(stage)
         shown = ", ".join(lights[:3]) + (" and others" if len(lights) > 3 else "")
         return (
-            f"the image is black: its brightest pixel has {brightest:.2g} nits, and white is {WHITE:,}. Lights are read "
-            f"in nits, as Isaac Sim does: author larger inputs:intensity or inputs:exposure of {shown}; "
+            f"the image is black: its brightest pixel has {brightest:.2g} nits, and white is {WHITE:,}. Lights are "
+            f"read in nits, as Isaac Sim does: author larger inputs:intensity or inputs:exposure of {shown}; "
             "labels need no light"
         )
     return (
