@@ -23,6 +23,8 @@ COLOR_SPACES = {
     **dict.fromkeys(("sRGB", "srgb_texture", "srgb_rec709_scene"), "sRGB"),
     **dict.fromkeys(("raw", "data", "identity", "linear", "lin_rec709", "lin_rec709_scene", "lin_srgb"), "raw"),
 }
+# The second is MaterialX's node of the same inputs.
+PREVIEW_SURFACES = ("UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader")
 BLACK = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
 UNSIGNED_FILES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".webp")

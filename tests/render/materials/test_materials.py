@@ -322,6 +322,25 @@ def test_tiles_are_read_and_the_fallback_lies_beyond(tmp_path):
     np.testing.assert_allclose(used.texels[0, 0], (0.5, 0.25, 0.125, 1))
 
 
+def test_material_x_has_a_node_of_the_preview_surface():
+    looks = Looks("ND_UsdPreviewSurface_surfaceshader")
+    looks.set("diffuseColor", T.Color3f, Gf.Vec3f(1, 0.5, 0))
+    looks.set("metallic", T.Float, 0.25)
+    row, _ = looks.row()
+    assert row["base_color"].tolist() == [1, 0.5, 0]
+    assert row["metallic"] == 0.25
+    looks.material.GetSurfaceOutput().ClearSources()
+    looks.material.CreateSurfaceOutput("mtlx").ConnectToSource(looks.surface.ConnectableAPI(), "surface")
+    assert looks.row()[0] == row
+
+
+def test_a_surface_without_an_id_is_named():
+    looks = Looks()
+    looks.surface.GetPrim().RemoveProperty("info:id")
+    with pytest.warns(UserWarning, match="/Looks/M: /Looks/M/Surface has no info:id; the displayColor"):
+        assert looks.read() is None
+
+
 @pytest.mark.parametrize("path", ["maps/a.<UDIM>.png", "./maps/a.<UDIM>.png"])
 def test_tiles_are_relative_to_the_layer_with_the_path(tmp_path, path):
     (tmp_path / "asset" / "maps").mkdir(parents=True)

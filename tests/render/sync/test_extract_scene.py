@@ -449,6 +449,10 @@ def test_point_instancers_that_draw_each_other_end():
         (lambda stage, _: UsdLux.SphereLight.Define(stage, "/Points/Protos/Pair/Lamp"), "Pair/Lamp: lights in the"),
         (lambda stage, _: stage.DefinePrim("/Points/Protos/Pair/Patch", "NurbsPatch"), "Pair/Patch: NurbsPatch is not"),
         (
+            lambda stage, _: stage.DefinePrim("/Points/Protos/Pair/Hair", "GenerativeProcedural"),
+            "Pair/Hair: Generative",
+        ),
+        (
             lambda _, instancer: UsdGeom.PrimvarsAPI(instancer).CreatePrimvar(
                 "displayColor", Sdf.ValueTypeNames.Color3fArray, "vertex"
             ),
