@@ -231,7 +231,10 @@ def outside_line() -> str:
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_OWN_FILES):
         frame = frame.f_back
     name = frame.f_code.co_filename
-    return "" if name.startswith((*_OWN_FILES, "<frozen ")) else f"{os.path.basename(name)}:{frame.f_lineno}"
+    by_command = frame.f_globals.get("__name__", "").startswith("click.")  # as for a stage that --stage opens
+    return (
+        "" if by_command or name.startswith((*_OWN_FILES, "<frozen ")) else f"{os.path.basename(name)}:{frame.f_lineno}"
+    )
 
 
 def forget_warnings() -> None:

@@ -67,6 +67,16 @@ def test_every_schema_and_its_attributes_are_in_the_table(schema):
         assert row in UNREAD or read or (row is None and is_physics_attribute(name)), name
 
 
+def test_actuators_and_settings_of_mujoco_and_newton_are_named():
+    stage = new_stage()
+    stage.DefinePrim("/Motor", "MjcActuator").CreateAttribute("mjc:ctrlRange:max", Sdf.ValueTypeNames.Double).Set(2.0)
+    stage.DefinePrim("/Hinge", "PhysicsRevoluteJoint").CreateAttribute("newton:armature", Sdf.ValueTypeNames.Float).Set(
+        1.0
+    )
+    with pytest.warns(errors.UsdsdgWarning, match=r"^/Motor, /Hinge: .*mjc:ctrlRange:max.*: schemas of MuJoCo and New"):
+        parse(stage, hulls=HullCache())
+
+
 def test_the_table_names_nothing_twice():
     read = {name for names in READ.values() for name in names.split()}
     listed = [name for row in UNREAD for name in row.names.split()]

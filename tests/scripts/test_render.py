@@ -104,3 +104,12 @@ def test_a_closed_hall_seen_from_outside_is_black_with_a_warning(tmp_path):
     assert "the image is black: no light reaches what /" in stderr
     write(tmp_path, size=10.0, more=lamp + 'def DomeLight "Sky" {\nfloat inputs:intensity = 500\n}\n')
     assert "black" not in usdsdg("render", "scene.usda", "out", *SMALL, cwd=tmp_path).stderr
+
+
+def test_lights_that_are_too_dim_for_the_exposure_are_named(tmp_path):
+    write(tmp_path, more='def DomeLight "Sky" {\n}\n')  # with USD's intensity of 1
+    stderr = usdsdg("render", "scene.usda", "out", *SMALL, cwd=tmp_path).stderr
+    assert np.array(Image.open(tmp_path / "out" / "rgb_0000.png"))[..., :3].max() <= 2
+    assert "its brightest pixel has 1 nits, and white is 1,500" in stderr
+    assert "inputs:intensity or inputs:exposure of /Things/Sky;" in stderr
+    assert "no light reaches" not in stderr

@@ -2,10 +2,11 @@
 
 from pathlib import Path
 
+import click
 import pytest
 from pxr import Sdf, Usd, UsdGeom
 
-from usdsdg.errors import AssetError, AssetNotFound, ConfigError, UsdsdgWarning, forget_warnings
+from usdsdg.errors import AssetError, AssetNotFound, ConfigError, UsdsdgWarning, forget_warnings, outside_line
 from usdsdg.stage import assets
 from usdsdg.stage.semantics.labels import get_labels
 
@@ -27,6 +28,11 @@ def on_disk(folder, name: str) -> str:
     (folder / name).parent.mkdir(parents=True, exist_ok=True)
     (folder / name).write_text('#usda 1.0\n( defaultPrim = "A" )\ndef Cube "A" {}\n')
     return str(folder / name)
+
+
+def test_no_script_line_is_told_where_a_command_opens_a_stage():
+    assert click.Context(click.Command("run")).invoke(outside_line) == ""
+    assert outside_line().startswith("test_missing_assets.py:")
 
 
 @pytest.mark.parametrize(

@@ -106,11 +106,13 @@ def test_what_is_clicked_is_told_with_labels_and_pose(page):
     assert (np.abs(page.picture().astype(int) - (255, 170, 0)).sum(axis=2) < 90).any()
 
 
-def test_what_has_no_labels_is_told_by_its_own_path(page):
+def test_what_has_no_labels_is_told_by_its_own_path(page, scene):
+    UsdGeom.Cube(scene.GetPrimAtPath(FLOOR)).CreateExtentAttr([(-9, -9, -9), (9, 9, 9)])  # not that of its size
     page.picture(do="through", camera="/World/Camera")
     page.ask(do="pick", at=[0.02, 0.98])
     page.until(lambda: page.values.get("selection"))
     assert page.values["selection"]["path"] == FLOOR
+    assert page.values["selection"]["size"] == pytest.approx([8, 8, 8])
     assert "labels" not in page.values["selection"]
     page.ask(do="pick", at=None)
     page.until(lambda: page.values["selection"] is None)

@@ -11,11 +11,13 @@ from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
 from usdsdg.annotators.point_instances import prim_path
 from usdsdg.session.body_velocities import velocities
 from usdsdg.stage.cameras.camera_view import CameraView
+from usdsdg.stage.geometry.drawn_box import DrawnBoxes
 from usdsdg.stage.poses.rotations import decompose
 from usdsdg.stage.poses.transforms import as_array, local_to_world
 from usdsdg.view.scene import Scene
 
 _DECIMALS = 6  # micrometers
+_PURPOSES = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render]
 
 
 @dataclass(frozen=True)
@@ -55,9 +57,9 @@ class Picked:
             found["size"] = _numbers((high - low) * np.linalg.norm(to_world[:3, :3], axis=1) * unit)
         else:
             to_world = as_array(local_to_world(prim, time))
-            box = UsdGeom.BBoxCache(time, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render]).ComputeLocalBound(prim)
-            span = np.array(box.GetRange().GetSize())
-            found["size"] = _numbers(span * unit) if np.isfinite(span).all() else None
+            box = DrawnBoxes(time, _PURPOSES).own(prim)
+            span = None if box is None else (box[1] - box[0]) * np.linalg.norm(to_world[:3, :3], axis=1)
+            found["size"] = _numbers(span * unit) if span is not None and np.isfinite(span).all() else None
         pose = decompose(to_world)
         found["position"] = _numbers(pose.translate * unit)
         x, y, z, w = pose.rotation
@@ -71,10 +73,9 @@ class Picked:
     def middle(self, scene: Scene) -> tuple[np.ndarray, float] | None:
         """Return the center (3,) and the diagonal of its bounds [stage units]; None where it has none."""
         paths = {prim_path(scene.table.gprims[entry]) for entry in self.entries(scene)}
-        cache = UsdGeom.BBoxCache(scene.read().time, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
-        prims = [prim for prim in map(scene.stage.GetPrimAtPath, paths) if prim]
-        boxes = [cache.ComputeWorldBound(prim).ComputeAlignedRange() for prim in prims]
-        corners = np.array([[box.GetMin(), box.GetMax()] for box in boxes if not box.IsEmpty()]).reshape(-1, 2, 3)
+        drawn = DrawnBoxes(scene.read().time, _PURPOSES)
+        boxes = [drawn.in_world(prim) for prim in map(scene.stage.GetPrimAtPath, paths) if prim]
+        corners = np.array([box for box in boxes if box is not None]).reshape(-1, 2, 3)
         if not len(corners) or not np.isfinite(corners).all():
             return None
         low, high = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)

@@ -117,6 +117,11 @@ UNREAD: tuple[Unread, ...] = (
         "physics:protoIndices physics:prototypes",
         "instanced joints are not simulated. Make a joint prim for each",
     ),
+    Unread(
+        "Mjc* mjc:* Newton* newton:*",
+        "schemas of MuJoCo and Newton are not read: their actuators, equalities and settings have no effect. Author "
+        "UsdPhysics.DriveAPI, PhysxMimicJointAPI and joints instead",
+    ),
     # joints
     Unread("PhysxTendon* physxTendon:*", "tendons are not simulated: they pull no joint"),
     Unread(
@@ -233,7 +238,7 @@ UNREAD_BUT_MET: dict[str, tuple[object, ...]] = {
 }
 _UNKNOWN = Unread("", "this is no schema or attribute that usdsdg knows, so it has no effect")
 
-_NAMESPACES = ("physics:", "physx", "omniphysics:", "drive:", "limit:", "state:", "deformablePose:")
+_NAMESPACES = ("physics:", "physx", "omniphysics:", "drive:", "limit:", "state:", "deformablePose:", "mjc:", "newton:")
 _COLLECTIONS = ("collection:collisionmeshes", "collection:quasistaticactors")
 
 
@@ -246,7 +251,7 @@ def is_physics_attribute(name: str) -> bool:
 
 def is_physics_schema(name: str) -> bool:
     """Return whether a type or applied schema of this name belongs to physics."""
-    return name.startswith(("Physics", "Physx", "OmniPhysics"))
+    return name.startswith(("Physics", "Physx", "OmniPhysics", "Mjc", "Newton"))
 
 
 @cache

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from PIL import Image, UnidentifiedImageError
-from pxr import Ar, Sdf, Usd
+from pxr import Ar, Sdf, Usd, UsdShade
 
 from usdsdg import errors
 from usdsdg.image_files import png16, radiance_hdr
@@ -47,10 +47,10 @@ def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
         return "", ""
     if value.resolvedPath:
         return value.path, value.resolvedPath
-    stack = attribute.GetPropertyStack()
-    anchored = Sdf.ComputeAssetPathRelativeToLayer(stack[0].layer, value.path) if stack else value.path
-    if UDIM in value.path:
-        return value.path, anchored if udim_tiles(anchored) else ""
+    layer = _authoring_layer(attribute)
+    if UDIM in value.path:  # a path without ./ is relative to the layer only where that file exists, so tiles are tried
+        return value.path, UsdShade.UdimUtils.ResolveUdimPath(value.path, layer)
+    anchored = Sdf.ComputeAssetPathRelativeToLayer(layer, value.path) if layer else value.path
     resolved = Ar.GetResolver().Resolve(anchored)
     if resolved:
         return value.path, resolved.GetPathString()
@@ -58,6 +58,14 @@ def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
         return value.path, assets.locate(value.path)
     except (errors.AssetError, errors.Unsupported):
         return value.path, ""
+
+
+def _authoring_layer(attribute: Usd.Attribute) -> Sdf.Layer | None:
+    """Return the layer with the strongest value of an attribute; stronger ones may have metadata alone."""
+    for spec in attribute.GetPropertyStack():
+        if spec.HasInfo("default") or spec.HasInfo("timeSamples"):
+            return spec.layer
+    return None
 
 
 def udim_tiles(path: str) -> list[tuple[int, str]]:

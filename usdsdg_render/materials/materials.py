@@ -12,7 +12,7 @@ from usdsdg_render.materials.material_x import SURFACES, read_material_x
 from usdsdg_render.materials.mdl import mdl_file, mdl_name, read_mdl
 from usdsdg_render.materials.network import Network, shader_id
 from usdsdg_render.materials.plain_inputs import PlainInput
-from usdsdg_render.materials.preview_surface import read_preview_surface
+from usdsdg_render.materials.preview_surface import PREVIEW_SURFACES, read_preview_surface
 from usdsdg_render.materials.shading import Material
 from usdsdg_render.usd.prim_kinds import UNREAD
 
@@ -216,19 +216,22 @@ def _read_surface(network: Network) -> Material | None:
         known = read_mdl(network, mdl, name)
         if known is not None:
             return known
-    universal = _surface(material, "")
-    if universal is not None and shader_id(universal) == "UsdPreviewSurface":
-        network.visited.add(universal.GetPath())
-        return read_preview_surface(network, universal)
-    for surface in (universal, _surface(material, "mtlx")):
+    universal, material_x = _surface(material, ""), _surface(material, "mtlx")
+    for surface in (universal, material_x):
+        if surface is not None and shader_id(surface) in PREVIEW_SURFACES:
+            network.visited.add(surface.GetPath())
+            return read_preview_surface(network, surface)
         if surface is not None and shader_id(surface) in SURFACES:
             network.visited.add(surface.GetPath())
             return read_material_x(network, surface)
-    surface = mdl or universal or _surface(material, "mtlx")
+    surface = mdl or universal or material_x
     name = name or (shader_id(surface) if surface is not None else "")
     file = mdl_file(mdl) if mdl is not None else ""
     name += f" of {file}" if "/" in file else ""
-    what = f"its surface shader '{name}' is not supported" if surface is not None else "it has no surface shader"
+    if surface is None:
+        what = "it has no surface shader"
+    else:
+        what = f"its surface shader '{name}' is not supported" if name else f"{surface.GetPath()} has no info:id"
     errors.warn_once(
         f"{network.material.GetPath()}: {what}; the displayColor of each mesh is used. Give the material a "
         f"UsdPreviewSurface or an OmniPBR, or reference its MaterialX as USD."

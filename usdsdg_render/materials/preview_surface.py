@@ -9,6 +9,7 @@ from usdsdg.stage.time_code import current_value
 from usdsdg_render.images import image_files
 from usdsdg_render.images.image_files import UDIM
 from usdsdg_render.images.textures import ONES, ZEROS, TextureUse
+from usdsdg_render.materials.display_color import DEFAULT_COLOR
 from usdsdg_render.materials.network import Network, Source, shader_id
 from usdsdg_render.materials.shading import Input, Material, PrimvarInput
 from usdsdg_render.scene.scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
@@ -22,6 +23,8 @@ COLOR_SPACES = {
     **dict.fromkeys(("sRGB", "srgb_texture", "srgb_rec709_scene"), "sRGB"),
     **dict.fromkeys(("raw", "data", "identity", "linear", "lin_rec709", "lin_rec709_scene", "lin_srgb"), "raw"),
 }
+# The second is MaterialX's node of the same inputs.
+PREVIEW_SURFACES = ("UsdPreviewSurface", "ND_UsdPreviewSurface_surfaceshader")
 BLACK = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
 UNSIGNED_FILES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".webp")
@@ -113,11 +116,11 @@ def _input(network: Network, surface: UsdShade.Shader, name: str, default: tuple
 
 def _from_primvar(network: Network, reader: UsdShade.Shader, name: str, default: tuple[float, ...]) -> Input:
     variable = str(network.value(reader, "varname") or "").removeprefix("primvars:")
-    fallback = network.floats(reader, "fallback", default)
     if name == "diffuseColor" and variable == "displayColor":
         network.reads_display_color = True
-    else:
-        network.primvar_inputs.append(PrimvarInput(FIELDS.get(name, name), variable, fallback))
+        return Input(network.floats(reader, "fallback", DEFAULT_COLOR))
+    fallback = network.floats(reader, "fallback", default)
+    network.primvar_inputs.append(PrimvarInput(FIELDS.get(name, name), variable, fallback))
     return Input(fallback)
 
 

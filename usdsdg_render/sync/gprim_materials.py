@@ -166,7 +166,10 @@ def _resolved(gprim: Gprim, time: Usd.TimeCode, material: Material | None) -> An
     fallback = fallback_material(gprim.color, gprim.opacity)
     if not gprim.color_varies or (material is not None and material.textures):
         gprim.colored = False
-    return fallback if material is None else material.with_base_color(fallback.color)
+    if material is None:
+        return fallback
+    # Without a displayColor the base color is the fallback of the reader.
+    return material if gprim.color.value is None else material.with_base_color(fallback.color)
 
 
 def _warn_of_missing_uvs(prim: Usd.Prim) -> None:

@@ -57,6 +57,7 @@ _KIND_OF_TYPE = {
     "Material": SHADING,
     "Shader": SHADING,
     "NodeGraph": SHADING,
+    "GenerativeProcedural": UNSUPPORTED_GPRIM,  # a Boundable without points; SkelRoot is one, too
 }
 
 

@@ -1,12 +1,14 @@
 """UsdShade networks to material rows: every input that is read, bindings, fallbacks, what is named."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
+from usdsdg_render.images.image_files import asset_file
 from usdsdg_render.images.textures import TexturePool
 from usdsdg_render.materials.bindings import bound_materials
 from usdsdg_render.materials.display_color import Shown, fallback_material
@@ -318,6 +320,44 @@ def test_tiles_are_read_and_the_fallback_lies_beyond(tmp_path):
     used = textures[row["base_color_texture"]]
     assert [number for number, _ in used.tiles] == [0, 11]
     np.testing.assert_allclose(used.texels[0, 0], (0.5, 0.25, 0.125, 1))
+
+
+def test_material_x_has_a_node_of_the_preview_surface():
+    looks = Looks("ND_UsdPreviewSurface_surfaceshader")
+    looks.set("diffuseColor", T.Color3f, Gf.Vec3f(1, 0.5, 0))
+    looks.set("metallic", T.Float, 0.25)
+    row, _ = looks.row()
+    assert row["base_color"].tolist() == [1, 0.5, 0]
+    assert row["metallic"] == 0.25
+    looks.material.GetSurfaceOutput().ClearSources()
+    looks.material.CreateSurfaceOutput("mtlx").ConnectToSource(looks.surface.ConnectableAPI(), "surface")
+    assert looks.row()[0] == row
+
+
+def test_a_surface_without_an_id_is_named():
+    looks = Looks()
+    looks.surface.GetPrim().RemoveProperty("info:id")
+    with pytest.warns(UserWarning, match="/Looks/M: /Looks/M/Surface has no info:id; the displayColor"):
+        assert looks.read() is None
+
+
+@pytest.mark.parametrize("path", ["maps/a.<UDIM>.png", "./maps/a.<UDIM>.png"])
+def test_tiles_are_relative_to_the_layer_with_the_path(tmp_path, path):
+    (tmp_path / "asset" / "maps").mkdir(parents=True)
+    save(tmp_path / "asset" / "maps" / "a.1002.png", (9, 9, 9))
+    asset = Usd.Stage.CreateNew(str(tmp_path / "asset" / "asset.usda"))
+    shader = UsdShade.Shader.Define(asset, "/Texture")
+    shader.CreateInput("file", T.Asset).Set(Sdf.AssetPath(path))
+    asset.SetDefaultPrim(shader.GetPrim())
+    asset.Save()
+    stage = Usd.Stage.CreateNew(str(tmp_path / "stage.usda"))
+    prim = stage.DefinePrim("/Texture")
+    prim.GetReferences().AddReference("asset/asset.usda")
+    file = prim.GetAttribute("inputs:file")
+    file.SetColorSpace("raw")  # an opinion of the stage's layer, which has no value
+    authored, resolved = asset_file(file)
+    assert authored == path
+    assert Path(resolved) == tmp_path / "asset" / "maps" / "a.<UDIM>.png"
 
 
 def test_every_texture_has_its_transform_and_one_set_of_coordinates_is_asked_for(tmp_path):

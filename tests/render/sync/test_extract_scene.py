@@ -266,13 +266,18 @@ def test_a_material_may_read_the_gprims_own_color():
     surface = UsdShade.Shader(stage.GetPrimAtPath("/Looks/M/Surface"))
     surface.GetInput("diffuseColor").ConnectToSource(reader.ConnectableAPI(), "result")
     surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(0.25)
-    for k, color in enumerate([(1, 0, 0), (0, 1, 0)]):
+    for k, color in enumerate([(1, 0, 0), (0, 1, 0), None]):
         ball = UsdGeom.Sphere.Define(stage, f"/b{k}")
-        ball.CreateDisplayColorAttr([Gf.Vec3f(*color)])
+        if color is not None:
+            ball.CreateDisplayColorAttr([Gf.Vec3f(*color)])
         bind(ball, material)
     scene = extract(stage)
-    assert [base_colors(scene, k)[0] for k in range(2)] == [[1, 0, 0], [0, 1, 0]]
+    assert [base_colors(scene, k)[0] for k in range(3)] == [[1, 0, 0], [0, 1, 0], [0.5, 0.5, 0.5]]
     assert (scene.materials["roughness"] == 0.25).all()
+
+    reader.CreateInput("fallback", Sdf.ValueTypeNames.Float3).Set(Gf.Vec3f(0, 0, 1))
+    scene = extract(stage)
+    assert [base_colors(scene, k)[0] for k in range(3)] == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 
 
 def test_the_uv_set_follows_the_material():
@@ -443,6 +448,10 @@ def test_point_instancers_that_draw_each_other_end():
         (lambda stage, instancer: instancer.CreatePrototypesRel().SetTargets(["/Gone", "/Points/Protos/Box"]), "/Gone"),
         (lambda stage, _: UsdLux.SphereLight.Define(stage, "/Points/Protos/Pair/Lamp"), "Pair/Lamp: lights in the"),
         (lambda stage, _: stage.DefinePrim("/Points/Protos/Pair/Patch", "NurbsPatch"), "Pair/Patch: NurbsPatch is not"),
+        (
+            lambda stage, _: stage.DefinePrim("/Points/Protos/Pair/Hair", "GenerativeProcedural"),
+            "Pair/Hair: Generative",
+        ),
         (
             lambda _, instancer: UsdGeom.PrimvarsAPI(instancer).CreatePrimvar(
                 "displayColor", Sdf.ValueTypeNames.Color3fArray, "vertex"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pxr import Gf, Usd, UsdGeom, UsdLux
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from tests.stage.geometry.characters import LENGTH, add_character
 from usdsdg.errors import StageError
@@ -47,6 +47,28 @@ def test_everything_is_in_the_image_and_fills_it(exponent, at, up, aspect):
     near, far = view.clipping_range
     assert (near < depth).all()
     assert (depth < far).all()
+
+
+@pytest.mark.parametrize("instanced", [False, True])
+def test_extents_that_do_not_fit_are_not_believed(instanced):
+    stage = Usd.Stage.CreateInMemory()
+    cube = UsdGeom.Cube.Define(stage, "/Part/Cube")
+    cube.CreateSizeAttr(2)
+    mesh = UsdGeom.Mesh.Define(stage, "/Part/Mesh")
+    mesh.CreatePointsAttr([(0, 0, 0), (3, 0, 0), (0, 0, 2)])
+    mesh.CreateFaceVertexCountsAttr([3])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+    for gprim, extent in ((cube, [(-100,) * 3, (100,) * 3]), (mesh, [(0,) * 3, (0.1,) * 3])):
+        gprim.CreateExtentAttr([Gf.Vec3f(*corner) for corner in extent])
+    if instanced:
+        stage.GetPrimAtPath("/Part").SetSpecifier(Sdf.SpecifierClass)
+        for x in (0, 10):
+            prim = UsdGeom.Xform.Define(stage, f"/At{x}")
+            prim.GetPrim().GetReferences().AddInternalReference("/Part")
+            prim.GetPrim().SetInstanceable(True)
+            prim.AddTranslateOp().Set(Gf.Vec3d(x, 0, 0))
+    low, high = default_view.world_bounds(stage)
+    np.testing.assert_allclose([low, high], [(-1, -1, -1), (13 if instanced else 3, 1, 2)])
 
 
 @pytest.mark.parametrize(("up", "axis"), [("Y", 1), ("Z", 2)])

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from pxr import Usd
 
 BLACK = 2  # highest pixel value of an image that counts as black
+WHITE = 1500  # luminance that is shown as white [nits]
 
 
 def _meant(name: str) -> str:
@@ -99,15 +100,29 @@ def render(
         )  # fmt: skip
         product = rep.create.render_product(path, (width, height))
         writer.attach(product)
-        rgb = rep.AnnotatorRegistry.get_annotator("rgb").attach(product)
+        rgb, radiance = (rep.AnnotatorRegistry.get_annotator(n).attach(product) for n in ("rgb", "HdrColor"))
         rep.orchestrator.step(delta_time=0.0)
         if rgb.get_data()[..., :3].max() <= BLACK:
-            print(
-                f"the image is black: no light reaches what {path} sees, as outside of a closed hall with lamps. "
-                "Author a camera where there is light and pass it as --camera; labels need no light",
-                file=sys.stderr,
-            )
+            print(_why_black(opened, path, float(radiance.get_data()[..., :3].max())), file=sys.stderr)
     print(place)
+
+
+def _why_black(stage: Usd.Stage, camera: str, brightest: float) -> str:
+    """Return what makes an image black, of which the brightest channel of a pixel has so many nits."""
+    from usdsdg.stage.cameras import default_view
+
+    if brightest > 0.0:
+        lights = default_view.lights(stage)
+        shown = ", ".join(lights[:3]) + (" and others" if len(lights) > 3 else "")
+        return (
+            f"the image is black: its brightest pixel has {brightest:.2g} nits, and white is {WHITE:,}. Lights are "
+            f"read in nits, as Isaac Sim does: author larger inputs:intensity or inputs:exposure of {shown}; "
+            "labels need no light"
+        )
+    return (
+        f"the image is black: no light reaches what {camera} sees, as outside of a closed hall with lamps. "
+        "Author a camera where there is light and pass it as --camera; labels need no light"
+    )
 
 
 def _camera(stage: Usd.Stage, aspect: float, time: float | None) -> str:

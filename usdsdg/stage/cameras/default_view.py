@@ -9,6 +9,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdLux
 
 from usdsdg.errors import StageError
+from usdsdg.stage.geometry.drawn_box import DrawnBoxes
 from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.stage.poses.transforms import as_array, local_to_world, up_axis
@@ -33,7 +34,12 @@ def cameras(stage: Usd.Stage) -> list[str]:
 
 def has_light(stage: Usd.Stage) -> bool:
     """Whether there is any UsdLux light."""
-    return any(prim.HasAPI(UsdLux.LightAPI) for prim in _prims(stage))
+    return bool(lights(stage))
+
+
+def lights(stage: Usd.Stage) -> list[str]:
+    """Return the paths of all UsdLux lights, in stage order."""
+    return [str(prim.GetPath()) for prim in _prims(stage) if prim.HasAPI(UsdLux.LightAPI)]
 
 
 def add_camera(stage: Usd.Stage, aspect: float, time: Usd.TimeCode | None = None) -> str:
@@ -96,8 +102,8 @@ def world_bounds(stage: Usd.Stage, time: Usd.TimeCode | None = None) -> tuple[np
     """
     skinning = Skinning()
     for time_code in _times(stage) if time is None else [time]:
-        cache = UsdGeom.BBoxCache(time_code, _PURPOSES)
-        found = [_bounds(prim, time_code, cache, skinning) for prim in _prims(stage) if _is_visible(prim, time_code)]
+        drawn = DrawnBoxes(time_code, _PURPOSES)
+        found = [_bounds(prim, time_code, drawn, skinning) for prim in _prims(stage) if _is_visible(prim, time_code)]
         boxes = np.array([box for box in found if box is not None]).reshape(-1, 2, 3)
         boxes = boxes[np.isfinite(boxes).all(axis=(1, 2))]
         if len(boxes):
@@ -107,15 +113,14 @@ def world_bounds(stage: Usd.Stage, time: Usd.TimeCode | None = None) -> tuple[np
     raise StageError(f"{name} has no visible geometry, so there is nothing to look at; create or open something first")
 
 
-def _bounds(prim: Usd.Prim, time: Usd.TimeCode, cache: UsdGeom.BBoxCache, skinning: Skinning) -> np.ndarray | None:
+def _bounds(prim: Usd.Prim, time: Usd.TimeCode, drawn: DrawnBoxes, skinning: Skinning) -> np.ndarray | None:
     """Return the lowest and highest corner (2, 3) in the world; None for empty geometry."""
     skinned = skinning.skin(prim, time)
     if skinned is not None:
         to_world = as_array(local_to_world(prim, time))
         points = skinned.points @ to_world[:3, :3] + to_world[3, :3]
         return np.stack([points.min(axis=0), points.max(axis=0)])
-    box = cache.ComputeWorldBound(prim).ComputeAlignedRange()
-    return None if box.IsEmpty() else np.array([box.GetMin(), box.GetMax()])
+    return drawn.in_world(prim)
 
 
 def _times(stage: Usd.Stage) -> list[Usd.TimeCode]:

@@ -1,0 +1,41 @@
+"""The box of what is drawn of a gprim, whatever `extent` is authored: exporters leave extents that do not fit."""
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdsdg.stage.poses.transforms import as_array, local_to_world
+
+
+class DrawnBoxes:
+    """Boxes of gprims and point instancers at one time, those of instances computed once."""
+
+    def __init__(self, time: Usd.TimeCode, purposes: list[str]) -> None:
+        self._time = time
+        self._cache = UsdGeom.BBoxCache(time, purposes)
+        self._own: dict[Usd.Prim, np.ndarray | None] = {}
+
+    def own(self, prim: Usd.Prim) -> np.ndarray | None:
+        """Return the lowest and highest corner (2, 3) in the prim's own frame; None for no geometry."""
+        source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
+        if source not in self._own:
+            self._own[source] = self._computed(source)
+        return self._own[source]
+
+    def in_world(self, prim: Usd.Prim) -> np.ndarray | None:
+        """Return the lowest and highest corner (2, 3) in the world; None for no geometry."""
+        own = self.own(prim)
+        if own is None:
+            return None
+        to_world = as_array(local_to_world(prim, self._time))
+        corners = np.array([[own[k >> axis & 1][axis] for axis in range(3)] for k in range(8)])
+        corners = corners @ to_world[:3, :3] + to_world[3, :3]
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
+
+    def _computed(self, prim: Usd.Prim) -> np.ndarray | None:
+        if prim.IsA(UsdGeom.Gprim):
+            extent = UsdGeom.Boundable.ComputeExtentFromPlugins(UsdGeom.Boundable(prim), self._time)
+            box = np.array(extent, np.float64) if extent is not None and len(extent) == 2 else np.full((2, 3), np.nan)
+            if np.isfinite(box).all() and (box[0] <= box[1]).all():
+                return box
+        found = self._cache.ComputeUntransformedBound(prim).ComputeAlignedRange()
+        return None if found.IsEmpty() else np.array([found.GetMin(), found.GetMax()])
