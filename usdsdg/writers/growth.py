@@ -58,7 +58,7 @@ class MoreFrames:
         grows = bool(wanted.differences(earlier))
         own = place.path / BESIDE / NAME
         contents = journal.read(own) if own.is_file() else journal.Contents()
-        if contents.is_complete if grows else _lacks_samples(place, contents):
+        if (grows and contents.is_complete) or _lacks_samples(place, contents):
             restore_samples(place, contents)
             spools = SpoolHashes(place.path / BESIDE / AGGREGATES).facts_of_files()
             # Before the recipe: with a complete journal, a process that died in between would leave a run that has

@@ -91,6 +91,18 @@ def test_a_run_does_not_go_on_with_a_damaged_spool(tmp_path, end, how, name):
     make_again.release()
 
 
+def test_a_run_does_not_go_on_where_labels_of_frames_would_be_lost_that_are_not_made_again(tmp_path):
+    """As where the journal has lost a line: its frame is made again, and those after it are not."""
+    spools = make(tmp_path, range(4), end="killed")
+    path = tmp_path / ".usdsdg/journal.jsonl"
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join(each for each in lines if b'"frame":1,' not in each))
+    before = {name: (spools / name).read_bytes() for name in NAMES}
+    with pytest.raises(WriterError, match=r"journal.jsonl has lost the line of frame 1, .*--overwrite"):
+        claim(tmp_path, Mode.RESUME)
+    assert {name: (spools / name).read_bytes() for name in NAMES} == before
+
+
 @pytest.mark.parametrize("end", ["killed", "closed"])
 @pytest.mark.parametrize("ahead", [0, 2])
 def test_a_run_goes_on_with_whole_spools_as_often_as_it_ends(tmp_path, end, ahead):
