@@ -7,6 +7,7 @@ from usdsdg.errors import OutputNotWritable
 from usdsdg.session import session
 from usdsdg.writers.journal import journal
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
+from usdsdg.writers.journal.run import get_run
 
 
 @pytest.fixture
@@ -28,13 +29,15 @@ def hand(run, number, *folders):
     frame.release()
 
 
-def failing(error, name, monkeypatch):
-    """Let the next append to the journal of a folder of this name fail."""
+def failing(error, name, monkeypatch, meanwhile=lambda: None):
+    """Let the next append to the journal of a folder of this name fail; meanwhile: what the capture does then."""
     append = DatasetFolder.append
 
     def fail_once(folder, frames):
         if folder.path.name == name:
             monkeypatch.setattr(DatasetFolder, "append", append)
+            meanwhile()
+            get_run().is_due()
             raise error
         append(folder, frames)
 
@@ -59,14 +62,14 @@ def test_a_journal_that_could_not_be_told_of_a_frame_ends_before_it_and_others_d
     hand(run, 0, a, b)
     run.append()
     hand(run, 1, a, b)
-    failing(OutputNotWritable("the disk failed"), name, monkeypatch)
+    failing(OutputNotWritable("the disk failed"), name, monkeypatch, meanwhile=lambda: hand(run, 2, a, b))
     with pytest.raises(OutputNotWritable, match="the disk failed"):
         run.append()
-    hand(run, 2, tmp_path / name)
+    hand(run, 3, a, b)
     run.close(complete=True)
     failed, other = (a, b) if name == "a" else (b, a)
     assert listed(failed) == ([0], False)
-    assert listed(other) == ([0, 1], True)
+    assert listed(other) == ([0, 1, 2, 3], True)
 
 
 @pytest.mark.parametrize("name", ["a", "b"])

@@ -88,11 +88,6 @@ class FramesInHand:
         with self._lock:
             self._whole = [each for each in self._whole if each not in frames]
 
-    def lose(self, folder: str) -> None:
-        """Keep later frames out of the journal of a folder, which could not be told of one."""
-        with self._lock:
-            self._lacking.add(folder)
-
     def count_whole(self) -> int:
         """Return how many frames `whole` would return."""
         with self._lock:

@@ -54,6 +54,7 @@ class Run:
         self._folders: dict[str, DatasetFolder] = {}
         self._claiming = threading.RLock()  # threads that write files claim folders, too
         self._in_hand = FramesInHand()
+        self._ended: set[str] = set()  # folders whose journals could not be told of a frame, nor are of later ones
         self._assets, self._known_assets = AssetFacts(), {}
         self._settings: dict[str, Any] = {}  # at the frame at which a folder was new last
         self._appended_at = time.monotonic()
@@ -283,10 +284,10 @@ class Run:
             folder.note_assets(self._known_assets)
             new = [each for each in frames if name in each.folders and not folder.journal.has(each.number)]
             try:
-                if new:
+                if new and name not in self._ended:
                     folder.append([_line(each, name) for each in new])
             except UsdsdgError as error:
-                self._in_hand.lose(name)
+                self._ended.add(name)
                 failures.append(error)
         self._in_hand.forget(frames)
         if failures:
@@ -310,7 +311,8 @@ class Run:
             failures.append(error)
         for name, folder in tuple(self._folders.items()):
             try:
-                folder.close(complete=complete and not self._in_hand.lacks(name))
+                is_whole = name not in self._ended and not self._in_hand.lacks(name)
+                folder.close(complete=complete and is_whole)
             except UsdsdgError as error:
                 failures.append(error)
         if failures:
