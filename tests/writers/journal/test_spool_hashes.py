@@ -73,7 +73,18 @@ def change_a_byte(spool):
     spool.write_bytes(spool.read_bytes().replace(b'"number": 1', b'"number": 9'))
 
 
-DAMAGE = {"is missing": lambda spool: spool.unlink(), "lost": lose_a_line, "cut": cut_off, "changed": change_a_byte}
+def put_a_folder(spool):
+    spool.unlink()
+    spool.mkdir()
+
+
+DAMAGE = {
+    "is missing": lambda spool: spool.unlink(),
+    "is a folder": put_a_folder,
+    "lost": lose_a_line,
+    "cut": cut_off,
+    "changed": change_a_byte,
+}
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -54,7 +54,7 @@ class SpoolHashes:
 
     def files(self) -> Iterator[Path]:
         """Yield the spools that are there."""
-        return self.folder.rglob(f"*{SUFFIX}") if self.folder.is_dir() else iter(())
+        return (each for each in self.folder.rglob(f"*{SUFFIX}") if each.is_file())
 
     def go_on(self, told: Mapping[str, FileFacts], frames: Set[int]) -> None:
         """Begin with the records that an earlier process has left of `frames`; `shorten` drops the others.
@@ -133,10 +133,7 @@ def check_whole(folder: Path, told: Mapping[str, FileFacts]) -> None:
     """
     remedy = f"remove the folder {folder.parent} and make that part again."
     for name, facts in told.items():
-        try:
-            found = facts_of(folder / name)
-        except FileNotFoundError:
-            found = None
+        found = facts_of(folder / name) if (folder / name).is_file() else None
         if facts[0] and found is None:
             raise _damaged(folder / name, "is missing", remedy)
         if facts[0] and found != facts:
