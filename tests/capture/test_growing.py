@@ -116,6 +116,39 @@ def test_a_dataset_does_not_become_smaller_and_parts_do_not_grow(whole_and_early
     assert content(parts) == before
 
 
+def lose_end(home: Path, lines: int) -> None:
+    """Let a journal lose its last lines, of which one is cut off."""
+    path = home / ".usdsdg/journal.jsonl"
+    path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:-lines]) + b'{"fra')
+
+
+@pytest.mark.parametrize("lines", [1, 2, 4])
+def test_samples_of_shards_are_there_again_where_a_journal_has_lost_its_end(whole_and_early, lines, tmp_path):
+    whole, early = whole_and_early
+    grown, same = shutil.copytree(early, tmp_path / "grown"), shutil.copytree(whole, tmp_path / "same")
+    for name in ("webdataset", "parquet"):
+        lose_end(same / name, lines)
+        lose_end(grown / name, min(lines, 2))
+    made(SOME, same, FRAMES, Mode.RESUME)
+    assert differences(same, whole) == []
+    made(SOME, grown, FRAMES, Mode.RESUME)
+    assert differences(grown, whole) == []
+
+
+@pytest.mark.parametrize("frames", [2, FRAMES])
+def test_samples_of_shards_are_there_again_where_going_on_with_a_whole_dataset_was_interrupted(
+    whole_and_early, frames, tmp_path
+):
+    """As earlier versions left it: its journal is of an unfinished run, of which the samples are gone."""
+    whole, early = whole_and_early
+    out = shutil.copytree(early, tmp_path / "out")
+    for name in ("webdataset", "parquet"):
+        path = out / name / ".usdsdg/journal.jsonl"
+        path.write_text(path.read_text().replace('"complete":true', '"complete":false'))
+    made(SOME, out, frames, Mode.RESUME)
+    assert differences(out, whole if frames == FRAMES else early) == []
+
+
 @pytest.mark.parametrize("damage", ["changed", "missing"])
 @pytest.mark.parametrize("shard", ["webdataset/train-000000.tar", "parquet/data/train-00000.parquet"])
 def test_shards_that_were_damaged_do_not_grow(whole_and_early, shard, damage, tmp_path):

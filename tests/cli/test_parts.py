@@ -47,6 +47,16 @@ def test_datasets_in_deeper_folders_are_found(tmp_path):
     assert str(jobs / "a/link") in refused.stderr
 
 
+def test_processes_go_on_with_parts_that_an_earlier_command_has_left(made, tmp_path):
+    job, whole = made
+    for frames in ("0:2", "2:6"):
+        done = generate(job, tmp_path / "out", "--frames", frames)
+        assert done.returncode == 0, done.stderr
+    done = generate(job, tmp_path / "out", "--workers", "2", "--resume")
+    assert done.returncode == 0, done.stderr
+    assert content(tmp_path / "out") == content(whole)
+
+
 @in_soak
 def test_shards_are_the_whole(made, tmp_path):
     job, whole = made

@@ -44,6 +44,12 @@ def unfinish(out):
     journal.write_text("".join(journal.read_text().splitlines(keepends=True)[:-1]))
 
 
+def cut_off(out):
+    """As a process leaves it that died while it wrote a line, or a disk that lost power: zeros where data were."""
+    journal = out / ".usdsdg/journal.jsonl"
+    journal.write_bytes(journal.read_bytes()[:-50] + bytes(50))
+
+
 def leave_part(out):
     (out / ".usdsdg/parts/0-2").mkdir(parents=True)
     (out / ".usdsdg/parts/0-2/journal.jsonl").write_bytes(b"")
@@ -55,7 +61,8 @@ def leave_part(out):
         (unfinish, "is of a run that has not ended. Go on with it first, with --resume"),
         (leave_part, "has parts that are not joined. Make the missing ones, and join them: usdsdg merge"),
         (lambda out: (out / ".usdsdg/journal.jsonl").unlink(), "has no journal"),
-        (lambda out: (out / ".usdsdg/journal.jsonl").write_bytes(b""), "the journal is damaged"),
+        (lambda out: (out / ".usdsdg/journal.jsonl").write_bytes(b""), "is of a run that has not ended"),
+        (cut_off, "is of a run that has not ended. Go on with it first, with --resume"),
         (lambda out: change(out / ".usdsdg/journal.jsonl", '"files"', '"fil'), "the journal is damaged"),
         (lambda out: change(out / ".usdsdg/journal.jsonl", "2.png", "7.png"), "its lines are not those"),
         (lambda out: (out / ".usdsdg/recipe.json").unlink(), "recipe.json is missing"),

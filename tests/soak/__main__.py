@@ -16,7 +16,7 @@ SOAKS = {
     "cases": "all cases of the tests of which CI runs a sample",
     "kills": "runs that are killed, or whose disk is full, at random moments, and gone on with: the same bytes",
     "processes": "up to 12 processes make one dataset, are ended at random moments and gone on with: the same bytes",
-    "damage": "57 kinds of damage to a dataset of 10,000 files: `usdsdg verify` names each file, and no other",
+    "damage": "60 kinds of damage to a dataset of 10,000 files: `usdsdg verify` names each file, and no other",
     "worlds": "300 random graphs: each world shows what the frame of its number shows",
     "programs": "100 random scripts in parts, by workers, gone on with, with more threads or worlds: the same files",
     "ray": "actors of Ray, killed actors, and two nodes make the bytes of one process (needs `usdsdg[ray]`)",

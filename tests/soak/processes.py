@@ -263,13 +263,15 @@ class Trials:
 
     def _wait_for_orphans(self, process: Command) -> None:
         """End what a killed process has left."""
-        until = time.monotonic() + 60
+        until = time.monotonic() + 240  # as others do that make parts, where a machine has much to do
         for pid in self._workers_of(process):
             if self._draws.random() < 0.5:
                 self._send(pid, signal.SIGKILL)
         while self._workers_of(process):
             time.sleep(0.05)
             if time.monotonic() > until:
+                for pid in self._workers_of(process):  # which would write to the folder while it is removed
+                    self._send(pid, signal.SIGKILL)
                 raise SystemExit("processes of workers do not end")
         time.sleep(0.1)  # until forks of killed clients have ended
 

@@ -96,6 +96,8 @@ KINDS |= {
     "a journal with two lines exchanged": _journal(lambda lines, draw: [lines[0], lines[2], lines[1], *lines[3:]]),
     "a journal without one line": _journal(lambda lines, draw: [*lines[:2], *lines[3:]]),
     "a journal with a garbled line": _journal(lambda lines, draw: [lines[0], b"\xff\0" + lines[1][2:], *lines[2:]]),
+    "a journal that ends in zeros": _journal(lambda lines, draw: [*lines[:-1], bytes(len(lines[-1]))]),
+    "a journal with line ends of another system": _journal(lambda lines, draw: [e[:-1] + b"\r\n" for e in lines]),
     "an empty journal": _journal(lambda lines, draw: []),
     "a line after the closing one": _journal(lambda lines, draw: [*lines, lines[1]]),
 }
@@ -221,6 +223,13 @@ def _replaced(make: Callable[[Path], object]) -> Damage:
         return {name}
 
     return damage
+
+
+@kind
+def a_pipe_in_place_of_the_recipe(folder: Path, draw: random.Random) -> set[str]:
+    (folder / RECIPE).unlink()
+    os.mkfifo(folder / RECIPE)
+    return {RECIPE}
 
 
 KINDS |= {

@@ -41,7 +41,8 @@ def check_repairable(folder: Path, name: str) -> Listing:
     own = [fault for fault in listing.faults if fault.file not in (recipe.FILE, PARTS)]
     if any(fault.file == PARTS for fault in listing.faults) or (folder / JOINED).is_dir():
         raise DatasetError(f"{name} has parts that are not joined. Make the missing ones, and join them: usdsdg merge.")
-    if any(fault.what.startswith("the run is unfinished") for fault in own) and not listing.is_damaged:
+    is_unfinished = any("the run is unfinished" in fault.what for fault in own)
+    if is_unfinished and (listing.is_cut_off or not listing.is_damaged):
         raise DatasetError(f"{name} is of a run that has not ended. Go on with it first, with --resume.")
     if own:
         raise DatasetError(

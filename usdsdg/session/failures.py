@@ -13,9 +13,8 @@ def tell(error: UsdsdgError, when: str = "") -> None:
 
     when: what the program did then, such as "at the end of the run: ".
     """
-    told = current().told_causes
-    if error.cause in told:
+    told, said = current().told_causes, described(error)
+    if error.cause in told or said in told:
         return
-    if error.cause:
-        told.add(error.cause)
-    print(f"error: {when}{described(error)}", file=sys.stderr)
+    told.add(error.cause or said)
+    print(f"error: {when}{said}", file=sys.stderr)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -35,6 +36,8 @@ class FileLock:
         while self._descriptor < 0:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | BINARY, 0o666)
             try:
+                if not stat.S_ISREG(os.fstat(descriptor).st_mode):  # such as a pipe, which may never end
+                    raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
                 lock(descriptor, shared=shared, wait=False)
             except OSError as error:
                 os.close(descriptor)

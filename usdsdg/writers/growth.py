@@ -17,7 +17,7 @@ from usdsdg.writers.journal.merge import parts_of
 from usdsdg.writers.journal.place import JOINED, Place
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
-from usdsdg.writers.journal.spool_hashes import AGGREGATES, SpoolHashes
+from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
 
 # What keeps the earlier frames, of a folder with the recipe `.usdsdg/recipe.json`, from being the first ones of the
 # wanted run: "" if nothing does; None if the runs differ in more than the number of frames.
@@ -46,23 +46,35 @@ class MoreFrames:
     def begin(self, place: Place, wanted: Recipe) -> None:
         """Make an earlier run with fewer frames, which is locked and has no obstacle, an unfinished one of `wanted`.
 
+        Of one that had ended, and of which the end of the journal is lost, samples are read back from its shards, too.
+
         Raises:
             WriterError: its journal was damaged, or a shard of samples, which grows.
             OutputNotWritable: a file cannot be written.
         """
         earlier = recipe.read(place.path)
-        if earlier is None or not wanted.differences(earlier):
+        if earlier is None:
             return
+        grows = bool(wanted.differences(earlier))
         own = place.path / BESIDE / NAME
         contents = journal.read(own) if own.is_file() else journal.Contents()
-        if contents.is_complete:
+        if (grows and contents.is_complete) or _lacks_samples(place, contents):
             restore_samples(place, contents)
             spools = SpoolHashes(place.path / BESIDE / AGGREGATES).facts_of_files()
             # Before the recipe: with a complete journal, a process that died in between would leave a run that has
             # ended with too few frames.
             Journal(own).append([{SHARED: {}, SPOOLS: spools}], {})
             place.push()
-        wanted.write(place.path)
+        if grows:
+            wanted.write(place.path)
+
+
+def _lacks_samples(place: Place, contents: journal.Contents) -> bool:
+    """Return whether a run had removed the samples of its shards at its end, of which the journal tells no more."""
+    is_told = any(name.startswith(f"{ONCE}/") for name in contents.spools)
+    if contents.is_complete or not contents.frames or is_told:
+        return False
+    return not any(SpoolHashes(place.path / BESIDE / AGGREGATES / ONCE).files())
 
 
 def more_frames_of_option(wanted: Recipe, earlier: Recipe, folder: Path) -> str | None:

@@ -2,12 +2,15 @@
 
 import errno
 import json
+import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from tests import forked
 from usdsdg.errors import DatasetInTheWay, OutputNotWritable, UsdsdgError, UsdsdgWarning, forget_warnings
 from usdsdg.stores import locks
 from usdsdg.stores.locks import FileLock, Locked
@@ -117,6 +120,29 @@ def test_a_path_that_cannot_be_a_folder_is_an_error_that_asks_for_another(tmp_pa
         run(tmp_path / name)
 
 
+def _in_place_of(file):
+    """Return what may be in the place of a file."""
+    return {"pipe": lambda: os.mkfifo(file), "folder": file.mkdir}
+
+
+@pytest.mark.parametrize("name", ["journal.jsonl", "recipe.json", "classes.json", "aggregates/W/a.jsonl"])
+@pytest.mark.parametrize("what", ["pipe", "folder"])
+def test_what_is_no_file_is_an_error_that_ends(tmp_path, name, what):
+    """A pipe would be waited for without end, so what is read is tried by a process."""
+    claim = "from tests.writers.journal.test_folders import *; run(Path(sys.argv[1]), Mode.RESUME)"
+    run(tmp_path, frames=(0,))
+    file = tmp_path / ".usdsdg" / name
+    file.unlink(missing_ok=True)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    _in_place_of(file)[what]()
+    done = forked.run(["-c", claim, str(tmp_path)], cwd=ROOT, timeout=60)
+    if name.startswith("aggregates"):  # of which the journal tells nothing
+        assert done.returncode == 0, done.stderr
+        return
+    *_, last = done.stderr.splitlines()
+    assert re.match(r"usdsdg.errors.\w+: .*(in the way|is not read|is a folder|Is a directory)", last), done.stderr
+
+
 def test_a_listed_path_outside_of_the_folder_is_never_removed(tmp_path):
     out = tmp_path / "out"
     out.mkdir()
@@ -127,6 +153,22 @@ def test_a_listed_path_outside_of_the_folder_is_never_removed(tmp_path):
     journal.write_text(json.dumps(line) + "\n" + journal.read_text().splitlines()[-1] + "\n")
     run(out, Mode.OVERWRITE)
     assert (tmp_path / "precious.txt").read_text() == "mine"
+
+
+def test_what_has_taken_the_place_of_a_listed_file_does_not_keep_a_run_from_its_removal(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (tmp_path / "precious.txt").write_text("mine")
+    run(out, frames=(0, 1, 2))
+    for number in range(3):
+        (out / f"{number}.png").unlink()
+    (out / "0.png").mkdir()
+    (out / "0.png/notes.txt").write_text("mine")
+    (out / "1.png").symlink_to(tmp_path / "precious.txt")
+    (out / "2.png").symlink_to("0.png/notes.txt")
+    run(out, Mode.OVERWRITE)
+    assert (out / "0.png/notes.txt").read_text() == (tmp_path / "precious.txt").read_text() == "mine"
+    assert sorted(path.name for path in out.iterdir()) == [".usdsdg", "0.png"]
 
 
 def test_parts_are_written_beside_each_other_and_one_part_by_one_process(tmp_path):
@@ -214,9 +256,10 @@ def test_a_file_that_is_replaced_is_locked_anew(tmp_path):
 
 
 @pytest.mark.parametrize("written", ["{out}", "{top}", "--out={out}", "out"])
-def test_arguments_that_say_where_the_data_are_are_no_part_of_the_recipe(tmp_path, monkeypatch, written):
+@pytest.mark.parametrize("names", [("a", "b"), ("a", "day=3"), ("x=1&y=2", "#b?x==")])
+def test_arguments_that_say_where_the_data_are_are_no_part_of_the_recipe(tmp_path, monkeypatch, written, names):
     found = []
-    for name in ("a", "b"):
+    for name in names:
         top = tmp_path / name
         top.mkdir()
         monkeypatch.chdir(top)

@@ -14,11 +14,14 @@ def test_frames_are_whole_in_their_order():
     frames = FramesInHand()
     first, second = (begun(frames, number, "a") for number in range(2))
     second.release()
-    assert (frames.count_whole(), frames.take_whole(), frames.lacks("a")) == (0, [], True)
+    assert (frames.count_whole(), frames.whole(), frames.lacks("a")) == (0, [], True)
     first.release()
     assert (frames.count_whole(), frames.lacks("a")) == (2, False)
-    assert frames.take_whole() == [first, second]
-    assert frames.take_whole() == []
+    assert frames.whole() == frames.whole() == [first, second]
+    third = begun(frames, 2, "a")
+    third.release()
+    frames.forget([first, second])
+    assert frames.whole() == [third]
 
 
 def test_a_frame_that_fails_keeps_later_ones_of_its_folders_out():
@@ -32,7 +35,7 @@ def test_a_frame_that_fails_keeps_later_ones_of_its_folders_out():
     for frame in (*whole, between, after):
         frame.release()
     failed.release(failed=True)
-    assert frames.take_whole() == whole
+    assert frames.whole() == whole
     assert [frames.lacks(folder) for folder in "abc"] == [True, True, False]
 
 
@@ -41,5 +44,5 @@ def test_a_failed_frame_of_a_writer_without_a_folder_keeps_nothing_out():
     begun(frames, 0).release(failed=True)
     frame = begun(frames, 1, "a")
     frame.release()
-    assert frames.take_whole() == [frame]
+    assert frames.whole() == [frame]
     assert not frames.lacks("a")

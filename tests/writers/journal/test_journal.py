@@ -129,3 +129,59 @@ def test_frames_out_of_order_are_refused(tmp_path):
     made.append([line(1), line(0)], {})
     with pytest.raises(WriterError, match="frame 0 after frame 1"):
         made.close(complete=True)
+
+
+def closed(path, frames=4):
+    made = Journal(path)
+    made.append([line(number) for number in range(frames)], {"a.txt": FACTS})
+    made.close(complete=True)
+    return path.read_bytes().splitlines(keepends=True)
+
+
+@pytest.mark.parametrize(
+    ("edit", "said"),
+    [
+        (lambda lines: [*lines[:2], *lines[3:]], "it has the lines of 3 frames, and 4 were written"),
+        (lambda lines: [*lines[:2], lines[1], *lines[2:]], "the line of frame 0 comes after that of frame 0"),
+        (lambda lines: [lines[0], lines[2], lines[1], *lines[3:]], "the line of frame 0 comes after that of frame 1"),
+    ],
+    ids=["lost", "doubled", "exchanged"],
+)
+def test_a_journal_whose_lines_are_not_those_that_were_written_is_not_gone_on_with(tmp_path, edit, said):
+    path = tmp_path / "journal.jsonl"
+    path.write_bytes(b"".join(edit(closed(path))))
+    before = path.read_bytes()
+    with pytest.raises(WriterError, match=f"{said}.*put a copy of the journal back .* --overwrite"):
+        Journal(path)
+    assert path.read_bytes() == before
+
+
+def test_a_frame_whose_line_is_lost_is_not_appended_after_later_ones(tmp_path):
+    path = tmp_path / "journal.jsonl"
+    lines = closed(path)
+    path.write_bytes(b"".join([*lines[:2], *lines[3:-1]]))
+    made = Journal(path)
+    assert [made.has(number) for number in range(4)] == [True, False, True, True]
+    with pytest.raises(WriterError, match="has lost the line of frame 1"):
+        made.append([line(1)], {})
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
+def test_an_append_that_is_ended_is_told_again(tmp_path, monkeypatch, error):
+    """Also what Python would still have in a buffer: that is not written after the journal was cut."""
+    made = Journal(tmp_path / "journal.jsonl")
+    made.append([line(0)], {})
+
+    def end(file):
+        raise error
+
+    with monkeypatch.context() as patched:
+        patched.setattr(journal, "synced", end)
+        with pytest.raises((KeyboardInterrupt, OutputNotWritable)):
+            made.append([line(1), line(2)], {"a.txt": FACTS})
+    assert not made.has(1)
+    assert journal.read(made.path).frames == {0}
+    made.append([line(1), line(2)], {"a.txt": FACTS})
+    made.close(complete=True)
+    told = journal.read(made.path)
+    assert (told.frames, told.is_complete, told.shared) == ({0, 1, 2}, True, {"a.txt": FACTS})

@@ -73,7 +73,18 @@ def change_a_byte(spool):
     spool.write_bytes(spool.read_bytes().replace(b'"number": 1', b'"number": 9'))
 
 
-DAMAGE = {"is missing": lambda spool: spool.unlink(), "lost": lose_a_line, "cut": cut_off, "changed": change_a_byte}
+def put_a_folder(spool):
+    spool.unlink()
+    spool.mkdir()
+
+
+DAMAGE = {
+    "is missing": lambda spool: spool.unlink(),
+    "is a folder": put_a_folder,
+    "lost": lose_a_line,
+    "cut": cut_off,
+    "changed": change_a_byte,
+}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -89,6 +100,18 @@ def test_a_run_does_not_go_on_with_a_damaged_spool(tmp_path, end, how, name):
     make_again = claim(tmp_path, Mode.OVERWRITE)
     assert not make_again.has(0)
     make_again.release()
+
+
+def test_a_run_does_not_go_on_where_labels_of_frames_would_be_lost_that_are_not_made_again(tmp_path):
+    """As where the journal has lost a line: its frame is made again, and those after it are not."""
+    spools = make(tmp_path, range(4), end="killed")
+    path = tmp_path / ".usdsdg/journal.jsonl"
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join(each for each in lines if b'"frame":1,' not in each))
+    before = {name: (spools / name).read_bytes() for name in NAMES}
+    with pytest.raises(WriterError, match=r"journal.jsonl has lost the line of frame 1, .*--overwrite"):
+        claim(tmp_path, Mode.RESUME)
+    assert {name: (spools / name).read_bytes() for name in NAMES} == before
 
 
 @pytest.mark.parametrize("end", ["killed", "closed"])

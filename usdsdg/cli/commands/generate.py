@@ -174,6 +174,7 @@ def _let_workers_make(
     """
     from usdsdg.parallel import available_threads
     from usdsdg.scenarios import jobs
+    from usdsdg.session.session import current
     from usdsdg.workers.dataset import make_dataset, on_ray, on_this_machine
     from usdsdg.workers.ray_cluster import Resources
 
@@ -194,6 +195,7 @@ def _let_workers_make(
         address, gpus = cluster
         pieces = PARTS_ON_RAY * (count or 1)
         make = on_ray(arguments, count, make_part, address=address, resources=Resources(each, gpus))
+    current().run.shares_out = True  # already where the places are checked, which may have parts
     places, started = job.places(values), time.perf_counter()
     make_dataset(places, values.num_frames, pieces, make, unit=job.episode(values))
     print(f"{counted(values.num_frames, 'frame')} in {time.perf_counter() - started:.1f} s")

@@ -22,6 +22,7 @@ from usdsdg.writers.journal.spool_hashes import AGGREGATES
 
 JOURNAL = f"{BESIDE}/{NAME}"
 SPOOLS = f"{BESIDE}/{AGGREGATES}/"
+_NONE_WHOLE = "the run is unfinished, and no frame is whole (--resume)"
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ class Listing:
     frames: set[int] = field(default_factory=set)  # their numbers, also of those without files
     is_complete: bool = False
     is_damaged: bool = False  # so that files may be unlisted through no fault of theirs
+    is_cut_off: bool = False  # as by the death of a process: of the journal no line is damaged but the last one
 
 
 def read_listing(folder: Path) -> Listing | None:
@@ -57,7 +59,9 @@ def read_listing(folder: Path) -> Listing | None:
         _read_journal(own, JOURNAL, listing, recipe_hash)
     elif not parts:
         listing.is_damaged = True
-        listing.faults.append(Fault(JOURNAL, "all", "is empty" if is_empty else "is missing"))
+        said = f"is empty: {_NONE_WHOLE}" if is_empty else "is missing"
+        listing.faults.append(Fault(JOURNAL, "all", said))
+        listing.is_cut_off = is_empty
     if parts:
         _read_parts(folder, parts, listing)
     return listing
@@ -94,6 +98,8 @@ def _read_journal(path: Path, name: str, listing: Listing, recipe_hash: str | No
 def _read_lines(file: IO[bytes], name: str, listing: Listing, recipe_hash: str | None) -> None:
     digest, numbers, closing, closing_data = hashlib.sha256(), [], None, b""
     spools: dict[str, FileFacts] = {}
+    damaged: list[int] = []
+    place = 0
     for place, data in enumerate(file, 1):
         line = lines.parsed(data)
         spools.update((line or {}).get(lines.SPOOLS, {}))
@@ -102,8 +108,9 @@ def _read_lines(file: IO[bytes], name: str, listing: Listing, recipe_hash: str |
             _add(listing, closing[lines.SHARED], "all")
             closing = None
         if line is None:
-            listing.is_damaged = True
-            listing.faults.append(Fault(name, "?", f"line {place} is damaged"))
+            damaged.append(place)
+            is_cut = not data.endswith(b"\n")
+            listing.faults.append(Fault(name, "?", f"line {place} is {'cut off' if is_cut else 'damaged'}"))
         elif lines.FRAMES in line:
             closing, closing_data = line, data
         else:
@@ -112,6 +119,8 @@ def _read_lines(file: IO[bytes], name: str, listing: Listing, recipe_hash: str |
                 numbers.append(line[lines.FRAME])
                 _add(listing, line[lines.FILES], str(line[lines.FRAME]))
             _add(listing, line.get(lines.SHARED, {}), "all")
+    listing.is_damaged |= bool(damaged)
+    listing.is_cut_off = damaged == [place]  # which a run that goes on drops
     listing.frames.update(numbers)
     _check_order(name, numbers, listing)
     if closing is None or not closing.get(lines.COMPLETE):

@@ -107,7 +107,7 @@ class DatasetFolder:
         self._facts: Facts = {}
         self.first: int | None = None  # the frame at which a writer is due first, whoever makes it
         self._latest: dict[Path, bytes] = {}  # files of the part that wait to be written
-        self._keeping = threading.Lock()  # the capture tells of them, and threads that write files write them
+        self._keeping = threading.Lock()  # the capture tells of files, and threads that write files do
 
     @property
     def aggregates(self) -> Path:
@@ -141,7 +141,8 @@ class DatasetFolder:
 
     def note_shared(self, path: str, facts: FileFacts) -> None:
         """Tell that a file has been written that belongs to no frame."""
-        self._shared[path] = facts
+        with self._keeping:
+            self._shared[path] = facts
 
     def note_facts(self, section: str, values: Mapping[str, Any]) -> None:
         """Tell what the recipe gets in the end; what is known already is left out."""
@@ -162,21 +163,28 @@ class DatasetFolder:
 
     def append(self, frames: list[dict[str, Any]]) -> None:
         """Append frames to the journal, after their files and spools are on the disk; errors are those of `Journal`."""
-        shared, self._shared = self._shared, {}
-        facts, self._facts = self._facts, {}
+        shared, facts = dict(self._shared), self._facts  # they stay until they are in the journal
         spools = self.spools.facts()  # before the sync, after which all of these bytes are on the disk
         names = [*shared, *(name for line in frames for name in line[lines.FILES])]
         self.place.sync([*names, *(each.relative_to(self.path).as_posix() for each in self.spools.files())])
         with self._keeping:
-            latest, self._latest = self._latest, {}
+            latest = dict(self._latest)
         for file, data in latest.items():
             write_whole(file, data)
         self.place.push()
         self.journal.append(frames, shared, facts, spools=spools)
+        self._facts = {}
+        with self._keeping:
+            _forget(self._shared, shared)
+            _forget(self._latest, latest)
         self.place.push()
 
     def close(self, *, complete: bool) -> None:
-        """Write the recipe, which parts leave to those who join them, and the closing line, and release the folder."""
+        """Write the recipe, which parts leave to those who join them, and the closing line, and release the folder.
+
+        complete: the run has come to its end. A dataset that was complete before, and has no new frames, stays so.
+        """
+        complete |= self.was_complete and self.journal.count == len(self.journal.contents.frames)
         try:
             self.append([])
             spools = self.spools.facts_of_files()
@@ -224,6 +232,13 @@ class DatasetFolder:
             self.journal.append((), {}, spools=self.spools.facts())
             self.place.push()
         self.spools.shorten()
+
+
+def _forget(waiting: dict[Any, Any], told: Mapping[Any, Any]) -> None:
+    """Remove what was told, unless it is told anew."""
+    for name, value in told.items():
+        if waiting.get(name) == value:
+            del waiting[name]
 
 
 def shared_lock(place: Place) -> Lock:

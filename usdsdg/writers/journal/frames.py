@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 # What is known of a file: its size [bytes] and its SHA-256 as hexadecimal digits.
@@ -32,8 +33,8 @@ class FrameFiles:
     def release(self, *, failed: bool = False) -> None:
         """End what `hold` has begun. failed: a file is missing, so it will never be whole."""
         with self._lock:
+            self.has_failed |= failed  # first: whoever finds that nothing waits looks at it
             self.holds -= 1
-            self.has_failed |= failed
 
     def touch(self, folder: str) -> dict[str, FileFacts]:
         """Return its files in a folder, to which it belongs from now on."""
@@ -76,15 +77,19 @@ class FramesInHand:
             self._frames.append(frame)
         return frame
 
-    def take_whole(self) -> list[FrameFiles]:
-        """Remove and return the frames that are whole, up to the first one that may still become so."""
+    def whole(self) -> list[FrameFiles]:
+        """Return the frames that are whole, up to the first one that may still become so; they stay until `forget`."""
         with self._lock:
             self._sort_out()
-            taken, self._whole = self._whole, []
-        return taken
+            return list(self._whole)
+
+    def forget(self, frames: Collection[FrameFiles]) -> None:
+        """Remove frames that `whole` has returned, which are in the journals."""
+        with self._lock:
+            self._whole = [each for each in self._whole if each not in frames]
 
     def count_whole(self) -> int:
-        """Return how many frames `take_whole` would return."""
+        """Return how many frames `whole` would return."""
         with self._lock:
             self._sort_out()
             return len(self._whole)

@@ -19,7 +19,7 @@ class Growth(Protocol):
         ...
 
     def begin(self, place: Place, wanted: Recipe) -> None:
-        """Make the earlier run of a place an unfinished one of the wanted recipe."""
+        """Make the earlier run of a place an unfinished one of the wanted recipe, of which all records are there."""
         ...
 
 

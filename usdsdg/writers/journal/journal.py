@@ -16,6 +16,7 @@ import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from io import RawIOBase
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -75,7 +76,7 @@ class Journal:
         if path.exists() and path.stat().st_size > self.contents.size:
             os.truncate(path, self.contents.size)
         self.was_complete, self.contents.is_complete = self.contents.is_complete, False
-        self._appended = 0  # frames, beside those of the contents
+        self._appended: set[int] = set()  # frames, beside those of the contents
 
     def append(
         self,
@@ -91,30 +92,40 @@ class Journal:
 
         Raises:
             OutputNotWritable: the disk is full, or the folder was removed.
+            WriterError: a frame is not made for the first time, so the journal that is gone on with has lost its line.
         """
         known = self.contents.spools
         new = {name: each for name, each in (spools or {}).items() if known.get(name) != each}
         lines = [*_of_all(shared, facts, new), *frames]
-        self.contents.shared.update(shared)
-        self.contents.facts = joined([self.contents.facts, facts or {}])
-        self.contents.spools.update(new)
-        self._appended += sum(FRAME in line for line in lines)
+        numbers = [line[FRAME] for line in lines if FRAME in line]
+        if numbers and numbers[0] < max(self._appended, default=self.contents.end - 1):
+            raise _damaged(self.path, f"it has lost the line of frame {numbers[0]}")
         try:
-            with open(self.path, "ab") as file:
+            # Without a buffer, which would be written when the file is closed, also after it was cut off.
+            with open(self.path, "ab", buffering=0) as file:
                 start = file.tell()
                 try:
-                    file.write(b"".join(encoded(line) for line in lines))
+                    _write_all(file, b"".join(encoded(line) for line in lines))
                     synced(file)
+                    self._appended.update(numbers)
                 except BaseException:
                     os.truncate(self.path, start)
+                    self._appended.difference_update(numbers)
                     raise
         except OSError as error:
             raise not_writable(self.path, error) from error
+        self.contents.shared.update(shared)
+        self.contents.facts = joined([self.contents.facts, facts or {}])
+        self.contents.spools.update(new)
 
     @property
     def count(self) -> int:
         """The number of frames."""
-        return len(self.contents.frames) + self._appended
+        return len(self.contents.frames) + len(self._appended)
+
+    def has(self, frame: int) -> bool:
+        """Return whether a frame is in it."""
+        return frame in self.contents.frames or frame in self._appended
 
     def close(
         self,
@@ -144,6 +155,12 @@ class Journal:
         write_whole(self.path, _sealed(chain(told, map(encoded, in_order(frames))), closing))
 
 
+def _write_all(file: RawIOBase, data: bytes) -> None:
+    left = memoryview(data)
+    while left:
+        left = left[file.write(left) or 0 :]
+
+
 def _of_all(
     shared: Mapping[str, FileFacts], facts: Mapping[str, Any] | None, spools: Mapping[str, FileFacts]
 ) -> list[dict[str, Any]]:
@@ -171,14 +188,20 @@ def read(path: Path) -> Contents:
     """
     found = Contents()
     is_closed_by_shared = False  # as earlier versions closed journals
+    last, count = -1, 0  # frame, and how many
     for line, end in _placed(path):
         if is_closed_by_shared:  # what that version has then told of spools ended with the run that goes on here
             found.spools, is_closed_by_shared = {}, False
         found.is_complete, found.size = FRAMES in line and bool(line.get(COMPLETE)), end
         found.first = line.get(FIRST)
         if FRAME in line:
-            found.frames.add(line[FRAME])
+            if line[FRAME] <= last:
+                raise _damaged(path, f"the line of frame {line[FRAME]} comes after that of frame {last}")
+            last, count = line[FRAME], count + 1
+            found.frames.add(last)
             found.states.update(line.get(STATE, {}))
+        elif line.get(FRAMES, count) != count:
+            raise _damaged(path, f"it has the lines of {count} frames, and {line[FRAMES]} were written")
         found.shared.update(_files(line.get(SHARED, {})))
         found.spools.update(_files(line.get(SPOOLS, {})))
         if FACTS in line:
@@ -223,13 +246,17 @@ def _placed(path: Path) -> Iterator[tuple[dict[str, Any], int]]:
             line = parsed(data)
             if line is None:
                 if file.read(1):
-                    raise WriterError(
-                        f"{path}: the line at byte {place} is damaged. `usdsdg verify` tells which files are whole; "
-                        "--overwrite makes all of them again."
-                    )
+                    raise _damaged(path, f"the line at byte {place} is damaged")
                 return
             place += len(data)
             yield line, place
+
+
+def _damaged(path: Path, what: str) -> WriterError:
+    return WriterError(
+        f"{path}: {what}. `usdsdg verify` tells which files are whole; put a copy of the journal back as it was, or "
+        "make all of them again with --overwrite."
+    )
 
 
 def encoded(line: Mapping[str, Any]) -> bytes:

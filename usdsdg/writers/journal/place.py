@@ -9,6 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
+from usdsdg.errors import WriterError
+from usdsdg.stage.assets.file_checks import check_regular
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores import open_store
 from usdsdg.stores.addresses import is_url
@@ -16,7 +18,7 @@ from usdsdg.stores.lease import Lease
 from usdsdg.stores.locks import FileLock
 from usdsdg.stores.mirror import Mirror
 from usdsdg.stores.store import Store
-from usdsdg.stores.whole_file import PART, sync_all, write_whole
+from usdsdg.stores.whole_file import PART, not_writable, sync_all, write_whole
 from usdsdg.writers.journal.portion import Portion
 
 JOURNAL = "journal.jsonl"
@@ -82,7 +84,7 @@ class Place(Protocol):
         ...
 
     def read(self, name: str) -> bytes | None:
-        """Return the content of a file; None if there is none."""
+        """Return the content of a file; None if there is none; raises WriterError where it cannot be read."""
         ...
 
     def write(self, name: str, data: bytes) -> None:
@@ -142,10 +144,10 @@ class FolderPlace:
         top = self.path.resolve()
         folders: set[Path] = set()
         for name in names:
-            file = (self.path / name).resolve()
-            if file.is_relative_to(top):
-                file.unlink(missing_ok=True)
-                folders.update(each for each in file.parents if each.is_relative_to(top))
+            parent = (self.path / name).parent.resolve()
+            if parent.is_relative_to(top):
+                _remove(parent / Path(name).name)
+                folders.update(each for each in (parent, *parent.parents) if each.is_relative_to(top))
         for folder in sorted(folders - {top}, key=lambda each: len(each.parts), reverse=True):
             with suppress(OSError):
                 folder.rmdir()
@@ -174,9 +176,15 @@ class FolderPlace:
     def read(self, name: str) -> bytes | None:
         """Return the content of a file; see `Place`."""
         try:
+            check_regular(str(self.path / name))
             return (self.path / name).read_bytes()
         except FileNotFoundError:
             return None
+        except OSError as error:
+            raise WriterError(
+                f"{self.path / name} cannot be read: {error.strerror}. Remove what is there; usdsdg repair makes the "
+                "file again once the run has ended."
+            ) from None
 
     def write(self, name: str, data: bytes) -> None:
         """Write a file; see `Place`."""
@@ -271,6 +279,15 @@ class StorePlace:
         lease = Lease(self.store, path, rivals=rivals)
         self._leases.append(lease)
         return lease
+
+
+def _remove(file: Path) -> None:
+    """Remove a file, of a link the link; a folder in its place, which no run has made, stays."""
+    try:
+        file.unlink(missing_ok=True)
+    except OSError as error:
+        if not file.is_dir():
+            raise not_writable(file, error) from error
 
 
 def is_kept_as_data(name: str) -> bool:

@@ -11,8 +11,9 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from usdsdg.errors import DatasetError, WriterError
+from usdsdg.errors import AssetUnreadable, DatasetError, WriterError
 from usdsdg.stage.assets.anchors import portable_below_root
+from usdsdg.stage.assets.file_checks import check_regular
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stage.semantics.semantic_classes import FILE as CLASS_FILE
 from usdsdg.stores.addresses import is_url
@@ -193,9 +194,12 @@ def read(folder: Path) -> dict[str, Any] | None:
         WriterError: the file is damaged, or the system does not let it be read.
     """
     try:
+        check_regular(str(folder / FILE))  # a pipe may never end
         data = (folder / FILE).read_bytes()
     except FileNotFoundError:
         return None
+    except AssetUnreadable as error:
+        raise WriterError(f"{error}. Remove that run with --overwrite.") from None
     except IsADirectoryError:
         raise WriterError(f"{folder / FILE} is a folder. Remove that run with --overwrite.") from None
     except OSError as error:
@@ -235,16 +239,22 @@ def installed() -> dict[str, str]:
 
 
 def _placeless(argument: str, where: str) -> str:
-    """Return an argument without the path or URL of the output folder, or of one that it is in."""
-    name, equals, value = argument.rpartition("=")
+    """Return an argument without the path or URL of the output folder or of one that it is in; these may have a =."""
+    pieces = argument.split("=")
+    for count in range(len(pieces)):
+        if _leads_to(where, "=".join(pieces[count:])):
+            return "=".join([*pieces[:count], OUTPUT])
+    return argument
+
+
+def _leads_to(where: str, value: str) -> bool:
+    """Return whether a value is the path or URL of an output folder, or of one that it is in."""
     if is_url(where):
         top = value.rstrip("/")
-        leads_there = is_url(value) and (where == top or where.startswith(f"{top}/"))
-        return f"{name}{equals}{OUTPUT}" if leads_there else argument
+        return is_url(value) and (where == top or where.startswith(f"{top}/"))
     folder = Path(where)
     place = Path(os.path.expanduser(value)).absolute()
-    leads_there = bool(value) and (folder == place or folder.is_relative_to(place)) and place != Path(place.anchor)
-    return f"{name}{equals}{OUTPUT}" if leads_there else argument
+    return bool(value) and (folder == place or folder.is_relative_to(place)) and place != Path(place.anchor)
 
 
 def _short(value: Any) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg.errors import DatasetInTheWay, counted
+from usdsdg.errors import DatasetInTheWay, UsdsdgError, counted
 from usdsdg.session import engines
 from usdsdg.session.progress import say_once
 from usdsdg.session.session import current
@@ -54,6 +54,7 @@ class Run:
         self._folders: dict[str, DatasetFolder] = {}
         self._claiming = threading.RLock()  # threads that write files claim folders, too
         self._in_hand = FramesInHand()
+        self._ended: set[str] = set()  # folders whose journals could not be told of a frame, nor are of later ones
         self._assets, self._known_assets = AssetFacts(), {}
         self._settings: dict[str, Any] = {}  # at the frame at which a folder was new last
         self._appended_at = time.monotonic()
@@ -276,27 +277,52 @@ class Run:
         return self._in_hand.count_whole() >= (1 if late else MANY)
 
     def append(self) -> None:
-        """Append the frames that are whole to the journals of their folders; raises OutputNotWritable."""
+        """Append the frames that are whole to the journals of their folders.
+
+        Raises:
+            OutputNotWritable: a folder cannot be written to. Its journal ends there; those of others go on.
+        """
         self._appended_at = time.monotonic()
-        frames = self._in_hand.take_whole()
+        frames = self._in_hand.whole()  # until they are in all journals, since Ctrl-C may come meanwhile
         self._known_assets |= self._assets.take()
+        failures = []
         for name, folder in tuple(self._folders.items()):  # other threads may claim folders meanwhile
             folder.note_assets(self._known_assets)
-            lines = [_line(each, name) for each in frames if name in each.folders]
-            if lines:
-                folder.append(lines)
+            new = [each for each in frames if name in each.folders and not folder.journal.has(each.number)]
+            try:
+                if new and name not in self._ended:
+                    folder.append([_line(each, name) for each in new])
+            except UsdsdgError as error:
+                self._ended.add(name)
+                failures.append(error)
+        self._in_hand.forget(frames)
+        if failures:
+            raise failures[0]
 
     def close(self, *, complete: bool) -> None:
         """Close all journals, once nothing waits to be written; frames after this are in no journal.
 
         complete: the run has come to its end.
+
+        Raises:
+            UsdsdgError: the first failure; the other folders are closed.
         """
         if self._is_closed or not self._folders:
             return
         self._is_closed = True
-        self.append()
+        failures = []
+        try:
+            self.append()
+        except UsdsdgError as error:
+            failures.append(error)
         for name, folder in tuple(self._folders.items()):
-            folder.close(complete=complete and not self._in_hand.lacks(name))
+            try:
+                is_whole = name not in self._ended and not self._in_hand.lacks(name)
+                folder.close(complete=complete and is_whole)
+            except UsdsdgError as error:
+                failures.append(error)
+        if failures:
+            raise failures[0]
 
     def forget_removed(self) -> None:
         """Forget folders that a script has removed itself after its last file, as with a temporary one."""

@@ -16,6 +16,7 @@ from usdsdg.errors import WriterError
 from usdsdg.stores.whole_file import facts_of
 from usdsdg.writers.journal import lines
 from usdsdg.writers.journal.frames import FileFacts
+from usdsdg.writers.journal.place import JOURNAL
 
 AGGREGATES, SUFFIX = "aggregates", ".jsonl"
 ONCE = "samples"  # the folder of spools that are removed when the run is complete
@@ -53,7 +54,7 @@ class SpoolHashes:
 
     def files(self) -> Iterator[Path]:
         """Yield the spools that are there."""
-        return self.folder.rglob(f"*{SUFFIX}") if self.folder.is_dir() else iter(())
+        return (each for each in self.folder.rglob(f"*{SUFFIX}") if each.is_file())
 
     def go_on(self, told: Mapping[str, FileFacts], frames: Set[int]) -> None:
         """Begin with the records that an earlier process has left of `frames`; `shorten` drops the others.
@@ -61,7 +62,7 @@ class SpoolHashes:
         told: how each spool began when that process told of it last. Nothing is known of spools that it lacks.
 
         Raises:
-            WriterError: a spool does not begin so.
+            WriterError: a spool does not begin so, or a frame is not whole though a later one is.
         """
         there = {self._name(each) for each in self.files()}
         for name in sorted(there | told.keys()):
@@ -69,6 +70,12 @@ class SpoolHashes:
             if name not in there and size:
                 raise _damaged(self.folder / name, "is missing")
             found = _Beginning(self.folder / name, size, frames) if name in there else None
+            if found is not None and found.lost is not None:
+                raise WriterError(
+                    f"{self.folder.parent / JOURNAL} has lost the line of frame {found.lost}, after which there are "
+                    "frames that are not made again. Put a copy of the journal back as it was, or begin again with "
+                    "--overwrite."
+                )
             if found is not None and size and found.told != sha256:
                 raise _damaged(self.folder / name, "was changed after it was written, or has lost lines")
             self._written[name] = (found.size, found.digest) if found is not None else (0, hashlib.sha256())
@@ -90,24 +97,30 @@ class _Beginning:
         size: bytes up to the first record of a frame that is not whole, or cut off.
         digest: SHA-256 of these.
         told: SHA-256 of as many bytes as were told of; "" where no line ends there.
+        lost: a frame that is not whole though a later one is; None: there is none.
     """
 
     def __init__(self, path: Path, told: int, frames: Set[int]) -> None:
         self.size, self.digest, self.told = 0, hashlib.sha256(), ""
-        digest, place, is_kept = hashlib.sha256(), 0, True
+        self.lost: int | None = None
+        digest, place, is_kept, dropped = hashlib.sha256(), 0, True, None
         with open(path, "rb") as file:
             for data in file:
-                line = lines.parsed_record(data) if is_kept else None
+                line = lines.parsed_record(data)
                 number = line.get(lines.FRAME) if line is not None else None
-                is_kept = line is not None and (number is None or (lines.is_count(number) and number in frames))
+                is_whole = lines.is_count(number) and number in frames
                 place += len(data)
                 digest.update(data)
-                if is_kept and number is not None:
+                is_kept = is_kept and line is not None and (number is None or is_whole)
+                if is_kept and is_whole:
                     self.size, self.digest = place, digest.copy()
                 if place == told:
                     self.told = digest.hexdigest()
-                if not is_kept and place >= told:
+                if is_whole and dropped is not None:
+                    self.lost = dropped
                     return
+                if dropped is None and lines.is_count(number) and not is_whole:
+                    dropped = number
 
 
 def check_whole(folder: Path, told: Mapping[str, FileFacts]) -> None:
@@ -120,10 +133,7 @@ def check_whole(folder: Path, told: Mapping[str, FileFacts]) -> None:
     """
     remedy = f"remove the folder {folder.parent} and make that part again."
     for name, facts in told.items():
-        try:
-            found = facts_of(folder / name)
-        except FileNotFoundError:
-            found = None
+        found = facts_of(folder / name) if (folder / name).is_file() else None
         if facts[0] and found is None:
             raise _damaged(folder / name, "is missing", remedy)
         if facts[0] and found != facts:

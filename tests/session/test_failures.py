@@ -1,0 +1,28 @@
+"""What a command tells of failures: one that many files, or several datasets of a run, have in common is told once."""
+
+import pytest
+
+from usdsdg.errors import OutputNotWritable, WriterError
+from usdsdg.session import session
+from usdsdg.session.failures import tell
+
+
+@pytest.fixture(autouse=True)
+def new_session():
+    session.restart()
+    yield
+    session.restart()
+
+
+def test_errors_of_one_cause_and_equal_ones_are_told_once(capsys):
+    for name in "ab":
+        error = OutputNotWritable(f"{name} cannot be written: the disk is full.")
+        error.cause = "the disk is full"
+        tell(error)
+        tell(WriterError("the journal is damaged."), "at the end of the run: " if name == "b" else "")
+    tell(WriterError("the recipe is damaged."))
+    assert capsys.readouterr().err.splitlines() == [
+        "error: a cannot be written: the disk is full.",
+        "error: the journal is damaged.",
+        "error: the recipe is damaged.",
+    ]
