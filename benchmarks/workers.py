@@ -1,7 +1,7 @@
 """Frames a second of a job by several processes of a thread each, by one such process, and by one without a limit.
 
     python -m benchmarks.workers [--config FILE] [--frames 4 16] [--workers 2] [--threads 1] [--set KEY=VALUE ...]
-        [--device cuda:0] [--only one several] [--annotators rgb,bounding_box_2d_tight]
+        [--device cuda:0] [--only one several] [--annotators rgb,bounding_box_2d_tight [--cameras 1] [--size 1280 720]]
 
 With --annotators it is the script of 50 shapes, `benchmarks/capture_script.py`, with these, in place of a job.
 
@@ -48,9 +48,10 @@ def job(config: Path, overrides: list[str], frames: int, folder: str) -> list[st
     return ["generate", "-q", str(config), *(part for each in settings for part in ("--set", each))]
 
 
-def script(annotators: str, frames: int, folder: str) -> list[str]:
-    """Return what `usdsdg` is given to make so many frames of 50 shapes."""
-    return ["run", "-q", f"{REPOSITORY}/benchmarks/capture_script.py", str(frames), f"{folder}/out", annotators]
+def script(annotators: str, views: tuple[int, int, int], frames: int, folder: str) -> list[str]:
+    """Return what `usdsdg` is given to make so many frames of 50 shapes; views: how many cameras, width and height."""
+    file = f"{REPOSITORY}/benchmarks/capture_script.py"
+    return ["run", "-q", file, str(frames), f"{folder}/out", annotators, *map(str, views)]
 
 
 def cost(made: Callable[[int, str], list[str]], frames: int, options: list[str]) -> Cost:
@@ -79,6 +80,8 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--device", default="cpu")
     parser.add_argument("--annotators", default="")
+    parser.add_argument("--cameras", type=int, default=1)
+    parser.add_argument("--size", type=int, nargs=2, default=[1280, 720])
     parser.add_argument("--only", nargs="+", choices=["one", "thread", "several"], default=["one", "thread", "several"])
     arguments = parser.parse_args()
     bound = ["--threads", str(arguments.threads)]
@@ -92,9 +95,9 @@ def main() -> None:
     }
     report.begin()
     device = ["--device", arguments.device]
-    made = (
-        partial(script, arguments.annotators) if arguments.annotators else partial(job, arguments.config, arguments.set)
-    )
+    views = (arguments.cameras, *arguments.size)
+    shapes, config = partial(script, arguments.annotators, views), partial(job, arguments.config, arguments.set)
+    made = shapes if arguments.annotators else config
     cost(made, 1, device)
     fewer, more = sorted(arguments.frames)
     rates: dict[str, tuple[float, float]] = {}
