@@ -90,16 +90,16 @@ class StageTree:
         self._drop_notes(roots)
         splices = sorted((splice for root in roots if (splice := self._splice_of(root))), key=lambda s: s[:3])
         nodes: list[Node] = []
-        kept: list[np.ndarray] = []  # (new, old) index of nodes that stay
+        stay: list[tuple[int, int, int]] = []  # spans of nodes that stay: first index after and before, and how many
         begin = 0
         for splice in [*splices, Splice(len(self._nodes), len(self._nodes), (), None, "")]:
-            old = np.arange(begin, splice.first)
-            kept.append(np.stack([old - begin + len(nodes), old]))
-            nodes += self._nodes[begin : splice.first]
+            if begin < splice.first:
+                stay.append((len(nodes), begin, splice.first - begin))
+                nodes += self._nodes[begin : splice.first]
             if splice.prim is not None:
                 self._traverse(splice.prim, splice.purpose, nodes)
             begin = splice.last
-        self._index_nodes(nodes, *np.concatenate(kept, axis=1))
+        self._index_nodes(nodes, *_indices(stay))
 
     def _drop_notes(self, roots: set[Sdf.Path]) -> None:
         """Drop what `_traverse` noted beside the nodes of prims at and below `roots`."""
@@ -279,6 +279,13 @@ class StageTree:
 
 def _is_drawn(node: Node) -> bool:
     return not node.purpose or node.purpose in prim_kinds.DRAWN_PURPOSES
+
+
+def _indices(spans: Sequence[tuple[int, int, int]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the indices in spans, after and before a change, each span as (first after, first before, count)."""
+    after, before, counts = np.array(spans, int).reshape(-1, 3).T
+    within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    return within + np.repeat(after, counts), within + np.repeat(before, counts)
 
 
 def _levels(nodes: Sequence[Node]) -> Levels:
