@@ -66,8 +66,10 @@ class Changes:
         return _names_by_prim(self.resynced_edits)
 
     @cached_property
-    def properties(self) -> list[Sdf.Path]:
+    def properties(self) -> Sequence[Sdf.Path]:
         """Paths of all properties that were set, added or removed, also of those with a handle."""
+        if all(map(Sdf.Path.IsPrimPropertyPath, self.edited)):  # as mostly, and told in a fifth of the time
+            return self.edited
         return [path for _, path, _ in map(_parts, self.edited) if path is not None]
 
     @cached_property

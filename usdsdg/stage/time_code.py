@@ -7,9 +7,10 @@ it on to the next, so they take it from this context.
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from itertools import repeat
 from typing import Any
 
-from pxr import Usd, UsdGeom
+from pxr import Tf, Usd, UsdGeom
 
 _DEFAULT = Usd.TimeCode.Default()
 _time = ContextVar("time code", default=_DEFAULT)
@@ -41,9 +42,22 @@ def current_value(attribute: Usd.Attribute) -> Any:
 
 
 def current_values(attributes: Sequence[Usd.Attribute]) -> list[Any]:
-    """Return `current_value` of many attributes."""
-    time = current_time()
-    return [attribute.Get(time) for attribute in attributes]
+    """Return `current_value` of many attributes; raises as `values_at`."""
+    return values_at(attributes, current_time())
+
+
+def values_at(attributes: Sequence[Usd.Attribute], time: Usd.TimeCode) -> list[Any]:
+    """Return the values of many attributes, None for those without one.
+
+    The method is not looked up on the attributes, which takes pxr longer than to read the value.
+
+    Raises:
+        RuntimeError: the prim of one is gone.
+    """
+    try:
+        return list(map(Usd.Attribute.Get, attributes, repeat(time)))
+    except Tf.CppException as failure:
+        raise RuntimeError(str(failure)) from None
 
 
 def is_sampled(attribute: Usd.Attribute) -> bool:

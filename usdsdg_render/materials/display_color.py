@@ -7,6 +7,7 @@ import numpy as np
 from pxr import Usd, UsdGeom, Vt
 
 from usdsdg import errors
+from usdsdg.stage.time_code import values_at
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.shading import MAX_COLOR, Input, Material
 from usdsdg_render.usd.authored_values import as_array
@@ -65,8 +66,7 @@ def _read(attributes: Sequence[Usd.Attribute], name: str, time: Usd.TimeCode, ar
     """Read a primvar of many prims; most have one value, and these are checked together."""
     found: list[Shown | None] = [None] * len(attributes)
     rows, values = [], []
-    for row, attribute in enumerate(attributes):
-        value = attribute.Get(time)
+    for row, value in enumerate(values_at(attributes, time)):
         if type(value) is array and len(value) == 1:
             rows.append(row)
             values.append(value[0])

@@ -38,8 +38,10 @@ class Splines:
             if path not in numbers:
                 attribute = self._stage.GetAttributeAtPath(path)
                 numbers[path] = attribute if attribute and attribute.GetTypeName() in _NUMBERS else None
-        found = [attribute for attribute in map(numbers.get, properties) if attribute is not None]
-        return {attribute.GetPrimPath() for attribute in found if attribute and attribute.HasSpline()}
+        found = list(filter(None, map(numbers.get, properties)))
+        # Not looked up on the attributes, which takes pxr longer than to answer.
+        have_splines = map(Usd.Attribute.HasSpline, found)
+        return {attribute.GetPrimPath() for attribute, has_spline in zip(found, have_splines) if has_spline}
 
     def forget(self) -> None:
         """Forget which properties are of numbers, since prims were made anew."""

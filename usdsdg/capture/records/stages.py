@@ -22,6 +22,7 @@ from usdsdg.session.settings_store import get_settings
 from usdsdg.stage import flatten
 from usdsdg.stage.assets import anchors
 from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.time_code import values_at
 from usdsdg.stage.world_values import WorldValues
 
 SETTING = "/usdsdg/labels/recordStage"
@@ -195,15 +196,17 @@ def _values(
     properties: Sequence[tuple[Sdf.Path, Any, Any]], time: Usd.TimeCode
 ) -> tuple[tuple[Sdf.Path, Any, Any], ...]:
     """Return the values of attributes, and the targets of relationships, that are there."""
-
-    def value(kind: Any, of: Any) -> Any:
-        return of.GetTargets() if kind is None else of.Get(time)
-
     try:
-        found = [(path, kind, value(kind, each)) for path, kind, each in properties]
+        values = _read(properties, time)
     except RuntimeError:  # a prim is gone; to ask each first takes a third of the time
-        found = [(path, kind, value(kind, each)) for path, kind, each in properties if each]
-    return tuple(each for each in found if each[2] is not None)
+        properties = [each for each in properties if each[2]]
+        values = _read(properties, time)
+    return tuple((path, kind, value) for (path, kind, _), value in zip(properties, values) if value is not None)
+
+
+def _read(properties: Sequence[tuple[Sdf.Path, Any, Any]], time: Usd.TimeCode) -> list[Any]:
+    values = iter(values_at([each for _, kind, each in properties if kind is not None], time))
+    return [each.GetTargets() if kind is None else next(values) for _, kind, each in properties]
 
 
 def _matters(path: Sdf.Path) -> bool:
