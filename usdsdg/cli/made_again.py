@@ -16,6 +16,7 @@ from click.exceptions import Exit
 
 from usdsdg.cli.options.again_options import How
 from usdsdg.cli.options.command_context import finish_files, fix_classes, seed_everything
+from usdsdg.cli.options.map_option import use_maps
 from usdsdg.cli.script.execution import exit_of
 from usdsdg.cli.script.interpreter import interpreter_restored
 from usdsdg.errors import BadValue, DatasetError
@@ -175,6 +176,7 @@ def _make(recipe: Recipe, file: Path, folder: Path, scratch: Path, how: How) -> 
     if recipe.classes is not None:
         fix_classes(str(folder))
     if recipe.command == GENERATE:
+        use_maps(how.maps, file)
         _generate(file, arguments)
     elif recipe.command == RUN:
         _run(file, arguments, recipe, how)
