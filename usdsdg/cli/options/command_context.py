@@ -115,11 +115,18 @@ def command_context(
         except KeyboardInterrupt as interrupt:
             _exit_interrupted(interrupt, keeps_files)
         except Exception as error:
-            if not _is_of_pxr(error):
+            if (known := as_usdsdg_error(error)) is None:
                 raise
-            _exit_with_error(_unreadable(error))
+            _exit_with_error(known)
         finally:
             progress.use(progress.SilentReporter())
+
+
+def as_usdsdg_error(error: Exception) -> UsdsdgError | None:
+    """Return what is told of an error in place of a traceback: of pxr's own, one that names the stage; else None."""
+    if isinstance(error, UsdsdgError):
+        return error
+    return _unreadable(error) if _is_of_pxr(error) else None
 
 
 def _is_of_pxr(error: Exception) -> bool:
