@@ -268,6 +268,52 @@ def test_a_script_that_ends_early_leaves_the_other_datasets_to_be_repaired(
     assert content(out) == content(two_runs)
 
 
+ERRORS = {
+    "of usdsdg": ("from usdsdg.errors import StageError\nraise StageError('no such stage')", "error: no such stage\n"),
+    "of pxr": ("from pxr import Tf\nTf.RaiseRuntimeError('damaged value')", "USD cannot read: "),
+    "of ours": ("raise KeyError('forgotten')", "KeyError: 'forgotten'\n"),
+}
+# Makes what is made by `usdsdg run` fail, as a configuration may.
+FAILING = """
+from usdsdg.cli import made_again
+def fail(*given):
+    FAILURE
+made_again._run = fail
+from usdsdg.cli.program import main
+main()
+"""
+
+
+@pytest.mark.parametrize("command", ["repair", "reproduce"])
+@pytest.mark.parametrize("kind", ERRORS)
+def test_an_error_of_one_run_leaves_the_other_datasets_to_be_made(two_runs, tmp_path, command, kind):
+    out = shutil.copytree(two_runs, tmp_path / "out")
+    if command == "repair":
+        for path in sorted(out.rglob("*.png")):
+            path.unlink()
+    failing, (failure, told) = out / "of a run", ERRORS[kind]
+    (out / "two").rename(failing)  # which comes first
+    program = FAILING.replace("FAILURE", failure.replace("\n", "\n    "))
+    done = run(["-c", program, command, "-q", "--device", "cpu", str(out)])
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert told in done.stderr
+    assert ("Traceback" in done.stderr) == (kind == "of ours")
+    done_what = "repaired" if command == "repair" else "compared"
+    assert done.stderr.endswith(f"error: not {done_what}, for the reasons above: {failing}\n")
+    good = "3 files repaired, 0 left; frames 0-2 made again" if command == "repair" else "files equal, 0 different"
+    (line,) = [line for line in done.stdout.splitlines() if line.startswith(f"{out / 'one'}: ")]
+    assert good in line
+
+
+def test_a_damaged_recipe_leaves_the_other_datasets_to_be_compared(two_runs, tmp_path):
+    out = shutil.copytree(two_runs, tmp_path / "out")
+    (out / "one/.usdsdg/recipe.json").write_text("{")
+    done = run(["-m", "usdsdg", "reproduce", "-q", "--device", "cpu", str(out)])
+    assert done.returncode == 1
+    assert done.stderr.endswith(f"error: not compared, for the reasons above: {out / 'one'}\n")
+    assert f"{out / 'two'}: " in done.stdout
+
+
 @pytest.mark.parametrize("command", ["repair", "reproduce"])
 def test_assets_that_have_moved_are_found_with_a_map(tmp_path, command):
     (tmp_path / "mine").mkdir()

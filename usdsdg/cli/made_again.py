@@ -6,7 +6,8 @@ import json
 import runpy
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -15,10 +16,12 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 from click.exceptions import Exit
 
 from usdsdg.cli.options.again_options import How
-from usdsdg.cli.options.command_context import finish_files, fix_classes, seed_everything
+from usdsdg.cli.options.command_context import as_usdsdg_error, finish_files, fix_classes, seed_everything
+from usdsdg.cli.options.map_option import use_maps
 from usdsdg.cli.script.execution import exit_of
 from usdsdg.cli.script.interpreter import interpreter_restored
 from usdsdg.errors import BadValue, DatasetError
+from usdsdg.session.failures import tell
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 
 if TYPE_CHECKING:
@@ -53,6 +56,20 @@ def scratch_folder(prefix: str) -> Iterator[Path]:
     with tempfile.TemporaryDirectory(prefix=prefix) as scratch:
         current().run.scratch = Path(scratch).resolve()
         yield current().run.scratch
+
+
+def tell_of(error: Exception, named: Sequence[Callable[[str], str]] = ()) -> None:
+    """Tell why datasets of one run could not be made again, so that those of other runs are.
+
+    What is no error of usdsdg or USD is told with its traceback. named: what is done with the message one by one.
+    """
+    known = as_usdsdg_error(error)
+    if known is None:
+        traceback.print_exception(error)
+        return
+    for each in named:
+        known.args = tuple(map(each, map(str, known.args)))
+    tell(known)
 
 
 def folders_in(scratch: Path) -> list[Path]:
@@ -175,6 +192,7 @@ def _make(recipe: Recipe, file: Path, folder: Path, scratch: Path, how: How) -> 
     if recipe.classes is not None:
         fix_classes(str(folder))
     if recipe.command == GENERATE:
+        use_maps(how.maps, file)
         _generate(file, arguments)
     elif recipe.command == RUN:
         _run(file, arguments, recipe, how)

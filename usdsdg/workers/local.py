@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import tempfile
 import time
@@ -12,6 +13,7 @@ from typing import IO
 
 from usdsdg.errors import WorkerFailed
 from usdsdg.operating_system import IS_WINDOWS
+from usdsdg.session import parent_process
 from usdsdg.workers.plan import Part
 
 # How often a part is begun again after its process has died.
@@ -27,6 +29,10 @@ class _Process:
     attempt: int
     child: subprocess.Popen[bytes]
     output: IO[bytes]
+
+    def close_input(self) -> None:
+        if self.child.stdin is not None:
+            self.child.stdin.close()
 
     def tail(self) -> str:
         self.output.seek(0, 2)
@@ -55,6 +61,7 @@ def make_parts(
             tick()
             for process in [each for each in running if each.child.poll() is not None]:
                 running.remove(process)
+                process.close_input()
                 if process.child.returncode == 0:
                     continue
                 if process.child.returncode == _REFUSED or process.attempt == ATTEMPTS:
@@ -71,7 +78,8 @@ def _start(command: Sequence[str], part: Part, attempt: int) -> _Process:
     output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the object
     child = subprocess.Popen(
         command,
-        stdin=subprocess.DEVNULL,
+        stdin=subprocess.PIPE,  # which ends with this process, and nothing is written to
+        env={**os.environ, parent_process.VARIABLE: "1"},
         stdout=output,
         stderr=subprocess.STDOUT,
         start_new_session=not IS_WINDOWS,  # not Ctrl-C of the terminal: the first process passes it on, once
@@ -86,6 +94,7 @@ def _end(running: Sequence[_Process]) -> None:
     try:
         for process in running:
             process.child.wait()
+            process.close_input()
     except BaseException:  # Ctrl-C again
         for process in running:
             process.child.kill()

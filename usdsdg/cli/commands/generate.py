@@ -33,6 +33,7 @@ from usdsdg.cli.options.dataset_options import (
     workers_option,
 )
 from usdsdg.cli.options.file_kinds import FileKind, check_kind
+from usdsdg.cli.options.map_option import map_option, use_maps, with_whole_paths
 from usdsdg.cli.options.rerun_option import recorded, rerun_option
 from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PATH
@@ -56,6 +57,7 @@ def _meant(name: str) -> str:
 @click.command(cls=Command, epilog=epilog("generate"), meant=_meant)
 @argument("config", type=PATH, help="Configuration such as configs/detection.yaml, or a .usd saved with its graph.")
 @click.option("--set", "set_", multiple=True, help="Override a key: num_frames=3, resolution=[320,240].")
+@map_option
 @assets_root_option
 @device_option
 @physics_device_option
@@ -77,6 +79,7 @@ def _meant(name: str) -> str:
 def generate(
     config: Path,
     set_: tuple[str, ...],
+    map_: tuple[str, ...],
     assets_root: str | None,
     device: str | None,
     physics_device: str,
@@ -114,6 +117,7 @@ def generate(
         from usdsdg.scenarios import growth, jobs, saved_pipeline
 
         check_kind(config, FileKind.CONFIGURATION, FileKind.STAGE)
+        use_maps(map_, config)
         if ray is not None:  # before an earlier run is removed
             from usdsdg.workers import ray_cluster
 
@@ -134,7 +138,7 @@ def generate(
         if workers is not None or ray is not None:
             place = (ray, gpus_per_worker) if ray is not None else None
             _let_workers_make(
-                config, overrides, workers, place, frames or shard, assets_root=assets_root, device=device,
+                config, overrides, workers, place, frames or shard, maps=map_, assets_root=assets_root, device=device,
                 physics_device=physics_device, threads=threads, semantic_classes=semantic_classes,
                 save_stage=save_stage,
             )  # fmt: skip
@@ -160,6 +164,7 @@ def _let_workers_make(
     cluster: tuple[str, float] | None,
     chosen: str | None,
     *,
+    maps: Sequence[str],
     threads: int | None,
     save_stage: Path | None,
     **options: str | None,
@@ -186,6 +191,8 @@ def _let_workers_make(
     arguments = ["generate", str(config.absolute()), "--threads", str(each)]
     for override in overrides:
         arguments += ["--set", override]
+    for each_map in with_whole_paths(maps):
+        arguments += ["--map", each_map]
     for name, value in options.items():
         arguments += [f"--{name.replace('_', '-')}", value] if value is not None else []
     if cluster is None:

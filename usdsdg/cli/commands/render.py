@@ -20,6 +20,7 @@ from usdsdg.cli.options.command_context import (
     seed_option,
 )
 from usdsdg.cli.options.file_kinds import FileKind, check_kind
+from usdsdg.cli.options.map_option import map_option, use_maps
 from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PATH, PLACE
@@ -46,6 +47,7 @@ def _meant(name: str) -> str:
 @click.option(
     "--spp", type=click.IntRange(min=1, max=1 << 20), default=64, help="Samples per pixel.", show_default=True
 )
+@map_option
 @assets_root_option
 @device_option
 @threads_option
@@ -59,6 +61,7 @@ def render(
     height: int,
     time: float | None,
     spp: int,
+    map_: tuple[str, ...],
     assets_root: str | None,
     device: str | None,
     threads: int | None,
@@ -77,6 +80,7 @@ def render(
         if time is not None and not math.isfinite(time):
             raise StageError(f"--time {time} is not a time code: give a number")
         check_kind(stage, FileKind.STAGE)
+        use_maps(map_, stage)
         if not output:  # as of a variable that is not set
             raise OutputNotWritable("OUTPUT is empty: give a folder, or . for this one")
         place = output if is_url(output) else str(output_path(Path(output)).absolute())

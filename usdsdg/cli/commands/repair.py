@@ -110,10 +110,10 @@ def _repair_all(summaries: Sequence[Summary], how: How, *, is_dry: bool, is_trie
             session.restart()
         try:
             _repair(group, how, is_dry=is_dry, is_tried=is_tried)
-        except UsdsdgError as error:
-            for each in group:
-                error.args = tuple(map(each.named, map(str, error.args)))
-            tell(error)
+        except Exit:
+            raise
+        except Exception as error:  # noqa: BLE001 - whatever it is, it concerns the datasets of this run alone
+            made_again.tell_of(error, [each.named for each in group])
             failed += [each.name for each in group]
     return failed
 

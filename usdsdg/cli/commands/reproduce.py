@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,7 @@ from usdsdg.cli.options.again_options import How, again_options
 from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
 from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PLACE
-from usdsdg.errors import DatasetError, counted
+from usdsdg.errors import DatasetError, UsdsdgError, counted
 from usdsdg.session.failures import tell
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 
@@ -48,32 +49,57 @@ def reproduce(
 
     On the same versions and kind of device every byte is compared, else pictures, arrays and numbers are, within a
     tolerance. Prints a line for each file that differs, and one for each dataset; the exit code is 1 if a file differs,
-    or the script fails. The dataset is kept as it is: what a script does to its output folder itself, such as
-    shutil.rmtree, is left out or refused.
+    or the script fails. Other datasets of a folder are compared then all the same. The dataset is kept as it is: what a
+    script does to its output folder itself, such as shutil.rmtree, is left out or refused.
     """
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, keeps_files=False):
-        from usdsdg.datasets.on_disk import RECORDS, on_disk
         from usdsdg.session import session
         from usdsdg.writers.journal.portion import Portion
 
         portion = Portion.of_numbers(frames) if frames is not None else None
-        differs = False
+        differs, names = False, datasets_in(folder)
+        failed: list[str] = []  # datasets that cannot be made again
         with ExitStack() as opened:
-            datasets = [opened.enter_context(on_disk(each)) for each in datasets_in(folder)]
-            for each in datasets:
-                each.fetch(lambda name: name.startswith(f"{BESIDE}/") and not name.startswith(RECORDS))
+            datasets = _open(names, opened, failed)
             for number, group in enumerate(made_again.of_one_run(datasets)):
                 if number:
                     session.restart()
-                failure, results = _reproduce(group, portion, how)
+                try:
+                    failure, results = _reproduce(group, portion, how)
+                except Exit:
+                    raise
+                except Exception as error:  # noqa: BLE001 - whatever it is, it concerns the datasets of this run alone
+                    made_again.tell_of(error)
+                    failed += [each.name for each in group]
+                    continue
                 for name, count, result in results:
                     _print(result, name, count)
                     differs |= bool(result.faults)
                 if failure:
                     tell(DatasetError(f"{failure}, so not all frames may have been compared"))
                     differs = True
-    if differs:
+    if failed and len(names) > 1:
+        print(f"error: not compared, for the reasons above: {', '.join(failed)}", file=sys.stderr)
+    if failed or differs:
         raise Exit(1)
+
+
+def _open(names: Sequence[str], opened: ExitStack, failed: list[str]) -> list[OnDisk]:
+    """Return the datasets that have a recipe; tell of the others, and add their names to `failed`."""
+    from usdsdg.datasets.on_disk import RECORDS, on_disk
+
+    datasets = []
+    for name in names:
+        try:
+            each = opened.enter_context(on_disk(name))
+            each.fetch(lambda file: file.startswith(f"{BESIDE}/") and not file.startswith(RECORDS))
+            made_again.recipe_of(each.path)
+        except UsdsdgError as error:
+            tell(error)
+            failed.append(name)
+        else:
+            datasets.append(each)
+    return datasets
 
 
 def _reproduce(

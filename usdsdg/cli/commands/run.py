@@ -12,7 +12,6 @@ from click.exceptions import Exit
 from usdsdg.cli.command import Command, argument
 from usdsdg.cli.commands.inspect import inspect_option, show_written
 from usdsdg.cli.examples import epilog
-from usdsdg.cli.options.again_options import map_option
 from usdsdg.cli.options.command_context import (
     assets_root_option,
     command_context,
@@ -36,6 +35,7 @@ from usdsdg.cli.options.dataset_options import (
     workers_option,
 )
 from usdsdg.cli.options.file_kinds import YAML, FileKind, check_kind, check_script, no_file
+from usdsdg.cli.options.map_option import map_option
 from usdsdg.cli.options.rerun_option import recorded, rerun_option
 from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PATH, PLACE, Member

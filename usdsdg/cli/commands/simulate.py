@@ -8,6 +8,7 @@ from usdsdg.cli.command import Command, argument
 from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import assets_root_option, command_context, quiet_option
 from usdsdg.cli.options.file_kinds import FileKind, check_kind
+from usdsdg.cli.options.map_option import map_option, use_maps
 from usdsdg.cli.options.output_path import output_path
 from usdsdg.cli.options.values import PATH, NumberRange
 from usdsdg.warp_start import quiet_warp
@@ -24,6 +25,7 @@ from usdsdg.warp_start import quiet_warp
     show_default=True,
 )
 @click.option("--settle", is_flag=True, help="First move overlapping bodies apart and let all come to rest.")
+@map_option
 @assets_root_option
 @click.option("--device", help="Where bodies are simulated: cpu or cuda:0.", default="cpu", show_default=True)
 @quiet_option
@@ -32,6 +34,7 @@ def simulate(
     output: Path,
     seconds: float,
     settle: bool,
+    map_: tuple[str, ...],
     assets_root: str | None,
     device: str,
     quiet: bool,
@@ -45,6 +48,7 @@ def simulate(
         from usdsdg_physics import simulate as simulate_stage
 
         check_kind(stage, FileKind.STAGE)
+        use_maps(map_, stage)
         output = output_path(output)
         if output.resolve() == stage.resolve():
             raise OutputNotWritable(f"{output} is the input stage; give the result another name")

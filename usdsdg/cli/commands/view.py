@@ -8,6 +8,7 @@ from usdsdg.cli.command import Command, argument
 from usdsdg.cli.examples import epilog
 from usdsdg.cli.options.command_context import assets_root_option, command_context, device_option, quiet_option
 from usdsdg.cli.options.file_kinds import FileKind, kind_of
+from usdsdg.cli.options.map_option import map_option, use_maps
 from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PATH, PLACE
 from usdsdg.errors import ConfigError
@@ -33,6 +34,7 @@ from usdsdg.errors import ConfigError
     help="Port of the page on 127.0.0.1.",
     show_default="a free one",
 )
+@map_option
 @assets_root_option
 @device_option
 @threads_option
@@ -42,6 +44,7 @@ def view(
     source: Path,
     arguments: tuple[str, ...],
     port: int,
+    map_: tuple[str, ...],
     assets_root: str | None,
     device: str | None,
     threads: int | None,
@@ -62,6 +65,7 @@ def view(
         if source.is_dir():
             _show_dataset(source, port)
         else:
+            use_maps(map_, source)
             _show(source, list(arguments), seed, port)
 
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import click
 
+from usdsdg.cli.options.map_option import map_option
 from usdsdg.cli.options.values import PATH
 
 
@@ -18,15 +19,6 @@ class How(NamedTuple):
     source: Path | None = None
     stage: Path | None = None
     maps: tuple[str, ...] = ()
-
-
-map_option = click.option(
-    "--map",
-    "map_",
-    multiple=True,
-    metavar="PREFIX=FOLDER",
-    help="Where the assets below a URL or path of another machine are; repeatable, also in usdsdg.toml.",
-)
 
 
 def again_options(command: Callable[..., None]) -> Callable[..., None]:

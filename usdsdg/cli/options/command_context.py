@@ -23,7 +23,7 @@ from usdsdg.cli.options.thread_limit import limit_threads
 from usdsdg.cli.options.values import PATH, PLACE
 from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning, counted
 from usdsdg.operating_system import interrupt_main_thread
-from usdsdg.session import progress, termination
+from usdsdg.session import parent_process, progress, termination
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.failures import tell
 
@@ -98,6 +98,7 @@ def command_context(
             import usdsdg.orchestrator  # noqa: F401
 
             let_commands_be_interrupted()
+            parent_process.watch()
             snapshot = _set_up(assets_root, device, physics_device, save_stage)
             with device_memory():
                 yield
@@ -114,11 +115,18 @@ def command_context(
         except KeyboardInterrupt as interrupt:
             _exit_interrupted(interrupt, keeps_files)
         except Exception as error:
-            if not _is_of_pxr(error):
+            if (known := as_usdsdg_error(error)) is None:
                 raise
-            _exit_with_error(_unreadable(error))
+            _exit_with_error(known)
         finally:
             progress.use(progress.SilentReporter())
+
+
+def as_usdsdg_error(error: Exception) -> UsdsdgError | None:
+    """Return what is told of an error in place of a traceback: of pxr's own, one that names the stage; else None."""
+    if isinstance(error, UsdsdgError):
+        return error
+    return _unreadable(error) if _is_of_pxr(error) else None
 
 
 def _is_of_pxr(error: Exception) -> bool:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from usdsdg.cli.options.map_option import use_maps
+
 
 class NewStageOption(enum.StrEnum):
     """Values of --new-stage."""
@@ -78,15 +80,13 @@ class Conditions:
             AssetError: the stage is missing or unreadable.
         """
         from usdsdg import errors
-        from usdsdg.cli.script.config_file import maps_of_files
         from usdsdg.session import stage_context
         from usdsdg.session.new_stages import NewStage
         from usdsdg.session.settings_store import get_settings
         from usdsdg.stage import assets
         from usdsdg.stage.poses.transforms import meters_per_unit
 
-        given = [assets.PathMap.parse(text) for text in self.maps]
-        assets.set_maps([*given, *maps_of_files(script, taken={each.prefix for each in given})])
+        use_maps(self.maps, script)
         assets.set_units(lambda: meters_per_unit(stage_context.current_stage()))
         errors.set_lenient(self.lenient)
         if self.replicator is not None:

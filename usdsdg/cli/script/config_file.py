@@ -1,10 +1,10 @@
-"""The configuration file of `usdsdg run`: maps that hold for every script of a folder, or of a user.
+"""The configuration file of commands with --map: maps that hold for every script, job and stage of a folder, or a user.
 
     [map]
     "omniverse://localhost/Projects" = "~/projects"
     "C:/assets" = "assets"
 
-It is `usdsdg.toml` in the working folder or beside the script, and `~/.config/usdsdg/config.toml`.
+It is `usdsdg.toml` in the working folder or beside the script, job or stage, and `~/.config/usdsdg/config.toml`.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ def _locate_remote(text: str, mapped: list[str]) -> str:
 def _not_here(text: str, looked: str) -> errors.AssetError | errors.Unsupported:
     remedy = (
         f"Copy it under the assets root{_known_root()}, with the same path from /Isaac or /NVIDIA on, "
-        "or map its folder with --map PREFIX=FOLDER."
+        f"or map its folder with {maps.how_to_map()}."
     )
     scheme = url.scheme_of(text)
     if scheme == "omniverse":

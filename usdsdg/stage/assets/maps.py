@@ -51,18 +51,26 @@ class PathMap(NamedTuple):
         return whole[len(prefix) :].lstrip("/") if whole.startswith(prefix) else None
 
 
+_OPTION = "--map PREFIX=FOLDER"
 _maps: tuple[PathMap, ...] = ()
+_how_to_map = f"{_OPTION}, an option of usdsdg run, generate, render, simulate and view"
 
 
 def set_maps(given: Iterable[PathMap]) -> None:
-    """Set the maps of this process; the longest prefix is tried first."""
-    global _maps
+    """Set the maps of this process, as commands that have the option do; the longest prefix is tried first."""
+    global _maps, _how_to_map
+    _how_to_map = _OPTION
     _maps = tuple(sorted(given, key=lambda each: -len(url.normalized(each.prefix))))
 
 
 def get_maps() -> tuple[PathMap, ...]:
     """Return the maps, longest prefix first."""
     return _maps
+
+
+def how_to_map() -> str:
+    """Return what a message says of how maps are given: which commands take them, unless one of them runs."""
+    return _how_to_map
 
 
 def candidates(text: str) -> list[str]:
