@@ -10,6 +10,7 @@ from usdsdg import errors
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.shading import MAX_COLOR, Input, Material
 from usdsdg_render.usd.authored_values import as_array
+from usdsdg_render.usd.color_spaces import color_space, linear_colors
 
 # UsdImaging's fallback displayColor.
 DEFAULT_COLOR = (0.5, 0.5, 0.5)
@@ -67,7 +68,7 @@ def _read(attributes: Sequence[Usd.Attribute], name: str, time: Usd.TimeCode, ar
     rows, values = [], []
     for row, attribute in enumerate(attributes):
         value = attribute.Get(time)
-        if type(value) is array and len(value) == 1:
+        if type(value) is array and len(value) == 1 and (width == 1 or color_space(attribute) is None):
             rows.append(row)
             values.append(value[0])
     numbers = np.array(array(values), np.float64).reshape(-1, width)
@@ -86,6 +87,8 @@ def _read_one(prim: Usd.Prim, name: str, time: Usd.TimeCode, width: int) -> Show
     if array is None or not len(array):
         return Shown(None)
     array = _of_elements(primvar, array.astype(np.float64).reshape(-1, width), time)
+    if width == 3:
+        array = linear_colors(primvar.GetAttr(), array)
     if not np.isfinite(array).all():
         errors.warn_once(f"{primvar.GetAttr().GetPath()} holds NaN or infinity, so it is ignored. Correct it.")
         return Shown(None)
