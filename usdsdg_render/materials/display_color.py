@@ -9,7 +9,7 @@ from pxr import Usd, UsdGeom, Vt
 from usdsdg import errors
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.shading import MAX_COLOR, Input, Material
-from usdsdg_render.usd.authored_values import as_array
+from usdsdg_render.usd.authored_values import as_array, as_floats
 from usdsdg_render.usd.color_spaces import color_space, linear_colors
 
 # UsdImaging's fallback displayColor.
@@ -83,6 +83,9 @@ def _read(attributes: Sequence[Usd.Attribute], name: str, time: Usd.TimeCode, ar
 def _read_one(prim: Usd.Prim, name: str, time: Usd.TimeCode, width: int) -> Shown:
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
     value = primvar.Get(time) if primvar else None
+    if value is not None and not primvar.GetTypeName().isArray:
+        # Hydra takes one color of an Xform above for all below it; on gprims the schema asks for arrays.
+        value = np.array([value], np.float64) if as_floats(value, width) else value
     array = as_array(primvar.GetAttr(), value, (3,) if width == 3 else ()) if primvar else None
     if array is None or not len(array):
         return Shown(None)

@@ -70,10 +70,14 @@ def _referenced(prim: Usd.Prim, stage: Usd.Stage) -> list[Sdf.Layer]:
     """Return the root layers of the files that layers of the stage refer to on this very prim."""
     if not (prim.HasAuthoredReferences() or prim.HasAuthoredPayloads()):
         return []
+    query = Usd.PrimCompositionQuery
+    wanted = query.Filter()
+    wanted.arcTypeFilter = query.ArcTypeFilter.ReferenceOrPayload
+    wanted.dependencyTypeFilter = query.DependencyTypeFilter.Direct
     found, layers = [], set(stage.GetLayerStack())
-    for arc in Usd.PrimCompositionQuery.GetDirectReferences(prim).GetCompositionArcs():
+    for arc in query(prim, wanted).GetCompositionArcs():
         layer = arc.GetTargetNode().layerStack.identifier.rootLayer
-        if not arc.IsAncestral() and arc.GetIntroducingLayer() in layers and layer not in layers:
+        if arc.GetIntroducingLayer() in layers and layer not in layers:
             found.append(layer)
     return found
 
@@ -113,5 +117,5 @@ def _message(prim: Usd.Prim, layer: Sdf.Layer, own: Metrics, theirs: Metrics, *,
     return (
         f"{prim.GetPath()} refers to {Path(layer.realPath or layer.identifier).name}, which has {its}, where the stage "
         f"has {stages}. USD does not convert them, so {' and '.join(does)}. {remedy[:1].upper()}{remedy[1:]}, or "
-        "give the file the stage's with usdsdg convert."
+        "give the file those of the stage."
     )
