@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
 from usdsdg.errors import Unsupported, UsdsdgWarning, forget_warnings
@@ -144,3 +145,19 @@ def test_colors_that_differ_between_worlds_are_linear():
     attribute.SetColorSpace("srgb_rec709_scene")
     with pytest.raises(Unsupported, match=r"primvars:displayColor: a color in the color space srgb_rec709_scene"):
         refuse_other_space(attribute)
+
+
+def test_textures_have_the_color_space_of_a_prim_above_where_they_are_colors(tmp_path):
+    Image.fromarray(np.full((2, 2, 3), 128, np.uint8)).save(tmp_path / "a.png")
+    stage = Usd.Stage.CreateInMemory()
+    material = UsdShade.Material.Define(stage, "/Looks/M")
+    Usd.ColorSpaceAPI.Apply(stage.GetPrimAtPath("/Looks")).CreateColorSpaceNameAttr("lin_rec709_scene")
+    shader, texture = (UsdShade.Shader.Define(stage, f"/Looks/M/{name}") for name in ("Surface", "Tex"))
+    shader.CreateIdAttr("UsdPreviewSurface")
+    texture.CreateIdAttr("UsdUVTexture")
+    material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
+    texture.CreateInput("file", T.Asset).Set(str(tmp_path / "a.png"))
+    shader.CreateInput("diffuseColor", T.Color3f).ConnectToSource(texture.ConnectableAPI(), "rgb")
+    shader.CreateInput("roughness", T.Float).ConnectToSource(texture.ConnectableAPI(), "r")
+    read = MaterialLibrary(stage, {}).read(material.GetPrim())
+    assert (read.base_color.texture.color_space, read.roughness.texture.color_space) == ("raw", "auto")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,8 +29,8 @@ def metrics(layer: Sdf.Layer) -> Metrics:
     root = layer.pseudoRoot
     meters = root.GetInfo("metersPerUnit") if root.HasInfo("metersPerUnit") else None
     up = str(root.GetInfo("upAxis")) if root.HasInfo("upAxis") else None
-    is_length = isinstance(meters, (int, float)) and math.isfinite(meters) and meters > 0.0
-    return Metrics(float(meters) if is_length else None, up if up in _UP else None)
+    meters = float(meters) if isinstance(meters, (int, float)) and math.isfinite(meters) and meters > 0.0 else None
+    return Metrics(meters, up if up in _UP else None)
 
 
 def name_other_metrics(stage: Usd.Stage) -> None:
@@ -43,10 +43,10 @@ def name_other_metrics(stage: Usd.Stage) -> None:
     others = [layer for layer in stage.GetUsedLayers() if _differ(own, metrics(layer))]
     if not others:
         return  # so that most stages are not traversed
-    named = set()
+    named, layers = set(), set(stage.GetLayerStack())
     for prim in stage.Traverse():
-        for layer in _referenced(prim, stage):
-            if layer in named or not _differ(own, theirs := metrics(layer)):
+        for layer in referenced_layers(prim, layers):
+            if layer in layers or layer in named or not _differ(own, theirs := metrics(layer)):
                 continue
             meters, up = _uncorrected(prim, own, theirs)
             if (meters or up) and any(each.IsA(UsdGeom.Boundable) for each in _below(prim)):
@@ -66,20 +66,20 @@ def _below(prim: Usd.Prim) -> Iterator[Usd.Prim]:
     return iter(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
 
 
-def _referenced(prim: Usd.Prim, stage: Usd.Stage) -> list[Sdf.Layer]:
-    """Return the root layers of the files that layers of the stage refer to on this very prim."""
+def referenced_layers(prim: Usd.Prim, layers: Collection[Sdf.Layer] | None = None) -> list[Sdf.Layer]:
+    """Return the root layers of files that references and payloads of this very prim bring, the strongest first.
+
+    layers: those that refer to them; None for any.
+    """
     if not (prim.HasAuthoredReferences() or prim.HasAuthoredPayloads()):
         return []
     query = Usd.PrimCompositionQuery
     wanted = query.Filter()
     wanted.arcTypeFilter = query.ArcTypeFilter.ReferenceOrPayload
     wanted.dependencyTypeFilter = query.DependencyTypeFilter.Direct
-    found, layers = [], set(stage.GetLayerStack())
-    for arc in query(prim, wanted).GetCompositionArcs():
-        layer = arc.GetTargetNode().layerStack.identifier.rootLayer
-        if arc.GetIntroducingLayer() in layers and layer not in layers:
-            found.append(layer)
-    return found
+    arcs = query(prim, wanted).GetCompositionArcs()
+    arcs = [arc for arc in arcs if layers is None or arc.GetIntroducingLayer() in layers]
+    return [arc.GetTargetNode().layerStack.identifier.rootLayer for arc in arcs]
 
 
 def _uncorrected(prim: Usd.Prim, own: Metrics, theirs: Metrics) -> tuple[bool, bool]:
@@ -91,9 +91,9 @@ def _uncorrected(prim: Usd.Prim, own: Metrics, theirs: Metrics) -> tuple[bool, b
         above = above.GetParent()
         matrix = np.array(cache.ComputeRelativeTransform(prim, above)[0])[:3, :3]
         size = np.cbrt(abs(np.linalg.det(matrix)))
-        if meters and size > 0.0:
+        if meters and size > 0.0 and own.meters and theirs.meters:
             # A scale that is nearer to the ratio of the units than to 1 knows of them.
-            ratio = math.log(theirs.meters / own.meters)  # pyright: ignore[reportOptionalOperand]
+            ratio = math.log(theirs.meters / own.meters)
             meters = abs(math.log(size) - ratio) > abs(math.log(size))
         if up and theirs.up is not None:
             axis = _UP[theirs.up]
