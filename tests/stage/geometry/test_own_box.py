@@ -47,6 +47,16 @@ def test_pivots_lie_on_what_is_drawn(stage):
     assert moved[0] == pytest.approx((-0.1, -0.2, 0.0))
 
 
+@pytest.mark.parametrize("path", ["/World", "/World/mesh"])
+def test_hidden_prims_have_a_box_and_what_is_hidden_in_them_is_not_in_it(stage, path):
+    UsdGeom.Xform.Define(stage, "/World")
+    mesh(stage, "/World/mesh", None)
+    UsdGeom.Cube.Define(stage, "/World/hidden").MakeInvisible()
+    UsdGeom.Imageable(stage.GetPrimAtPath(path)).GetVisibilityAttr().Set("invisible")
+    box = own_box(stage.GetPrimAtPath(path), PURPOSES)
+    assert tuple(box.GetMax()) == pytest.approx((0.1, 0.2, 0.0))
+
+
 def test_prims_without_geometry_have_an_empty_box(stage):
     UsdGeom.Xform.Define(stage, "/World/empty")
     assert own_box(stage.GetPrimAtPath("/World"), PURPOSES).IsEmpty()

@@ -31,13 +31,13 @@ def own_box(
 
 
 def _drawn(prim: Usd.Prim, purposes: Sequence[str]) -> Iterator[Usd.Prim]:
-    """Yield the prims with a box at and below a prim; what is below one of them is in its box."""
+    """Yield the prims with a box at and below a prim, which may be hidden; what is below one of them is in its box."""
     prims = iter(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
     for each in prims:
         imageable = UsdGeom.Imageable(each)
         if not imageable:
             continue
-        if imageable.GetVisibilityAttr().Get() == UsdGeom.Tokens.invisible:
+        if each != prim and imageable.GetVisibilityAttr().Get() == UsdGeom.Tokens.invisible:
             prims.PruneChildren()
         elif each.IsA(UsdGeom.Boundable):
             prims.PruneChildren()
