@@ -165,7 +165,7 @@ def _name_unapplied(prim: Usd.Prim) -> None:
     """Warn of labels whose schema a prim lacks; once for each schema, since a file has them so on all of its prims."""
     for name, schema in labels_without_schema(prim):
         warn_once(
-            f"{prim.GetPath()}: {name} is no label, since {schema} is not applied to the prim; others may lack it, too. "
+            f"{prim.GetPath()}: {name} is no label, since {schema} is not applied to the prim; others may lack it. "
             f'Add prepend apiSchemas = ["{schema}"] to such prims, or label them with rep.modify.semantics.',
             key=f"labels without {schema}",
         )
