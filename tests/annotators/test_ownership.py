@@ -6,7 +6,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 import usdsdg as rep
 from usdsdg.annotators.ownership import LabeledStage
 from usdsdg.session.stage_context import new_stage
-from usdsdg.stage.semantics.labels import add_labels
+from usdsdg.stage.semantics.labels import add_labels, remove_labels
 
 
 @pytest.fixture
@@ -166,3 +166,24 @@ def test_a_schema_without_a_label_changes_nothing(stage):
     UsdSemantics.LabelsAPI(mesh, "class").GetLabelsAttr().Set([" "])
     assert owner_of(stage, "/World/car/mesh") == "/World/car"
     assert Sdf.Path("/World/car").IsPrimPath()
+
+
+def test_labels_whose_schema_is_not_applied_are_named_once(stage, recwarn):
+    for path in ("/World/a", "/World/b"):
+        prim = cube(stage, path)
+        prim.CreateAttribute("semantics:labels:class", Sdf.ValueTypeNames.TokenArray).Set(["mug"])
+        prim.CreateAttribute("semantic:Semantics:params:semanticData", Sdf.ValueTypeNames.String).Set("mug")
+        assert labels_of(stage, path) == {}
+    old, new = (str(each.message) for each in recwarn)
+    assert old.startswith("/World/a: semantic:Semantics:params:semanticData is no label")
+    assert new.startswith("/World/a: semantics:labels:class is no label")
+    assert 'prepend apiSchemas = ["SemanticsLabelsAPI:class"]' in new
+
+
+def test_labels_that_were_removed_from_an_asset_are_not_named(stage, recwarn):
+    stage.CreateClassPrim("/Asset")
+    add_labels(cube(stage, "/Asset/mug"), {"class": "mug"})
+    stage.DefinePrim("/World/asset").GetReferences().AddInternalReference("/Asset")
+    remove_labels(stage.GetPrimAtPath("/World/asset"), recursive=True)
+    assert labels_of(stage, "/World/asset/mug") == {}
+    assert not recwarn.list

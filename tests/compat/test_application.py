@@ -159,7 +159,8 @@ def test_a_render_product_shows_the_viewport_and_no_file_holds_its_cameras(stage
     assert get_context().get_stage().GetPrimAtPath("/OmniverseKit_Front")
 
 
-def test_references_in_other_units_are_scaled_once(stage, tmp_path):
+@pytest.mark.parametrize("arc", ["Reference", "Payload"])
+def test_references_in_other_units_are_scaled_once(stage, tmp_path, arc):
     source = Usd.Stage.CreateNew(str(tmp_path / "cm.usda"))
     UsdGeom.SetStageMetersPerUnit(source, 0.01)
     UsdGeom.SetStageUpAxis(source, "Y")
@@ -169,7 +170,7 @@ def test_references_in_other_units_are_scaled_once(stage, tmp_path):
     tall.AddScaleOp().Set((1, 3, 1))
     source.Save()
     prim = stage.DefinePrim("/World/ref", "Xform")
-    prim.GetReferences().AddReference(str(tmp_path / "cm.usda"))
+    getattr(getattr(prim, f"Get{arc}s")(), f"Add{arc}")(str(tmp_path / "cm.usda"))
     for _ in range(2):
         assert get_metrics_assembler_interface().resolve_stage(get_context().get_stage_id())
         bounds = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"]).ComputeWorldBound(prim).ComputeAlignedRange()

@@ -181,3 +181,23 @@ def test_layers_of_a_stage_are_pointed_to_the_mapped_files(tmp_path):
     assets.redirect(stage)
     assert stage.GetPrimAtPath("/S/C").GetTypeName() == "Cube"
     assert scene.read_text() == before
+
+
+def test_references_that_come_back_to_themselves_are_named_once(tmp_path, recwarn):
+    (tmp_path / "c.usda").write_text('#usda 1.0\n( defaultPrim = "A" )\ndef "A" ( payload = @d.usda@</A> ) {}')
+    (tmp_path / "d.usda").write_text('#usda 1.0\ndef "A" ( references = @c.usda@ ) {}')
+    (tmp_path / "s.usda").write_text("#usda 1.0\n( subLayers = [@scene.usda@] )")
+    (tmp_path / "scene.usda").write_text(
+        '#usda 1.0\n( subLayers = [@s.usda@] )\ndef "W" {\ndef "B" ( references = </W/C> ) {}\n'
+        'def "C" ( references = </W/B> ) {}\n}\ndef "F" ( references = @c.usda@ ) {}'
+    )
+    assets.check_missing(Usd.Stage.Open(str(tmp_path / "scene.usda")))
+    texts = sorted(str(each.message) for each in recwarn if each.category is UsdsdgWarning)
+    assert len(texts) == 3
+    assert all("\n" not in text and text.endswith("Remove one of them.") for text in texts)
+    file, within = sorted(text for text in texts if "refers to comes back" in text)
+    assert file.startswith("/F: ")
+    assert "c.usda</A> -> " in file
+    assert within.startswith("/W/B: what it refers to comes back to itself (/W/B -> /W/C -> /W/B)")
+    [layers] = set(texts) - {file, within}
+    assert {"s.usda", "scene.usda"} == {Path(name).name for name in layers.partition(" are ")[0].split(" and ")}

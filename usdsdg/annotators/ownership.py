@@ -15,7 +15,7 @@ from usdsdg.stage.changes import is_below
 from usdsdg.stage.geometry.instancers import POPULATION
 from usdsdg.stage.geometry.triangles import range_below
 from usdsdg.stage.semantics.label_filter import LabelFilter
-from usdsdg.stage.semantics.labels import get_labels, is_labeled, merged, vary_over_time
+from usdsdg.stage.semantics.labels import get_labels, is_labeled, labels_without_schema, merged, vary_over_time
 
 Labels = Mapping[str, Sequence[str]]
 
@@ -44,6 +44,7 @@ class LabeledStage:
         self._own: dict[Sdf.Path, Labels] = {}
         self._varying: set[Sdf.Path] = set()  # prims whose labels have time samples
         self._materials_have_labels: bool | None = None  # None: not known
+        self._checked: set[Sdf.Path] = set()  # prims whose labels without a schema were named
 
     def invalidate(self, roots: Collection[Sdf.Path] = (Sdf.Path.absoluteRootPath,)) -> None:
         """Read the labels at and below `roots` again when they are next needed."""
@@ -143,6 +144,9 @@ class LabeledStage:
             prim = self._stage.GetPrimAtPath(path)
             self._own[path] = lower(get_labels(prim, self._time)) if prim else {}
             _name_commas(path, self._own[path])
+            if prim and path not in self._checked:
+                self._checked.add(path)
+                _name_unapplied(prim)
             if prim and vary_over_time(prim):
                 self._varying.add(path)
         return self._own[path]
@@ -154,6 +158,16 @@ def _name_commas(path: Sdf.Path, labels: Labels) -> None:
         warn_once(
             f"{path}: the label {label!r} has a comma, which separates labels in what annotators and files tell, so "
             "that it reads as several. Write it without, or author several labels."
+        )
+
+
+def _name_unapplied(prim: Usd.Prim) -> None:
+    """Warn of labels whose schema a prim lacks; once for each schema, since a file has them so on all of its prims."""
+    for name, schema in labels_without_schema(prim):
+        warn_once(
+            f"{prim.GetPath()}: {name} is no label, since {schema} is not applied to the prim; others may lack it. "
+            f'Add prepend apiSchemas = ["{schema}"] to such prims, or label them with rep.modify.semantics.',
+            key=f"labels without {schema}",
         )
 
 

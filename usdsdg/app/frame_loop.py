@@ -184,6 +184,7 @@ class Orchestrator:
                 self.preview()
                 self._initialized = True
             assets.check_missing(stage_context.current_stage())
+            assets.name_other_metrics(stage_context.current_stage())
         except BaseException:
             self._set_status(Status.STOPPED)
             raise

@@ -9,7 +9,7 @@ atlas; they are free, since only gprims without textures get one.
 import numpy as np
 from pxr import Usd
 
-from usdsdg_render.geometry.mesh_source import read_primvar
+from usdsdg_render.geometry.mesh_source import read_colors, read_primvar
 from usdsdg_render.images.textures import linear_to_srgb
 
 # (most triangles, texels along a side of a block): the first row that fits counts.
@@ -57,7 +57,7 @@ def element_colors(
     """
     columns = []
     for name, width in (("displayColor", 3), ("displayOpacity", 1)):
-        primvar = read_primvar(prim, f"primvars:{name}", time, (3,) if width == 3 else ())
+        primvar = read_colors(prim, time) if width == 3 else read_primvar(prim, f"primvars:{name}", time, ())
         rows = elements
         if primvar is None:
             columns.append(np.ones((len(elements), width), np.float32) * (1.0 if width == 1 else 0.5))

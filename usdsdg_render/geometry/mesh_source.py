@@ -8,6 +8,7 @@ from pxr import Usd, UsdGeom
 from usdsdg import errors
 from usdsdg.stage.geometry.point_velocities import moved_points
 from usdsdg_render.usd.authored_values import as_array
+from usdsdg_render.usd.color_spaces import linear_colors
 from usdsdg_render.usd.tokens import token
 
 # Names of texture coordinates in use, tried in this order when the material names none.
@@ -113,7 +114,7 @@ def read_mesh(
         left_handed=token(prim, "orientation", time, ("rightHanded", "leftHanded")) == "leftHanded",
         scheme=scheme,
         refinement=None if scheme == "none" else _refinement(prim, time),
-        colors=read_primvar(prim, "primvars:displayColor", time, (3,)) if colored else None,
+        colors=read_colors(prim, time) if colored else None,
         opacities=read_primvar(prim, "primvars:displayOpacity", time, ()) if colored else None,
     )
 
@@ -175,6 +176,14 @@ def read_primvar(prim: Usd.Prim, name: str, time: Usd.TimeCode, tail: tuple[int,
     indices = read_array(prim, f"{name}:indices", time, ())
     interpolation = prim.GetAttribute(name).GetMetadata("interpolation")
     return Primvar(values, EMPTY if indices is None else indices, str(interpolation or "constant"))
+
+
+def read_colors(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar | None:
+    """Read the displayColor of a gprim as linear Rec. 709."""
+    primvar = read_primvar(prim, "primvars:displayColor", time, (3,))
+    return primvar and primvar._replace(
+        values=linear_colors(prim.GetAttribute("primvars:displayColor"), primvar.values)
+    )
 
 
 def _normals(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar | None:

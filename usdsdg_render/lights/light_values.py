@@ -6,8 +6,8 @@ import numpy as np
 from pxr import Usd, UsdLux
 
 from usdsdg import errors
-from usdsdg.stage.time_code import current_value
 from usdsdg_render.usd.authored_values import as_floats
+from usdsdg_render.usd.color_spaces import current_color
 
 # Larger values overflow float32 in later computations.
 BRIGHTEST = 1e20
@@ -22,7 +22,7 @@ def light_value(prim: Usd.Prim, name: str, default):
         old = prim.GetAttribute(name)
         if old and old.HasAuthoredValue():
             attribute = old
-    value = current_value(attribute) if attribute else None
+    value = current_color(attribute) if attribute else None
     return default if value is None else _typed(prim, name, value, default)
 
 

@@ -15,6 +15,7 @@ from usdsdg_render.lights.domes import dome_frame
 from usdsdg_render.lights.light_rows import emission, light_axes, read_light
 from usdsdg_render.lights.light_values import light_number, light_value, temperature_color
 from usdsdg_render.scene.scene import LIGHT, Scene
+from usdsdg_render.usd.color_spaces import refuse_other_space
 from usdsdg_render.usd.prim_kinds import DOME_TYPES
 
 # Inputs that say how bright a light is, and of what color.
@@ -129,6 +130,8 @@ def emitted_colors(prim: Usd.Prim, own: dict[str, np.ndarray], count: int) -> np
 
     first = _FIRST_INTENSITY.get(str(prim.GetTypeName()), 1.0)
     white = (1.0, 1.0, 1.0)
+    if "color" in own:
+        refuse_other_space(prim.GetAttribute("inputs:color"))
     color = own["color"] if "color" in own else np.tile(light_value(prim, "color", white), (count, 1))
     color = np.asarray(color, np.float64) * numbers("intensity", first)[:, None]
     color = color * np.exp2(numbers("exposure", 0.0))[:, None]

@@ -10,7 +10,8 @@ from usdsdg import errors
 from usdsdg.stage.time_code import values_at
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.shading import MAX_COLOR, Input, Material
-from usdsdg_render.usd.authored_values import as_array
+from usdsdg_render.usd.authored_values import as_array, as_floats
+from usdsdg_render.usd.color_spaces import color_space, linear_colors
 
 # UsdImaging's fallback displayColor.
 DEFAULT_COLOR = (0.5, 0.5, 0.5)
@@ -66,8 +67,8 @@ def _read(attributes: Sequence[Usd.Attribute], name: str, time: Usd.TimeCode, ar
     """Read a primvar of many prims; most have one value, and these are checked together."""
     found: list[Shown | None] = [None] * len(attributes)
     rows, values = [], []
-    for row, value in enumerate(values_at(attributes, time)):
-        if type(value) is array and len(value) == 1:
+    for row, (attribute, value) in enumerate(zip(attributes, values_at(attributes, time))):
+        if type(value) is array and len(value) == 1 and (width == 1 or color_space(attribute) is None):
             rows.append(row)
             values.append(value[0])
     numbers = np.array(array(values), np.float64).reshape(-1, width)
@@ -82,10 +83,15 @@ def _read(attributes: Sequence[Usd.Attribute], name: str, time: Usd.TimeCode, ar
 def _read_one(prim: Usd.Prim, name: str, time: Usd.TimeCode, width: int) -> Shown:
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(name)
     value = primvar.Get(time) if primvar else None
+    if value is not None and not primvar.GetTypeName().isArray:
+        # Hydra takes one color of an Xform above for all below it; on gprims the schema asks for arrays.
+        value = np.array([value], np.float64) if as_floats(value, width) else value
     array = as_array(primvar.GetAttr(), value, (3,) if width == 3 else ()) if primvar else None
     if array is None or not len(array):
         return Shown(None)
     array = _of_elements(primvar, array.astype(np.float64).reshape(-1, width), time)
+    if width == 3:
+        array = linear_colors(primvar.GetAttr(), array)
     if not np.isfinite(array).all():
         errors.warn_once(f"{primvar.GetAttr().GetPath()} holds NaN or infinity, so it is ignored. Correct it.")
         return Shown(None)

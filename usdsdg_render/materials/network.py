@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 from pxr import Sdf, Usd, UsdShade
 
 from usdsdg import errors
-from usdsdg.stage.time_code import current_value
 from usdsdg_render.materials.mdl_module import Preset
 from usdsdg_render.materials.shading import Material, PrimvarInput
 from usdsdg_render.usd.authored_values import as_floats
+from usdsdg_render.usd.color_spaces import current_color, is_converted
 
 
 class Source(NamedTuple):
@@ -86,7 +86,7 @@ class Network:
                 return None
             if reading.attribute.HasAuthoredConnections():
                 return None
-            reading.value = current_value(reading.attribute)
+            reading.value = current_color(reading.attribute)
             if reading.value is None:
                 return None
             stale |= reading.fields
@@ -99,7 +99,7 @@ class Network:
             that are not usable.
         """
         reading = self._noted(shader, name)[1]
-        if reading is not None and reading.fields == {self._field}:
+        if reading is not None and reading.fields == {self._field} and not is_converted(reading.attribute):
             reading.alone, reading.given = make, given
             self._alone[self._field] = reading
 
@@ -136,7 +136,7 @@ class Network:
         if key not in self.readings:
             # Those of a preset are not on the stage: they say nothing of attributes there of the same path.
             fields = set() if self.preset is None else {""}
-            self.readings[key] = Reading(attribute, current_value(attribute), fields)
+            self.readings[key] = Reading(attribute, current_color(attribute), fields)
         return self.readings[key]
 
     def _find(self, shader: UsdShade.Shader, path: Sdf.Path, name: str) -> Source:

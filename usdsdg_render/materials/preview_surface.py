@@ -3,9 +3,8 @@
 import math
 from dataclasses import replace
 
-from pxr import UsdShade
+from pxr import Usd, UsdShade
 
-from usdsdg.stage.time_code import current_value
 from usdsdg_render.images import image_files
 from usdsdg_render.images.image_files import UDIM
 from usdsdg_render.images.textures import ONES, ZEROS, TextureUse
@@ -14,6 +13,7 @@ from usdsdg_render.materials.network import Network, Source, shader_id
 from usdsdg_render.materials.shading import Input, Material, PrimvarInput
 from usdsdg_render.scene.scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 from usdsdg_render.scene.structs import CLEAR_PANE
+from usdsdg_render.usd.color_spaces import current_color
 
 # PNG and JPEG carry no wrap mode, so `useMetadata`, the fallback, means repeat here, as in Omniverse.
 WRAPS = {"repeat": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "black": WRAP_BLACK}
@@ -98,7 +98,7 @@ def reflectance(ior: float) -> float:
 def _input(network: Network, surface: UsdShade.Shader, name: str, default: tuple[float, ...]) -> Input:
     source = network.source(surface, name)
     if source.attribute is not None:
-        return Input(network.as_floats(surface, name, current_value(source.attribute), default))
+        return Input(network.as_floats(surface, name, current_color(source.attribute), default))
     if source.shader is None:
         return Input(default)
     kind = shader_id(source.shader)
@@ -156,7 +156,7 @@ def texture_use(network: Network, texture: UsdShade.Shader, *, color: bool) -> T
         return None
     return TextureUse(
         file=file,
-        color_space=_color_space(network, texture),
+        color_space=_color_space(network, texture, color=color),
         color=color,
         transform=transform,
         wrap_s=_wrap(network, texture, "wrapS"),
@@ -178,11 +178,14 @@ def texture_file(network: Network, shader: UsdShade.Shader, name: str) -> str:
     return file
 
 
-def _color_space(network: Network, texture: UsdShade.Shader) -> str:
+def _color_space(network: Network, texture: UsdShade.Shader, *, color: bool) -> str:
     authored = network.value(texture, "sourceColorSpace")
     if authored is None:  # metadata of the file attribute, as some exporters write
         attribute = network.source(texture, "file").attribute
-        authored = attribute.GetColorSpace() if attribute is not None else None
+        if attribute is not None and color:  # that of a ColorSpaceAPI above it is for colors only
+            authored = Usd.ColorSpaceAPI.ComputeColorSpaceName(attribute, None)
+        else:
+            authored = attribute.GetColorSpace() if attribute is not None else None
     name = str(authored or "auto")
     if name not in COLOR_SPACES:
         network.warn(

@@ -11,6 +11,7 @@ from pxr import Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg_render.images.textures import TextureUse
+from usdsdg_render.usd.color_spaces import linear_colors
 
 # Largest colors of surfaces and of emission [nits]: products of a dozen of them, denoised, stay within float32. The sun
 # has 1.6e9 nits.
@@ -110,6 +111,8 @@ def _primvar(prim: Usd.Prim, wanted: PrimvarInput, time: Usd.TimeCode) -> tuple[
         return wanted.fallback
     if not array.size or not np.isfinite(array).all():
         return wanted.fallback
+    if array.shape[1] == 3 and primvar.GetAttr().GetRoleName() == "Color":
+        array = linear_colors(primvar.GetAttr(), array)
     if (array != array[0]).any():
         errors.warn_once(
             f"{prim.GetPath()}: primvars:{wanted.primvar} varies over the gprim; as {wanted.field} of its material its "

@@ -15,6 +15,7 @@ from usdsdg_render.materials.world_materials import DISPLAY_COLOR, Rule, rule_of
 from usdsdg_render.scene.scene import NO_TEXTURE, Scene
 from usdsdg_render.scene.struct_rows import copy_rows
 from usdsdg_render.sync.gprims import Gprim, Gprims
+from usdsdg_render.usd.color_spaces import refuse_other_space
 from usdsdg_render.usd.prim_kinds import DOME, LIGHT
 from usdsdg_render.usd.stage_tree import StageTree
 
@@ -112,6 +113,7 @@ def _planned(
     for path, name in basis[0]:
         try:
             prim = stage.GetPrimAtPath(path)
+            refuse_other_space(prim.GetAttribute(name))
             if prim.IsA(UsdShade.Shader):
                 material = next((each for each in reversed(path.GetPrefixes()) if each in by_material), None)
                 rule = None if material is None else rule_of(stage, material, path, name)

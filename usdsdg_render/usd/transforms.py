@@ -10,6 +10,9 @@ from usdsdg import errors
 from usdsdg.stage.usd_errors import reason
 from usdsdg_render.usd.world_transforms import Levels, WorldTransforms, matrix_product
 
+_AFFINE = (0.0, 0.0, 0.0, 1.0)  # the last column of a matrix of row vectors
+_MOST_PROJECTIVE = 1e-6  # of files that store matrices in 32 bits
+
 
 class TransformHierarchy:
     """Matrices of the nodes of a tree: local ones are read from USD, world ones composed level by level."""
@@ -48,6 +51,7 @@ class TransformHierarchy:
         if found:
             self.local[nodes] = np.array(Vt.Matrix4dArray([matrix for matrix, _ in found]))
             self._resets[nodes] = [resets for _, resets in found]
+            _make_affine(prims, nodes, self.local)
         self.world[...] = self.local
         for children, parents in self._levels:
             worlds = matrix_product(self.local[children], self.world[parents])
@@ -61,6 +65,18 @@ class TransformHierarchy:
         worlds = WorldTransforms(count, self.world, moved, ends)
         worlds.compose(self.local, local, self._resets, self._levels)
         return worlds
+
+
+def _make_affine(prims: Sequence[Usd.Prim], nodes: list[int], local: np.ndarray) -> None:
+    """Let matrices at `nodes` do no more than turn, scale, shear and move, with a warning where they do more."""
+    off = np.abs(local[nodes, :, 3] - _AFFINE).max(axis=1) > _MOST_PROJECTIVE  # not so for NaN
+    for node in np.asarray(nodes)[off].tolist():
+        column = tuple(local[node, :, 3].tolist())
+        errors.warn_once(
+            f"{prims[node].GetPath()}: its transform is a projection, since the last column of its matrix is {column}; "
+            f"that column is ignored. Author a matrix whose last column is (0, 0, 0, 1)."
+        )
+        local[node, :, 3] = _AFFINE
 
 
 def local_matrix(cache: UsdGeom.XformCache, prim: Usd.Prim, sampled: bool) -> tuple[Gf.Matrix4d, bool]:

@@ -18,6 +18,7 @@ from usdsdg.stage.assets.file_checks import (
 from usdsdg.stage.assets.lookup import exists, locate, paths_under_root
 from usdsdg.stage.assets.maps import PathMap, get_maps, set_maps
 from usdsdg.stage.assets.mesh_files import MESHES, PACKAGE, is_mesh, set_mesh_converter
+from usdsdg.stage.assets.metrics import name_other_metrics, referenced_layers
 from usdsdg.stage.assets.missing import (
     MissingAsset,
     MissingAssets,
@@ -77,6 +78,7 @@ __all__ = [
     "locate",
     "missing_assets",
     "missing_dependencies",
+    "name_other_metrics",
     "not_a_file_of_its_own",
     "note_missing",
     "open_layer",
@@ -84,6 +86,7 @@ __all__ = [
     "raise_missing",
     "redirect",
     "redirect_layer",
+    "referenced_layers",
     "resolve",
     "resolve_object",
     "resolve_reference",

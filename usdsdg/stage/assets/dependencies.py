@@ -36,6 +36,26 @@ def missing_dependencies(stage: Usd.Stage) -> list[MissingDependency]:
     return list(found)
 
 
+def cycles(stage: Usd.Stage) -> list[str]:
+    """Return a message for each circle of references, payloads or sublayers, of which USD leaves out an arc."""
+    found: dict[frozenset[str], str] = {}
+    for error in stage.GetCompositionErrors():
+        if isinstance(error, Pcp.ErrorSublayerCycle):
+            layers = list(dict.fromkeys(re.findall(r"@([^@]+)@", str(error))))
+            message = f"{' and '.join(layers)} are sublayers of each other, so USD leaves one out. Remove one of them."
+            found.setdefault(frozenset(layers), message)
+        elif isinstance(error, Pcp.ErrorArcCycle):
+            sites = re.findall(r"@([^@]*)@(?:,@[^@]*@)?<([^>]*)>", str(error))
+            in_files = len({layer for layer, _ in sites}) > 1
+            chain = [f"{layer}<{path}>" if in_files else path for layer, path in sites]
+            message = (
+                f"{error.rootSite.path}: what it refers to comes back to itself ({' -> '.join(chain)}), so USD leaves "
+                "out the last of these arcs. Remove one of them."
+            )
+            found.setdefault(frozenset(chain), message)
+    return list(found.values())
+
+
 def redirect(stage: Usd.Stage) -> None:
     """Point what the layers of a stage refer to on other machines to the files on this one, where there are any.
 

@@ -4,40 +4,40 @@ from collections.abc import Iterator, Sequence
 
 from pxr import Gf, Usd, UsdGeom
 
+from usdsdg.stage.geometry.drawn_box import DrawnBoxes
+
 
 def own_box(
     prim: Usd.Prim, purposes: Sequence[str], time: Usd.TimeCode = Usd.TimeCode.Default(), *,  # noqa: B008
-    cache: UsdGeom.BBoxCache | None = None,
+    boxes: DrawnBoxes | None = None,
 ) -> Gf.Range3d:  # fmt: skip
     """Return the box of the geometry at and below a prim in its own space; empty without any.
 
     USD's BBoxCache unites the boxes of gprims along the axes of the world, so that what it returns grows as the prim
-    turns. Here each gprim's own box is united with the others along the axes of the prim.
+    turns, and believes authored extents that do not fit. Here the box of what is drawn of each gprim is united with the
+    others along the axes of the prim.
 
-    cache: for these purposes and this time, to be shared by several prims.
+    boxes: for these purposes and this time, to be shared by several prims.
     """
-    boxes = UsdGeom.BBoxCache(time, purposes, useExtentsHint=False) if cache is None else cache
-    whole = boxes.ComputeUntransformedBound(prim).ComputeAlignedRange()
-    drawn = list(_drawn(prim, purposes))
-    if whole.IsEmpty() or not drawn or drawn == [prim]:
-        return whole
+    boxes = DrawnBoxes(time, list(purposes)) if boxes is None else boxes
     united, transforms = Gf.Range3d(), UsdGeom.XformCache(time)
-    for each in drawn:
-        box = boxes.ComputeUntransformedBound(each)
-        if not box.GetRange().IsEmpty():
-            box.Transform(_relative(transforms, each, prim))
-            united.UnionWith(box.ComputeAlignedRange())
+    for each in _drawn(prim, purposes):
+        box = boxes.own(each)
+        if box is not None:
+            corners = Gf.BBox3d(Gf.Range3d(*(Gf.Vec3d(*corner) for corner in box.tolist())))
+            corners.Transform(_relative(transforms, each, prim))
+            united.UnionWith(corners.ComputeAlignedRange())
     return united
 
 
 def _drawn(prim: Usd.Prim, purposes: Sequence[str]) -> Iterator[Usd.Prim]:
-    """Yield the prims with a box at and below a prim; what is below one of them is in its box."""
+    """Yield the prims with a box at and below a prim, which may be hidden; what is below one of them is in its box."""
     prims = iter(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
     for each in prims:
         imageable = UsdGeom.Imageable(each)
         if not imageable:
             continue
-        if imageable.GetVisibilityAttr().Get() == UsdGeom.Tokens.invisible:
+        if each != prim and imageable.GetVisibilityAttr().Get() == UsdGeom.Tokens.invisible:
             prims.PruneChildren()
         elif each.IsA(UsdGeom.Boundable):
             prims.PruneChildren()

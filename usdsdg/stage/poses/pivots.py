@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.errors import BadPrim
+from usdsdg.stage.geometry.drawn_box import DrawnBoxes
 from usdsdg.stage.geometry.own_box import own_box
 from usdsdg.stage.poses.pose_batch import Rotations
 from usdsdg.stage.poses.rotations import decompose
@@ -87,10 +88,10 @@ def translations_about_pivots(
 def _pivot_points(prims: Sequence[Usd.Prim], relative: Array, time: Usd.TimeCode) -> Array:
     """Return the pivots (N, 3) in the prims' own spaces."""
     purposes = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render]
-    cache = UsdGeom.BBoxCache(time, purposes)
+    boxes = DrawnBoxes(time, purposes)
     points = []
     for prim, normalized in zip(prims, relative):
-        box = own_box(prim, purposes, time, cache=cache)
+        box = own_box(prim, purposes, time, boxes=boxes)
         if box.IsEmpty():
             raise BadPrim(f"{prim.GetPath()} has no extent, so it has no pivot; leave pivot out")
         low, high = np.array(box.GetMin()), np.array(box.GetMax())

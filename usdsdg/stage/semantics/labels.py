@@ -116,6 +116,22 @@ def is_labeled(prim: Usd.Prim) -> bool:
     return any(schema.startswith("Semantics") for schema in prim.GetAppliedSchemas())
 
 
+def labels_without_schema(prim: Usd.Prim) -> list[tuple[str, str]]:
+    """Return the (attribute, schema) pairs of labels that do not count, since the prim lacks the schema."""
+    found = []
+    for name in prim.GetAuthoredPropertyNames(lambda each: each.startswith("semantic")):
+        if name.startswith("semantics:labels:"):
+            schema = f"{_NEW}:{name.removeprefix('semantics:labels:')}"
+        elif name.startswith("semantic:") and name.endswith(":params:semanticData"):
+            schema = f"{_OLD}:{name.removeprefix('semantic:').removesuffix(':params:semanticData')}"
+        else:
+            continue
+        # An attribute that another layer brings is left without a value where labels were removed.
+        if schema not in prim.GetAppliedSchemas() and prim.GetAttribute(name).Get():
+            found.append((name, schema))
+    return found
+
+
 def vary_over_time(prim: Usd.Prim) -> bool:
     """Return whether the prim's own labels have time samples."""
     return is_labeled(prim) and any(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from pxr import Gf, Pcp, Usd, UsdGeom
+from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.session.stage_context import stage_by_id
+from usdsdg.stage import assets
 from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 
 __all__ = ["MetricsAssemblerInterface", "get_metrics_assembler_interface"]
@@ -37,9 +38,8 @@ def _resolve(stage: Usd.Stage, prim: Usd.Prim) -> None:
     xformable = UsdGeom.Xformable(prim)
     if any(op.GetOpName().endswith(SUFFIX) for op in xformable.GetOrderedXformOps()):
         return
-    for arc in Usd.PrimCompositionQuery.GetDirectReferences(prim).GetCompositionArcs():
-        file = arc.GetTargetLayer()
-        if arc.GetArcType() not in (Pcp.ArcTypeReference, Pcp.ArcTypePayload) or file == stage.GetRootLayer():
+    for file in assets.referenced_layers(prim):
+        if file == stage.GetRootLayer():
             continue
         referenced = Usd.Stage.Open(file, Usd.Stage.LoadNone)
         factor = meters_per_unit(referenced) / meters_per_unit(stage)

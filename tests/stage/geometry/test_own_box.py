@@ -1,0 +1,83 @@
+"""The box of a prim along its own axes: of what is drawn, whatever extents say."""
+
+import numpy as np
+import pytest
+from pxr import Gf, Usd, UsdGeom
+
+from usdsdg.scenarios.object_based.objects import _name_odd_size
+from usdsdg.scenarios.shared.mesh_folder import read_assets
+from usdsdg.stage.geometry.own_box import own_box
+from usdsdg.stage.poses import pivots
+
+PURPOSES = ["default", "render"]
+
+
+def mesh(stage, path, extent):
+    """A triangle of 0.1 by 0.2 units with another extent."""
+    made = UsdGeom.Mesh.Define(stage, path)
+    made.CreatePointsAttr([(0, 0, 0), (0.1, 0, 0), (0, 0.2, 0)])
+    made.CreateFaceVertexCountsAttr([3])
+    made.CreateFaceVertexIndicesAttr([0, 1, 2])
+    if extent is not None:
+        made.CreateExtentAttr([Gf.Vec3f(extent[0]), Gf.Vec3f(extent[1])])
+    return made
+
+
+@pytest.fixture
+def stage():
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    return stage
+
+
+@pytest.mark.parametrize("extent", [None, (-100, 100), (5, 5), (1, -1)])
+@pytest.mark.parametrize("path", ["/World", "/World/mesh"])
+def test_extents_that_do_not_fit_do_not_count(stage, path, extent):
+    UsdGeom.Xform.Define(stage, "/World")
+    mesh(stage, "/World/mesh", extent)
+    box = own_box(stage.GetPrimAtPath(path), PURPOSES)
+    assert np.array([box.GetMin(), box.GetMax()]) == pytest.approx(np.array([[0, 0, 0], [0.1, 0.2, 0]]))
+
+
+def test_pivots_lie_on_what_is_drawn(stage):
+    prim = mesh(stage, "/mesh", (-100, 100)).GetPrim()
+    pivots.set_pivot(prim, (1, 1, 0))
+    assert prim.GetAttribute(pivots.PIVOT).Get() == pytest.approx((0.1, 0.2, 0.0))
+    moved = pivots.translations_about_pivots([prim], [(1, 1, 0)], np.zeros((1, 3)), None, None)
+    assert moved[0] == pytest.approx((-0.1, -0.2, 0.0))
+
+
+@pytest.mark.parametrize("path", ["/World", "/World/mesh"])
+def test_hidden_prims_have_a_box_and_what_is_hidden_in_them_is_not_in_it(stage, path):
+    UsdGeom.Xform.Define(stage, "/World")
+    mesh(stage, "/World/mesh", None)
+    UsdGeom.Cube.Define(stage, "/World/hidden").MakeInvisible()
+    UsdGeom.Imageable(stage.GetPrimAtPath(path)).GetVisibilityAttr().Set("invisible")
+    box = own_box(stage.GetPrimAtPath(path), PURPOSES)
+    assert tuple(box.GetMax()) == pytest.approx((0.1, 0.2, 0.0))
+
+
+def test_prims_without_geometry_have_an_empty_box(stage):
+    UsdGeom.Xform.Define(stage, "/World/empty")
+    assert own_box(stage.GetPrimAtPath("/World"), PURPOSES).IsEmpty()
+
+
+def test_objects_are_not_called_odd_for_their_extents(stage, recwarn):
+    _name_odd_size(mesh(stage, "/mesh", (-100, 100)).GetPrim(), "mug.usd")
+    assert not recwarn.list
+    large = mesh(stage, "/large", (0, 0.1))
+    large.AddScaleOp().Set(Gf.Vec3f(1000))
+    with pytest.warns(UserWarning, match=r"mug.usd is 200 m large on the stage"):
+        _name_odd_size(large.GetPrim(), "mug.usd")
+
+
+def test_meshes_of_a_folder_have_the_size_that_is_drawn(tmp_path):
+    stage = Usd.Stage.CreateNew(str(tmp_path / "mug.usda"))
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    root = UsdGeom.Xform.Define(stage, "/Mug")
+    root.AddTranslateOp().Set(Gf.Vec3d(1, 0, 0))
+    stage.SetDefaultPrim(root.GetPrim())
+    mesh(stage, "/Mug/mesh", (-100, 100))
+    stage.Save()
+    [found] = read_assets({"mug": [str(tmp_path / "mug.usda")]}, "m")
+    assert (found.low, found.high) == (pytest.approx((1.0, 0.0, 0.0)), pytest.approx((1.1, 0.2, 0.0)))
