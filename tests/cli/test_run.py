@@ -26,6 +26,13 @@ def test_arguments_after_the_script_belong_to_the_script(tmp_path):
     ]
 
 
+def test_resume_after_the_script_is_refused_before_it_removes_frames(tmp_path):
+    done = run(tmp_path, "print('began')", "--resume", expect=1)
+    assert done.stdout == ""
+    assert "Give it before the script: usdsdg run --resume script.py. After a -- it is the script's own." in done.stderr
+    assert run(tmp_path, "print('began')", "--", "--resume").stdout == "began\n"
+
+
 def test_options_that_the_script_has_or_that_follow_two_dashes_are_its_own(tmp_path):
     assert run(tmp_path, "import sys; print('--seed' in sys.argv)", "--seed", "9", "--", "--frames=3").stderr == ""
 

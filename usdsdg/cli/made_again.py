@@ -122,10 +122,12 @@ def recipe_of(folder: Path) -> Recipe:
     Raises:
         DatasetError: there is none, or it is not one of this version. WriterError: it is damaged.
     """
+    from usdsdg.datasets.folder import check_folder
     from usdsdg.writers.journal import recipe
 
     values = recipe.read(folder)
     if values is None:
+        check_folder(folder)
         raise DatasetError(f"{folder} has no recipe ({recipe.FILE}), so it is not known how it was made")
     return recipe.Recipe.of_values(values, folder)
 

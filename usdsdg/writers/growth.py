@@ -29,9 +29,12 @@ _NAMING_THE_RECIPE = ("RerunWriter",)
 class MoreFrames:
     """Lets a run with more frames go on with a complete one, or one that has not ended."""
 
-    def __init__(self, obstacle: Obstacle) -> None:
-        """obstacle: of the command, called with the wanted recipe, the earlier one, and the folder of the latter."""
-        self._obstacle = obstacle
+    def __init__(self, obstacle: Obstacle, frames: int | None = None) -> None:
+        """Of a run with so many frames; None: not known before it has ended.
+
+        obstacle: of the command, called with the wanted recipe, the earlier one, and the folder of the latter.
+        """
+        self._obstacle, self._frames = obstacle, frames
 
     def obstacle(self, place: Place, wanted: Recipe, earlier: Mapping[str, Any], portion: Portion | None) -> str | None:
         """Return why a run cannot go on with an earlier one as `Obstacle` does."""
@@ -46,15 +49,20 @@ class MoreFrames:
     def begin(self, place: Place, wanted: Recipe) -> None:
         """Make an earlier run with fewer frames, which is locked and has no obstacle, an unfinished one of `wanted`.
 
+        So is one of the same recipe of whose frames only the first parts were made and joined.
+
         Raises:
             WriterError: its journal was damaged, or a shard of samples, which grows.
             OutputNotWritable: a file cannot be written.
         """
         earlier = recipe.read(place.path)
-        if earlier is None or not wanted.differences(earlier):
+        if earlier is None:
             return
         own = place.path / BESIDE / NAME
         contents = journal.read(own) if own.is_file() else journal.Contents()
+        differs = bool(wanted.differences(earlier))
+        if not differs and (self._frames is None or len(contents.frames) >= self._frames):
+            return
         if contents.is_complete:
             restore_samples(place, contents)
             spools = SpoolHashes(place.path / BESIDE / AGGREGATES).facts_of_files()
@@ -62,7 +70,8 @@ class MoreFrames:
             # ended with too few frames.
             Journal(own).append([{SHARED: {}, SPOOLS: spools}], {})
             place.push()
-        wanted.write(place.path)
+        if differs:
+            wanted.write(place.path)
 
 
 def more_frames_of_option(wanted: Recipe, earlier: Recipe, folder: Path) -> str | None:
