@@ -254,8 +254,8 @@ def _remark_on_own_options(script: Path, after: Sequence[str]) -> None:
     for name in given:
         if name == "--resume" and name not in text:
             raise BadValue(
-                f"--resume is passed to {script}, which does not mention it, and the run would begin again. Give it before "
-                f"the script: usdsdg run --resume {script}. After a -- it is the script's own."
+                f"--resume is passed to {script}, which does not mention it, and the run would begin again. Give it "
+                f"before the script: usdsdg run --resume {script}. After a -- it is the script's own."
             )
         if name not in text:
             print(
