@@ -171,7 +171,7 @@ LATE = {
     "usdsdg.cli.options.command_context": ("usdsdg.graph usdsdg.orchestrator usdsdg.settings usdsdg.writers", COMMAND),
     "usdsdg.cli.options.dataset_options": ("usdsdg.writers", COMMAND),
     "usdsdg.cli.datasets_in": ("usdsdg.stores usdsdg.writers", COMMAND),
-    "usdsdg.cli.commands.merge": ("usdsdg.datasets usdsdg.writers", COMMAND),
+    "usdsdg.cli.commands.merge": ("usdsdg.datasets usdsdg.stores usdsdg.writers", COMMAND),
     "usdsdg.cli.commands.schema": ("usdsdg.scenarios", COMMAND),
     "usdsdg.cli.made_again": ("usdsdg.datasets usdsdg.graph usdsdg.scenarios usdsdg.writers", COMMAND),
     "usdsdg.cli.commands.repair": ("usdsdg.repair usdsdg.verify usdsdg.writers", COMMAND),
