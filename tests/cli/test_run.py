@@ -48,6 +48,9 @@ def test_a_script_may_leave_the_working_folder(tmp_path):
     run(tmp_path, script)
     assert (tmp_path / "deep/out/rgb_0000.png").is_file()
     assert (tmp_path / "deep/out/.usdsdg/source/script.py").is_file()
+    again = usdsdg("reproduce", "--quiet", "out", cwd=tmp_path / "deep")
+    assert again.stdout.strip().endswith("files equal, 0 different")
+    assert "out: 0 files" not in again.stdout
 
 
 def test_options_that_the_script_has_or_that_follow_two_dashes_are_its_own(tmp_path):

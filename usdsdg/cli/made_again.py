@@ -7,7 +7,7 @@ import runpy
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, redirect_stdout
+from contextlib import ExitStack, chdir, contextmanager, redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -81,6 +81,7 @@ def make(datasets: Sequence[Path], recipe: Recipe, file: Path, scratch: Path, po
         current().run.begin(_now(recipe), Mode.OVERWRITE, portion, file)
         shown = sys.stderr if recipe.command != GENERATE else StringIO()  # which names its folder
         with ExitStack() as kept:
+            kept.enter_context(chdir(Path.cwd()))  # which the script may leave, and the datasets are named from
             kept.enter_context(redirect_stdout(shown))
             for each in datasets:
                 kept.enter_context(read_only(each))
