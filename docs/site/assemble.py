@@ -10,7 +10,8 @@ from docs.site import gallery_pages, plots, reference_pages, repository_pages
 from docs.site.repository_pages import COPIED, ROOT
 
 DOCS = ROOT / "docs"
-MACHINE = re.compile(r"\{machine (\w+)\}")
+# A link to the results of a benchmark, on a line of its own, becomes the plot of these and a line about the machine.
+RESULTS = re.compile(r"^\[([^\]]*)\]\(\.\./benchmarks/results/(\w+)\.jsonl\)$", re.MULTILINE)
 # Sizes that tests of the pages make smaller; readers, whose shell may be another, see what stands behind `:-`.
 SIZE = re.compile(r"\$\{[A-Z]+:-([^}]*)\}")
 
@@ -25,9 +26,12 @@ def assemble(target: Path) -> None:
             (target / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(file, target / name)
         elif file.suffix == ".md":
-            # `{machine NAME}` stands for the machine that a benchmark's result names.
-            text, needed = repository_pages.relinked(file.read_text(encoding="utf-8"), f"docs/{name.as_posix()}")
-            _write(target / name, SIZE.sub(r"\1", MACHINE.sub(lambda match: machines[match[1]], text)))
+            text = RESULTS.sub(
+                lambda match: f"![{match[1]}](images/plots/{match[2]}.svg)\n\n{machines[match[2]]}",
+                file.read_text(encoding="utf-8"),
+            )
+            text, needed = repository_pages.relinked(text, f"docs/{name.as_posix()}")
+            _write(target / name, SIZE.sub(r"\1", text))
             waiting |= needed
     for name, text in {**reference_pages.pages(), **gallery_pages.pages()}.items():
         _write(target / name, text)

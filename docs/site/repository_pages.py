@@ -27,6 +27,8 @@ def page_of(path: str) -> str:
         return HOME
     if path.startswith("docs/") and path.endswith(SHOWN):
         return path.removeprefix("docs/")
+    if path.startswith("docs/reference/"):  # the examples of a page of the reference, which stand in that page
+        return f"{path.removeprefix('docs/').removesuffix('.py')}.md"
     if path.endswith(".md"):
         # The name README.md would make a page the index of its folder.
         return f"{FOLDER}/{path}".replace("README.md", "about.md")

@@ -3,7 +3,7 @@
 import pytest
 import yaml
 
-from tests.cli.datasets import FRAMES, ROOT, content, generate, run, write_job
+from tests.cli.datasets import FRAMES, ROOT, content, generate, merge, run, write_job
 from tests.sampled_cases import in_soak
 from usdsdg.scenarios import growth
 from usdsdg.scenarios.jobs import load_job
@@ -53,6 +53,16 @@ def test_a_job_with_more_frames_is_that_of_all_frames(whole, options, tmp_path):
     smaller = generate(job, out, "--resume", "--set", "num_frames=3")
     assert smaller.returncode == 1
     assert f"made with num_frames={FRAMES}, now it is num_frames=3" in smaller.stderr
+    assert content(out) == content(whole)
+
+
+def test_a_job_of_which_only_the_first_part_was_joined_is_gone_on_with(whole, tmp_path):
+    job, out = write_job(tmp_path, "PoseWriter"), tmp_path / "out"
+    assert generate(job, out, "--frames", "0:2").returncode == 0
+    joined = merge(out)
+    assert joined.returncode == 0, joined.stderr
+    done = generate(job, out, "--resume")
+    assert done.returncode == 0, done.stderr
     assert content(out) == content(whole)
 
 

@@ -35,7 +35,7 @@ def test_the_version_is_printed():
         ("inspect", "(FOLDER/inspect.html)"),
         ("render", "64; 1<=x<=1048576"),
         ("convert", "keep"),
-        ("new", "(KIND.yaml or script.py, here)"),
+        ("new", "(detection.yaml, bin_picking.yaml or script.py)"),
     ],
 )
 def test_the_help_names_defaults(command, default):

@@ -26,6 +26,33 @@ def test_arguments_after_the_script_belong_to_the_script(tmp_path):
     ]
 
 
+def test_resume_after_the_script_is_refused_before_it_removes_frames(tmp_path):
+    done = run(tmp_path, "print('began')", "--resume", expect=1)
+    assert done.stdout == ""
+    assert "Give it before the script: usdsdg run --resume script.py. After a -- it is the script's own." in done.stderr
+    assert run(tmp_path, "print('began')", "--", "--resume").stdout == "began\n"
+
+
+def test_a_script_may_leave_the_working_folder(tmp_path):
+    script = """
+    import os
+    import omni.replicator.core as rep
+    os.makedirs("deep")
+    os.chdir("deep")
+    writer = rep.writers.get("BasicWriter")
+    writer.initialize(output_dir=os.path.abspath("out"), rgb=True)
+    rep.create.light(light_type="Dome")
+    writer.attach(rep.create.render_product(rep.create.camera(), (16, 16)))
+    rep.orchestrator.step()
+    """
+    run(tmp_path, script)
+    assert (tmp_path / "deep/out/rgb_0000.png").is_file()
+    assert (tmp_path / "deep/out/.usdsdg/source/script.py").is_file()
+    again = usdsdg("reproduce", "--quiet", "out", cwd=tmp_path / "deep")
+    assert again.stdout.strip().endswith("files equal, 0 different")
+    assert "out: 0 files" not in again.stdout
+
+
 def test_options_that_the_script_has_or_that_follow_two_dashes_are_its_own(tmp_path):
     assert run(tmp_path, "import sys; print('--seed' in sys.argv)", "--seed", "9", "--", "--frames=3").stderr == ""
 

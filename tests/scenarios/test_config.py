@@ -215,8 +215,10 @@ def test_an_override_that_contains_itself_is_named(written):
 def test_a_missing_file_suggests_files_of_similar_names():
     with pytest.raises(ConfigError, match=r"did you mean object_based\.yaml"):
         load_config(CONFIGS / "objekt_based.yaml")
-    with pytest.raises(ConfigError, match="there is no folder"):
+    with pytest.raises(ConfigError, match=r"there is no folder .*nowhere; `usdsdg new detection` writes"):
         load_config(CONFIGS / "nowhere" / "job.yaml")
+    with pytest.raises(ConfigError, match=r"there is no file .*; `usdsdg new detection` writes"):
+        load_config(CONFIGS.parent / "docs" / "images" / "job.yaml")
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,10 @@ def test_command_lines_are_ones_that_the_program_takes(page):
             options = {each for parameter in command.params for each in parameter.opts}
             given = {word.partition("=")[0] for word in arguments if word.startswith("--") and word != "--"}
             assert given <= options or name == "run", f"{where}: no option {given - options}"
+            if name == "run":
+                context = command.make_context(name, [*arguments], resilient_parsing=True)
+                of_script = options & set(context.params["arguments"]) - {"--assets-root", "--save-stage"}
+                assert not of_script, f"{where}: the script would get {of_script}"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
@@ -60,6 +64,14 @@ def test_commands_stand_in_blocks_of_a_language(page):
         assert not [
             each for each in blocks(page) if not each.language and re.match(r"\$? ?(usdsdg|python) ", each.code)
         ]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_and_pictures_are_files_of_the_repository(page):
+    """For those who read the pages there; the test of the site looks at what the site makes of them."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    targets = [target.partition("#")[0] for target in re.findall(r"\]\(([^)\s]+)\)", text)]
+    assert not [each for each in targets if "://" not in each and not (page.parent / each).exists()]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())

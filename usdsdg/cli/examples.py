@@ -32,7 +32,7 @@ EXAMPLES = {
         ("assets get /Isaac/Props/YCB/Axis_Aligned/008_pudding_box.usd --assets-root https://example.com/assets",
          "copy an asset with all that it needs"),
     ],
-    "assets list": [("assets list", "what the assets root has")],
+    "assets list": [("assets list", "the files that have been copied")],
     "assets check": [("assets check", "whether copies are whole")],
 }  # fmt: skip
 

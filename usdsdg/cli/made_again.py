@@ -8,7 +8,7 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, redirect_stdout
+from contextlib import ExitStack, chdir, contextmanager, redirect_stdout
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -98,6 +98,7 @@ def make(datasets: Sequence[Path], recipe: Recipe, file: Path, scratch: Path, po
         current().run.begin(_now(recipe), Mode.OVERWRITE, portion, file)
         shown = sys.stderr if recipe.command != GENERATE else StringIO()  # which names its folder
         with ExitStack() as kept:
+            kept.enter_context(chdir(Path.cwd()))  # which the script may leave, and the datasets are named from
             kept.enter_context(redirect_stdout(shown))
             for each in datasets:
                 kept.enter_context(read_only(each))
@@ -139,10 +140,12 @@ def recipe_of(folder: Path) -> Recipe:
     Raises:
         DatasetError: there is none, or it is not one of this version. WriterError: it is damaged.
     """
+    from usdsdg.datasets.folder import check_folder
     from usdsdg.writers.journal import recipe
 
     values = recipe.read(folder)
     if values is None:
+        check_folder(folder)
         raise DatasetError(f"{folder} has no recipe ({recipe.FILE}), so it is not known how it was made")
     return recipe.Recipe.of_values(values, folder)
 

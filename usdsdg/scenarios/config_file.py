@@ -20,6 +20,7 @@ from usdsdg.scenarios.config_errors import KeyPath, Problem, problems_of, sugges
 
 Model = TypeVar("Model", bound=BaseModel)
 SUFFIXES = (".yaml", ".yml", ".json")
+_TO_START = "; `usdsdg new detection` writes a configuration to start from"
 MAX_PROBLEMS = 30  # in a message
 
 
@@ -135,9 +136,9 @@ def _refuse_cycles(node: yaml.Node | None, ancestors: tuple[yaml.Node, ...]) -> 
 def _missing(file: Path) -> str:
     folder = file.parent
     if not folder.is_dir():
-        return f"{file}: there is no folder {folder}"
+        return f"{file}: there is no folder {folder}{_TO_START}"
     found = sorted(entry.name for entry in folder.iterdir() if entry.suffix.lower() in SUFFIXES)
-    near = suggestion(file.name, found) or (f"; {folder} has {', '.join(found[:8])}" if found else "")
+    near = suggestion(file.name, found) or (f"; {folder} has {', '.join(found[:8])}" if found else _TO_START)
     return f"there is no file {file}{near}"
 
 

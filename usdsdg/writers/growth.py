@@ -29,9 +29,12 @@ _NAMING_THE_RECIPE = ("RerunWriter",)
 class MoreFrames:
     """Lets a run with more frames go on with a complete one, or one that has not ended."""
 
-    def __init__(self, obstacle: Obstacle) -> None:
-        """obstacle: of the command, called with the wanted recipe, the earlier one, and the folder of the latter."""
-        self._obstacle = obstacle
+    def __init__(self, obstacle: Obstacle, frames: int | None = None) -> None:
+        """Of a run with so many frames; None: not known before it has ended.
+
+        obstacle: of the command, called with the wanted recipe, the earlier one, and the folder of the latter.
+        """
+        self._obstacle, self._frames = obstacle, frames
 
     def obstacle(self, place: Place, wanted: Recipe, earlier: Mapping[str, Any], portion: Portion | None) -> str | None:
         """Return why a run cannot go on with an earlier one as `Obstacle` does."""
@@ -46,7 +49,8 @@ class MoreFrames:
     def begin(self, place: Place, wanted: Recipe) -> None:
         """Make an earlier run with fewer frames, which is locked and has no obstacle, an unfinished one of `wanted`.
 
-        Of one that had ended, and of which the end of the journal is lost, samples are read back from its shards, too.
+        So is one of the same recipe of whose frames only the first parts were made and joined. Of one that had ended,
+        and of which the end of the journal is lost, samples are read back from its shards, too.
 
         Raises:
             WriterError: its journal was damaged, or a shard of samples, which grows.
@@ -55,9 +59,10 @@ class MoreFrames:
         earlier = recipe.read(place.path)
         if earlier is None:
             return
-        grows = bool(wanted.differences(earlier))
         own = place.path / BESIDE / NAME
         contents = journal.read(own) if own.is_file() else journal.Contents()
+        differs = bool(wanted.differences(earlier))
+        grows = differs or (self._frames is not None and len(contents.frames) < self._frames)
         if (grows and contents.is_complete) or _lacks_samples(place, contents):
             restore_samples(place, contents)
             spools = SpoolHashes(place.path / BESIDE / AGGREGATES).facts_of_files()
@@ -65,7 +70,7 @@ class MoreFrames:
             # ended with too few frames.
             Journal(own).append([{SHARED: {}, SPOOLS: spools}], {})
             place.push()
-        if grows:
+        if differs:
             wanted.write(place.path)
 
 

@@ -23,8 +23,9 @@ from usdsdg.errors import counted
 def merge(place: str, quiet: bool) -> None:
     """Join the parts of a dataset, and write its files about all frames.
 
-    The result has the bytes that one process writes. Frames that are missing, or there twice, are an error. Datasets of
-    a folder are found at any depth, but none within another dataset.
+    The result has the bytes that one process writes. Frames that are missing before others, or there twice, are an
+    error; --resume makes those after the last. Datasets of a folder are found at any depth, but none within another
+    dataset.
     """
     with command_context(quiet=quiet):
         from usdsdg.writers.journal.place import place_of
@@ -36,7 +37,11 @@ def merge(place: str, quiet: bool) -> None:
 
 def _datasets(place: str) -> list[str]:
     """Return the datasets in a folder that have parts; where none has any, all of them, of which each says why."""
+    from usdsdg.datasets.folder import check_folder
+    from usdsdg.stores.addresses import is_url
     from usdsdg.writers.journal.place import JOINED, PARTS
 
+    if not is_url(place):
+        check_folder(Path(place))
     found = datasets_in(place)
     return [each for each in found if any(Path(each, name).is_dir() for name in (PARTS, JOINED))] or found

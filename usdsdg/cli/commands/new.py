@@ -33,7 +33,13 @@ _TEMPLATES = _FILES | {Kind.SCRIPT: "script.py.in"}  # no module that an import 
 
 @click.command(cls=Command, epilog=epilog("new"))
 @argument("kind", type=Member(Kind), help="A job for a detector, one of parts in a bin, or a script.")
-@argument("path", type=PATH, required=False, help="The file to write.", default_text="KIND.yaml or script.py, here")
+@argument(
+    "path",
+    type=PATH,
+    required=False,
+    help="The file to write.",
+    default_text="detection.yaml, bin_picking.yaml or script.py",
+)
 def new(kind: Kind, path: Path | None) -> None:
     """Write a commented starting point, which runs as it is.
 

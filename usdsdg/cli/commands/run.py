@@ -244,11 +244,19 @@ def _remark_on_own_options(script: Path, after: Sequence[str]) -> None:
     """Say which options of usdsdg after the script it gets as its own, although it does not mention them.
 
     after: all arguments after the script; those after a -- are meant for it.
+
+    Raises:
+        BadValue: --resume is one of them: without it the run would remove the frames that are to be kept.
     """
     own = {name for each in run.params for name in each.opts if name.startswith("--")} - set(_ON_EITHER_SIDE)
     given = [name for name in (each.partition("=")[0] for each in takewhile("--".__ne__, after)) if name in own]
     text = script.read_text(encoding="utf-8", errors="replace") if given else ""
     for name in given:
+        if name == "--resume" and name not in text:
+            raise BadValue(
+                f"--resume is passed to {script}, which does not mention it, and the run would begin again. Give it "
+                f"before the script: usdsdg run --resume {script}. After a -- it is the script's own."
+            )
         if name not in text:
             print(
                 f"remark: {name} is passed to {script}, which does not mention it. Options of usdsdg come before the "

@@ -95,7 +95,8 @@ def begin_run(
         seed=seed,
         classes=_content_of(classes),
     )
-    current().run.begin(made, mode, portion, source, MoreFrames(more_frames) if more_frames is not None else None)
+    growth = MoreFrames(more_frames, total) if more_frames is not None else None
+    current().run.begin(made, mode, portion, source, growth)
 
 
 def device_facts() -> dict[str, str]:

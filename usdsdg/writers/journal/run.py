@@ -75,7 +75,9 @@ class Run:
         source: the configuration or script, of which a copy is kept beside the data. growth: lets a run with fewer
         frames be gone on with.
         """
-        self.recipe, self.mode, self.portion, self._source = recipe, mode, portion, source
+        self.recipe, self.mode, self.portion = recipe, mode, portion
+        # The script may leave the working folder before its first frame.
+        self._source = source.absolute() if source is not None else None
         self.growth = growth
 
     # Folders
