@@ -19,7 +19,7 @@ import warp as wp
 
 import usdsdg as rep
 from benchmarks import report
-from usdsdg.session import engines
+from usdsdg.session import devices
 from usdsdg.session.session import current
 
 WARM_UP, SHAPES = 8, 50
@@ -53,7 +53,7 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=60)
     options = parser.parse_args()
     report.begin()
-    engines.use_device(options.device)
+    devices.use_device(options.device)
     products = build(options.cameras, tuple(options.size))
     folder = tempfile.mkdtemp(dir=None if options.to == "memory" else options.to)
     if options.to == "memory":

@@ -18,7 +18,7 @@ from warp._src import context
 
 import usdsdg as rep
 from benchmarks import capture_rate, report
-from usdsdg.session import engines
+from usdsdg.session import devices
 
 WARM_UP = 4
 
@@ -45,7 +45,7 @@ def main() -> None:
     parser.add_argument("--kernels", type=int, default=5, help="how many kernels to list, the longest first")
     options = parser.parse_args()
     report.begin()
-    engines.use_device("cpu")
+    devices.use_device("cpu")
     (product,) = capture_rate.build(1, tuple(options.size))
     for name in options.annotators:
         rep.AnnotatorRegistry.get_annotator(name).attach(product)

@@ -15,7 +15,7 @@ from pxr import Sdf
 
 import usdsdg as rep
 from benchmarks.physics_speed import maker
-from usdsdg.session import engines
+from usdsdg.session import devices, engines
 from usdsdg.session.stage_context import set_stage
 from usdsdg.session.timeline import get_timeline
 
@@ -41,7 +41,7 @@ def main() -> None:
     parser.add_argument("--bodies", type=int, default=337)
     parser.add_argument("--frames", type=int, default=40)
     options = parser.parse_args()
-    engines.use_device(options.device)
+    devices.use_device(options.device)
     if options.physics:
         engines.physics_device = lambda: options.physics
     stage = set_stage(maker(options.bodies).stage)
@@ -56,7 +56,7 @@ def main() -> None:
     get_timeline().play()
     moving = captures_per_second(options.frames, moving=True)
     print(f"{options.bodies} bodies: {still:.2f} captures a second standing still, {moving:.2f} while they fall")
-    print(f"physics step: {1e3 * engines.physics().step_seconds:.2f} ms on {engines.physics_device()}")
+    print(f"physics step: {1e3 * engines.physics().step_seconds:.2f} ms on {devices.physics_device()}")
 
 
 if __name__ == "__main__":

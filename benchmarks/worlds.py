@@ -20,7 +20,7 @@ from benchmarks.capture_rate import SHAPES, build
 from benchmarks.device_memory import PeakMemory
 from usdsdg.capture import worlds as capture_worlds
 from usdsdg.capture.render_settings import render_mode
-from usdsdg.session import engines
+from usdsdg.session import devices, engines
 from usdsdg.session.session import current
 
 WARM_UP = 3
@@ -89,7 +89,7 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=20)
     options = parser.parse_args()
     report.begin()
-    engines.use_device(options.device)
+    devices.use_device(options.device)
     build(1, tuple(options.size))
     set_samples(options.samples)
     memory = PeakMemory()

@@ -13,7 +13,7 @@ from usdsdg.capture import capture
 from usdsdg.cli.options.command_context import seed_everything
 from usdsdg.cli.options.dataset_options import begin_run
 from usdsdg.scenarios import jobs
-from usdsdg.session import engines
+from usdsdg.session import devices
 from usdsdg.writers.aggregates import finish_run
 from usdsdg.writers.journal.run import Run
 
@@ -53,7 +53,7 @@ def main() -> int:
     parser.add_argument("--frames", type=int, default=100_000)
     parser.add_argument("--episode", type=int, default=500)
     options = parser.parse_args()
-    engines.use_device("cpu")
+    devices.use_device("cpu")
     journaling = Journaling()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "job.yaml")

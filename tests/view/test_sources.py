@@ -9,7 +9,7 @@ import pytest
 
 from tests.view.pages import Page
 from usdsdg.errors import ConfigError, GraphError
-from usdsdg.session import engines, session
+from usdsdg.session import devices, session
 from usdsdg.session.stage_context import current_stage, save_stage
 from usdsdg.view.jobs import of_job
 from usdsdg.view.stages import of_stage
@@ -37,7 +37,7 @@ class Ended(Exception):
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     session.restart()
-    engines.use_device("cpu")
+    devices.use_device("cpu")
     monkeypatch.chdir(tmp_path)
     (tmp_path / "script.py").write_text(SCRIPT)
     yield tmp_path
@@ -79,7 +79,7 @@ class Watching(Viewer):
 def watched(*wishes: dict, seed: int | None = None) -> Watching:
     """Show the script to its end, in a session of its own."""
     session.restart()
-    engines.use_device("cpu")
+    devices.use_device("cpu")
     viewer = Watching(*wishes)
     with pytest.raises(Ended):
         of_job(Path("script.py"), [], seed)(viewer)
@@ -149,7 +149,7 @@ def test_a_graph_that_is_saved_in_a_stage_can_be_run(folder):
     watched()
     save_stage(folder / "saved.usda")
     session.restart()
-    engines.use_device("cpu")
+    devices.use_device("cpu")
     viewer = Watching({"do": "randomize", "seed": 5})
     with pytest.raises(Ended):
         of_stage(folder / "saved.usda")(viewer)

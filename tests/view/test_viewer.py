@@ -8,7 +8,7 @@ from pxr import Gf, UsdGeom, UsdPhysics
 
 import usdsdg as rep
 from tests.view.pages import Page
-from usdsdg.session import engines
+from usdsdg.session import devices
 from usdsdg.view.drawing import MODES
 from usdsdg.view.paths import ENOUGH
 from usdsdg.view.viewer import Viewer
@@ -30,7 +30,7 @@ def add_cube(stage, path: str, position, size: float, label: str | None = None):
 @pytest.fixture
 def scene(stage):
     """A labeled box that can fall, above a floor, and a camera that sees them from the front."""
-    engines.use_device("cpu")
+    devices.use_device("cpu")
     add_cube(stage, FLOOR, (0, 0, -5), 8.0)
     box = add_cube(stage, BOX, (0, 0, 0.5), 1.0, "box")
     UsdPhysics.RigidBodyAPI.Apply(box.GetPrim())
@@ -193,7 +193,7 @@ def test_a_node_that_fails_is_said_with_its_line(scene):
 
 
 def test_an_empty_stage_is_shown_with_a_note(stage):
-    engines.use_device("cpu")
+    devices.use_device("cpu")
     page = Page(Viewer("nothing"))
     page.picture()
     assert "The stage has no visible geometry." in page.values["scene"]["notes"]

@@ -172,22 +172,22 @@ def _now(recipe: Recipe) -> Recipe:
     """Return the recipe as this machine makes it: with its own versions and kind of device."""
     from dataclasses import replace
 
-    from usdsdg.session import engines
+    from usdsdg.session import devices
     from usdsdg.writers.journal.recipe import installed
 
-    return replace(recipe, versions=installed(), device=engines.renderer_device_kind(), classes=None)
+    return replace(recipe, versions=installed(), device=devices.renderer_device_kind(), classes=None)
 
 
 def _make(recipe: Recipe, file: Path, folder: Path, scratch: Path, how: How) -> None:
     """Run the configuration or script as the recipe says; what that of another recipe has set is undone."""
     from usdsdg import errors
     from usdsdg.graph.sampling import set_global_seed
-    from usdsdg.session import engines
+    from usdsdg.session import devices
     from usdsdg.session.session import current
     from usdsdg.stage import assets
     from usdsdg.writers.journal.recipe import GENERATE, PHYSICS_DEVICE, RUN, SEED_SETTING
 
-    engines.use_device(current().engines.device, physics=str(recipe.options.get(PHYSICS_DEVICE, "cpu")))
+    devices.use_device(current().engines.device, physics=str(recipe.options.get(PHYSICS_DEVICE, "cpu")))
     assets.set_maps([assets.PathMap.parse(each) for each in how.maps])
     assets.set_on_missing(assets.OnMissing.RAISE)
     errors.set_lenient(False)

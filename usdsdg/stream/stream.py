@@ -14,7 +14,7 @@ from usdsdg.capture.tap import Tap
 from usdsdg.capture.worlds import WorldBatch, WorldTap
 from usdsdg.errors import ArgumentError, GraphError
 from usdsdg.operating_system import around_fork
-from usdsdg.session import engines, session
+from usdsdg.session import devices, session
 from usdsdg.stream.hand_over import HandOver, Item
 from usdsdg.stream.sample import Sample
 from usdsdg.stream.source import Source
@@ -161,7 +161,7 @@ def _run(
             )
 
         def work(put: Callable[[Item], None]) -> None:
-            engines.use_device(device)
+            devices.use_device(device)
             begin(put)
             source.run()
 

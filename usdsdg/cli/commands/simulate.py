@@ -42,7 +42,7 @@ def simulate(
     """Simulate the physics of a stage and save it with the final poses."""
     with command_context(assets_root=assets_root, physics_device=device, quiet=quiet):
         from usdsdg.errors import OutputNotWritable
-        from usdsdg.session import engines, stage_context
+        from usdsdg.session import devices, stage_context
         from usdsdg.session.progress import report
         from usdsdg.stage import flatten
         from usdsdg_physics import simulate as simulate_stage
@@ -55,5 +55,5 @@ def simulate(
         flatten.check_writable(output.absolute())
         quiet_warp()
         opened = stage_context.open_stage(stage)
-        simulate_stage(opened, seconds, device=engines.physics_device(), progress=report, settle=settle)
+        simulate_stage(opened, seconds, device=devices.physics_device(), progress=report, settle=settle)
         print(stage_context.save_stage(output))

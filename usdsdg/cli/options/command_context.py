@@ -139,7 +139,7 @@ def _set_up(
     assets_root: str | None, device: str | None, physics_device: str | None, save_stage: Path | None
 ) -> _StageSnapshot | None:
     """Apply the common options; options that cannot work are errors before any work is done."""
-    from usdsdg.session import engines
+    from usdsdg.session import devices
     from usdsdg.stage import assets
     from usdsdg.stage.assets import url
 
@@ -148,7 +148,7 @@ def _set_up(
         if not url.scheme_of(assets_root) and not os.path.isdir(os.path.expanduser(assets_root)):
             raise ConfigError(f"--assets-root {assets_root!r} is no folder; give one, or the URL of a server or bucket")
         assets.set_assets_root(assets_root)
-    engines.use_device(device, physics=physics_device)
+    devices.use_device(device, physics=physics_device)
     return snapshot
 
 

@@ -101,10 +101,10 @@ def begin_run(
 
 def device_facts() -> dict[str, str]:
     """Return what a recipe has of the device that bodies are simulated on: its kind, unless that is the CPU."""
-    from usdsdg.session import engines
+    from usdsdg.session import devices
     from usdsdg.writers.journal.recipe import PHYSICS_DEVICE
 
-    kind = engines.physics_device().partition(":")[0]
+    kind = devices.physics_device().partition(":")[0]
     return {PHYSICS_DEVICE: kind} if kind != "cpu" else {}
 
 

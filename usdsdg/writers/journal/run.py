@@ -14,7 +14,7 @@ from typing import Any
 from pxr import Usd
 
 from usdsdg.errors import DatasetInTheWay, UsdsdgError, counted
-from usdsdg.session import engines
+from usdsdg.session import devices
 from usdsdg.session.progress import say_once
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
@@ -359,7 +359,7 @@ class Run:
                 self.recipe = Recipe(SCRIPT, source_of(script), arguments=sys.argv[1:])
                 self._source = script
         if self.recipe is not None and not self.recipe.device:
-            self.recipe.device = engines.renderer_device_kind()
+            self.recipe.device = devices.renderer_device_kind()
         return self.recipe is not None
 
 
