@@ -3,7 +3,7 @@
 import pytest
 
 from usdsdg.errors import OutputNotWritable, WriterError
-from usdsdg.session import session
+from usdsdg.session import failures, session
 from usdsdg.session.failures import tell
 
 
@@ -26,3 +26,10 @@ def test_errors_of_one_cause_and_equal_ones_are_told_once(capsys):
         "error: the journal is damaged.",
         "error: the recipe is damaged.",
     ]
+
+
+def test_a_command_tells_what_an_earlier_one_of_the_process_has_told(capsys):
+    for _ in range(2):
+        failures.begin()
+        tell(WriterError("the journal is damaged."))
+    assert capsys.readouterr().err.splitlines() == ["error: the journal is damaged."] * 2

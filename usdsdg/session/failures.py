@@ -8,6 +8,11 @@ from usdsdg.errors import UsdsdgError, described
 from usdsdg.session.session import current
 
 
+def begin() -> None:
+    """Forget what was told, as at the beginning of a command: the one before may have failed by the same."""
+    current().told_causes.clear()
+
+
 def tell(error: UsdsdgError, when: str = "") -> None:
     """Print an error to stderr, unless one of the same cause was printed.
 

@@ -69,7 +69,7 @@ def reproduce(
                 except Exit:
                     raise
                 except Exception as error:  # noqa: BLE001 - whatever it is, it concerns the datasets of this run alone
-                    made_again.tell_of(error)
+                    made_again.tell_of(error, [each.named for each in group])
                     failed += [each.name for each in group]
                     continue
                 for name, count, result in results:
@@ -91,9 +91,11 @@ def _open(names: Sequence[str], opened: ExitStack, failed: list[str]) -> list[On
     datasets = []
     for name in names:
         try:
-            each = opened.enter_context(on_disk(name))
-            each.fetch(lambda file: file.startswith(f"{BESIDE}/") and not file.startswith(RECORDS))
-            made_again.recipe_of(each.path)
+            with ExitStack() as own:  # which lets an error name the URL of the dataset
+                each = own.enter_context(on_disk(name))
+                each.fetch(lambda file: file.startswith(f"{BESIDE}/") and not file.startswith(RECORDS))
+                made_again.recipe_of(each.path)
+                opened.push(own.pop_all())
         except UsdsdgError as error:
             tell(error)
             failed.append(name)

@@ -23,7 +23,7 @@ from usdsdg.cli.options.thread_limit import limit_threads
 from usdsdg.cli.options.values import PATH, PLACE
 from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning, counted
 from usdsdg.operating_system import interrupt_main_thread
-from usdsdg.session import parent_process, progress, termination
+from usdsdg.session import failures, parent_process, progress, termination
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.failures import tell
 
@@ -90,6 +90,7 @@ def command_context(
     warnings.showwarning = _plain_warning
     sys.unraisablehook = _repeat_lost_interrupt
     progress.use_default(quiet)
+    failures.begin()
     limit_threads(threads)
     with termination.listening():
         try:
