@@ -2,10 +2,12 @@
 
 import json
 import signal
+import threading
 
 import pytest
 
 from tests.signaled import run_and_signal
+from usdsdg.cli.options import command_context
 
 SCRIPT = """
 import os, sys
@@ -62,3 +64,13 @@ def test_a_signal_that_python_drops_in_a_del_ends_the_program(tmp_path, name, co
     returned, stderr = run_and_signal(tmp_path, IN_DEL.replace("NUMBER", name), signal.SIGWINCH)
     assert returned == code, stderr
     assert "Traceback" not in stderr
+
+
+def test_an_interrupt_that_python_has_dropped_is_not_raised_again_once_another_has_ended_the_command(monkeypatch):
+    raised = []
+    monkeypatch.setattr(command_context, "interrupt_main_thread", raised.append)
+    monkeypatch.setattr(command_context, "_is_ending", threading.Event())
+    command_context._interrupt_again(signal.SIGINT)
+    command_context._is_ending.set()
+    command_context._interrupt_again(signal.SIGTERM)
+    assert raised == [signal.SIGINT]

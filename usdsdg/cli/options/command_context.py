@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 REPEAT_SECONDS = 0.02
 DROP_SECONDS = 2.0
+_is_ending = threading.Event()  # after an interrupt, all files of which are finished
 COMPILER_THREADS = "usdsdg-compile"  # prefix of the names of threads in which both engines compile kernels
 
 assets_root_option = click.option(
@@ -91,6 +92,7 @@ def command_context(
     sys.unraisablehook = _repeat_lost_interrupt
     progress.use_default(quiet)
     failures.begin()
+    _is_ending.clear()
     limit_threads(threads)
     with termination.listening():
         try:
@@ -204,6 +206,7 @@ def _exit_interrupted(interrupt: KeyboardInterrupt, keeps_files: bool) -> NoRetu
     _tell(f"{what}: finishing the files in hand; Ctrl-C again stops at once" if keeps_files else what)
     if _finish_after_failure(code) and keeps_files:
         _tell("files written so far are whole")
+    _is_ending.set()
     if any(thread.name.startswith(COMPILER_THREADS) for thread in threading.enumerate()):
         _exit_without_joining_compilers(code)
     raise Exit(code) from None
@@ -289,9 +292,15 @@ def _repeat_lost_interrupt(
         pythons_hook(unraisable)
         return
     number = getattr(unraisable.exc_value, "number", signal.SIGINT)
-    timer = threading.Timer(REPEAT_SECONDS, interrupt_main_thread, (number,))
+    timer = threading.Timer(REPEAT_SECONDS, _interrupt_again, (number,))
     timer.daemon = True
     timer.start()
+
+
+def _interrupt_again(number: int) -> None:
+    """Raise a lost interrupt, unless another one has ended the command: Python would die of it at its end."""
+    if not _is_ending.is_set():
+        interrupt_main_thread(number)
 
 
 class _StageSnapshot:
