@@ -1,10 +1,11 @@
-"""What a command tells of failures: one that many files, or several datasets of a run, have in common is told once."""
+"""Errors that several files, or several datasets of a run, have in common are printed once by a command."""
 
 import pytest
 
 from usdsdg.errors import OutputNotWritable, WriterError
-from usdsdg.session import failures, session
-from usdsdg.session.failures import tell
+from usdsdg.session import session
+from usdsdg.session.endings import failures
+from usdsdg.session.endings.failures import tell
 
 
 @pytest.fixture(autouse=True)

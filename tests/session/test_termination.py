@@ -4,7 +4,7 @@ import signal
 
 import pytest
 
-from usdsdg.session.termination import Terminated, listening, whole_frame
+from usdsdg.session.endings.termination import Terminated, listening, whole_frame
 
 
 @pytest.fixture(autouse=True)

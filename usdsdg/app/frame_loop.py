@@ -26,10 +26,10 @@ from usdsdg.graph import evaluate
 from usdsdg.graph.firings import frames_until_exhausted
 from usdsdg.session import stage_context
 from usdsdg.session.device_memory import device_memory
+from usdsdg.session.endings.termination import whole_frame
 from usdsdg.session.progress import FRAMES, report
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import captures_motion_blur, captures_on_play, get_settings
-from usdsdg.session.termination import whole_frame
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage import assets
 from usdsdg.writers.journal.run import get_run

@@ -7,7 +7,7 @@ import runpy
 import sys
 import tempfile
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, chdir, contextmanager, redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -21,7 +21,7 @@ from usdsdg.cli.options.map_option import use_maps
 from usdsdg.cli.script.execution import exit_of
 from usdsdg.cli.script.interpreter import interpreter_restored
 from usdsdg.errors import BadValue, DatasetError
-from usdsdg.session.failures import tell
+from usdsdg.session.endings.failures import tell
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 
 if TYPE_CHECKING:
@@ -32,6 +32,13 @@ if TYPE_CHECKING:
 class _Dataset(Protocol):
     @property
     def path(self) -> Path: ...
+
+
+class _Named(Protocol):
+    @property
+    def name(self) -> str: ...
+
+    def named(self, text: str) -> str: ...
 
 
 Dataset = TypeVar("Dataset", bound=_Dataset)
@@ -58,18 +65,25 @@ def scratch_folder(prefix: str) -> Iterator[Path]:
         yield current().run.scratch
 
 
-def tell_of(error: Exception, named: Sequence[Callable[[str], str]] = ()) -> None:
-    """Tell why datasets of one run could not be made again, so that those of other runs are.
+@contextmanager
+def failing_alone(group: Sequence[_Named], failed: list[str]) -> Iterator[None]:
+    """Run the body, which makes datasets of one run again; if it fails, print why and add their names to `failed`.
 
-    What is no error of usdsdg or USD is told with its traceback. named: what is done with the message one by one.
+    An exception that is neither usdsdg's nor pxr's is printed with its traceback. `Exit` ends the command.
     """
-    known = as_usdsdg_error(error)
-    if known is None:
-        traceback.print_exception(error)
-        return
-    for each in named:
-        known.args = tuple(map(each, map(str, known.args)))
-    tell(known)
+    try:
+        yield
+    except Exit:
+        raise
+    except Exception as error:  # noqa: BLE001 - whatever it is, the datasets of other runs do not depend on it
+        known = as_usdsdg_error(error)
+        if known is None:
+            traceback.print_exception(error)
+        else:
+            for each in group:
+                known.args = tuple(map(each.named, map(str, known.args)))
+            tell(known)
+        failed += [each.name for each in group]
 
 
 def folders_in(scratch: Path) -> list[Path]:

@@ -156,7 +156,7 @@ class Session:
                 # Python keeps the error that ends a program there.
                 run.close(complete=getattr(sys, "last_value", None) is None and not self.failed_at_exit)
             except errors.UsdsdgError as error:
-                _imported("usdsdg.session.failures:tell")(error)
+                _imported("usdsdg.session.endings.failures:tell")(error)
                 self.failed_at_exit = True
         if self.written_folders and not self.failed_at_exit:
             self._name_next_commands()

@@ -98,7 +98,7 @@ class Settings:
     def __init__(self) -> None:
         self._values: dict[str, Any] = dict(DEFAULTS)
         self._listeners: dict[str, list[Callable[[Any], None]]] = {}
-        # By the path of a tree, those who are told the path of what has changed below.
+        # Listeners by the path of a tree: each is called with the path of a setting that changed at or below it.
         self._tree_listeners: dict[str, list[Callable[[str, ChangeEventType], None]]] = {}
         self._removal_listeners: dict[str, list[Callable[[], None]]] = {}
         self._subscriptions: dict[int, Callable[[], None]] = {}

@@ -9,7 +9,7 @@ from typing import Any
 
 from usdsdg.errors import UsdsdgError
 from usdsdg.graph.sampling import get_global_seed
-from usdsdg.session.termination import between_frames
+from usdsdg.session.endings.termination import between_frames
 from usdsdg.session.timeline import get_timeline
 from usdsdg.view import asking, triggers
 from usdsdg.view.channel import Channel

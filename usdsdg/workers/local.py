@@ -13,7 +13,7 @@ from typing import IO
 
 from usdsdg.errors import WorkerFailed
 from usdsdg.operating_system import IS_WINDOWS
-from usdsdg.session import parent_process
+from usdsdg.session.endings import parent_process
 from usdsdg.workers.plan import Part
 
 # How often a part is begun again after its process has died.

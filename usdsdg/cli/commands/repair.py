@@ -22,7 +22,7 @@ from usdsdg.cli.options.report_options import json_option, limit_option, print_r
 from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PLACE
 from usdsdg.errors import DatasetError, UsdsdgError
-from usdsdg.session.failures import tell
+from usdsdg.session.endings.failures import tell
 
 if TYPE_CHECKING:
     from usdsdg.repair.summary import Summary
@@ -103,18 +103,13 @@ def _repair_all(summaries: Sequence[Summary], how: How, *, is_dry: bool, is_trie
     """
     from usdsdg.session import session
 
-    failed = []
+    failed: list[str] = []
     groups = [group for group in made_again.of_one_run(summaries) if any(each.repair.left for each in group)]
     for number, group in enumerate(groups):
         if number:
             session.restart()
-        try:
+        with made_again.failing_alone(group, failed):
             _repair(group, how, is_dry=is_dry, is_tried=is_tried)
-        except Exit:
-            raise
-        except Exception as error:  # noqa: BLE001 - whatever it is, it concerns the datasets of this run alone
-            made_again.tell_of(error, [each.named for each in group])
-            failed += [each.name for each in group]
     return failed
 
 

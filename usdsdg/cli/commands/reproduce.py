@@ -19,7 +19,7 @@ from usdsdg.cli.options.command_context import assets_root_option, command_conte
 from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PLACE
 from usdsdg.errors import DatasetError, UsdsdgError, counted
-from usdsdg.session.failures import tell
+from usdsdg.session.endings.failures import tell
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 
 if TYPE_CHECKING:
@@ -64,20 +64,14 @@ def reproduce(
             for number, group in enumerate(made_again.of_one_run(datasets)):
                 if number:
                     session.restart()
-                try:
+                with made_again.failing_alone(group, failed):
                     failure, results = _reproduce(group, portion, how)
-                except Exit:
-                    raise
-                except Exception as error:  # noqa: BLE001 - whatever it is, it concerns the datasets of this run alone
-                    made_again.tell_of(error, [each.named for each in group])
-                    failed += [each.name for each in group]
-                    continue
-                for name, count, result in results:
-                    _print(result, name, count)
-                    differs |= bool(result.faults)
-                if failure:
-                    tell(DatasetError(f"{failure}, so not all frames may have been compared"))
-                    differs = True
+                    for name, count, result in results:
+                        _print(result, name, count)
+                        differs |= bool(result.faults)
+                    if failure:
+                        tell(DatasetError(f"{failure}, so not all frames may have been compared"))
+                        differs = True
     if failed and len(names) > 1:
         print(f"error: not compared, for the reasons above: {', '.join(failed)}", file=sys.stderr)
     if failed or differs:

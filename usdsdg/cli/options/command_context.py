@@ -23,9 +23,10 @@ from usdsdg.cli.options.thread_limit import limit_threads
 from usdsdg.cli.options.values import PATH, PLACE
 from usdsdg.errors import ConfigError, UsdsdgError, UsdsdgWarning, counted
 from usdsdg.operating_system import interrupt_main_thread
-from usdsdg.session import failures, parent_process, progress, termination
+from usdsdg.session import progress
 from usdsdg.session.device_memory import device_memory
-from usdsdg.session.failures import tell
+from usdsdg.session.endings import failures, parent_process, termination
+from usdsdg.session.endings.failures import tell
 
 if TYPE_CHECKING:
     from pxr import Sdf
@@ -126,7 +127,7 @@ def command_context(
 
 
 def as_usdsdg_error(error: Exception) -> UsdsdgError | None:
-    """Return what is told of an error in place of a traceback: of pxr's own, one that names the stage; else None."""
+    """Return an error to print without a traceback: usdsdg's own, or one that names the stage for pxr's; else None."""
     if isinstance(error, UsdsdgError):
         return error
     return _unreadable(error) if _is_of_pxr(error) else None

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from usdsdg.errors import UsdsdgError, WriterError, counted
 from usdsdg.operating_system import around_fork
-from usdsdg.session.failures import tell
+from usdsdg.session.endings.failures import tell
 from usdsdg.session.session import current
 from usdsdg.writers.backends.job import Job
 

@@ -1,4 +1,4 @@
-"""What a command tells of failures: each cause once, although many files may fail by it."""
+"""Errors that a command prints: each cause once, although many files may fail by it."""
 
 from __future__ import annotations
 
