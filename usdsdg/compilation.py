@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import os
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
@@ -11,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from usdsdg import kernel_cache
 from usdsdg.errors import counted
 
 if TYPE_CHECKING:
@@ -42,16 +42,16 @@ class ModuleLoad:
 
     def is_cached(self) -> bool:
         """Return whether Warp's cache has the compiled module; Warp must have been initialized."""
-        import warp as wp
-
-        if not wp.config.cache_kernels or wp.config.kernel_cache_dir is None:
-            return False
-        folder = os.path.join(wp.config.kernel_cache_dir, self.module.get_module_identifier(self.block))
-        name = self.module._get_compile_output_name(self.device, block_dim=self.block)
-        return os.path.exists(os.path.join(folder, name))
+        return kernel_cache.is_cached(self.module, self.device, self.block)
 
     def run(self) -> None:
-        """Load it, compiled before if need be."""
+        """Load it, compiled before if need be.
+
+        Raises:
+            OutputNotWritable: there is no room for it in the cache.
+        """
+        if not self.is_cached():
+            kernel_cache.check_space()
         self.module.load(self.device, self.block)
 
 

@@ -1,0 +1,75 @@
+"""Compiled kernels that a full disk or a crash has damaged are compiled again, and too little space is named."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import warp as wp
+
+from usdsdg import errors, kernel_cache
+
+PROGRAM = """
+import warp as wp
+
+from usdsdg.warp_start import quiet_warp
+
+quiet_warp()
+
+
+@wp.kernel
+def count(numbers: wp.array[int]):
+    numbers[wp.tid()] = wp.tid()
+
+
+numbers = wp.zeros(4, dtype=int, device="cpu")
+wp.launch(count, 4, [numbers], device="cpu")
+print(numbers.numpy())
+"""
+
+
+def run(folder):
+    """Run the program with the cache in a folder; return its output and its warnings."""
+    file = folder / "program.py"
+    file.write_text(PROGRAM)
+    environment = {**os.environ, "WARP_CACHE_PATH": str(folder / "cache"), "PYTHONPATH": str(Path(__file__).parents[1])}
+    done = subprocess.run([sys.executable, file], env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("suffix", ["*.o", "*.meta"])
+@pytest.mark.parametrize("part", [0, 0.5])
+def test_a_cut_file_of_the_cache_is_made_again(tmp_path, suffix, part):
+    made = run(tmp_path)
+    assert made == ("[0 1 2 3]\n", "")
+    (file,) = (tmp_path / "cache").rglob(suffix)
+    whole = file.read_bytes()
+    file.write_bytes(whole[: int(part * len(whole))])
+    again, warning = run(tmp_path)
+    assert again == made[0]
+    assert f"compiled kernels were damaged, and are compiled again: {file.parent}" in warning
+    assert file.stat().st_size == len(whole)
+    assert run(tmp_path) == made
+
+
+def test_a_disk_without_room_is_named_before_anything_compiles(monkeypatch):
+    wp.init()
+    usage = shutil.disk_usage(wp.config.kernel_cache_dir)._replace(free=3_000_000)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
+    with pytest.raises(errors.OutputNotWritable, match=r"has room for 3\.0 MB.*export WARP_CACHE_PATH=FOLDER"):
+        kernel_cache.check_space()
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path, monkeypatch):
+    kernel_cache.compile_what_is_damaged()
+    monkeypatch.setattr(wp.Module, "_compile", lambda *_, **__: (tmp_path / "missing" / "file").write_text(""))
+
+    @wp.kernel(module="unique")
+    def nothing(numbers: wp.array[int]):
+        numbers[wp.tid()] = 7
+
+    with pytest.raises(errors.OutputNotWritable, match=r"cannot be kept in .*No such file.*export WARP_CACHE_PATH"):
+        wp.launch(nothing, 1, [wp.zeros(1, dtype=int, device="cpu")], device="cpu")

@@ -1,0 +1,106 @@
+"""Warp's cache of compiled kernels, also where a full disk or a crash has damaged it."""
+
+from __future__ import annotations
+
+import functools
+import os
+import shutil
+from typing import TYPE_CHECKING, Any
+
+from usdsdg.errors import OutputNotWritable, warn_once
+
+if TYPE_CHECKING:
+    import warp as wp
+
+# With less free space [bytes] nothing is compiled: where LLVM finds a disk full, it ends the process.
+LEAST_SPACE = 8_000_000
+_DAMAGED = "kernels are damaged"  # key of the warning, one for all of them
+_OTHER_FOLDER = "name another folder for them: export WARP_CACHE_PATH=FOLDER"
+
+
+def is_cached(module: wp.Module, device: wp.Device, block: int) -> bool:
+    """Return whether the cache has the compiled module; Warp must have been initialized.
+
+    Args:
+        block: threads of a block, 1 on a CPU.
+    """
+    folder = _folder(module, block)
+    return folder is not None and os.path.exists(
+        os.path.join(folder, module._get_compile_output_name(device, block_dim=block))
+    )
+
+
+def check_space() -> None:
+    """Check that there is room for a compiled module.
+
+    Raises:
+        OutputNotWritable: there is not.
+    """
+    import warp as wp
+
+    folder = wp.config.kernel_cache_dir
+    if folder is None or not os.access(folder, os.W_OK):
+        return
+    free = shutil.disk_usage(folder).free
+    if free < LEAST_SPACE:
+        raise OutputNotWritable(
+            f"{folder} has room for {free / 1e6:.1f} MB, too little for compiled kernels. Free space, or "
+            f"{_OTHER_FOLDER}"
+        )
+
+
+@functools.cache
+def compile_what_is_damaged() -> None:
+    """Let Warp compile modules again that are in its cache and cannot be loaded, with a warning.
+
+    Warp loads most modules when a kernel of theirs is launched first, and then goes on to fail, run after run.
+    """
+    import warp as wp
+
+    load = wp.Module.load
+
+    @functools.wraps(load)
+    def load_or_compile(
+        module: wp.Module, device: Any, block_dim: int | None = None, *others: Any, **named: Any
+    ) -> Any:
+        try:
+            return load(module, device, block_dim, *others, **named)
+        except Exception as error:  # of the linker, of JSON or of the driver; compiling tells whether it was the file
+            block = module.options["block_dim"] if block_dim is None else block_dim
+            if isinstance(error, OSError):
+                raise _not_writable(module, block, error) from error
+            if others or named or not is_cached(module, wp.get_device(device), block):
+                raise
+            _remove(str(_folder(module, block)), error)
+            return load(module, device, block_dim)
+
+    wp.Module.load = load_or_compile
+
+
+def _folder(module: wp.Module, block: int) -> str | None:
+    """Return where a module is in the cache; None where none is used."""
+    import warp as wp
+
+    if not wp.config.cache_kernels or wp.config.kernel_cache_dir is None:
+        return None
+    return os.path.join(wp.config.kernel_cache_dir, module.get_module_identifier(block))
+
+
+def _remove(folder: str, why: Exception) -> None:
+    try:
+        shutil.rmtree(folder)
+    except FileNotFoundError:  # another process has found it damaged as well
+        pass
+    except OSError as error:
+        raise OutputNotWritable(
+            f"{folder}: the compiled kernels are damaged ({why}), and cannot be removed: {error.strerror}. Remove that "
+            f"folder, or {_OTHER_FOLDER}"
+        ) from why
+    warn_once(f"compiled kernels were damaged, and are compiled again: {folder} and perhaps others.", key=_DAMAGED)
+
+
+def _not_writable(module: wp.Module, block: int, error: OSError) -> OutputNotWritable:
+    return OutputNotWritable(
+        f"compiled kernels cannot be kept in {_folder(module, block)}: {error.strerror or error}. Free space, or "
+        f"{_OTHER_FOLDER}"
+    )
