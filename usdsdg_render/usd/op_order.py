@@ -1,5 +1,7 @@
 """Transforms that a prim has and that do not count, since its xformOpOrder does not name them, or the reverse."""
 
+from typing import Any
+
 from pxr import Usd, UsdGeom, Vt
 
 from usdsdg.errors import warn_once
@@ -13,7 +15,7 @@ def warn_of_lost_ops(prim: Usd.Prim) -> None:
     An empty xformOpOrder is one: it is how scripts clear transforms.
     """
     attribute = prim.GetAttribute("xformOpOrder")
-    order = attribute.Get() if attribute else None
+    order: Any = attribute.Get() if attribute else None
     if isinstance(order, Vt.TokenArray) and len(order):  # files may declare another type
         lost = [op for op in order if op != _RESET and not prim.HasAttribute(op.removeprefix(_INVERSE))]
         if lost:
