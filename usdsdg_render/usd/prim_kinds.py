@@ -11,12 +11,13 @@ UNSUPPORTED_GPRIM, UNSUPPORTED_LIGHT = 10, 11
 GPRIMS = (MESH, SHAPE, CURVES, POINTS)
 DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 _PURPOSES = ("", *DRAWN_PURPOSES, UsdGeom.Tokens.proxy, UsdGeom.Tokens.guide)
+# The last is not USD's, but clear.
 _VISIBILITIES = (
     None,
     UsdGeom.Tokens.inherited,
     UsdGeom.Tokens.invisible,
     "visible",
-)  # the last is not USD's, but clear
+)
 
 # Handle of a property from which no image is read; see `Changes.handles`.
 UNREAD = -1
