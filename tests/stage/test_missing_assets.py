@@ -201,3 +201,17 @@ def test_references_that_come_back_to_themselves_are_named_once(tmp_path, recwar
     assert within.startswith("/W/B: what it refers to comes back to itself (/W/B -> /W/C -> /W/B)")
     [layers] = set(texts) - {file, within}
     assert {"s.usda", "scene.usda"} == {Path(name).name for name in layers.partition(" are ")[0].split(" and ")}
+
+
+def test_selected_variants_that_do_not_exist_are_named(recwarn):
+    stage = Usd.Stage.CreateInMemory()
+    for name, selected in (("Wrong", "gren"), ("Right", "green"), ("None", "")):
+        colors = stage.DefinePrim(f"/{name}").GetVariantSets().AddVariantSet("color")
+        colors.AddVariant("red")
+        colors.AddVariant("green")
+        colors.SetVariantSelection(selected)
+    assets.check_missing(stage)
+    [text] = [str(each.message) for each in recwarn if each.category is UsdsdgWarning]
+    assert text.startswith(
+        "/Wrong: its variant set color has no variant 'gren', so nothing of the set is there. Select"
+    )

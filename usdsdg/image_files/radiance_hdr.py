@@ -66,7 +66,10 @@ def _read_header(data: bytes, name: str) -> tuple[bytes, int]:
     blank = data.find(b"\n\n")
     end = data.find(b"\n", blank + 2)
     if not data.startswith(b"#?") or blank < 0 or end < 0:
-        raise errors.AssetUnreadable(f"{name}: not a Radiance image (it should begin with '#?RADIANCE').")
+        raise errors.AssetUnreadable(
+            f"{name}: not a whole Radiance image, which begins with '#?RADIANCE' and has a blank line and its size "
+            "before the pixels"
+        )
     return data[: end + 1], end + 1
 
 

@@ -146,6 +146,13 @@ def _sample_basis(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int)
     if count < least:
         _warn_too_short(prim, count, least)
         return []
+    if basis == "bezier" and (count - (not closed)) % 3:
+        errors.warn_once(
+            f"{prim.GetPath()}: Bezier curves of {count} vertices have some left over, which are not drawn. "
+            f"curveVertexCounts is a multiple of 3{'' if closed else ', plus 1'}."
+        )
+        if closed:  # else its end would not be its beginning
+            group = group._replace(vertices=group.vertices[:, : count // 3 * 3])
     ends = _varying_counts(basis, wrap, group.curves.counts)
     segments = int(ends[group.numbers[0]]) - (not closed)
     steps = 1 if linear else steps

@@ -102,6 +102,11 @@ def read_mesh(
         )
         return None
     holes = read_array(prim, "holeIndices", time, ())
+    if holes is not None and ((holes < 0) | (holes >= len(counts))).any():
+        errors.warn_once(
+            f"{prim.GetPath()}: holeIndices names faces that do not exist (it has {len(counts)}); these are ignored. "
+            "Correct it."
+        )
     scheme = token(prim, "subdivisionScheme", time, _SCHEMES)
     return MeshSource(
         points=points,

@@ -57,8 +57,8 @@ def emitted_color(prim: Usd.Prim, fallback_intensity: float = 1.0) -> np.ndarray
     color = color * float(light_value(prim, "intensity", fallback_intensity))
     with np.errstate(over="ignore", invalid="ignore"):
         color = color * np.exp2(float(light_value(prim, "exposure", 0.0)))
-    if light_value(prim, "enableColorTemperature", False):
-        color = color * temperature_color(light_number(prim, "colorTemperature", 6500.0))
+        if light_value(prim, "enableColorTemperature", False):
+            color = color * temperature_color(light_number(prim, "colorTemperature", 6500.0))
     if not np.isfinite(color).all() or (color < 0.0).any() or (color > BRIGHTEST).any():
         errors.warn_once(
             f"{prim.GetPath()}: intensity, exposure and color give {color.tolist()}, which is no light; it is off. "

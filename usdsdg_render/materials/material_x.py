@@ -12,7 +12,7 @@ from pxr import UsdShade
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.mdl_inputs import BLACK, WHITE, warn_where
 from usdsdg_render.materials.network import Network, Source, shader_id
-from usdsdg_render.materials.preview_surface import reflectance, texture_file
+from usdsdg_render.materials.preview_surface import COLOR_SPACES, reflectance, texture_file
 from usdsdg_render.materials.shading import Input, Material
 from usdsdg_render.scene.scene import WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
 
@@ -136,10 +136,14 @@ def _image(network: Network, source: Source, *, color: bool) -> tuple[TextureUse
         return None
     attribute = network.source(node, "file").attribute
     space = str(attribute.GetColorSpace() or "") if attribute is not None else ""
+    if (space or "raw") not in COLOR_SPACES:
+        network.warn(
+            node, f"color space {space!r} of inputs:file is not supported; the file counts as raw. Convert it to sRGB."
+        )
     network.use_uv(node, _coordinates(network, node))
     use = TextureUse(
         file,
-        color_space="sRGB" if space.lower().startswith("srgb") else "raw",
+        color_space="sRGB" if COLOR_SPACES.get(space) == "sRGB" else "raw",
         color=color,
         wrap_s=WRAPS.get(str(network.value(node, "uaddressmode") or "periodic"), WRAP_REPEAT),
         wrap_t=WRAPS.get(str(network.value(node, "vaddressmode") or "periodic"), WRAP_REPEAT),

@@ -7,7 +7,7 @@ from pxr import UsdShade
 
 from usdsdg_render.images.textures import TextureUse
 from usdsdg_render.materials.network import Network
-from usdsdg_render.materials.preview_surface import texture_file
+from usdsdg_render.materials.preview_surface import COLOR_SPACES, texture_file
 from usdsdg_render.materials.shading import Input
 from usdsdg_render.scene.scene import IDENTITY_UV, WRAP_REPEAT, UvTransform
 
@@ -24,9 +24,16 @@ def texture(
     if not file:
         return None
     attribute = network.source(shader, name).attribute
-    space = str(attribute.GetColorSpace() or "auto") if attribute is not None else "auto"
-    if space not in ("sRGB", "raw"):
-        space = "sRGB" if color else "raw"
+    default = "sRGB" if color else "raw"
+    authored = str(attribute.GetColorSpace() or "auto") if attribute is not None else "auto"
+    if authored not in COLOR_SPACES:
+        network.warn(
+            shader,
+            f"color space {authored!r} of inputs:{name} is not supported; the file counts as {default}. Convert it and "
+            "say sRGB or raw.",
+        )
+    space = COLOR_SPACES.get(authored, "auto")
+    space = default if space == "auto" else space
     return TextureUse(
         file,
         color_space=space,

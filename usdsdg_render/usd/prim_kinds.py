@@ -11,6 +11,13 @@ UNSUPPORTED_GPRIM, UNSUPPORTED_LIGHT = 10, 11
 GPRIMS = (MESH, SHAPE, CURVES, POINTS)
 DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 _PURPOSES = ("", *DRAWN_PURPOSES, UsdGeom.Tokens.proxy, UsdGeom.Tokens.guide)
+# The last is not USD's, but clear.
+_VISIBILITIES = (
+    None,
+    UsdGeom.Tokens.inherited,
+    UsdGeom.Tokens.invisible,
+    "visible",
+)
 
 # Handle of a property from which no image is read; see `Changes.handles`.
 UNREAD = -1
@@ -105,7 +112,18 @@ def purpose_of(prim: Usd.Prim, inherited: str) -> str:
 def is_invisible(prim: Usd.Prim, time: Usd.TimeCode) -> bool:
     """Whether the prim itself is authored invisible at `time`."""
     attribute = prim.GetAttribute("visibility")
-    return bool(attribute) and attribute.Get(time) == UsdGeom.Tokens.invisible
+    visibility = attribute.Get(time) if attribute else None
+    warn_of_visibility(prim, visibility)
+    return visibility == UsdGeom.Tokens.invisible
+
+
+def warn_of_visibility(prim: Usd.Prim, visibility: str | None) -> None:
+    """Warn of a value of `visibility` that USD does not know, and takes for "inherited"."""
+    if visibility not in _VISIBILITIES:
+        errors.warn_once(
+            f"{prim.GetPath()}: visibility {visibility!r} is neither inherited nor invisible, so the prim is drawn. "
+            "Correct it."
+        )
 
 
 def is_material_subset(subset: Usd.Prim) -> bool:

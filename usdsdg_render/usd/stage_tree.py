@@ -11,7 +11,14 @@ from usdsdg import errors
 from usdsdg.stage.changes import is_below
 from usdsdg.stage.world_values import OpLayouts, WorldValues
 from usdsdg_render.usd import prim_kinds
-from usdsdg_render.usd.prim_kinds import is_material_subset, kind_of, purpose_of, schemas_of, warn_unsupported
+from usdsdg_render.usd.prim_kinds import (
+    is_material_subset,
+    kind_of,
+    purpose_of,
+    schemas_of,
+    warn_of_visibility,
+    warn_unsupported,
+)
 from usdsdg_render.usd.transforms import Levels, TransformHierarchy
 from usdsdg_render.usd.world_transforms import WorldTransforms
 
@@ -213,7 +220,9 @@ class StageTree:
             return False
         if not self.time.IsDefault() and attribute.ValueMightBeTimeVarying():
             self.varying_visibility[path] = attribute
-        return attribute.Get(self.time) == UsdGeom.Tokens.invisible
+        visibility = attribute.Get(self.time)
+        warn_of_visibility(prim, visibility)
+        return visibility == UsdGeom.Tokens.invisible
 
     def _note_schemas(self, prim: Usd.Prim, path: Sdf.Path) -> None:
         """Note a SkelRoot; warn of a draw mode."""

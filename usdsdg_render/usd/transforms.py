@@ -8,6 +8,7 @@ from pxr import Gf, Tf, Usd, UsdGeom, Vt
 
 from usdsdg import errors
 from usdsdg.stage.usd_errors import reason
+from usdsdg_render.usd.op_order import warn_of_lost_ops
 from usdsdg_render.usd.world_transforms import Levels, WorldTransforms, matrix_product
 
 _AFFINE = (0.0, 0.0, 0.0, 1.0)  # the last column of a matrix of row vectors
@@ -40,7 +41,10 @@ class TransformHierarchy:
         local[new], resets[new] = self.local[old], self._resets[old]
         self.local, self._resets = local, resets
         self.world = local.copy()
-        self.update(prims, np.setdiff1d(np.arange(len(prims)), new, assume_unique=True).tolist())
+        added = np.setdiff1d(np.arange(len(prims)), new, assume_unique=True).tolist()
+        for node in added:
+            warn_of_lost_ops(prims[node])
+        self.update(prims, added)
 
     def update(self, prims: Sequence[Usd.Prim], nodes: list[int]) -> None:
         """Read the local matrices of `nodes` again and compose all world matrices."""

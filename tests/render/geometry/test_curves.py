@@ -6,6 +6,7 @@ import trimesh
 from pxr import Gf, Usd, UsdGeom, Vt
 from scipy.interpolate import BSpline, CubicHermiteSpline
 
+from usdsdg.errors import UsdsdgWarning, forget_warnings
 from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg_render.geometry.curves import read_polylines
 from usdsdg_render.geometry.tubes import Tessellation, tessellate_curves, tessellate_points
@@ -60,6 +61,17 @@ def test_bezier_curves_follow_the_bernstein_form():
         a, b, c, d = ZIGZAG[first : first + 4]
         pieces.append((1 - t) ** 3 * a + 3 * t * (1 - t) ** 2 * b + 3 * t**2 * (1 - t) * c + t**3 * d)
     np.testing.assert_allclose(points, np.concatenate([pieces[0][:-1], pieces[1]]), atol=1e-6)
+
+
+@pytest.mark.parametrize(("wrap", "used"), [("nonperiodic", 4), ("periodic", 3)])
+def test_bezier_vertices_that_are_left_over_are_told(wrap, used):
+    _, fitting = make(vertices=ZIGZAG[:used], type="cubic", basis="bezier", wrap=wrap)
+    expected = only_line(fitting)[0]
+    _, prim = make(vertices=ZIGZAG[:5], type="cubic", basis="bezier", wrap=wrap)
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match="/Hair: Bezier curves of 5 vertices have some left over"):
+        found = only_line(prim)[0]
+    np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("wrap", ["nonperiodic", "pinned", "periodic"])

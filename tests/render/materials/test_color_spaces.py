@@ -161,3 +161,47 @@ def test_textures_have_the_color_space_of_a_prim_above_where_they_are_colors(tmp
     shader.CreateInput("roughness", T.Float).ConnectToSource(texture.ConnectableAPI(), "r")
     read = MaterialLibrary(stage, {}).read(material.GetPrim())
     assert (read.base_color.texture.color_space, read.roughness.texture.color_space) == ("raw", "auto")
+
+
+def texture_of(tmp_path, space, *, mtlx=False):
+    """The color space of the file that an OmniPBR, or a standard_surface of MaterialX, has for its color."""
+    Image.fromarray(np.full((2, 2, 3), 90, np.uint8)).save(tmp_path / "a.png")
+    stage = Usd.Stage.CreateInMemory()
+    material = UsdShade.Material.Define(stage, "/Looks/M")
+    shader = UsdShade.Shader.Define(stage, "/Looks/M/Shader")
+    material.CreateSurfaceOutput("mtlx" if mtlx else "mdl").ConnectToSource(shader.ConnectableAPI(), "out")
+    if mtlx:
+        shader.CreateIdAttr("ND_standard_surface_surfaceshader")
+        image = UsdShade.Shader.Define(stage, "/Looks/M/Image")
+        image.CreateIdAttr("ND_image_color3")
+        shader.CreateInput("base_color", T.Color3f).ConnectToSource(image.ConnectableAPI(), "out")
+    else:
+        shader.GetImplementationSourceAttr().Set("sourceAsset")
+        shader.SetSourceAsset("OmniPBR.mdl", "mdl")
+        shader.SetSourceAssetSubIdentifier("OmniPBR", "mdl")
+        image = shader
+    file = image.CreateInput("file" if mtlx else "diffuse_texture", T.Asset)
+    file.Set(str(tmp_path / "a.png"))
+    if space:
+        file.GetAttr().SetColorSpace(space)
+    return MaterialLibrary(stage, {}).read(material.GetPrim()).base_color.texture.color_space
+
+
+@pytest.mark.parametrize(
+    ("space", "mdl", "mtlx"),
+    [
+        ("", "sRGB", "raw"), ("auto", "sRGB", "raw"), ("sRGB", "sRGB", "sRGB"), ("srgb_texture", "sRGB", "sRGB"),
+        ("lin_rec709_scene", "raw", "raw"), ("lin_rec709", "raw", "raw"), ("raw", "raw", "raw"),
+    ],
+)  # fmt: skip
+def test_textures_of_mdl_and_material_x_have_every_name_of_a_color_space(space, mdl, mtlx, tmp_path, recwarn):
+    assert (texture_of(tmp_path, space), texture_of(tmp_path, space, mtlx=True)) == (mdl, mtlx)
+    assert not [each for each in recwarn if "color space" in str(each.message)]
+
+
+@pytest.mark.parametrize("mtlx", [False, True])
+def test_color_spaces_that_textures_cannot_have_are_told(mtlx, tmp_path):
+    forget_warnings()
+    where = "/Looks/M/Image" if mtlx else "/Looks/M/Shader"
+    with pytest.warns(UsdsdgWarning, match=f"{where}: .*color space 'lin_ap1_scene' of inputs:"):
+        texture_of(tmp_path, "lin_ap1_scene", mtlx=mtlx)

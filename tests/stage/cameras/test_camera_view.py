@@ -187,6 +187,18 @@ def test_scale_above_a_camera_does_not_scale_depths(stage):
     assert view.project(target)[1][0] == pytest.approx(7)
 
 
+def test_a_mirrored_camera_is_told(stage, recwarn):
+    make(stage, path="/World/rig/cam")
+    rig = UsdGeom.Xform.Define(stage, "/World/rig").GetPrim()
+    for scale, told in (((-2, -2, 2), False), ((-2, 2, 2), True)):
+        author_pose(rig, scale=scale)
+        errors.forget_warnings()
+        recwarn.clear()
+        camera_view.read_camera(stage, "/World/rig/cam", RESOLUTION)
+        named = "/World/rig/cam: the camera is mirrored by a negative scale"
+        assert any(str(each.message).startswith(named) for each in recwarn) == told
+
+
 @pytest.mark.parametrize("scale", [(1, 3, 1), (1, 1.05, 1), (2, -1, 0.5), (1, 200, 1)])
 def test_a_sheared_camera_looks_as_gf_has_it(stage, scale):
     camera = make(stage, path="/World/rig/cam")

@@ -141,7 +141,7 @@ def test_coco_s_own_categories_and_other(frame, tmp_path):
 
 def test_the_table_of_categories():
     table = Categories()
-    every = list(table._by_label.values())
+    every = [*table.all(), *table._no_class.values()]
     # Two numbers that are given to other names, and one that is moved behind those of merged stuff.
     assert sorted(each["id"] for each in every) == sorted(set(range(203)) - {66, 69, 183})
     assert table.of({"class": "Traffic Light"})["id"] == 10
@@ -150,6 +150,25 @@ def test_the_table_of_categories():
     assert table.color({"class": "BACKGROUND"}) == table.color({"class": "UNLABELLED"}) == [0, 0, 0]
     black = [each["name"] for each in table.all() if each["color"] == [0, 0, 0]]
     assert black == []
+
+
+def test_an_object_that_is_called_background_has_a_category_that_is_listed(tmp_path):
+    stage = new_stage()
+    for column, label in enumerate(["background", "Unlabelled", "apple"]):
+        add_cube(stage, f"/World/Cube{column}", label, translate=(2 * column - 2, 0, 0), scale=(0.4, 0.4, 0.4))
+    seen = make_frame(stage, (64, 48), filters=["class:*;coco:*;stuff:*;thing:*"])
+    folder = write(tmp_path, seen, dataset_id="set")
+    data = read(folder)
+    assert [each["category_id"] for each in data["annotations"]] == [201, 201, 53]
+    colors = {each["id"]: each["color"] for each in data["categories"]}
+    with Image.open(folder / "rp1/panoptic_World-Camera_set.0000.png") as image:
+        pixels = np.asarray(image)
+    for column, number in enumerate([201, 201, 53]):
+        assert (pixels[mask_of(seen, f"/World/Cube{column}")] == colors[number]).all()
+    table = {"background": {"name": "wall", "id": 3, "color": [1, 2, 3]}}
+    (tmp_path / "own").mkdir()
+    own = read(write(tmp_path / "own", seen, coco_categories=table))
+    assert [each["category_id"] for each in own["annotations"]] == [3, 201, 201]
 
 
 @pytest.mark.parametrize(

@@ -116,6 +116,27 @@ def test_exact_poses_and_intrinsics_project_dopes_cuboid_to_the_keypoints(tmp_pa
     assert values["camera_data"]["width"] == 64
 
 
+@pytest.mark.parametrize(
+    ("scale", "above", "named"),
+    [((1, -1, 1), (1, 1, 1), "mirrored"), ((1, 1, 1), (1, 2, 1), "sheared"), ((-1, -2, 1), (3, 3, 3), None)],
+)
+def test_poses_that_no_quaternion_has_are_told(scale, above, named, tmp_path, recwarn):
+    stage = new_stage()
+    group = UsdGeom.Xform.Define(stage, "/World/Group")
+    group.AddScaleOp().Set(above)
+    add_cube(stage, "/World/Group/Box", "_03_cracker_box", rotate=(20, 30, 40), scale=scale)
+    seen = make_frame(stage, (64, 48), camera=add_camera(stage, "/World/Eye", (2, -6, 8), (0, 0, 0)))
+    forget_warnings()
+    write(tmp_path, seen, exact=True)
+    pose_writer = writers.get("PoseWriter", init_params={"output_dir": str(tmp_path / "pose")})
+    pose_writer.attach(known(PRODUCT))
+    pose_writer.receive(annotators.build_payload(pose_writer, {PRODUCT: seen}))
+    pose_writer.backend.wait_until_done()
+    told = [str(each.message) for each in recwarn if "by its transform" in str(each.message)]
+    expected = [f"{name}: /World/Group/Box is {named} by its transform" for name in ("DOPEWriter", "PoseWriter")]
+    assert [text.split(",")[0] for text in told] == (expected if named else [])
+
+
 def test_keypoints_behind_the_camera_are_not_mirrored_with_exact(tmp_path):
     stage = new_stage()
     add_cube(stage, "/World/Wall", "wall", translate=(-2, 0, 0), scale=(0.5, 30, 3))

@@ -79,6 +79,16 @@ def test_boxes_are_inclusive(frame, tmp_path):
     assert lines[2] == f"pear {columns.min()} {rows.min()} {columns.max()} {rows.max()}"
 
 
+def test_names_in_boxes_have_no_blanks_and_are_told(tmp_path):
+    stage = street()
+    add_labels(stage.GetPrimAtPath("/World/Pear"), {"class": ["a big\n pear"]}, mode="replace")
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match="is called 'a_big_pear' in boxes"):
+        write(tmp_path, make_frame(stage, (64, 48)))
+    lines = (tmp_path / VIDEO / "000000-box.txt").read_text().splitlines()
+    assert [len(line.split(" ")) for line in lines] == [5, 5, 5]
+
+
 def test_depth_is_a_picture_of_the_inverse(frame, tmp_path):
     write(tmp_path, frame)
     depth = frame.aovs["distance_to_image_plane"].astype(float)

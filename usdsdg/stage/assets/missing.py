@@ -106,7 +106,7 @@ def check_missing(stage: Usd.Stage) -> None:
     """Report the references of a stage that do not open, after pointing those elsewhere that are found there.
 
     What the stage's own layers refer to is an error where `resolve` reports its errors here; the rest are warnings, and
-    so are circles of references.
+    so are circles of references, and selected variants that do not exist.
 
     Raises:
         MissingAssets: something is missing; the message lists all with where they were looked for.
@@ -118,7 +118,7 @@ def check_missing(stage: Usd.Stage) -> None:
             note_missing(each.asset_path, f"{each.where} refers to it: {each.why}")
         else:
             errors.warn_once(f"{each.where} refers to {each.asset_path}, which cannot be opened: {each.why}")
-    for message in dependencies.cycles(stage):
+    for message in (*dependencies.cycles(stage), *dependencies.lost_variants(stage)):
         errors.warn_once(message)
     raise_missing()
 

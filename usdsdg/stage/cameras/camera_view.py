@@ -284,6 +284,11 @@ def _rigid(prim: Usd.Prim, matrix: np.ndarray) -> np.ndarray:
         # Gf stops at 1e-6; the nearest orthonormal matrix takes the rest.
         u, _, vt = np.linalg.svd(np.array(Gf.Matrix3d(axes.tolist()).GetOrthonormalized(issueWarning=False)))
         axes = u @ vt
+    if np.linalg.det(axes) < 0:
+        errors.warn_once(
+            f"{prim.GetPath()}: the camera is mirrored by a negative scale, so its pictures are, too, and no rotation "
+            "describes poses in its frame. Scale it, and what is above it, by positive numbers."
+        )
     return np.block([[axes, matrix[:3, 3:]], [matrix[3:]]])
 
 

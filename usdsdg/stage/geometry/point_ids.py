@@ -14,6 +14,11 @@ def point_numbers(instancer: UsdGeom.PointInstancer, count: int, time: Usd.TimeC
     authored = instancer.GetIdsAttr().Get(time)
     ids = np.asarray(() if authored is None else authored)
     if ids.shape != (count,) or ids.dtype.kind not in "iu":  # files may declare another type
+        if ids.size:
+            warn_once(
+                f"{instancer.GetPath()}: its ids are not one whole number for each of its {count} points, so "
+                "annotators number these by their indices. Author one id a point, or none."
+            )
         return list(range(count))
     if len(np.unique(ids)) < count:
         warn_once(

@@ -76,7 +76,7 @@ def _boxes(seen: Seen, truth: Truth) -> Faults:
     """The lines are the boxes of what is visible."""
     for file, lines in seen.lines:
         things = [each for each in truth.things(truth.filter_of(_TIGHT)) if each.visible]
-        expected = Counter(f"{_class(each)} {' '.join(map(str, each.box or ()))}" for each in things)
+        expected = Counter(f"{'_'.join(_class(each).split())} {' '.join(map(str, each.box or ()))}" for each in things)
         found = Counter(" ".join(fields) for fields in lines)
         for line in expected - found:
             yield Fault(file, seen.name, f"the box `{line}` is missing")

@@ -13,6 +13,7 @@ Category = dict[str, Any]  # name, id, supercategory, color (r, g, b), isthing
 
 OTHER, UNLABELLED, BACKGROUND = "other", "unlabelled", "background"
 _NO_CLASS = (UNLABELLED, BACKGROUND)  # what is behind objects, and what has no label
+_RESERVED = tuple(name.upper() for name in _NO_CLASS)
 
 
 class Categories:
@@ -34,11 +35,12 @@ class Categories:
             _check_ids(self._by_label)
             self.reserve = None if OTHER in self._by_label else _other(builtin[OTHER]["id"], self._by_label)
         self._no_class = {label: self._by_label.get(label, builtin[label]) for label in _NO_CLASS}
-        self._listed = [each for label, each in self._by_label.items() if own is not None or label not in _NO_CLASS]
+        if own is None:  # an object may be called so, too; it is no background
+            self._by_label = {label: each for label, each in self._by_label.items() if label not in _NO_CLASS}
 
     def all(self) -> list[Category]:
         """Return the categories of a dataset by id, each once, whether or not a picture shows them."""
-        by_id = {each["id"]: each for each in self._listed}
+        by_id = {each["id"]: each for each in self._by_label.values()}
         return [by_id[number] for number in sorted(by_id)]
 
     def of(self, labels: Mapping[str, str]) -> Category:
@@ -55,14 +57,15 @@ class Categories:
 
     def color(self, labels: Mapping[str, str]) -> list[int]:
         """Return the color (r, g, b) of pixels with these labels, which may be those of the background."""
-        return (self._known(labels) or [self._reserved(labels) or self.of(labels)])[-1]["color"]
+        return (self._reserved(labels) or self.of(labels))["color"]
 
     def _known(self, labels: Mapping[str, str]) -> list[Category]:
         names = [_key(name) for text in labels.values() for name in (text, *text.split(","))]
         return [self._by_label[name] for name in names if name in self._by_label]
 
     def _reserved(self, labels: Mapping[str, str]) -> Category | None:
-        return next((self._no_class[text.lower()] for text in labels.values() if text.lower() in _NO_CLASS), None)
+        # In capitals, which labels of prims never have.
+        return next((self._no_class[text.lower()] for text in labels.values() if text in _RESERVED), None)
 
 
 def _semantic_classes() -> dict[str, dict[str, Any]] | None:

@@ -9,7 +9,7 @@ from usdsdg.writers.formats.pose.intrinsics import intrinsics
 from usdsdg.writers.formats.shapes import cuboid
 from usdsdg.writers.formats.shapes.camera_projection import project
 from usdsdg.writers.formats.shapes.opencv_frame import TO_OPENCV
-from usdsdg.writers.formats.shapes.pose import Pose, quaternion
+from usdsdg.writers.formats.shapes.pose import Pose, quaternion, warn_unless_rigid
 
 # The order of DOPE's own cuboid, which solves for the pose: around the far face, then the near one, and the center.
 ORDER = ("RDF", "LDF", "LUF", "RUF", "RDB", "LDB", "LUB", "RUB", cuboid.CENTER)
@@ -45,8 +45,9 @@ def exact_objects(boxes: Mapping[str, Any], camera: Mapping[str, Any]) -> list[d
     to_opencv = np.eye(4)
     to_opencv[:3, :3] = TO_OPENCV
     objects = []
-    for row in boxes["data"]:
+    for row, prim_path in zip(boxes["data"], boxes["primPaths"], strict=True):
         pose = Pose(row, camera, ORDER)
+        warn_unless_rigid("DOPEWriter", prim_path, pose)
         to_camera = pose.local_to_camera @ to_opencv
         real, imaginary = quaternion(to_camera)
         objects.append(

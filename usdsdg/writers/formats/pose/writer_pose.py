@@ -18,7 +18,7 @@ from usdsdg.writers.formats.pose.intrinsics import intrinsics
 from usdsdg.writers.formats.pose.pose_overlay import PosedBox, draw_overlay
 from usdsdg.writers.formats.shapes import cuboid, drawing
 from usdsdg.writers.formats.shapes.camera_projection import project
-from usdsdg.writers.formats.shapes.pose import Pose, quaternion, truncation_ratio
+from usdsdg.writers.formats.shapes.pose import Pose, quaternion, truncation_ratio, warn_unless_rigid
 from usdsdg.writers.options import typed
 
 RGB, BOXES, CAMERA = "rgb", "bounding_box_3d_fast", "camera_params"
@@ -179,6 +179,7 @@ class PoseWriter(Writer):
                 continue
             label = boxes["idToLabels"][int(row["semanticId"])]["class"]
             pose = Pose(row, camera, self._order)
+            warn_unless_rigid("PoseWriter", prim_path, pose)
             head = {
                 "class" if self._format == "dope" else "label": label,
                 "prim_path": prim_path,

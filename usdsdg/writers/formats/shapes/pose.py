@@ -6,8 +6,11 @@ from typing import Any
 import numpy as np
 from pxr import Gf
 
+from usdsdg.errors import warn_once
 from usdsdg.writers.formats.shapes import cuboid
 from usdsdg.writers.formats.shapes.camera_projection import clip_to_front, has_near_plane, project
+
+_MOST_SHEAR = 1e-4  # cosine of the angle between axes, which are 32-bit numbers
 
 
 class Pose:
@@ -48,6 +51,21 @@ def quaternion(matrix: np.ndarray) -> tuple[float, list[float]]:
     """Return real and imaginary part of the rotation in `matrix`, without scale and shear."""
     quaternion = _factored(matrix).GetRotation().GetQuat()
     return quaternion.GetReal(), list(quaternion.GetImaginary())
+
+
+def warn_unless_rigid(writer: str, prim_path: str, pose: Pose) -> None:
+    """Warn of an object whose axes no rotation turns to where they are."""
+    axes = pose.local_to_world[:3, :3]
+    lengths = np.linalg.norm(axes, axis=1, keepdims=True)
+    if not np.isfinite(axes).all() or (lengths <= 0).any():
+        return
+    axes = axes / lengths
+    sheared = np.abs(axes @ axes.T - np.eye(3)).max() > _MOST_SHEAR
+    if sheared or np.linalg.det(axes) < 0:
+        warn_once(
+            f"{writer}: {prim_path} is {'sheared' if sheared else 'mirrored'} by its transform, so its quaternion does "
+            "not turn its box to its keypoints. Scale it by positive numbers, along its own axes."
+        )
 
 
 def truncation_ratio(pose: Pose, pixels: np.ndarray, camera: Mapping[str, Any]) -> float:

@@ -52,8 +52,16 @@ def box_lines(boxes: Mapping[str, Any]) -> str:
     lines = []
     for row in boxes["data"]:
         corners = " ".join(str(int(row[side])) for side in ("x_min", "y_min", "x_max", "y_max"))
-        lines.append(f"{first_class(boxes['idToLabels'][str(row['semanticId'])])} {corners}\n")
+        lines.append(f"{_without_blanks(first_class(boxes['idToLabels'][str(row['semanticId'])]))} {corners}\n")
     return "".join(lines)
+
+
+def _without_blanks(name: str) -> str:
+    """Return the name of a class for a line of fields that blanks separate."""
+    short = "_".join(name.split())
+    if short != name:
+        warn_once(f"YCBVideoWriter: the class {name!r} is called {short!r} in boxes, whose names have no blanks.")
+    return short
 
 
 def first_class(labels: Mapping[str, str]) -> str:

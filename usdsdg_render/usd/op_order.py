@@ -1,0 +1,28 @@
+"""Transforms that a prim has and that do not count, since its xformOpOrder does not name them, or the reverse."""
+
+from typing import Any
+
+from pxr import Usd, UsdGeom, Vt
+
+from usdsdg.errors import warn_once
+
+_RESET, _INVERSE = UsdGeom.XformOpTypes.resetXformStack, "!invert!"
+
+
+def warn_of_lost_ops(prim: Usd.Prim) -> None:
+    """Warn where xformOpOrder names ops that the prim lacks, or where it is missing while there are ops.
+
+    An empty xformOpOrder is one: it is how scripts clear transforms.
+    """
+    attribute = prim.GetAttribute("xformOpOrder")
+    order: Any = attribute.Get() if attribute else None
+    if isinstance(order, Vt.TokenArray) and len(order):  # files may declare another type
+        lost = [op for op in order if op != _RESET and not prim.HasAttribute(op.removeprefix(_INVERSE))]
+        if lost:
+            warn_once(
+                f"{prim.GetPath()}: its xformOpOrder names {', '.join(lost)}, which it does not have, so that is left "
+                "out. Author the op, or correct xformOpOrder."
+            )
+    elif order is None and (ops := prim.GetAuthoredPropertiesInNamespace("xformOp")):
+        names = ", ".join(op.GetName() for op in ops)
+        warn_once(f"{prim.GetPath()}: it has {names} and no xformOpOrder, so it is not moved. Author xformOpOrder.")
