@@ -156,7 +156,7 @@ def test_authored_inertia_and_center_win():
 
 
 def test_principal_axes_without_an_inertia_turn_that_of_the_colliders():
-    """Of a box (0.2, 0.6, 1.0) of 2 kg, also of one that lies turned in its body; where it spins to is PhysX's answer."""
+    """Of a box of 2 kg, also of one that lies turned in its body; where it spins to is PhysX's answer."""
     stage = new_stage()
     axes = Gf.Quatf(0.9, 0.1, 0.2, 0.3).GetNormalized()
     box = add(stage, "/World/box", scale=(0.1, 0.3, 0.5), gravity=False)
