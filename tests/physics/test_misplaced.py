@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 
 import pytest
@@ -103,6 +104,22 @@ def test_a_spherical_joint_has_no_drive_as_in_physx():
     turned = UsdGeom.XformCache().GetLocalToWorldTransform(box).RemoveScaleShear().ExtractRotation().GetAngle()
     assert turned == pytest.approx(0.0, abs=0.01)
     assert position(box) == pytest.approx([0, 0, 0], abs=1e-6)
+
+
+def test_the_corners_of_a_cone_limit_are_named():
+    """The angle between the axes is that of two turns of 30 degrees one after the other."""
+    stage = new_stage()
+    UsdPhysics.Scene(stage.GetPrimAtPath("/PhysicsScene")).CreateGravityDirectionAttr((0, 1, 1))
+    box = add(stage, "/World/box", at=(0.5, 0, 0), scale=(0.5, 0.05, 0.05), angular_damping=8.0)
+    made = joint(stage, "/World/joint", UsdPhysics.SphericalJoint, "", "/World/box", (0, 0, 0))
+    made.CreateConeAngle0LimitAttr(30.0)
+    assert not _told(stage)
+    made.CreateConeAngle1LimitAttr(30.0)
+    (message,) = _told(stage)
+    assert message.startswith("/World/joint: physics:coneAngle0Limit: limits of a spherical joint are those of a pyr")
+    playing(stage).advance(3.0)
+    swung = math.degrees(math.acos(position(box)[0] / 0.5))
+    assert swung == pytest.approx(math.degrees(math.acos(math.cos(math.radians(30.0)) ** 2)), abs=0.5)
 
 
 def test_what_is_read_is_not_named():

@@ -1,4 +1,4 @@
-"""What is authored for physics where nothing reads it: attributes without their schema, axes that a joint lacks."""
+"""What is authored for physics and not read as meant: without its schema, for an axis that a joint lacks, in part."""
 
 from __future__ import annotations
 
@@ -6,7 +6,16 @@ from functools import cache
 
 from pxr import Usd
 
-from usdsdg_physics.parse.attributes import COLLISION, CONTACT_REPORT, FORCE, MASS, RIGID_BODY, SURFACE_VELOCITY
+from usdsdg_physics.parse.attributes import (
+    COLLISION,
+    CONTACT_REPORT,
+    FORCE,
+    MASS,
+    RIGID_BODY,
+    SURFACE_VELOCITY,
+    finite,
+    value,
+)
 from usdsdg_physics.parse.joints import free_axes, is_supported
 from usdsdg_physics.parse.schema_table import READ, Unread
 
@@ -50,6 +59,7 @@ _SAMPLED = Unread(
     "physics does not follow time samples and splines of these, which keep the value that they have when the "
     "simulation begins. Set them from a script while physics plays",
 )
+_CONES = ("physics:coneAngle0Limit", "physics:coneAngle1Limit")
 _WRITTEN = ("physics:velocity", "physics:angularVelocity")
 
 
@@ -84,8 +94,8 @@ def sampled_attribute(attribute: Usd.Attribute) -> Unread | None:
     return None if written and default else _SAMPLED
 
 
-def misplaced_part(prim: Usd.Prim, names: list[str]) -> tuple[str, Unread] | None:
-    """Return a property, and what follows from it, that only belongs to physics together with what is beside it."""
+def partly_read(prim: Usd.Prim, names: list[str]) -> tuple[str, Unread] | None:
+    """Return a property that has less effect than it says, by what is beside it, and what follows; None for most."""
     if "material:binding:physics" in names and prim.GetTypeName() == "GeomSubset":
         follows = "a collider has one material, so those of subsets of its faces have no effect. Split the mesh"
         return "material:binding:physics", Unread("", follows)
@@ -96,6 +106,11 @@ def misplaced_part(prim: Usd.Prim, names: list[str]) -> tuple[str, Unread] | Non
         return "primvars:skel:jointIndices", Unread(
             "", follows + "the bones, with colliders and physics:kinematicEnabled"
         )
+    if _CONES[0] in names and all(finite(value(prim, name, -1.0), -1.0) > 0.0 for name in _CONES):
+        follows = (
+            "limits of a spherical joint are those of a pyramid: in its corners, between the directions of both, it "
+        )
+        return _CONES[0], Unread("", follows + "swings farther than PhysX's cone, with 30 degrees by 41")
     return None
 
 

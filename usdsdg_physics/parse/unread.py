@@ -11,7 +11,7 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.time_code import current_value
 from usdsdg_physics.parse.misplaced import (
     misplaced_attribute,
-    misplaced_part,
+    partly_read,
     misplaced_schema,
     sampled_attribute,
 )
@@ -44,7 +44,7 @@ class UnreadNames:
             self._prototypes.add(original)
         names = prim.GetAuthoredPropertyNames()
         self.visit_properties(prim, names)
-        if (part := misplaced_part(prim, names)) is not None:
+        if (part := partly_read(prim, names)) is not None:
             self._add(part[1], prim, part[0])
         # Unlike `GetAppliedSchemas`, with those that are not registered.
         for schema in (str(prim.GetTypeName()), *prim.GetPrimTypeInfo().GetAppliedAPISchemas()):
