@@ -11,8 +11,8 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.time_code import current_value
 from usdsdg_physics.parse.misplaced import (
     misplaced_attribute,
-    partly_read,
     misplaced_schema,
+    partly_read,
     sampled_attribute,
 )
 from usdsdg_physics.parse.schema_table import (
