@@ -116,7 +116,7 @@ def partly_read(prim: Usd.Prim, names: list[str]) -> tuple[str, Unread] | None:
 
 def _misplaced_axis(prim: Usd.Prim, head: str, instance: str) -> Unread | None:
     schema = f"{_OF_AXES[head]}:{instance}"
-    if schema not in prim.GetAppliedSchemas():
+    if head != "physxJointAxis" and schema not in prim.GetAppliedSchemas():  # these are read without it
         return Unread("", f"these have no effect on a prim without {schema}")
     if not _is(prim, _JOINT):
         return Unread("", "these have no effect on a prim that is no joint")
