@@ -212,3 +212,23 @@ def test_fewer_parts_than_pieces_are_left_for_the_split():
     triangles = np.concatenate([np.array(faces, np.int32) + 8 * k for k in range(3)])
     assert len(convex_pieces(points, triangles, 3, 64)[0]) == 3
     assert convex_pieces(points, triangles, 2, 64)[0] == []
+
+
+def test_a_flat_floor_has_no_thickness_and_a_flat_body_names_its_own():
+    """Convex parts of a floor of 100 m were 1.1 m thick, without a word."""
+    stage = new_stage()
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    for name, size in (("floor", 50.0), ("sheet", 0.2)):
+        flat = mesh(stage, f"/World/{name}", size * corners, np.array([[0, 1, 2], [0, 2, 3]])).GetPrim()
+        UsdPhysics.CollisionAPI.Apply(flat)
+        UsdPhysics.MeshCollisionAPI.Apply(flat).CreateApproximationAttr("convexDecomposition")
+    UsdGeom.Xformable(flat).AddTranslateOp().Set(Gf.Vec3d(3, 0, 0.1))
+    make_body(flat)
+    box = add(stage, "/World/box", at=(0.3, 0.2, 0.3))
+    ball = add(stage, "/World/ball", "Sphere", at=(1.0, 0.2, 0.3))
+    with pytest.warns(errors.UsdsdgWarning, match="/World/sheet is flat"):
+        playing(stage).advance(1.5)
+    errors.forget_warnings()
+    assert position(box)[2] == pytest.approx(0.1, abs=2e-4)
+    assert position(ball)[2] == pytest.approx(0.1, abs=2e-4)
+    assert position(flat)[2] == pytest.approx(0.0, abs=1e-3)

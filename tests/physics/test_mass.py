@@ -155,6 +155,31 @@ def test_authored_inertia_and_center_win():
     assert found.inertia == pytest.approx(np.diag([2, 1, 3]), abs=1e-6)
 
 
+def test_principal_axes_without_an_inertia_turn_that_of_the_colliders():
+    """Of a box of 2 kg, also of one that lies turned in its body; where it spins to is PhysX's answer."""
+    stage = new_stage()
+    axes = Gf.Quatf(0.9, 0.1, 0.2, 0.3).GetNormalized()
+    box = add(stage, "/World/box", scale=(0.1, 0.3, 0.5), gravity=False)
+    body = UsdGeom.Xform.Define(stage, "/World/body").GetPrim()
+    add(stage, "/World/body/box", rotate=(20, 30, 40), scale=(0.1, 0.3, 0.5), body=False)
+    UsdPhysics.RigidBodyAPI.Apply(body)
+    for prim in (box, body):
+        api = UsdPhysics.MassAPI.Apply(prim)
+        api.CreateMassAttr(2.0)
+        api.CreatePrincipalAxesAttr(axes)
+    across = np.array([0.6, 0.2, 0.2]) ** 2 + np.array([1.0, 1.0, 0.6]) ** 2
+    turned = np.array(Gf.Matrix3d().SetRotate(Gf.Quatd(axes)))
+    expected = turned.T @ np.diag(2.0 / 12.0 * across) @ turned
+    assert _properties(stage, "/World/box").inertia == pytest.approx(expected, abs=1e-6)
+    assert _properties(stage, "/World/body").inertia == pytest.approx(expected, abs=1e-6)
+    UsdPhysics.RigidBodyAPI(box).CreateAngularVelocityAttr((90, 120, 30))
+    body.SetActive(False)
+    playing(stage).advance(1.0)
+    rotation = UsdGeom.XformCache().GetLocalToWorldTransform(box).RemoveScaleShear().ExtractRotationQuat()
+    found = np.array([rotation.GetReal(), *rotation.GetImaginary()])
+    assert abs(found @ [0.279, 0.817, 0.487, -0.134]) > np.cos(np.radians(1.0))  # half of 2 degrees
+
+
 def test_center_and_inertia_of_a_child_collider_count():
     """Numbers are those that PhysX (ovphysx 0.7.0) reports: a cube of 3 kg about (0.5, 0, 0), and one of 1 kg."""
     stage = new_stage()

@@ -4,6 +4,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import permutations
 
 import numpy as np
 
@@ -74,6 +75,10 @@ def _mass_of(given: MassSpec, colliders: tuple[Collider, ...]) -> MassProperties
         inertia, mass = inertia * (given.mass / mass), given.mass
     if given.diagonal_inertia is not None:
         inertia = _given_inertia(given)
+    elif given.has_axes:
+        # As in PhysX: the moments are those of the colliders, the axes are not.
+        axes = matrix_from_quat(given.principal_axes)
+        inertia = axes.T @ np.diag(_principal_moments(inertia)) @ axes
     inertia = _invertible(inertia, mass)
     center.flags.writeable = inertia.flags.writeable = False
     return MassProperties(mass, center, inertia)
@@ -101,6 +106,15 @@ def _collider_mass(collider: Collider, body_density: float, total_volume: float 
 def _given_inertia(given: MassSpec) -> np.ndarray:
     axes = matrix_from_quat(given.principal_axes)
     return axes.T @ np.diag(given.diagonal_inertia or (0.0, 0.0, 0.0)) @ axes
+
+
+def _principal_moments(inertia: np.ndarray) -> np.ndarray:
+    """Return the principal moments (3,), each in the place of the axis that its principal axis is nearest to."""
+    moments, axes = np.linalg.eigh(inertia)
+    order = max(
+        permutations(range(3)), key=lambda order: sum(axes[row, column] ** 2 for row, column in enumerate(order))
+    )
+    return moments[list(order)]
 
 
 def volume_integrals(shape: Shape) -> tuple[float, np.ndarray, np.ndarray]:

@@ -110,6 +110,7 @@ def read_mass(prim: Usd.Prim, units: Units, to_frame: np.ndarray) -> MassSpec:
         center_of_mass=tuple((np.append(center, 1.0) @ to_frame)[:3].tolist()) if center is not None else None,
         diagonal_inertia=scaled_vector(inertia, units.inertia) if inertia is not None and any(inertia) else None,
         principal_axes=tuple(decompose(turned).rotation.tolist()),
+        has_axes=bool(axes),
     )
 
 

@@ -5,8 +5,10 @@ from itertools import combinations_with_replacement, product
 
 from pxr import Sdf, Usd, UsdPhysics
 
+from usdsdg.errors import warn_once
 from usdsdg.stage.physics.instances import prim_of
 from usdsdg_physics.parse.attributes import value
+from usdsdg_physics.parse.unread import listed
 from usdsdg_physics.scene.records import Collider
 
 
@@ -28,8 +30,11 @@ def read_filtered_pairs(
     pairs: set[tuple[str, str]] = set()
     for prim in filtered:
         own = _below(prim.GetPath(), colliders)
+        _warn_missing(prim, "physics:filteredPairs")
         for target in prim.GetRelationship("physics:filteredPairs").GetTargets():
             _add(pairs, own, _below(target, colliders))
+    for prim in groups:
+        _warn_missing(prim, "physics:filteredGroups", kind="PhysicsCollisionGroup")
     members = {prim.GetPath(): _members(prim, colliders) for prim in groups}
     for (path_a, in_a), (path_b, in_b) in combinations_with_replacement(sorted(members.items()), 2):
         if _groups_filtered(stage.GetPrimAtPath(path_a), stage.GetPrimAtPath(path_b)) != inverted:
@@ -40,6 +45,18 @@ def read_filtered_pairs(
 def _below(root: Sdf.Path, colliders: Mapping[str, Collider]) -> list[str]:
     """Return the colliders at or below a path; a rigid body stands for all colliders that it owns."""
     return [path for path in colliders if Sdf.Path(prim_of(path)).HasPrefix(root)]
+
+
+def _warn_missing(prim: Usd.Prim, name: str, *, kind: str = "") -> None:
+    """Name the targets of a relationship that are no prims, or not of a type."""
+    targets = prim.GetRelationship(name).GetTargets() if prim.GetRelationship(name) else []
+    found = ((path, prim.GetStage().GetPrimAtPath(path)) for path in targets)
+    missing = [str(path) for path, other in found if not other or (kind and other.GetTypeName() != kind)]
+    if missing:
+        what = f"no {kind}" if kind else "no prim"
+        warn_once(
+            f"{prim.GetPath()}: {name} names {listed(missing)}, which is {what}, so it filters nothing. Correct it."
+        )
 
 
 def _members(group: Usd.Prim, colliders: Mapping[str, Collider]) -> list[str]:

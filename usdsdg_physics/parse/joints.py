@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom
@@ -60,6 +61,18 @@ def read_joint(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Joint
 def is_supported(prim: Usd.Prim) -> bool:
     """Return whether the type of a joint is one that can be simulated."""
     return _type(prim) in _SUPPORTED
+
+
+def free_axes(prim: Usd.Prim) -> frozenset[str]:
+    """Return the instances that drives and states of a joint may have; none for a ball without limits."""
+    kind = _type(prim)
+    if kind in ("Revolute", "Prismatic"):
+        return frozenset({"angular" if kind == "Revolute" else "linear"})
+    if kind == "Spherical":
+        limited = any(finite(value(prim, f"physics:coneAngle{number}Limit", -1.0), -1.0) >= 0.0 for number in (0, 1))
+        return frozenset(_D6_AXES[3:]) if limited else frozenset()
+    locked = (name for name in _D6_AXES if not _is_free(*_d6_limits(prim, name)))
+    return frozenset() if kind or has_api(prim, _ROPE) else frozenset(_D6_AXES).difference(locked)
 
 
 def joint_bodies(prim: Usd.Prim) -> list[str]:
@@ -216,16 +229,19 @@ def _axis_letter(prim: Usd.Prim) -> str:
 
 
 def _d6_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
-    found = []
-    for name in _D6_AXES:
-        lower, upper = (
-            value(prim, f"limit:{name}:physics:{end}", None) if has_api(prim, f"PhysicsLimitAPI:{name}") else None
-            for end in ("low", "high")
-        )
-        # Limits that leave nothing between them lock the axis.
-        if lower is None or upper is None or lower < upper:
-            found.append(_axis(prim, name, name, lower, upper, units))
-    return tuple(found)
+    limits = {name: _d6_limits(prim, name) for name in _D6_AXES}
+    return tuple(_axis(prim, name, name, *ends, units) for name, ends in limits.items() if _is_free(*ends))
+
+
+def _d6_limits(prim: Usd.Prim, name: str) -> tuple[float | None, float | None]:
+    if not has_api(prim, f"PhysicsLimitAPI:{name}"):
+        return None, None
+    return value(prim, f"limit:{name}:physics:low", None), value(prim, f"limit:{name}:physics:high", None)
+
+
+def _is_free(lower: float | None, upper: float | None) -> bool:
+    """Return whether an axis is free; limits that leave nothing between them lock it."""
+    return lower is None or upper is None or lower < upper
 
 
 def _spherical_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
@@ -235,13 +251,10 @@ def _spherical_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
         return ()
     twist = "XYZ".index(_axis_letter(prim))
     swings = ("XYZ"[(twist + 1) % 3], "XYZ"[(twist + 2) % 3])
-    found = [
-        _axis(
-            prim, f"rot{letter}", f"rot{letter}", -angle if angle >= 0 else None, angle if angle >= 0 else None, units
-        )
-        for letter, angle in zip(swings, cone)
-    ]
-    return (*found, _axis(prim, f"rot{'XYZ'[twist]}", f"rot{'XYZ'[twist]}", None, None, units))
+    limits = {f"rot{letter}": (-angle, angle) if angle >= 0.0 else (None, None) for letter, angle in zip(swings, cone)}
+    limits[f"rot{'XYZ'[twist]}"] = None, None
+    # As in PhysX it has no drive.
+    return tuple(replace(_axis(prim, name, name, *ends, units), drive=None) for name, ends in limits.items())
 
 
 def _axis(prim: Usd.Prim, name: str, instance: str, lower: float | None, upper: float | None, units: Units) -> Axis:

@@ -9,6 +9,12 @@ from pxr import Sdf, Tf, Usd
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.time_code import current_value
+from usdsdg_physics.parse.misplaced import (
+    misplaced_attribute,
+    misplaced_schema,
+    partly_read,
+    sampled_attribute,
+)
 from usdsdg_physics.parse.schema_table import (
     UNREAD_BUT_MET,
     Unread,
@@ -36,17 +42,25 @@ class UnreadNames:
             if original in self._prototypes:
                 return
             self._prototypes.add(original)
-        self.visit_properties(prim, prim.GetAuthoredPropertyNames())
+        names = prim.GetAuthoredPropertyNames()
+        self.visit_properties(prim, names)
+        if (part := partly_read(prim, names)) is not None:
+            self._add(part[1], prim, part[0])
         # Unlike `GetAppliedSchemas`, with those that are not registered.
         for schema in (str(prim.GetTypeName()), *prim.GetPrimTypeInfo().GetAppliedAPISchemas()):
             name = schema.partition(":")[0]
-            if is_physics_schema(name) and (row := unread_schema(name)) is not None:
+            if is_physics_schema(name) and (row := unread_schema(name) or misplaced_schema(prim, name)) is not None:
                 self._add(row, prim, name)
 
     def visit_properties(self, prim: Usd.Prim, names: Iterable[str]) -> None:
         """Look at some properties of a prim."""
-        for name in names:
-            if is_physics_attribute(name) and (row := unread_attribute(name)) is not None and _differs(prim, name):
+        for name in filter(is_physics_attribute, names):
+            row = unread_attribute(name) or misplaced_attribute(prim, name)
+            if row is not None:
+                row = row if _differs(prim, name) else None
+            elif attribute := prim.GetAttribute(name):
+                row = sampled_attribute(attribute)
+            if row is not None:
                 self._add(row, prim, name)
 
     def warn(self) -> None:

@@ -73,6 +73,7 @@ class MassSpec:
     center_of_mass: Vec3 | None = None  # m, body frame
     diagonal_inertia: Vec3 | None = None  # kg m²
     principal_axes: Quat = (0.0, 0.0, 0.0, 1.0)
+    has_axes: bool = False  # whether the principal axes are authored
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,8 @@ from usdsdg_physics.solver.sweep_arrays import (
 
 # Ratio of two masses from which more sweeps are needed until the lighter body carries the heavier one.
 HEAVIER = wp.constant(16.0)
+# That in stacks, where what lies on the heavier body presses, too.
+HEAVIER_IN_STACKS = wp.constant(6.0)
 
 
 @wp.func
@@ -44,8 +46,8 @@ def gather(rows: Rows, islands: Islands, at: int, kind: int, row: int, island: i
     set_integer(islands.numbers, at + 2, wp.where(dof_a >= 0, dof_a, dof_b))
     set_integer(islands.numbers, at + 3, wp.max(dof_b, 0))
     if kind < FREE_FRICTION:
-        if dof_a >= 0 and dof_b >= 0 and carries_heavier(rows, row):
-            islands.burdened[island] = 1
+        if dof_a >= 0 and dof_b >= 0:
+            islands.burdened[island] = wp.max(islands.burdened[island], carries_heavier(rows, row))
         islands.numbers[at + AFTER_HEADER] = rows.free_inverse_diagonal[0, row]
         return gather_row(rows, islands, at + CONTACT_ROW, row)
     islands.numbers[at + AFTER_HEADER] = rows.free_mu[0, row]
@@ -56,7 +58,7 @@ def gather(rows: Rows, islands: Islands, at: int, kind: int, row: int, island: i
 
 @wp.func
 def carries_heavier(rows: Rows, row: int):
-    """Return whether one of the two bodies of a contact lies on the other, and is `HEAVIER` times as heavy."""
+    """Return whether one of the two bodies of a contact lies on the other, and is heavier: 2, 1 in stacks, or 0."""
     inverse_a = float(0.0)
     inverse_b = float(0.0)
     weight = float(0.0)  # positive where gravity presses body A on body B
@@ -67,7 +69,9 @@ def carries_heavier(rows: Rows, row: int):
         weight -= normal * rows.gravity[0][k]
     below = wp.where(weight > 0.0, inverse_b, inverse_a)
     above = wp.where(weight > 0.0, inverse_a, inverse_b)
-    return wp.abs(weight) > 0.5 * wp.length(rows.gravity[0]) and below > HEAVIER * above
+    if not wp.abs(weight) > 0.5 * wp.length(rows.gravity[0]) or not below > HEAVIER_IN_STACKS * above:
+        return 0
+    return wp.where(below > HEAVIER * above, 2, 1)
 
 
 @wp.func

@@ -80,7 +80,7 @@ class Islands:
     numbers: wp.array[float]
     blocks: wp.array[wp.vec4i]  # (M,) begin and end of two ranges of dofs; outside of them a dense row is zero
     changed: wp.array[int]  # (N,) whether a sweep changed something, by island
-    burdened: wp.array[int]  # (N,) whether a light body carries a heavy one, by island
+    burdened: wp.array[int]  # (N,) not 0 where a light body carries a heavy one, by island
     # Scratch.
     found: wp.array[wp.vec4i]  # (U,) kind, row, the first two nodes
     root: wp.array[int]  # (N,)

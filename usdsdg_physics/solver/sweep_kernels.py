@@ -37,6 +37,7 @@ SWEEPS_PER_CHECK = wp.constant(4)
 # units, such as heaps, others carry the load too, and a step would take half as long again.
 MORE_SWEEPS = wp.constant(5)
 MOST_UNITS = wp.constant(100)
+STACK_UNITS = wp.constant(30)  # two boxes, one on the other, have fewer, and stand without
 
 
 @wp.kernel(enable_backward=False)
@@ -88,7 +89,8 @@ def arrange_rows(rows: Rows, clamps: int, islands: Islands):
         at = gather(rows, islands, at, unit[0], unit[1], island)
     islands.count[0] = found
     for n in range(nodes):
-        if islands.latest[n] > MOST_UNITS:
+        units = islands.latest[n]
+        if units > MOST_UNITS or (islands.burdened[n] == 1 and units <= STACK_UNITS):
             islands.burdened[n] = 0
 
 

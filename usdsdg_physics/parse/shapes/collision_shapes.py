@@ -10,7 +10,7 @@ from pxr import Usd
 from usdsdg.errors import warn_once
 from usdsdg_physics.parse.attributes import value, warn_if_varying
 from usdsdg_physics.parse.shapes.convex_decomposition import Splitting
-from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
+from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache, is_flat
 from usdsdg_physics.scene.records import Shape, ShapeKind, Solid
 from usdsdg_physics.scene.rigid_frames import rotation_quat, split_scale
 from usdsdg_physics.scene.volume_integrals import VolumeIntegrals, of_primitive
@@ -167,7 +167,9 @@ def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, solid: bool) -> 
     elif approximation == "boundingSphere":
         shape = _bounding_sphere(points, matrix)
     elif approximation == "convexDecomposition" or (solid and approximation in _HOLLOW_APPROXIMATIONS):
-        return _parts(prim, points, triangles, matrix, hulls, approximation)
+        if not len(triangles) or not is_flat(points):
+            return _parts(prim, points, triangles, matrix, hulls, approximation)
+        shape = _flat(prim, points, triangles, matrix, hulls, solid)
     elif approximation not in (*_HOLLOW_APPROXIMATIONS, "none", "convexHull"):
         warn_once(f"{prim.GetPath()}: unknown collision approximation {approximation!r}; a convex hull is used.")
         shape = _hull(prim, points, matrix, hulls, points_key=mesh.points_key)
@@ -178,6 +180,18 @@ def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, solid: bool) -> 
         if approximation == "none" and solid and len(triangles) and shape is not None:
             hulls.note_filled(points, triangles, str(prim.GetPath()))
     return [shape] if shape is not None else []
+
+
+def _flat(
+    prim: Usd.Prim, points: np.ndarray, triangles: np.ndarray, matrix: np.ndarray, hulls: HullCache, solid: bool
+) -> Shape | None:
+    """Return the triangles of a flat mesh, which have no thickness, or its hull, which names the one that it gets.
+
+    Convex parts would be a hundredth of its size thick.
+    """
+    if solid:
+        return _hull(prim, points, matrix, hulls)
+    return _solid_shape("mesh", prim, points, triangles, matrix, hulls)
 
 
 def _parts(

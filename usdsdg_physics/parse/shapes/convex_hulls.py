@@ -113,6 +113,12 @@ class HullCache:
         return self._meshes[key]
 
 
+def is_flat(points: np.ndarray) -> bool:
+    """Return whether points have nearly no extent in a direction of their own."""
+    points = np.asarray(points, np.float64)
+    return _thickened(points) is not points
+
+
 def solid(vertices: np.ndarray, triangles: np.ndarray) -> Solid:
     """Return a `Solid` with the volume integrals of its triangles (exact for closed, outward-oriented surfaces)."""
     vertices = np.ascontiguousarray(vertices, np.float32)
