@@ -59,6 +59,17 @@ _SAMPLED = Unread(
     "physics does not follow time samples and splines of these, which keep the value that they have when the "
     "simulation begins. Set them from a script while physics plays",
 )
+_OF_SUBSETS = Unread("", "a collider has one material, so those of subsets of its faces have no effect. Split the mesh")
+_SKINNED = Unread(
+    "",
+    "skinned meshes collide in the shape of their points: skeletons do not move colliders. Make bodies of the bones, "
+    "with colliders and physics:kinematicEnabled",
+)
+_PYRAMID = Unread(
+    "",
+    "limits of a spherical joint are those of a pyramid: in its corners, between the directions of both, it swings "
+    "farther than PhysX's cone, with 30 degrees by 41",
+)
 _CONES = ("physics:coneAngle0Limit", "physics:coneAngle1Limit")
 _WRITTEN = ("physics:velocity", "physics:angularVelocity")
 
@@ -97,20 +108,11 @@ def sampled_attribute(attribute: Usd.Attribute) -> Unread | None:
 def partly_read(prim: Usd.Prim, names: list[str]) -> tuple[str, Unread] | None:
     """Return a property that has less effect than it says, by what is beside it, and what follows; None for most."""
     if "material:binding:physics" in names and prim.GetTypeName() == "GeomSubset":
-        follows = "a collider has one material, so those of subsets of its faces have no effect. Split the mesh"
-        return "material:binding:physics", Unread("", follows)
+        return "material:binding:physics", _OF_SUBSETS
     if "primvars:skel:jointIndices" in names and _is(prim, COLLISION):
-        follows = (
-            "skinned meshes collide in the shape of their points: skeletons do not move colliders. Make bodies of "
-        )
-        return "primvars:skel:jointIndices", Unread(
-            "", follows + "the bones, with colliders and physics:kinematicEnabled"
-        )
+        return "primvars:skel:jointIndices", _SKINNED
     if _CONES[0] in names and all(finite(value(prim, name, -1.0), -1.0) > 0.0 for name in _CONES):
-        follows = (
-            "limits of a spherical joint are those of a pyramid: in its corners, between the directions of both, it "
-        )
-        return _CONES[0], Unread("", follows + "swings farther than PhysX's cone, with 30 degrees by 41")
+        return _CONES[0], _PYRAMID
     return None
 
 
