@@ -17,7 +17,7 @@ from pathlib import Path
 from types import ModuleType
 
 from usdsdg.arguments.registry import near_misses
-from usdsdg.compat import foreign_names
+from usdsdg.compat import foreign_names, imported_names
 from usdsdg.compat.placeholders import PlaceholderModule, placeholder
 from usdsdg.errors import Unsupported
 from usdsdg.session import stage_context
@@ -265,6 +265,8 @@ def _explain_attributes(name: str, module: ModuleType) -> Callable[[str], object
             return placeholder(f"{name}.{attribute}", subject)
         if module.__name__ in _FAMILIES and attribute in (utilities := importlib.import_module("usdsdg.utils")).__all__:
             return getattr(utilities, attribute)
+        if place := imported_names.place_of(module.__name__, attribute):
+            return getattr(importlib.import_module(place[0]), place[1])
         raise AttributeError(_lacks(name, module, attribute), name=attribute, obj=module)
 
     return __getattr__
