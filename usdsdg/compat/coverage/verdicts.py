@@ -20,6 +20,7 @@ from types import ModuleType
 from typing import Any
 
 from usdsdg.annotators import named_annotators
+from usdsdg.arguments.misplaced import FAMILIES, where
 from usdsdg.arguments.registry import near_misses
 from usdsdg.compat import finder, foreign_names
 from usdsdg.compat.placeholders import PlaceholderModule, is_placeholder
@@ -160,6 +161,10 @@ def _no_attribute(name: str, owner: Any, part: str) -> Verdict:
         return Verdict(MISSING, f"elsewhere: {moved.where}")
     if gap := _gap(name):
         return Verdict(MISSING, gap)
+    family = getattr(owner, "__name__", "").removeprefix("usdsdg.").replace("usdsdg", "")
+    in_family = inspect.ismodule(owner) and family in ("", *FAMILIES) and name.startswith(REPLICATOR)
+    if in_family and (elsewhere := where(family, part, [])):
+        return Verdict(MISSING, elsewhere.removeprefix("; "))
     near = near_misses(
         part, getattr(owner, "__all__", None) or [each for each in dir(owner) if not each.startswith("_")]
     )
