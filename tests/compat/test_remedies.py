@@ -5,6 +5,7 @@ import importlib
 import pytest
 from pxr import Gf, UsdGeom, UsdPhysics
 
+import usdsdg
 from usdsdg.compat import carb, finder
 from usdsdg.compat.isaacsim.core.utils import semantics
 from usdsdg.compat.omni.graph import core as og
@@ -94,6 +95,12 @@ def test_labels_of_what_is_no_prim_say_how_to_get_one():
         semantics.add_update_semantics("/World/Box", "box")
     with pytest.raises(BadPrim, match="nothing at the path that the script asked for"):
         semantics.add_labels(current_stage().GetPrimAtPath("/World/Box"), ["box"])
+
+
+def test_labels_by_the_inner_function_of_replicator():
+    box = UsdGeom.Cube.Define(current_stage(), "/World/Box").GetPrim()
+    usdsdg.utils._set_semantics_legacy(box, [("class", "box")])
+    assert semantics.get_labels(box) == {"class": ["box"]}
 
 
 def test_the_orientation_of_a_motion_sensor_may_be_numbers():
