@@ -97,6 +97,12 @@ def test_labels_of_what_is_no_prim_say_how_to_get_one():
         semantics.add_labels(current_stage().GetPrimAtPath("/World/Box"), ["box"])
 
 
+def test_cameras_that_a_render_product_may_have_are_named_as_they_are():
+    UsdGeom.Camera.Define(current_stage(), "/World/Eye")
+    with pytest.raises(BadPrim, match=r"give at least one\. Cameras on the stage: .*/World/Eye"):
+        usdsdg.create.render_product(None, (64, 48))
+
+
 def test_labels_by_the_inner_function_of_replicator():
     box = UsdGeom.Cube.Define(current_stage(), "/World/Box").GetPrim()
     usdsdg.utils._set_semantics_legacy(box, [("class", "box")])

@@ -10,7 +10,7 @@ from types import FunctionType
 from typing import Any
 
 from usdsdg.arguments.misplaced import explaining
-from usdsdg.arguments.registry import near_misses
+from usdsdg.arguments.registry import near_arguments
 
 _MARK = "_names_parameters"
 
@@ -84,7 +84,7 @@ def _check_names(function: Callable[..., Any], given: Mapping[str, Any]) -> None
     known = [each.name for each in parameters if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
     for name in given:
         if name not in known:
-            close = near_misses(name, known)
+            close = near_arguments(name, known)
             hint = (
                 f"did you mean {' or '.join(map(repr, close))}?" if close else f"it takes {', '.join(known) or 'none'}"
             )
