@@ -161,14 +161,16 @@ def _no_attribute(name: str, owner: Any, part: str) -> Verdict:
         return Verdict(MISSING, f"elsewhere: {moved.where}")
     if gap := _gap(name):
         return Verdict(MISSING, gap)
-    family = getattr(owner, "__name__", "").removeprefix("usdsdg.").replace("usdsdg", "")
-    in_family = inspect.ismodule(owner) and family in ("", *FAMILIES) and name.startswith(REPLICATOR)
-    if in_family and (elsewhere := where(family, part, [])):
-        return Verdict(MISSING, elsewhere.removeprefix("; "))
     near = near_misses(
         part, getattr(owner, "__all__", None) or [each for each in dir(owner) if not each.startswith("_")]
     )
-    return Verdict(MISSING, f"did you mean {' or '.join(near)}?" if near else "")
+    likely = f"did you mean {' or '.join(near)}?" if near else ""
+    family = getattr(owner, "__name__", "").removeprefix("usdsdg.").replace("usdsdg", "")
+    in_family = inspect.ismodule(owner) and family in ("", *FAMILIES) and name.startswith(REPLICATOR)
+    elsewhere = where(family, part, []).removeprefix("; ") if in_family else ""
+    if elsewhere and not (likely and family == "randomizer"):
+        return Verdict(MISSING, elsewhere)
+    return Verdict(MISSING, likely)
 
 
 def _out_of_scope(name: str) -> str:
