@@ -32,7 +32,7 @@ __all__ = list(_PUBLIC)  # pyright: ignore[reportUnsupportedDunderAll]
 
 def __getattr__(name: str) -> Any:
     if name not in _PUBLIC:
-        raise AttributeError(f"module 'usdsdg' has no attribute {name!r}{_hint(name)}")
+        raise AttributeError(_Missing(name), name=name, obj=sys.modules[__name__])
     module, original = _PUBLIC[name]
     if module == "usdsdg":
         return importlib.import_module(f"usdsdg.{original}")
@@ -40,13 +40,18 @@ def __getattr__(name: str) -> Any:
     return value
 
 
-def _hint(name: str) -> str:
-    if name.startswith("_"):  # which Python and others ask for, and need no answer
-        return ""
-    from difflib import get_close_matches
+class _Missing:
+    """Message for a name that is not here; Python asks for such names on its way to submodules, so it is made late."""
 
-    near = get_close_matches(name, __all__, n=2)
-    return f"; did you mean {' or '.join(map(repr, near))}?" if near else ""
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __str__(self) -> str:
+        from usdsdg.arguments.misplaced import where
+
+        return f"module 'usdsdg' has no attribute {self._name!r}{where('', self._name, __all__)}"
+
+    __repr__ = __str__
 
 
 def __dir__() -> list[str]:

@@ -10,6 +10,7 @@ import pytest
 
 import usdsdg as rep
 from usdsdg.arguments.parameters import names_parameters
+from usdsdg.arguments.registry import near_arguments
 
 FAMILIES = [
     "annotators", "backends", "create", "distribution", "functional.create", "functional.create_batch",
@@ -86,3 +87,18 @@ def test_names_signatures_and_pickles_are_those_of_the_function():
     assert (rep.create.cube.__name__, rep.create.cube.__module__) == ("cube", "usdsdg.create.shapes")
     assert pickle.loads(pickle.dumps(rep.create.cube)) is rep.create.cube
     assert inspect.iscoroutinefunction(rep.orchestrator.step_async)
+
+
+@pytest.mark.parametrize(
+    ("given", "known", "meant"),
+    [
+        ("translation", ["rotation", "position"], ["position"]),
+        ("type", ["light_type", "texture"], ["light_type"]),
+        ("samples", ["samples_per_pixel"], ["samples_per_pixel"]),
+        ("depth", ["rgb", "distance_to_image_plane"], ["distance_to_image_plane"]),
+        ("positon", ["rotation", "position"], ["position"]),
+        ("nothing", ["rgb"], []),
+    ],
+)
+def test_arguments_that_are_meant_by_other_words(given, known, meant):
+    assert near_arguments(given, known)[: len(meant) or None] == meant

@@ -143,6 +143,20 @@ def test_a_script_may_await_at_its_top_level(tmp_path):
     assert "ValueError: here" in done.stderr
 
 
+def test_a_script_of_the_editor_has_omni_and_carb_without_an_import(tmp_path):
+    done = run(
+        tmp_path,
+        "from pxr import UsdGeom\n"
+        "async def main():\n"
+        "    UsdGeom.Cube.Define(omni.usd.get_context().get_stage(), '/World/Box')\n"
+        "    await omni.kit.app.get_app().next_update_async()\n"
+        "    carb.log_warn('seen')\n"
+        "await main()\n",
+    )
+    assert "seen" in done.stderr
+    run(tmp_path, "print(omnia)\n", expect=1)
+
+
 def test_a_script_is_the_main_module(tmp_path):
     script = """
         import pickle

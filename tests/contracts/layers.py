@@ -124,8 +124,9 @@ COMMAND = "help and errors of the command line appear before anything heavy is l
 SHOWN = "what a notebook shows of an object is drawn by what stands above it, when it is shown"
 LATE = {
     "usdsdg": (
-        "usdsdg.stage usdsdg.notebook",
-        "schemas are registered at once only where pxr is loaded already, and stages are shown only where IPython runs",
+        "usdsdg.stage usdsdg.notebook usdsdg.arguments",
+        "schemas are registered at once only where pxr is loaded already, stages are shown only where IPython runs, "
+        "and names are looked for elsewhere only where there is none",
     ),
     "usdsdg.annotators.annotator": ("usdsdg.notebook", SHOWN),
     "usdsdg.session.render_products": ("usdsdg.notebook", SHOWN),

@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping
 from types import FunctionType
 from typing import Any
 
-from usdsdg.arguments.registry import near_misses
+from usdsdg.arguments.misplaced import explaining
+from usdsdg.arguments.registry import near_arguments
 
 _MARK = "_names_parameters"
 
@@ -17,12 +18,15 @@ _MARK = "_names_parameters"
 def name_parameters(module: dict[str, Any]) -> None:
     """Let the public functions of a family's module name near misses of keyword arguments that they do not have.
 
+    The module says of names that it does not have where they are.
+
     Python's TypeError stays a TypeError: only its message is another. Functions keep their signature, documentation and
     name; where they are defined they are replaced too, so that they can be pickled. A call costs one call more.
 
     module: globals, at the end of the module.
     """
     here = module["__name__"]
+    module.setdefault("__getattr__", explaining(module))
     listed = module.get("__all__")
     for name, value in list(module.items()):
         is_public = name in listed if listed is not None else not name.startswith("_")
@@ -80,7 +84,7 @@ def _check_names(function: Callable[..., Any], given: Mapping[str, Any]) -> None
     known = [each.name for each in parameters if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
     for name in given:
         if name not in known:
-            close = near_misses(name, known)
+            close = near_arguments(name, known)
             hint = (
                 f"did you mean {' or '.join(map(repr, close))}?" if close else f"it takes {', '.join(known) or 'none'}"
             )

@@ -56,6 +56,14 @@ class LiveView:
         self._seen[annotator] = now
         if annotator.has_data and (seen.edits, seen.time) == (now.edits, now.time):
             return
+        self._show(annotator, now)
+
+    def show(self, annotator: Annotator) -> None:
+        """Compute the annotator for the stage as it is, before any update of the application."""
+        now = self._seen[annotator] = self._now()
+        self._show(annotator, now)
+
+    def _show(self, annotator: Annotator, now: Moment) -> None:
         path = annotator.render_product
         assert path is not None
         mode = render_mode(max(get_settings().get_as_int("/omni/replicator/RTSubframes"), 1))

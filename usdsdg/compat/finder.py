@@ -16,8 +16,9 @@ from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
+from usdsdg.arguments.misplaced import FAMILIES, is_explained, where
 from usdsdg.arguments.registry import near_misses
-from usdsdg.compat import foreign_names
+from usdsdg.compat import foreign_names, imported_names
 from usdsdg.compat.placeholders import PlaceholderModule, placeholder
 from usdsdg.errors import Unsupported
 from usdsdg.session import stage_context
@@ -138,7 +139,7 @@ class _Loader(importlib.abc.Loader):
     def exec_module(self, module: ModuleType) -> None:
         module.__spec__, module.__loader__ = self._import_attributes
         _foreign_names.setdefault(self._real, self._name)
-        if "__getattr__" not in vars(module):
+        if "__getattr__" not in vars(module) or is_explained(module):
             module.__getattr__ = _explain_attributes(self._name, module)
 
 
@@ -265,6 +266,8 @@ def _explain_attributes(name: str, module: ModuleType) -> Callable[[str], object
             return placeholder(f"{name}.{attribute}", subject)
         if module.__name__ in _FAMILIES and attribute in (utilities := importlib.import_module("usdsdg.utils")).__all__:
             return getattr(utilities, attribute)
+        if place := imported_names.place_of(module.__name__, attribute):
+            return getattr(importlib.import_module(place[0]), place[1])
         raise AttributeError(_lacks(name, module, attribute), name=attribute, obj=module)
 
     return __getattr__
@@ -275,6 +278,10 @@ def _lacks(name: str, module: ModuleType, attribute: str) -> str:
         return f"{name} of usdsdg has no {attribute!r}; its work is done elsewhere: {moved.where}"
     public = vars(module).get("__all__") or [each for each in vars(module) if not each.startswith("_")]
     near = near_misses(attribute, public)
+    family = module.__name__.removeprefix("usdsdg.")
+    if family in FAMILIES and (hint := where(family, attribute, [])):
+        likely = f"; did you mean {' or '.join(near)}?" if near and family == "randomizer" else ""
+        return f"{name} of usdsdg has no {attribute!r}{likely}{hint}"
     hint = f"; did you mean {' or '.join(near)}?" if near else f"; it has {', '.join(sorted(public)) or 'nothing yet'}"
     return f"{name} of usdsdg has no {attribute!r}{hint}"
 

@@ -143,6 +143,60 @@ OUT_OF_SCOPE = (
         "isaacsim.core.nodes omni.isaac.core_nodes",
     ),
     _row(
+        "OmniGraph and nodes that scripts define are",
+        "Register a Python function with rep.randomizer.register, or change the stage between calls of "
+        "rep.orchestrator.step.",
+        "omni.graph.action omni.graph.nodes omni.graph.scriptnode omni.graph.tools omni.graph.ui omni.graph.window "
+        "omni.graph.bundle omni.graph.expression omni.graph.instancing omni.graph.examples omni.graph.test "
+        + " ".join(
+            f"omni.graph.core.{name}"
+            for name in (
+                "AttributePortType",
+                "AttributeRole",
+                "AttributeType",
+                "AttributeValueHelper",
+                "BaseDataType",
+                "Bundle",
+                "BundleContainer",
+                "Database",
+                "DynamicAttributeAccess",
+                "DynamicAttributeInterface",
+                "ExecutionAttributeState",
+                "ExtendedAttributeType",
+                "GraphBackingType",
+                "GraphContext",
+                "GraphController",
+                "GraphEvaluationMode",
+                "GraphEvent",
+                "GraphRegistry",
+                "MetadataKeys",
+                "NodeController",
+                "NodeEvent",
+                "NodeType",
+                "ObjectLookup",
+                "OmniGraphInspector",
+                "PerNodeKeys",
+                "PtrToPtrKind",
+                "ReadOnlyError",
+                "Severity",
+                "ThreadsafetyTestUtils",
+                "TupleType",
+                "Type",
+                "TypedValue",
+                "_omni_graph_core",
+                "cmds",
+                "deregister_node_type",
+                "get_global_orchestration_graphs",
+                "get_global_orchestration_graphs_in_pipeline_stage",
+                "get_node_type",
+                "in_compute",
+                "register_node_type",
+                "register_python_node",
+                "tests",
+            )
+        ),
+    ),
+    _row(
         "browsers and servers of assets are",
         "Give a folder or a URL with `--assets-root`, or single prefixes with `--map`.",
         "omni.simready omni.kit.content omni.nucleus omni.usd_resolver omni.kit.usda_edit omni.kit.asset_browser",
@@ -194,6 +248,66 @@ MOVED = (
     Moved(
         "omni.physx.bindings",
         "omni.physx",
+    ),
+    Moved(
+        "omni.physxcommands",
+        "omni.kit.commands.execute with the names of the commands, such as 'SetStaticCollider'",
+    ),
+    Moved(
+        "omni.physx.commands",
+        "omni.kit.commands.execute with the names of the commands, such as 'SetStaticCollider'",
+    ),
+    Moved(
+        "omni.renderer_capture",
+        "omni.kit.viewport.utility.capture_viewport_to_file, or BasicWriter",
+    ),
+    Moved(
+        "omni.kit.renderer_capture",
+        "omni.kit.viewport.utility.capture_viewport_to_file, or BasicWriter",
+    ),
+    Moved(
+        "omni.hydratexture",
+        "omni.replicator.core.create.render_product",
+    ),
+    Moved(
+        "omni.stageupdate",
+        "omni.kit.app.get_app().get_update_event_stream(), or omni.usd.get_context().get_stage_event_stream()",
+    ),
+    Moved(
+        "omni.syntheticdata.generic_helper_lib",
+        "omni.syntheticdata.helpers",
+    ),
+    Moved(
+        "omni.replicator.core.utils.viewport_manager.ViewportManager",
+        "omni.replicator.core.create.render_product; isaacsim.core.rendering_manager has a ViewportManager, too",
+    ),
+    Moved(
+        "omni.replicator.core.scripts.utils.viewport_manager.ViewportManager",
+        "omni.replicator.core.create.render_product; isaacsim.core.rendering_manager has a ViewportManager, too",
+    ),
+    Moved(
+        "carb.get_framework",
+        "functions that return an interface, such as carb.settings.get_settings(); there are no plugins",
+    ),
+    Moved(
+        "carb.log_warning",
+        "carb.log_warn",
+    ),
+    Moved(
+        "omni.client.set_alias",
+        "`usdsdg run --map PREFIX=FOLDER`",
+    ),
+    Moved(
+        "omni.client.mount",
+        "`usdsdg run --map PREFIX=FOLDER`",
+    ),
+    *(
+        Moved(
+            f"{package}.utils.{library}",
+            f"{library} itself, and isaacsim.core.utils.numpy.rotations for rotations of NumPy arrays",
+        )
+        for package in ("isaacsim.core", "omni.isaac.core")
+        for library in ("torch", "warp")
     ),
 )
 

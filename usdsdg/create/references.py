@@ -1,13 +1,15 @@
 """References to USD files: `rep.create.from_usd` and `from_dir`."""
 
+import os
 from typing import Any
 
 from pxr import Usd
 
 from usdsdg import modify
 from usdsdg.arguments.asset_folders import usd_files
+from usdsdg.arguments.values import shown
 from usdsdg.create.objects import create_objects
-from usdsdg.errors import AssetError, AssetNotFound
+from usdsdg.errors import ArgumentError, AssetError, AssetNotFound
 from usdsdg.graph.node import Node, ReplicatorItem
 from usdsdg.stage import assets
 
@@ -30,6 +32,8 @@ def from_usd(
         AssetNotFound: there is no such file; the message names near misses. AssetError: it cannot be referenced.
         BadPrim: `parent` is not on the stage. ArgumentError: a value has another shape.
     """
+    if not isinstance(usd, (str, os.PathLike)):
+        raise ArgumentError(f"create.from_usd: usd is {shown(usd)}; expected the path or URL of a file")
     file = assets.resolve_object(usd, labeled=semantics is None)
 
     def define(stage: Usd.Stage, path: str) -> None:

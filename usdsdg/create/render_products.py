@@ -61,7 +61,8 @@ def render_product(
     cameras = [each for path in prim_paths(camera) for each in _cameras_of(path)]
     names = name if isinstance(name, (list, tuple)) else [name] * len(cameras)
     if not cameras:
-        raise BadPrim(f"render_product: camera is {camera!r}; give at least one. {_known_cameras().capitalize()}")
+        known = _known_cameras()
+        raise BadPrim(f"render_product: camera is {camera!r}; give at least one. {known[:1].upper()}{known[1:]}")
     if len(names) != len(cameras):
         raise ArgumentError(
             f"render_product: name has {counted(len(names), 'entry', 'entries')} for "

@@ -79,7 +79,8 @@ def _pattern(name: str, pattern: str | None, ignore_case: bool) -> _Match | None
     try:
         compiled = re.compile(pattern, re.IGNORECASE if ignore_case else 0)
     except re.error as error:
-        raise ArgumentError(f"{name} is {shown(pattern)}, which is not a regular expression: {error}") from error
+        hint = f"; for any characters write '.*', as in {pattern.replace('*', '.*')!r}" if "*" in pattern else ""
+        raise ArgumentError(f"{name} is {shown(pattern)}, which is not a regular expression: {error}{hint}") from error
     return lambda prim: compiled.search(prim.GetPath().pathString) is not None
 
 

@@ -18,6 +18,9 @@ from usdsdg.utils.nodes import (
     set_target_prims,
 )
 from usdsdg.utils.prims import (
+    _set_semantics_legacy as _set_semantics_legacy,
+)
+from usdsdg.utils.prims import (
     compute_aabb,
     create_material,
     find_prims,

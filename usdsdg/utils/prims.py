@@ -15,7 +15,7 @@ from usdsdg.stage import paths
 from usdsdg.stage.geometry.instancers import is_instancer, prototypes
 from usdsdg.stage.materials import define_mdl
 from usdsdg.stage.poses import transforms
-from usdsdg.stage.semantics.labels import get_labels
+from usdsdg.stage.semantics.labels import add_labels, get_labels
 
 _MODES = ("instances", "prims", "meshes", "materials")
 
@@ -130,6 +130,15 @@ def parse_semantics(prim: Any) -> list[tuple[str, str]]:
 def legacy_semantics_arg_to_new(legacy_semantics_arg: Any) -> Any:
     """Convert pairs [("class", "cube")] or texts ["class:cube"] to {"class": ["cube"]}; other values stay."""
     return labels_of(legacy_semantics_arg) if isinstance(legacy_semantics_arg, list) else legacy_semantics_arg
+
+
+def _set_semantics_legacy(prim: Usd.Prim, semantics: Any) -> None:
+    """Add labels to a prim, as scripts do that know the inner functions of Replicator.
+
+    Raises:
+        BadPrim: there is no such prim, or it cannot be edited.
+    """
+    add_labels(prim, labels_of(semantics))
 
 
 def read_prim_transform(prim: Any) -> Gf.Matrix4d:

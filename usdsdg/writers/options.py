@@ -12,7 +12,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from usdsdg.annotators.default_filter import DefaultFilter
-from usdsdg.arguments.registry import near_misses
+from usdsdg.arguments.registry import near_arguments
 from usdsdg.errors import WriterArgumentError, WriterError
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
@@ -56,7 +56,7 @@ def check_names(writer: str, init: Callable[..., None], options: Collection[str]
     if not any(p.kind is p.VAR_KEYWORD for p in parameters):
         for name in options:
             if name not in known:
-                close = near_misses(name, known)
+                close = near_arguments(name, known)
                 hint = f"Did you mean {' or '.join(map(repr, close))}?" if close else f"It has: {', '.join(known)}."
                 raise WriterError(f"{writer} has no option {name!r}. {hint if known else 'It has none.'}")
     needed = [p.name for p in parameters if p.name in known and p.default is p.empty]

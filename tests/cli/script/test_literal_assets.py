@@ -54,3 +54,8 @@ def test_what_may_not_be_read_is_not_found(text):
 
 def test_each_url_is_found_once():
     assert found(f"a = {GONE!r}\nb = {GONE!r}") == [(GONE, 1)]
+
+
+def test_a_picture_of_the_viewport_is_no_asset():
+    text = 'capture_viewport_to_file(view, "K:/temp/a.png")\nopen_stage("K:/temp/a.usd")\n'
+    assert [each.url for each in literal_assets(ast.parse(text))] == ["K:/temp/a.usd"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import asyncio
+import importlib
 import inspect
 import linecache
 import sys
@@ -42,7 +43,7 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
     main = _main_module(script)
     current_stage()
     with exit_of(script):
-        program = _program(script)
+        program = _program(script, main.__dict__)
         tasks: list[asyncio.Task[Any]] = []  # the event loop does not keep them alive
         get_app().run(lambda: tasks.extend(_started(program, main.__dict__)))
     if frames is not None:
@@ -75,14 +76,24 @@ def _started(program: CodeType, namespace: dict[str, Any]) -> list[asyncio.Task[
     return [asyncio.ensure_future(body)] if program.co_flags & inspect.CO_COROUTINE else []
 
 
-def _program(script: Path) -> CodeType:
-    """Compile the script, once the names and the assets that it is sure to use are known to be there."""
+def _program(script: Path, namespace: dict[str, Any]) -> CodeType:
+    """Compile the script, once the names and the assets that it is sure to use are known to be there.
+
+    namespace: of the script; it gets the names that the editor of Isaac Sim has for it.
+    """
     # Of bytes Python reads the encoding itself: a mark of the byte order, or a comment such as `coding: latin-1`.
     tree = ast.parse(script.read_bytes(), str(script))
     _check_names(script)
     _check_assets(script, tree)
+    namespace.update({name: importlib.import_module(name) for name in _names_of_the_editor(tree)})
     # Editors and notebooks of Isaac Sim let a script await at its top level. Annotations are strings in this file only.
     return compile(tree, str(script), "exec", flags=ast.PyCF_ALLOW_TOP_LEVEL_AWAIT, dont_inherit=True)
+
+
+def _names_of_the_editor(tree: ast.AST) -> list[str]:
+    """Return those of `carb` and `omni` that the script reads: in Isaac Sim's editor they need no import."""
+    read = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    return [name for name in ("carb", "omni") if name in read]
 
 
 def _check_names(script: Path) -> None:

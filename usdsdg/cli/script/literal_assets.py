@@ -16,7 +16,9 @@ SUFFIXES = (
 )  # fmt: skip
 
 # Calls whose texts are no assets to read.
-_NOT_READ = re.compile(r"add_argument|save|export|write|output|print|log|warn|error|startswith|endswith|replace|split")
+_NOT_READ = re.compile(
+    r"add_argument|save|export|write|output|capture|print|log|warn|error|startswith|endswith|replace|split"
+)
 
 
 class LiteralAsset(NamedTuple):

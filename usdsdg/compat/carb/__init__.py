@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from usdsdg.compat.carb import dictionary, settings
 
 __all__ = [
-    "Double3", "Float2", "Float3", "Float4", "dictionary", "log_error", "log_info", "log_verbose", "log_warn",
-    "settings",
+    "ColorRgb", "ColorRgba", "Double2", "Double3", "Double4", "Float2", "Float3", "Float4", "dictionary", "log_error",
+    "log_info", "log_verbose", "log_warn", "settings",
 ]  # fmt: skip
 
 _log = logging.getLogger("usdsdg.script")
@@ -55,8 +55,30 @@ class Float4(_Vector):
     size = 4
 
 
+class Double2(_Vector):
+    size = 2
+
+
 class Double3(_Vector):
     size = 3
+
+
+class Double4(_Vector):
+    size = 4
+
+
+class _Color(_Vector):
+    """A color, with r, g, b, a."""
+
+    r, g, b, a = _Vector.x, _Vector.y, _Vector.z, _Vector.w
+
+
+class ColorRgb(_Color):
+    size = 3
+
+
+class ColorRgba(_Color):
+    size = 4
 
 
 def log_verbose(message: str) -> None:

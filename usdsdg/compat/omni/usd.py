@@ -116,6 +116,12 @@ class UsdContext:
             raise Unsupported("save_stage: the stage is in memory and has no file; use save_as_stage")
         return self.save_as_stage(self.get_stage_url())
 
+    async def save_stage_async(self, *_: Any) -> tuple[bool, str, list[str]]:
+        """Write the stage as `save_stage`; return True, no error, and the file."""
+        self.save_stage()
+        await asyncio.sleep(0)
+        return True, "", [self.get_stage_url()]
+
     def get_stage(self) -> Usd.Stage:
         return stage_context.current_stage()
 

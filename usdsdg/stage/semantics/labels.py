@@ -251,8 +251,14 @@ def _normalized(labels: Mapping[str, str | Sequence[str]] | Iterable[tuple[str, 
 
 
 def _check_editable(prim: Usd.Prim) -> None:
+    if not isinstance(prim, Usd.Prim):
+        hint = f"stage.GetPrimAtPath({str(prim)!r})" if str(prim).startswith("/") else "stage.GetPrimAtPath(path)"
+        raise errors.BadPrim(f"labels are those of a prim, not of {prim!r}: pass {hint}")
     if not prim:
-        raise errors.BadPrim(f"cannot label {prim}: the prim does not exist any more")
+        raise errors.BadPrim(
+            f"cannot label {prim}: it does not exist. There was nothing at the path that the script asked for, or it "
+            "is not there any more"
+        )
     if prim.IsInstanceProxy() or prim.IsInPrototype():
         raise errors.BadPrim(
             f"cannot edit labels of {prim.GetPath()}: it lies inside an instance; "

@@ -1,14 +1,6 @@
 """`isaacsim.storage.native`: the assets root, and what is a file or a folder."""
 
-from usdsdg.compat.omni.isaac.nucleus import (
-    get_assets_root_path,
-    get_assets_root_path_async,
-    is_dir,
-    is_dir_async,
-    is_file,
-    is_file_async,
-)
+from usdsdg.compat.omni.isaac import nucleus
+from usdsdg.compat.omni.isaac.nucleus import *  # noqa: F403 - the same functions
 
-__all__ = [
-    "get_assets_root_path", "get_assets_root_path_async", "is_dir", "is_dir_async", "is_file", "is_file_async",
-]  # fmt: skip
+__all__ = nucleus.__all__  # pyright: ignore[reportUnsupportedDunderAll]

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from usdsdg.app.app import get_app
+from usdsdg.compat.omni.graph.camera_nodes import NODE_TYPES
 from usdsdg.compat.omni.graph.graphs import (
     Attribute,
     Graph,
@@ -27,7 +28,7 @@ from usdsdg.session.timeline import get_timeline
 
 __all__ = [
     "Attribute", "Controller", "DataView", "Graph", "GraphPipelineStage", "Node", "OmniGraphError", "get_all_graphs",
-    "get_graph_by_path", "get_node_by_path", "post_render_graph",
+    "get_graph_by_path", "get_node_by_path", "get_registered_nodes", "post_render_graph",
 ]  # fmt: skip
 
 # Graphs of Replicator, which scripts pass to `evaluate_sync`.
@@ -113,6 +114,24 @@ class Controller:
         return graph, made, [], dict(graph.nodes)
 
     @staticmethod
+    def create_graph(graph_id: Graph | str | Mapping[str, Any]) -> Graph:
+        return _graph_of(graph_id)
+
+    @staticmethod
+    def create_node(node_id: str | tuple[str, Any], node_type_id: str, *_: object, **__: object) -> Node:
+        """Add a node to a graph, by its path or as (name, graph); return it.
+
+        Raises:
+            Unsupported: a node type that we do not have; the message names it.
+        """
+        path = node_id if isinstance(node_id, str) else ""
+        name, graph_id = (path.rpartition("/")[2], path.rpartition("/")[0]) if path else node_id
+        graph = _graph_of(graph_id)
+        node = graph.create_node(str(name), str(node_type_id))
+        graph.watch()
+        return node
+
+    @staticmethod
     def graph(graph_id: Graph | str) -> Graph | None:
         return graph_id if isinstance(graph_id, Graph) else get_graph_by_path(str(graph_id))
 
@@ -166,6 +185,11 @@ class DataView:
 
 def get_all_graphs() -> list[Graph]:
     return graphs().all()
+
+
+def get_registered_nodes() -> list[str]:
+    """Return the types of nodes that a graph may have."""
+    return sorted(NODE_TYPES)
 
 
 def get_graph_by_path(path: str) -> Graph | None:

@@ -154,7 +154,8 @@ class Graph:
         if self._render_product is None:
             raise Unsupported(
                 f"omni.graph.core: {self.path} is no graph of a render product, so it can have no node {name!r} of "
-                f"type {type_name!r}; actions and controllers are not simulated"
+                f"type {type_name!r}; actions and controllers are not simulated. Register a Python function with "
+                "rep.randomizer.register, or change the stage between calls of rep.orchestrator.step"
             )
         self.nodes[name] = Node(self, name, type_name)
         return self.nodes[name]

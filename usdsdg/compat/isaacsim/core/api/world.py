@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from usdsdg.compat.carb.eventdispatcher import get_eventdispatcher
+from usdsdg.compat.isaacsim.core.api.loggers import DataLogger
 from usdsdg.compat.isaacsim.core.api.scenes import Scene
 from usdsdg.compat.isaacsim.core.api.simulation_context import SimulationContext
 from usdsdg.compat.isaacsim.core.simulation_manager import IsaacEvents
-from usdsdg.compat.wrappers.unsupported import Refused
 
 if TYPE_CHECKING:
     from usdsdg.compat.isaacsim.core.api.tasks import BaseTask
@@ -44,6 +44,7 @@ class World(SimulationContext):
             self._scene = Scene()
             self._tasks: dict[str, BaseTask] = {}
             self._tasks_are_set_up = False
+            self._data_logger = DataLogger()
 
     @property
     def scene(self) -> Scene:
@@ -79,11 +80,13 @@ class World(SimulationContext):
             task.pre_step(self.current_time_step_index, self.current_time)
         if step_sim:
             super().step(render, update_fabric)
+        self._data_logger.measure(self._tasks, self._scene, self.current_time_step_index, self.current_time)
 
     def clear(self) -> None:
         """Forget objects and tasks, and remove their prims and all others."""
         self._scene.clear()
         self._tasks, self._tasks_are_set_up = {}, False
+        self._data_logger = DataLogger()
         super().clear()
 
     def _set_up_tasks(self) -> None:
@@ -142,4 +145,6 @@ class World(SimulationContext):
             merged.update(getattr(task, method)())
         return merged
 
-    get_data_logger = Refused("World.get_data_logger", "there is no data logger; keep what you measure in a list")
+    def get_data_logger(self) -> DataLogger:
+        """Return the logger that keeps what a function of the script measures at each step."""
+        return self._data_logger

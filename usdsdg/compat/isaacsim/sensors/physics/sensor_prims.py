@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
@@ -38,7 +38,7 @@ def define_sensor(
     prim.GetAttribute("enabled").Set(True)
     xformable = UsdGeom.Xformable(prim)
     xformable.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(translation or Gf.Vec3d(0.0))
-    xformable.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(orientation or Gf.Quatd(1.0))
+    xformable.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(_quaternion(orientation))
     xformable.AddScaleOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(1.0))
     for name, value in attributes.items():
         prim.GetAttribute(name).Set(value)
@@ -82,3 +82,11 @@ def period_of(frequency: float | None, dt: float | None) -> float:
     if frequency is not None:
         return 1.0 / frequency
     return simulation().scene().get_dt() if dt is None else dt
+
+
+def _quaternion(given: Gf.Quatd | Sequence[float] | None) -> Gf.Quatd:
+    """Return a quaternion, also of the numbers (w, x, y, z)."""
+    if given is None or isinstance(given, (Gf.Quatd, Gf.Quatf, Gf.Quath)):
+        return Gf.Quatd(given) if given is not None else Gf.Quatd(1.0)
+    w, x, y, z = (float(number) for number in given)
+    return Gf.Quatd(w, x, y, z)

@@ -8,6 +8,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from usdsdg.arguments.registry import near_misses
+from usdsdg.compat import foreign_names
 from usdsdg.errors import Unsupported, warn_once
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -19,6 +20,15 @@ _IGNORED = frozenset({
     "prev", "old_transform_matrix", "old_translation", "old_rotation_euler", "old_rotation_order", "old_scale",
     "had_transform_at_key", "prepend_default_prim",
 })  # fmt: skip
+
+# By a word of a command's name, a module of the subject that it belongs to.
+_OUT_OF_SCOPE = {
+    "lidar": "isaacsim.sensors.rtx", "radar": "isaacsim.sensors.rtx", "ultrasonic": "isaacsim.sensors.rtx",
+    "lightbeam": "isaacsim.sensors.physx", "rangesensor": "isaacsim.sensors.physx", "idsensor": "isaacsim.sensors.rtx",
+    "urdf": "isaacsim.asset", "mjcf": "isaacsim.asset", "ros1": "isaacsim.ros1", "ros2": "isaacsim.ros2",
+    "surfacegripper": "isaacsim.robot", "deformable": "omni.physx.scripts.deformableUtils",
+    "particle": "omni.physx.scripts.particleUtils", "graphnode": "omni.graph.tools",
+}  # fmt: skip
 
 _functions: dict[str, Callable[..., Any]] = {}
 
@@ -138,6 +148,9 @@ def execute(name: str, **kwargs: Any) -> tuple[bool, Any]:
 
 
 def _unknown(name: str) -> Unsupported:
+    for word, module in _OUT_OF_SCOPE.items():
+        if word in name.lower() and (subject := foreign_names.out_of_scope(module)):
+            return Unsupported(subject.message(f"omni.kit.commands: {name}"))
     near = near_misses(name.removesuffix(_SUFFIX), get_commands_list())
     hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(get_commands_list())}"
     return Unsupported(f"omni.kit.commands: there is no command {name!r}; {hint}")

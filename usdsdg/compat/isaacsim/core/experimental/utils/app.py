@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from usdsdg.app.app import get_app
+from usdsdg.errors import Unsupported
 from usdsdg.session.timeline import get_timeline
 
 Callback = Callable[[int, int], bool | None]
@@ -66,6 +70,17 @@ def is_extension_enabled(name: str) -> bool:
 def get_extension_id(name: str) -> str | None:
     """Return the name: there are no versions of extensions."""
     return name
+
+
+def get_extension_dict(name: str) -> dict[str, Any] | None:
+    """Return the `extension.toml` of an extension; None of one without a file, as those that usdsdg has."""
+    try:
+        folder = Path(get_extension_path(name))
+    except Unsupported:
+        return None
+    files = [folder / "config" / "extension.toml", folder / "extension.toml"]
+    found = next((file for file in files if file.is_file()), None)
+    return None if found is None else tomllib.loads(found.read_text(encoding="utf-8"))
 
 
 def get_extension_path(name: str) -> str:

@@ -3,10 +3,24 @@
 from __future__ import annotations
 
 import contextlib
+import enum
 from collections.abc import Generator, Sequence
 
 _BACKENDS = ("usd", "usdrt", "fabric", "tensor", "simstate")
 _chosen: list[tuple[str, bool, bool]] = []
+
+
+class SimStateMode(enum.StrEnum):
+    """Whether data of articulations are kept in the state of a simulation as well, or there alone."""
+
+    DISABLED = "disabled"
+    EXCLUSIVE = "exclusive"
+    MIRROR = "mirror"
+
+
+def get_simstate_mode() -> SimStateMode:
+    """Return DISABLED, also in a block of the backend "simstate": the state is that of the USD stage."""
+    return SimStateMode.DISABLED
 
 
 @contextlib.contextmanager

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 
 from pxr import Sdf, Usd
 
+from usdsdg.app.app import get_app
+from usdsdg.compat.omni.kit.viewport.utility.captures import capture_viewport_to_buffer as capture_viewport_to_buffer
+from usdsdg.compat.omni.kit.viewport.utility.captures import capture_viewport_to_file as capture_viewport_to_file
 from usdsdg.create.render_products import render_product
 from usdsdg.errors import Unsupported
 from usdsdg.listeners import weakly
@@ -105,11 +108,16 @@ class Viewport:
         return self.render_product_path
 
     def schedule_capture(self, *_: object) -> None:
-        """Raise Unsupported: nothing is rendered for the viewport alone."""
+        """Raise Unsupported: the objects that Kit schedules are not there."""
         raise Unsupported(
-            "capture of the viewport: attach BasicWriter or the rgb annotator to rep.create.render_product("
-            "viewport.camera_path, viewport.resolution) instead, and call rep.orchestrator.step()"
+            "schedule_capture: use capture_viewport_to_file(viewport, path) or capture_viewport_to_buffer(viewport, "
+            "function) of omni.kit.viewport.utility"
         )
+
+    async def wait_for_rendered_frames(self, additional_frames: int = 0) -> bool:
+        """Wait for one update of the application, and `additional_frames` more; return True."""
+        await next_viewport_frame_async(self, additional_frames)
+        return True
 
     def _made(self) -> HydraTexture | None:
         """Return its render product; None before it is made, and where it is destroyed."""
@@ -161,9 +169,10 @@ def get_num_viewports(usd_context_name: str = "") -> int:
     return 1
 
 
-def capture_viewport_to_file(viewport: Viewport, file_path: str, *_: object, **__: object) -> None:
-    """Raise Unsupported: nothing is rendered for the viewport alone."""
-    viewport.schedule_capture(file_path)
+async def next_viewport_frame_async(viewport: Viewport, n_frames: int = 0) -> None:
+    """Wait for one update of the application, and `n_frames` more."""
+    for _ in range(1 + n_frames):
+        await get_app().next_update_async()
 
 
 def frame_viewport_prims(viewport: Viewport | None = None, prims: Sequence[str] | None = None) -> bool:
