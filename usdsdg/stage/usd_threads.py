@@ -17,13 +17,10 @@ def _let_rest() -> None:
     wait_for_other_threads(REST_SECONDS)
 
 
-def _work_alone() -> None:
-    """Let USD ask for no threads in the child: those of its parent are not there, and are not started again."""
-    from pxr import Work
-
-    Work.SetConcurrencyLimit(1)
+def _nothing() -> None:
+    pass
 
 
 def prepare_forks() -> None:
-    """Let forks of this process, from now on, use USD without its threads."""
-    around_fork(before=_let_rest, in_child=_work_alone)
+    """Let forks of this process, from now on, find USD's threads at rest."""
+    around_fork(before=_let_rest, in_child=_nothing)
