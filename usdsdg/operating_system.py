@@ -13,6 +13,7 @@ import shutil
 import signal
 import sys
 import threading
+import time
 import weakref
 from collections.abc import Callable
 from functools import cache
@@ -49,6 +50,29 @@ def around_fork(*, before: Callable[[], None] | None = None, in_child: Callable[
     """Have functions called when this process forks, until it ends; nothing where processes do not fork."""
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(before=before or _nothing, after_in_child=in_child)
+
+
+def wait_for_other_threads(seconds: float) -> None:
+    """Wait until no other thread of this process runs, at most so long; not at all where the system does not tell."""
+    end, own = time.monotonic() + seconds, threading.get_native_id()
+    while any(state == "R" for number, state in _thread_states() if number != own) and time.monotonic() < end:
+        time.sleep(0.001)
+
+
+def _thread_states() -> list[tuple[int, str]]:
+    """Return the number of each thread of this process and the letter of its state; [] where there is no /proc."""
+    states = []
+    try:
+        numbers = os.listdir("/proc/self/task")
+    except OSError:
+        return []
+    for number in numbers:
+        try:
+            line = Path(f"/proc/self/task/{number}/stat").read_text()
+        except OSError:
+            continue  # it has ended meanwhile
+        states.append((int(number), line.rpartition(")")[2].split()[0]))
+    return states
 
 
 def process_name() -> str:

@@ -81,6 +81,11 @@ class WarpRenderer(LabelRenderer):
 
         return Usd.TimeCode.Default() if self._extractor is None else self._extractor.time
 
+    def look_at_files(self) -> None:
+        """Let the next `sync` also read what has changed on disk of images and light profiles, as for a new frame."""
+        if self._extractor is not None:
+            self._extractor.look_at_files()
+
     def sync(self, time: Usd.TimeCode | None = None) -> None:
         """Read what changed on the stage since the last call, and time-varying values at `time`.
 

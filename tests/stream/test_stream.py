@@ -186,3 +186,32 @@ def test_a_class_that_comes_up_before_the_first_frame_of_a_part_has_no_other_ids
     assert [len(row) for row, _ in rows] == [1, 0]
     for _, failure in rows:
         assert "'before' is not in the class table of this dataset" in failure
+
+
+def test_annotators_with_parameters_and_ids_of_every_kind_of_rows():
+    names = [("semantic_segmentation", {"colorize": True}), "occlusion", "visibility", "bounding_box_2d_tight"]
+    (sample,) = stream.frames(SCENE, names, arguments=[1])
+    assert sample.arrays["semantic_segmentation"].dtype == np.uint8
+    labels = {number: labels["class"] for number, labels in sample.classes.items()}
+    boxes = sample.infos["bounding_box_2d_tight"]["primPaths"]
+    of_boxes = dict(zip(boxes, (labels[int(each)] for each in sample.class_ids("bounding_box_2d_tight"))))
+    seen = sample.infos["visibility"]["primPaths"]
+    of_seen = dict(zip(seen, (labels[int(each)] for each in sample.class_ids("visibility"))))
+    assert sorted(of_boxes.values()) == ["ball", "cube"]
+    assert of_boxes == {path: of_seen[path] for path in of_boxes}
+    assert {labels.get(int(each)) for each in sample.class_ids("occlusion")} >= {"ball", "cube"}
+    with pytest.raises(KeyError):
+        sample.class_ids("semantic_segmentation")
+
+
+@pytest.mark.parametrize(
+    ("options", "what"), [({"annotators": "rgb"}, "annotators"), ({"arguments": "12"}, "arguments")]
+)
+def test_one_text_in_place_of_a_list_is_refused(options, what):
+    with pytest.raises(ArgumentError, match=f"{what} is the text"):
+        next(stream.frames(SCENE, **options))
+
+
+def test_what_is_no_annotator_is_refused_before_the_job_runs():
+    with pytest.raises(ArgumentError, match="pairs of a name"):
+        next(stream.frames(SCENE, [7]))  # pyright: ignore[reportArgumentType]

@@ -68,6 +68,8 @@ class Capture:
         set_global_seed(get_global_seed())
         self._requests = Requests.collect(self.frames_before + frame)
         self._files = self._requests.files
+        if self._requests.annotators:
+            engines.renderer().look_at_files()
         try:
             self._exposure, self._later = Exposure(self._requests, frame, self._camera_reader()), None
         except BaseException:
@@ -175,6 +177,7 @@ class Capture:
         number: seed of the image's noise. seconds: time on the timeline.
         """
         self._requests, self._ahead = Requests.of_product(path), None
+        engines.renderer().look_at_files()
         self._exposure, self._later = Exposure(self._requests, number, self._camera_reader()), None
         self.expose(mode)
         if self._requests.annotators:

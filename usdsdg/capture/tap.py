@@ -4,16 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from usdsdg.annotators import named_annotators
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.base import Annotation
 from usdsdg.annotators.delivery import delivered
 from usdsdg.annotators.frame import Frame
+from usdsdg.errors import ArgumentError
 from usdsdg.session.session import current
 
 # What one render product shows of one frame, by annotator name.
 Receive = Callable[["TappedView"], None]
+
+
+# What is asked for: an annotator's name, or its name and init parameters.
+Asked = str | tuple[str, Mapping[str, Any]]
+
+
+def annotator_of(asked: Asked) -> Annotator:
+    """Return a new annotator.
+
+    Raises:
+        ArgumentError: it is neither a name nor a name with parameters.
+        AnnotatorRegistryError: there is no such annotator.
+        AnnotatorError: it has no such parameter.
+    """
+    if isinstance(asked, str):
+        return named_annotators.get(asked)
+    if isinstance(asked, (tuple, list)) and len(asked) == 2 and isinstance(asked[0], str):
+        return named_annotators.get(asked[0], init_params=asked[1])
+    raise ArgumentError(f"annotators has {asked!r}; give names, or pairs of a name and a dictionary of its parameters")
 
 
 @dataclass(frozen=True)
@@ -34,8 +55,8 @@ class Tap:
     then all are rendered.
     """
 
-    def __init__(self, annotators: Sequence[str], is_wanted: Callable[[int], bool], receive: Receive) -> None:
-        self._annotators: list[Annotator] = [named_annotators.get(name) for name in annotators]
+    def __init__(self, annotators: Sequence[Asked], is_wanted: Callable[[int], bool], receive: Receive) -> None:
+        self._annotators: list[Annotator] = [annotator_of(each) for each in annotators]
         self._is_wanted, self._receive = is_wanted, receive
 
     def needs(self, frame: int) -> bool:

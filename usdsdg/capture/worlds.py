@@ -148,6 +148,7 @@ class WorldTap:
         renderer = engines.renderer()
         now = stage_time(current_stage())
         with _stage_lock:
+            renderer.look_at_files()
             renderer.place_worlds(values, now)
             renderer.glass_labels = glass_labels()
             batches = [self._batch(product, values, frame, mode) for product in _products()]

@@ -18,7 +18,7 @@ from pxr import Usd, UsdUtils
 
 from usdsdg import errors
 from usdsdg.session.new_stages import NewStage
-from usdsdg.stage import assets
+from usdsdg.stage import assets, usd_threads
 from usdsdg.stage.assets import anchors, objects
 
 if TYPE_CHECKING:
@@ -274,3 +274,4 @@ def _exit_as_failed() -> None:
 
 
 atexit.register(_exit_as_failed)
+usd_threads.prepare_forks()

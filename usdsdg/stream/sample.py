@@ -47,12 +47,19 @@ class Sample:
     def class_ids(self, annotator: str) -> np.ndarray:
         """Return the ids in `classes` of the rows of an annotator with a field "semanticId", int64 (N,).
 
-        As in Isaac Sim, that field counts the labels of one frame; `idToLabels` of that frame says which they are.
+        As in Isaac Sim, that field of boxes counts the labels of one frame; `idToLabels` of that frame says which they
+        are. Of other annotators it is the id itself.
 
         Raises:
             KeyError: there is no such annotator, or it has no such rows.
         """
-        rows, labels = self.arrays[annotator]["semanticId"], self.infos[annotator]["idToLabels"]
+        try:
+            rows = self.arrays[annotator]["semanticId"]
+        except (IndexError, ValueError):
+            raise KeyError(f"{annotator} has no field semanticId") from None
+        labels = self.infos[annotator].get("idToLabels", {})
+        if not all(isinstance(each, Mapping) for each in labels.values()) or "idToLabels" not in self.infos[annotator]:
+            return rows.astype(np.int64)
         ids = {tuple(sorted(each.items())): number for number, each in self.classes.items()}
         of_frame = {int(number): ids[tuple(sorted(each.items()))] for number, each in labels.items()}
         return np.array([of_frame[int(each)] for each in rows], np.int64)

@@ -7,10 +7,10 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
-from usdsdg.annotators import named_annotators
 from usdsdg.annotators.class_table import CLOSED
-from usdsdg.capture.tap import Tap
+from usdsdg.capture.tap import Asked, Tap, annotator_of
 from usdsdg.capture.worlds import WorldBatch, WorldTap
 from usdsdg.errors import ArgumentError, GraphError
 from usdsdg.operating_system import around_fork
@@ -36,7 +36,7 @@ around_fork(in_child=_forget_parent)
 
 def frames(
     job: str | os.PathLike[str],
-    annotators: Sequence[str] = ("rgb",),
+    annotators: Sequence[Asked] = ("rgb",),
     *,
     arguments: Sequence[str] = (),
     seed: int | None = None,
@@ -51,7 +51,7 @@ def frames(
 
     Args:
         job: a configuration of `usdsdg generate`, or a script of `usdsdg run`.
-        annotators: their names, as for `rep.annotators.get`.
+        annotators: their names, as for `rep.annotators.get`, or pairs (name, init_params).
         arguments: "key=value" overrides of the configuration, or the arguments of the script.
         seed: of the run; None: the configuration's, 0 for a script.
         part: (i, n) yields the frames i, i + n, i + 2n and so on.
@@ -65,15 +65,16 @@ def frames(
     Raises:
         ConfigError: there is no such job, or it is wrong.
         AnnotatorRegistryError: there is no such annotator.
-        ArgumentError: `part` or `ahead` is out of range.
+        ArgumentError: `part` or `ahead` is out of range, or one text was given in place of a list.
         GraphError: a stage is open in this process, which the job would replace, or another stream runs in it.
         UsdsdgError: as the job raises.
     """
     first, step = _checked_part(part, ahead)
-    source = Source(Path(job), tuple(arguments), seed)
+    annotators = _several("annotators", annotators)
+    source = Source(Path(job), _texts(arguments), seed)
     source.check()
-    for name in annotators:
-        named_annotators.get(name)
+    for each in annotators:
+        annotator_of(each)
 
     def begin(put: Callable[[Sample], None]) -> None:
         # Parts have the same ids only of classes that all of them know.
@@ -115,13 +116,24 @@ def worlds(
         UsdsdgError: as in `frames`.
     """
     _checked_part((0, 1), ahead)
-    source = Source(Path(job), tuple(arguments), seed)
+    annotators = _several("annotators", annotators)
+    source = Source(Path(job), _texts(arguments), seed)
     source.check()
 
     def begin(put: Callable[[WorldBatch], None]) -> None:
         session.current().worlds = WorldTap(count, annotators, put)
 
     return _in_short_turns(_run(source, begin, ahead, device))
+
+
+def _several(name: str, given: Sequence[Any]) -> tuple[Any, ...]:
+    if isinstance(given, str):
+        raise ArgumentError(f"stream: {name} is the text {given!r}; give a list, such as [{given!r}]")
+    return tuple(given)
+
+
+def _texts(arguments: Sequence[Any]) -> tuple[str, ...]:
+    return tuple(map(str, _several("arguments", arguments)))
 
 
 def _in_short_turns(items: Iterator[Item]) -> Iterator[Item]:

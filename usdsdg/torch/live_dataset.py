@@ -48,7 +48,7 @@ class LiveDataset(IterableDataset):
     def __init__(
         self,
         job: str | os.PathLike[str],
-        annotators: Sequence[str] = ("rgb",),
+        annotators: Sequence[Any] = ("rgb",),
         *,
         arguments: Sequence[str] = (),
         seed: int = 0,
@@ -59,7 +59,7 @@ class LiveDataset(IterableDataset):
     ) -> None:
         """
         job: a configuration of `usdsdg generate`, or a script of `usdsdg run`.
-        annotators: their names, as for `rep.annotators.get`.
+        annotators: their names, as for `rep.annotators.get`, or pairs (name, init_params).
         arguments: "key=value" overrides of the configuration, or the arguments of the script.
         seed: of the first epoch.
         device: where the tensors of samples are, as torch names devices; a DataLoader's workers that pass tensors on
@@ -68,6 +68,9 @@ class LiveDataset(IterableDataset):
         ahead: how many samples a worker makes before they are asked for.
         worlds: how many worlds a sample is of; None: samples are of one frame each.
         """
+        for name, given in (("annotators", annotators), ("arguments", arguments)):
+            if isinstance(given, str):
+                raise ArgumentError(f"LiveDataset: {name} is the text {given!r}; give a list, such as [{given!r}]")
         self.job, self.annotators, self.arguments = os.fspath(job), tuple(annotators), tuple(arguments)
         self.seed, self.device, self.transform, self.ahead = int(seed), device, transform, int(ahead)
         self.worlds = worlds

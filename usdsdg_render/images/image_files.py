@@ -3,6 +3,7 @@
 import io
 import os
 import warnings
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -85,16 +86,29 @@ def modified(path: str) -> tuple[int, int]:
 
     Of UDIM tiles the latest time and the total size.
     """
-    stamps, sizes = zip(*(_modified(file) for _, file in udim_tiles(path) or [(0, path)]))
+    files = files_of(path)
+    for file in files:
+        if _stamp(file) != (0, 0):
+            note_opened(file)
+    return stamp(files)
+
+
+def files_of(path: str) -> tuple[str, ...]:
+    """Return the files of an image: the path itself, or its UDIM tiles where there are any."""
+    return tuple(file for _, file in udim_tiles(path)) or (path,)
+
+
+def stamp(files: Sequence[str]) -> tuple[int, int]:
+    """Return `modified` of an image by its files, which are not looked for."""
+    stamps, sizes = zip(*map(_stamp, files))
     return max(stamps), sum(sizes)
 
 
-def _modified(path: str) -> tuple[int, int]:
+def _stamp(path: str) -> tuple[int, int]:
     try:
         status = os.stat(Ar.SplitPackageRelativePathOuter(path)[0] if "[" in path else path)
     except OSError:
         return 0, 0
-    note_opened(path)
     return status.st_mtime_ns, status.st_size
 
 

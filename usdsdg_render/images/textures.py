@@ -85,6 +85,11 @@ class TexturePool:
         self._decoded: OrderedDict[_Key, list[Tile] | None] = OrderedDict()
         self._kept: dict[TextureUse, Texture] = {}
         self._table: list[Texture] = []
+        self._stamps: dict[tuple[str, ...], tuple[int, int]] = {}  # of the files of textures, when they were loaded
+
+    def is_stale(self) -> bool:
+        """Return whether a file has changed since the last `load` that asked for it."""
+        return any(image_files.stamp(files) != stamp for files, stamp in self._stamps.items())
 
     def load(
         self, uses: Iterable[TextureUse], progress: Progress | None = None
@@ -97,6 +102,8 @@ class TexturePool:
         uses = list(uses)
         self._kept = {use: self._kept[use] for use in uses if use in self._kept}
         keys = {use: (use.decoding, image_files.modified(use.file)) for use in uses if use not in self._kept}
+        self._stamps = {image_files.files_of(decoding.file): stamp for decoding, stamp in keys.values()}
+        self._forget_replaced(set(keys.values()))
         by_file: dict[str, dict[_Key, TextureUse]] = {}
         for use, key in keys.items():
             if key not in self._decoded:
@@ -150,6 +157,12 @@ class TexturePool:
                     self._decoded[key] = tiles
                 if progress is not None:
                     progress("textures", done + 1, len(files))
+
+    def _forget_replaced(self, used: set[_Key]) -> None:
+        """Drop the texels of what files held before: nothing asks for them again."""
+        decodings = {decoding for decoding, _ in used}
+        for key in [key for key in self._decoded if key[0] in decodings and key not in used]:
+            del self._decoded[key]
 
     def _drop_idle(self, used: set[_Key]) -> None:
         idle = [key for key in self._decoded if key not in used]

@@ -33,6 +33,12 @@ def read_emission_profile(prim: Usd.Prim) -> EmissionProfile | None:
     return _emission_profile(ies_key, texture_key) if ies_key or texture_key else None
 
 
+def profile_files(prim: Usd.Prim) -> tuple[str, ...]:
+    """Return the files that `read_emission_profile` reads."""
+    names = ("inputs:shaping:ies:file", *(["inputs:texture:file"] if prim.GetTypeName() == "RectLight" else []))
+    return tuple(file for name in names if (file := _file(prim, name)))
+
+
 def _file(prim: Usd.Prim, name: str) -> str:
     attribute = prim.GetAttribute(name)
     authored, file = image_files.asset_file(attribute) if attribute else ("", "")

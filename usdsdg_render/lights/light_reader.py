@@ -7,7 +7,8 @@ import numpy as np
 from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import is_below
-from usdsdg_render.lights.emission_profiles import read_emission_profile
+from usdsdg_render.images.image_files import stamp
+from usdsdg_render.lights.emission_profiles import profile_files, read_emission_profile
 from usdsdg_render.lights.light_rows import read_light
 from usdsdg_render.lights.linking import is_linked, read_links
 from usdsdg_render.scene.scene import LIGHT, EmissionProfile, LightLinks, Scene
@@ -40,6 +41,8 @@ class _Light(NamedTuple):
     row: np.ndarray | Literal["stale"] | None
     profile: EmissionProfile | None
     links: LightLinks | None
+    files: tuple[str, ...]  # of the profile
+    stamp: tuple[int, int]  # of these, when they were read
 
 
 class LightReader:
@@ -57,6 +60,10 @@ class LightReader:
         """Drop the rows alone of the cached lights at `paths`."""
         for path in paths & self._known.keys():
             self._known[path] = self._known[path]._replace(row="stale")
+
+    def with_other_files(self) -> set[Sdf.Path]:
+        """Return the lights whose files have changed since they were read."""
+        return {path for path, light in self._known.items() if light.files and stamp(light.files) != light.stamp}
 
     def read(
         self,
@@ -78,12 +85,15 @@ class LightReader:
                 linked = is_linked(prim)
                 if linked and not sources:
                     sources = [source_path(each) for each in instances]
+                files = profile_files(prim)
                 light = _Light(
                     key,
                     instances if linked else None,
                     read_light(prim, matrix, meters_per_unit),
                     read_emission_profile(prim),
                     read_links(prim, sources),
+                    files,
+                    stamp(files) if files else (0, 0),
                 )
             self._known[path] = light
         return _combined(self._known.values())

@@ -5,6 +5,7 @@ from collections.abc import Set
 from pxr import Sdf, Usd
 
 from usdsdg.stage.poses.transforms import meters_per_unit
+from usdsdg_render.images.image_files import stamp
 from usdsdg_render.lights.domes import DomeBuilder, DomeLight, read_dome
 from usdsdg_render.lights.light_reader import LightReader
 from usdsdg_render.scene.scene import Scene
@@ -31,6 +32,11 @@ class StageLights:
     def invalidate_emission(self, paths: Set[Sdf.Path]) -> None:
         """Make `read` read again how bright the lights at `paths` are, and of what color, but nothing else of them."""
         self._lights.invalidate_emission(paths)
+
+    def with_other_files(self) -> set[Sdf.Path]:
+        """Return the lights whose textures or profiles have changed on disk since they were read."""
+        domes = {Sdf.Path(dome.path) for dome in self._domes if dome.file and stamp((dome.file,)) != dome.modified}
+        return domes | self._lights.with_other_files()
 
     def read(self, tree: StageTree, *, always: bool) -> None:
         """Read lights if their set, a transform or the linked instances changed, or `always`; update the scene."""

@@ -75,6 +75,10 @@ class MaterialTable:
         rows = map(self._row_of.get, map(id, edits.materials))
         self._edited.setdefault(edits.name, {}).update((row, None) for row in rows if row is not None)
 
+    def load_again(self) -> None:
+        """Ask for the textures of all rows at the next `write`, since their files have changed."""
+        self._must_load = True
+
     def _free_row(self) -> int:
         while self._unused:
             row = heapq.heappop(self._unused)

@@ -56,6 +56,7 @@ class SceneExtractor:
         self._always_shown: frozenset[Sdf.Path] = frozenset()
         self._toggled: set[Sdf.Path] = set()  # that are now, or were, always shown
         self._lights = StageLights(stage, self.scene)
+        self._looks_at_files = False  # at the next update
 
     @property
     def time(self) -> Usd.TimeCode:
@@ -70,6 +71,13 @@ class SceneExtractor:
         with time_context(self._time):
             self._invalidate(dirty)
             self._read(dirty)
+
+    def look_at_files(self) -> None:
+        """Let the next update read images and light profiles again that have changed on disk.
+
+        Nothing notifies of these, and looking costs a call of the system for each file.
+        """
+        self._looks_at_files = True
 
     def always_show(self, paths: Set[Sdf.Path]) -> None:
         """Keep prims in `scene` although their visibility says that they are hidden, from the next update on."""
@@ -145,6 +153,10 @@ class SceneExtractor:
         if dirty.skinning:
             self._prototypes.skinning.invalidate()
         dirty.stale_materials = self._materials.invalidate(dirty, self._gprims)
+        if self._looks_at_files:
+            self._looks_at_files = False
+            dirty.stale_materials |= self._materials.look_at_files()
+            dirty.lights |= self._lights.with_other_files()
         self._gprims.invalidate(dirty)
         self._lights.invalidate(dirty.lights)
         self._lights.invalidate_emission(dirty.emissions)

@@ -72,6 +72,14 @@ class GprimMaterials:
             self._is_stale = True
         return bool(stale or updates or edits)
 
+    def look_at_files(self) -> bool:
+        """Let textures be loaded again if a file of them has changed; whether it has."""
+        if not self._textures.is_stale():
+            return False
+        self._slots.table.load_again()
+        self._is_stale = True
+        return True
+
     @property
     def are_written(self) -> bool:
         """Whether the scene has all materials as they were read."""

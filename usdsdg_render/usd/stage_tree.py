@@ -92,7 +92,9 @@ class StageTree:
         roots = set(Sdf.Path.RemoveDescendentPaths(list(roots)))
         self._children_of.clear()
         self._other_kinds.clear()
-        if reordered := [root.GetParentPath() for root in roots if self._is_reordered(root)]:
+        # A prim that a weaker layer adds moves those above it, too, before others of their siblings.
+        above = {prefix for root in roots for prefix in root.GetPrefixes()}
+        if reordered := [path.GetParentPath() for path in above if self._is_reordered(path)]:
             roots = set(Sdf.Path.RemoveDescendentPaths([*roots, *reordered]))
         self._drop_notes(roots)
         splices = sorted((splice for root in roots if (splice := self._splice_of(root))), key=lambda s: s[:3])

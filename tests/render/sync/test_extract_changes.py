@@ -417,6 +417,20 @@ def test_what_moves_again_and_again_is_followed_through_other_changes(happens, s
     move(5)
 
 
+def test_a_layer_that_moves_prims_before_their_siblings(stage, extractor):
+    """USD tells of the new prims alone, and orders their ancestors anew."""
+    UsdGeom.Cube.Define(stage, "/World/last/box")
+    extractor.update()
+    layer = Sdf.Layer.CreateAnonymous()
+    for path in ("/World/new", "/World/last/more"):
+        added = Sdf.CreatePrimInLayer(layer, path)
+        added.specifier, added.typeName = Sdf.SpecifierDef, "Cube"
+    stage.GetRootLayer().subLayerPaths.append(layer.identifier)
+    extractor.update()
+    assert [path.split("/")[2] for path in extractor.scene.instances.paths][:3] == ["new", "last", "last"]
+    assert_fresh(extractor, stage)
+
+
 def test_closing_stops_listening(stage, extractor):
     extractor.close()
     attribute(stage, "/World/b1.radius").Set(5.0)
