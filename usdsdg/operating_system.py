@@ -46,10 +46,10 @@ def usable_cores() -> int:
     return os.cpu_count() or 1
 
 
-def around_fork(*, before: Callable[[], None] | None = None, in_child: Callable[[], None]) -> None:
+def around_fork(*, before: Callable[[], None] | None = None, in_child: Callable[[], None] | None = None) -> None:
     """Have functions called when this process forks, until it ends; nothing where processes do not fork."""
     if hasattr(os, "register_at_fork"):
-        os.register_at_fork(before=before or _nothing, after_in_child=in_child)
+        os.register_at_fork(before=before or _nothing, after_in_child=in_child or _nothing)
 
 
 def wait_for_other_threads(seconds: float) -> None:

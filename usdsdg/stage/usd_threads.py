@@ -17,10 +17,6 @@ def _let_rest() -> None:
     wait_for_other_threads(REST_SECONDS)
 
 
-def _nothing() -> None:
-    pass
-
-
 def prepare_forks() -> None:
     """Let forks of this process, from now on, find USD's threads at rest."""
-    around_fork(before=_let_rest, in_child=_nothing)
+    around_fork(before=_let_rest)
