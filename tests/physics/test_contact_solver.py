@@ -194,6 +194,11 @@ def test_what_is_light_carries_what_is_heavy(heavy):
     test_calm.test_a_light_cube_carries_a_heavy_one(heavy)
 
 
+@pytest.mark.parametrize("masses", [(1, 11, 21, 31, 41, 51), (1, 15, 15, 15, 15, 15)])
+def test_what_is_light_carries_a_stack_of_what_is_heavier(masses):
+    test_calm.test_a_light_body_carries_a_stack_of_heavier_ones("Cube", masses)
+
+
 def test_what_is_light_carries_what_is_heavy_beside_a_pile():
     """The tower gets sweeps of its own, and the pile, of other pairs than it has, those that it has without it."""
 

@@ -11,6 +11,9 @@ from usdsdg_physics.contact_solver.arrays import Bodies, Pairs, Rows
 from usdsdg_physics.contact_solver.thread_barrier import wait_for_all
 
 HEAVIER = wp.constant(16.0)  # ratio of two masses from which on the lighter body is burdened
+# That in stacks, where what lies on the heavier body presses, too, and how many pairs of bodies these have at least.
+HEAVIER_IN_STACKS = wp.constant(6.0)
+STACK_PAIRS = wp.constant(4)
 REACH = wp.constant(8)  # how many bodies from one that is burdened others belong to it
 
 
@@ -25,7 +28,7 @@ def find_burdened(
     bodies: Bodies,
     pairs: Pairs,
 ):
-    """Mark the bodies near those that lie on bodies of a sixteenth of their mass, and count the pairs of marked ones.
+    """Mark the bodies near those that lie on much lighter ones, and count the pairs of marked ones.
 
     A mark is the number of the round in which it was made, so the result does not depend on the order of threads.
     """
@@ -42,12 +45,13 @@ def find_burdened(
             light1 = wp.dot(n, wp.cw_mul(bodies.inverse_mass[second], n))
             below = wp.where(weight < 0.0, light0, light1)
             above = wp.where(weight < 0.0, light1, light0)
-            if wp.abs(weight) > 0.5 * wp.length(gravity[0]) and below > HEAVIER * above:
+            if wp.abs(weight) > 0.5 * wp.length(gravity[0]) and below > HEAVIER_IN_STACKS * above:
                 bodies.burden[first] = 1
                 bodies.burden[second] = 1
-                pairs.burdened[0] = 1
+                wp.atomic_max(pairs.burdened, 0, wp.where(below > HEAVIER * above, 2, 1))
     passed = wait_for_all(counter, blocks, passed)
-    if pairs.burdened[0] == 0:
+    most = pairs.burdened[0]
+    if most == 0:
         return
     for turn in range(1, REACH):
         for pair in range(thread, count, threads):
@@ -60,6 +64,9 @@ def find_burdened(
             found += 1
     if found > 0:
         wp.atomic_add(pairs.burdened, 0, found)
+    passed = wait_for_all(counter, blocks, passed)
+    if thread == 0 and most == 1 and pairs.burdened[0] - most < STACK_PAIRS:
+        pairs.burdened[0] = 0
 
 
 @wp.func
