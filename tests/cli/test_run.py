@@ -250,9 +250,18 @@ DELETIONS = """
         for _ in range(20_000):
             pass
 """
+# Python holds an interrupt of source code in `exec` for one that nobody handles, until it executes other source code.
+SOURCE = """
+    import traceback
+    import omni.replicator.core as rep
+
+    rep.orchestrator.run(num_frames=1)
+    print("ready", flush=True)
+    exec("while True: pass")
+"""
 
 
-@pytest.mark.parametrize("script", [SYNCHRONOUS, UPDATES, TASK, IDLE, DELETIONS])
+@pytest.mark.parametrize("script", [SYNCHRONOUS, UPDATES, TASK, IDLE, DELETIONS, SOURCE])
 def test_ctrl_c_ends_a_script_and_leaves_no_partial_files(tmp_path, script):
     out = tmp_path / "out"
     returned, stderr = run_and_signal(tmp_path, script.replace("OUT", str(out)), signal.SIGINT)

@@ -21,6 +21,15 @@ def let_commands_be_interrupted() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def forget_interrupts() -> None:
+    """Let Python end with the exit code that it was given, whatever was interrupted before.
+
+    A KeyboardInterrupt that leaves source code in `exec` or `eval`, as dataclasses have it, counts as one that nobody
+    handles, although somebody does: `python -m` then ends by SIGINT. The next execution of source code clears that.
+    """
+    exec("")
+
+
 def _end(*_: Any) -> None:
     os.write(2, b"interrupted\n")
     os._exit(INTERRUPTED)

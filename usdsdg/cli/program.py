@@ -1,7 +1,7 @@
 """Entry point of the `usdsdg` program: what stands before the first heavy import."""
 
 from usdsdg.cli.closed_streams import replace_closed_streams
-from usdsdg.cli.interrupts import end_at_once_on_interrupt
+from usdsdg.cli.interrupts import end_at_once_on_interrupt, forget_interrupts
 
 
 def main() -> None:
@@ -10,4 +10,7 @@ def main() -> None:
     end_at_once_on_interrupt()
     from usdsdg.cli.app import main as run_command
 
-    run_command()
+    try:
+        run_command()
+    finally:
+        forget_interrupts()

@@ -19,7 +19,7 @@ def test_a_script_runs_in_its_encoding(tmp_path, source):
     script = tmp_path / "script.py"
     script.write_bytes(source)
     names = {}
-    exec(_program(script), names)
+    exec(_program(script, names), names)
     assert names["name"] == "grün"
     assert _parsed(script).body
 
@@ -28,4 +28,4 @@ def test_bytes_that_are_no_text_are_a_syntax_error_as_in_python(tmp_path):
     script = tmp_path / "script.py"
     script.write_bytes(b'name = "\xff"\n')
     with pytest.raises(SyntaxError):
-        _program(script)
+        _program(script, {})

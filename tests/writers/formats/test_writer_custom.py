@@ -91,6 +91,9 @@ class StandIn(RayCaster):
     def finish(self):
         """Do nothing: there is no device that still works."""
 
+    def look_at_files(self):
+        """Do nothing: there are no textures."""
+
     def sync(self, time):
         self.gprims = RayCaster(current_stage()).gprims
 
