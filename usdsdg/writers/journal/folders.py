@@ -24,6 +24,9 @@ from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
 
+# Of what works on a dataset where it is, and is given no output_dir.
+COPY = "work on a copy of the dataset"
+
 
 class Mode(Enum):
     """What happens to an earlier run in the output folder."""
@@ -76,7 +79,7 @@ class DatasetFolder:
             raise _held(place, held) from None
         except OSError as error:
             self.end_sharing()
-            raise not_writable(path, error) from error
+            raise (not_writable(path, error, elsewhere=COPY) if with_parts else not_writable(path, error)) from error
         try:
             place.pull(portion)
             check(place, wanted, mode, portion, with_parts=with_parts, growth=growth)
@@ -263,7 +266,7 @@ def whole_locks(place: Place) -> list[Lock]:
     except Locked as held:
         raise _held(place, held) from None
     except OSError as error:
-        raise not_writable(place.path, error) from error
+        raise not_writable(place.path, error, elsewhere=COPY) from error
 
 
 def _held(place: Place, held: Locked) -> DatasetInTheWay:
