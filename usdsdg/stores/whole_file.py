@@ -198,17 +198,12 @@ _REASONS = {
 }
 
 
-def reason_of(error: OSError) -> str:
-    """Return why the system does not write a file, in words."""
-    return _REASONS.get(error.errno or 0, error.strerror or str(error))
-
-
 def not_writable(path: Path, error: OSError, *, elsewhere: str = "choose another output_dir") -> OutputNotWritable:
     """Return the error, with cause and remedy, that an error of the system at a file is.
 
     elsewhere: what else the user can do than to make room or to give the right to write.
     """
-    cause = reason = reason_of(error)
+    cause = reason = _REASONS.get(error.errno or 0, error.strerror or str(error))
     if error.errno == errno.ENOSPC:
         with contextlib.suppress(OSError):
             reason += f" ({shutil.disk_usage(path.parent).free / 1e6:.0f} MB free)"
