@@ -49,13 +49,15 @@ class Use:
     called: bool = False
 
 
-def uses_of(scripts: Sequence[Path]) -> list[Use]:
+def uses_of(scripts: Sequence[Path], unread: dict[Path, ConfigError] | None = None) -> list[Use]:
     """Return the foreign names that scripts use, also in the modules beside them that they import.
 
     Aliases are resolved: after `import omni.usd as u`, `u.get_context()` uses `omni.usd.get_context`. Of what functions
     return, members are seen where it is one of `GETTERS`: `u.get_context().get_stage()`, or `self.context.get_stage()`
     after `self.context = u.get_context()`, use `omni.usd.UsdContext.get_stage`. Members that the scripts register
     themselves are not seen.
+
+    unread: gets the files that cannot be read, or are not Python, with their errors; None: the first one is raised.
 
     Raises:
         ConfigError: a file cannot be read, or is not Python.
@@ -69,7 +71,14 @@ def uses_of(scripts: Sequence[Path]) -> list[Use]:
             continue
         seen.add(path.resolve())
         reader = _Reader(str(path), (folder, path.parent, *map(Path, sys.path)))
-        reader.visit(_parsed(path))
+        try:
+            tree = _parsed(path)
+        except ConfigError as error:
+            if unread is None:
+                raise
+            unread[path] = error
+            continue
+        reader.visit(tree)
         uses |= reader.uses
         own |= reader.definitions
         queue += [(helper, folder) for name in reader.imported for helper in _helpers(folder, path.parent, name)]
