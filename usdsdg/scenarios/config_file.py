@@ -34,7 +34,7 @@ class _Source:
     problems: list[Problem] = field(default_factory=list)
 
     def origin(self, key_path: KeyPath) -> str:
-        """Return the origin of a key, or of the nearest enclosing one that has one, and overrides below it; "": none."""
+        """Return the origin of a key, or of the nearest one above it that has one, and overrides below it; or ""."""
         depth = len(key_path)
         below = [
             origin

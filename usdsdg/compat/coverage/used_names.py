@@ -3,9 +3,10 @@
 import ast
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from usdsdg.arguments.registry import near_misses
 from usdsdg.compat import finder
 from usdsdg.errors import ConfigError
 
@@ -32,6 +33,7 @@ GETTERS = {
     "carb.settings.acquire_settings_interface": "carb.settings.ISettings",
     "carb.dictionary.get_dictionary": "carb.dictionary.IDictionary",
 }
+_RANDOMIZERS = tuple(f"{core}randomizer." for core in CORE)
 # To these a script can add members.
 _OPEN = (*CORE, "annotators.get", "writers.get")
 
@@ -40,13 +42,21 @@ _OBJECTS = frozenset(GETTERS.values())
 
 @dataclass(frozen=True, order=True)
 class Use:
-    """One use of a foreign name: `omni.usd.get_context`, or a member of a registry: `annotators.get('rgb')`."""
+    """One use of a foreign name: `omni.usd.get_context`, or a member of a registry: `annotators.get('rgb')`.
+
+    near: of a randomizer, a similar name that the scripts define, which they may have registered and meant; or "".
+    """
 
     name: str
     file: str
     line: int
     column: int = 0
     called: bool = False
+    near: str = ""
+
+    def or_near(self, why: str) -> str:
+        """Add to the reason why the name is missing which name of the script may be meant."""
+        return f"{why}; or did you mean {self.near}, which the script defines?" if self.near else why
 
 
 def uses_of(scripts: Sequence[Path], unread: dict[Path, ConfigError] | None = None) -> list[Use]:
@@ -82,7 +92,13 @@ def uses_of(scripts: Sequence[Path], unread: dict[Path, ConfigError] | None = No
         uses |= reader.uses
         own |= reader.definitions
         queue += [(helper, folder) for name in reader.imported for helper in _helpers(folder, path.parent, name)]
-    return sorted(use for use in uses if not (use.name.startswith(_OPEN) and _last(use.name) in own))
+    return sorted(_beside(use, own) for use in uses if not (use.name.startswith(_OPEN) and _last(use.name) in own))
+
+
+def _beside(use: Use, own: set[str]) -> Use:
+    if not use.name.startswith(_RANDOMIZERS):
+        return use
+    return replace(use, near=next(iter(near_misses(_last(use.name), sorted(own), count=1)), ""))
 
 
 def _last(name: str) -> str:
