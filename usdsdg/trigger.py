@@ -41,6 +41,7 @@ def on_frame(
         GraphError: `interval` is not an integer or below 1, or another number is not an integer.
     """
     whole_number("interval", interval, least=1)
+    whole_number("num_frames", num_frames or 0)
     return _add("OgnOnFrame", name, interval=interval, maxExecs=max_execs or num_frames, rtSubframes=rt_subframes)
 
 
@@ -71,6 +72,7 @@ def on_time(
     Raises:
         GraphError: `interval` is not above 0.
     """
+    whole_number("num", num or 0)
     inputs = {"interval": interval, "maxExecs": max_execs or num, "rtSubframes": rt_subframes}
     return _timed("on_time", name, enable_capture_on_play, resetPhysics=bool(reset_physics), **inputs)
 

@@ -109,6 +109,8 @@ def test_the_largest_required_number_of_sub_frames_is_used(subframes):
         (lambda: rep.trigger.on_frame(interval="often"), "interval is 'often'"),
         (lambda: rep.trigger.on_frame(interval=1.5), "interval is 1.5"),
         (lambda: rep.trigger.on_frame(max_execs="3"), "max_execs is '3'; expected a whole number"),
+        (lambda: rep.trigger.on_frame(num_frames="3"), "num_frames is '3'; expected a whole number"),
+        (lambda: rep.trigger.on_time(num="3"), "^num is '3'; expected a whole number"),
         (lambda: rep.trigger.on_frame(rt_subframes=None), "rt_subframes is None"),
         (lambda: rep.trigger.on_time(interval="soon"), "interval='soon' must be above 0"),
         (lambda: rep.trigger.on_time(interval=0), "interval=0 must be above 0"),

@@ -1,16 +1,21 @@
 """Which datasets can be repaired, the errors for the others, and which frames are made for which damage."""
 
+import errno
 import hashlib
 import json
 
 import pytest
 
-from usdsdg.errors import DatasetError, DatasetInTheWay
+from usdsdg.errors import DatasetError, DatasetInTheWay, OutputNotWritable
+from usdsdg.repair import claim
 from usdsdg.repair.claim import claimed
 from usdsdg.repair.summary import numbered
+from usdsdg.stores import whole_file
 from usdsdg.stores.locks import FileLock
 from usdsdg.writers.journal.journal import Journal
+from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.recipe import Recipe
+from usdsdg.writers.parts import join_parts
 
 FILES = {f"{number}.png": bytes([number] * 9) for number in range(4)}
 SHARED = {"table.json": b"{}"}
@@ -32,6 +37,13 @@ def out(tmp_path):
     journal.append(lines, {name: tuple(facts(data)) for name, data in SHARED.items()})
     journal.close(complete=True, recipe=recipe)
     return tmp_path
+
+
+def raising(error):
+    def fail(*_args, **_options):
+        raise error
+
+    return fail
 
 
 def change(file, old, new):
@@ -87,6 +99,31 @@ def test_a_dataset_that_a_run_writes_to_is_refused(out):
     lock.release()
     with claimed(str(out), is_dry=False), pytest.raises(OSError, match="journal"):
         FileLock(out / ".usdsdg/journal.jsonl")
+
+
+def test_a_folder_that_may_not_be_written_to_is_told_without_an_output_dir(out, monkeypatch):
+    denied = PermissionError(errno.EACCES, "Permission denied")
+    remedy = "this user may not write there. Work on a copy of the dataset, or make this one writable"
+    for module, name in ((FolderPlace, "locks"), (claim, "remove_unfinished")):
+        with monkeypatch.context() as patched:
+            patched.setattr(module, name, raising(denied))
+            with pytest.raises(OutputNotWritable, match=remedy), claimed(str(out), is_dry=False):
+                pass
+    monkeypatch.setattr(FolderPlace, "locks", raising(denied))
+    with pytest.raises(OutputNotWritable, match=remedy):
+        join_parts(FolderPlace(out))
+
+
+def test_a_file_that_may_not_be_replaced_is_told_without_an_output_dir(out, monkeypatch, tmp_path_factory):
+    made = tmp_path_factory.mktemp("made")
+    (made / "0.png").write_bytes(FILES["0.png"])
+    (out / "0.png").unlink()
+    with claimed(str(out), is_dry=False) as found, monkeypatch.context() as patched:
+        patched.setattr(whole_file.os, "replace", raising(PermissionError(errno.EACCES, "Permission denied")))
+        found.repair.take([made])
+    assert found.repair.left["0.png"] == (
+        "cannot be replaced: this user may not write there; repair again once that is put right"
+    )
 
 
 def test_frames_of_damaged_files_are_made_and_of_shared_ones_the_first_and_the_last(out):

@@ -173,6 +173,12 @@ def test_overrides_reach_into_mappings_and_lists():
     assert config.simulation_duration_between_captures == 0.001
 
 
+def test_an_override_below_a_key_that_is_wrong_is_named_beside_its_line(written):
+    path = written("job: detection\nformats: {yolo: {}}\n")
+    with pytest.raises(ConfigError, match=r"line 2 with override 'formats\.yollo=\{\}': formats: yollo is no format"):
+        load_job(path, ["formats.yollo={}", "num_frames=3"])
+
+
 def test_a_bad_override_is_named_instead_of_a_line():
     messages = problems(
         CONFIGS / "object_based.yaml",

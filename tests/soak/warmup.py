@@ -74,7 +74,7 @@ def _check_runs(folder: Path, compiled: set[str]) -> list[str]:
     for command, *arguments in (
         ["run", "annotated.py"],
         ["simulate", "cubes.usda", "fallen.usda", "--seconds", "0.1"],
-        ["render", "cubes.usda", "cubes.png"],
+        ["render", "cubes.usda", "cubes"],
         *(["generate", *job] for job in jobs),
     ):
         output = _run(folder, command, "--device", "cpu", *arguments)

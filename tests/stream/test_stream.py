@@ -96,7 +96,7 @@ def test_a_stream_that_is_closed_early_leaves_the_process_as_it_was(tmp_path):
     assert len(again) == 4
     assert len(failed) == 2
     assert failure is not None
-    assert "ended with exit code 1" in failure
+    assert "ended with exit code 1: ValueError: the script failed (scene.py:39)" in failure
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")

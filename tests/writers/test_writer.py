@@ -55,6 +55,19 @@ def recorder():
     return writer
 
 
+def test_arguments_without_names_are_refused_with_their_names(recorder, tmp_path):
+    remedy = r"takes arguments by name only, as in initialize\(output_dir='out'\)"
+    with pytest.raises(WriterError, match=f"Recorder: .*{remedy}"):
+        recorder.initialize("out")
+    with pytest.raises(WriterError, match=f"CocoWriter: .*{remedy}"):  # which has an initialize of its own
+        writers.get("CocoWriter").initialize("out")
+    for give in (writers.get, WriterRegistry.get):
+        with pytest.raises(WriterError, match="Recorder: init_params is 'out'; expected a dictionary"):
+            give("Recorder", "out")
+    with pytest.raises(WriterError, match="Recorder: init_params is 'out'; expected a dictionary"):
+        WriterRegistry.attach("Recorder", PRODUCT, "out")
+
+
 def test_the_registry_makes_instances_without_init():
     writer = writers.get("Recorder")
     assert not hasattr(writer, "seen")

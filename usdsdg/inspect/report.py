@@ -218,4 +218,6 @@ def _write(target: Path, text: str) -> None:
             os.unlink(draft)
             raise
     except OSError as error:
-        raise OutputNotWritable(f"the page cannot be written to {target}: {error}; give another output") from error
+        raise OutputNotWritable(
+            f"the page cannot be written to {target}: {error.strerror or error}; choose another file with --output"
+        ) from error

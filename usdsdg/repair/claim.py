@@ -15,8 +15,9 @@ from usdsdg.repair.replaced import Repair
 from usdsdg.repair.summary import Summary
 from usdsdg.session.progress import report as progress
 from usdsdg.stores.addresses import is_url
+from usdsdg.stores.whole_file import not_writable
 from usdsdg.writers.journal.earlier_files import remove_unfinished
-from usdsdg.writers.journal.folders import whole_locks
+from usdsdg.writers.journal.folders import COPY, whole_locks
 from usdsdg.writers.journal.place import FolderPlace, Place, StorePlace, is_kept_as_data, place_of
 
 
@@ -28,6 +29,13 @@ def _keep(place: Place, names: Sequence[str]) -> None:
     for name in filter(is_kept_as_data, names):
         place.write(name, (place.path / name).read_bytes())
     place.push(whole=True)
+
+
+def _remove_unfinished(folder: Path) -> None:
+    try:
+        remove_unfinished(folder)
+    except OSError as error:
+        raise not_writable(Path(error.filename or folder), error, elsewhere=COPY) from error
 
 
 @contextmanager
@@ -51,7 +59,7 @@ def claimed(name: str, *, is_dry: bool) -> Iterator[Summary]:
             place.pull()  # what was there before the lock may have changed
             OnDisk(place.name, place.path, place.store).fetch()
         elif not is_dry:
-            remove_unfinished(place.path)
+            _remove_unfinished(place.path)
         damage = find(place.path, name, progress)
         yield Summary(name, Repair(damage, partial(_keep, place)), plan(damage), is_dry=is_dry)
     finally:

@@ -104,7 +104,12 @@ def replace(folder: Path, name: str, made: Path) -> str:
             return "has a folder in its place; remove that"
         write_whole(file, _chunks(made))
     except OutputNotWritable as error:
-        return f"cannot be replaced: {error}"
+        # The remedy of the error is that of a run, which may choose its output_dir.
+        return (
+            f"cannot be replaced: {error.cause}; repair again once that is put right"
+            if error.cause
+            else (f"cannot be replaced: {error}")
+        )
     return ""
 
 

@@ -21,6 +21,7 @@ from usdsdg.scenarios.config_errors import KeyPath, Problem, problems_of, sugges
 Model = TypeVar("Model", bound=BaseModel)
 SUFFIXES = (".yaml", ".yml", ".json")
 _TO_START = "; `usdsdg new detection` writes a configuration to start from"
+_OVERRIDE = "override "
 MAX_PROBLEMS = 30  # in a message
 
 
@@ -33,10 +34,16 @@ class _Source:
     problems: list[Problem] = field(default_factory=list)
 
     def origin(self, key_path: KeyPath) -> str:
-        """Return the origin of a key, or of the nearest enclosing key that has one; "" for none."""
+        """Return the origin of a key, or of the nearest one above it that has one, and overrides below it; or ""."""
+        depth = len(key_path)
+        below = [
+            origin
+            for known, origin in self.origins.items()
+            if len(known) > depth and known[:depth] == key_path and origin.startswith(_OVERRIDE)
+        ]
         while key_path and key_path not in self.origins:
             key_path = key_path[:-1]
-        return self.origins.get(key_path, "")
+        return " with ".join(filter(None, [self.origins.get(key_path, ""), *below]))
 
 
 def read_config(path: str | os.PathLike[str], overrides: Sequence[str], model: type[Model]) -> Model:
@@ -87,7 +94,7 @@ def _message(file: Path, source: _Source) -> str:
 
 def _line(origin: str) -> int:
     """Sort key of problems: their line in the file; overrides and missing keys come last."""
-    number = origin.removeprefix("line ")
+    number = origin.removeprefix("line ").partition(" ")[0]
     return int(number) if number.isdigit() else 1 << 30
 
 
@@ -184,7 +191,7 @@ def _note_lines(node: yaml.Node | None, key_path: KeyPath, source: _Source) -> N
 def _override(source: _Source, override: str) -> None:
     """Apply one override "a.b.0.c=value"; the key may also be written `a.b[0].c`."""
     key, equals, text = override.partition("=")
-    origin = f"override {shown(override)}"
+    origin = f"{_OVERRIDE}{shown(override)}"
     key_path: KeyPath = tuple(
         int(part) if part.isdecimal() else part for part in re.split(r"[.\[\]]+", key.strip().rstrip("]")) if part
     )

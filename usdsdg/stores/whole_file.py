@@ -198,15 +198,18 @@ _REASONS = {
 }
 
 
-def not_writable(path: Path, error: OSError) -> OutputNotWritable:
-    """Return the error, with cause and remedy, that an error of the system at a file is."""
+def not_writable(path: Path, error: OSError, *, elsewhere: str = "choose another output_dir") -> OutputNotWritable:
+    """Return the error, with cause and remedy, that an error of the system at a file is.
+
+    elsewhere: what else the user can do than to make room or to give the right to write.
+    """
     cause = reason = _REASONS.get(error.errno or 0, error.strerror or str(error))
     if error.errno == errno.ENOSPC:
         with contextlib.suppress(OSError):
             reason += f" ({shutil.disk_usage(path.parent).free / 1e6:.0f} MB free)"
-        remedy = "Free space or choose another output_dir; the files written so far are whole."
+        remedy = f"Free space or {elsewhere}; the files written so far are whole."
     else:
-        remedy = "Choose another output_dir, or make this one writable."
+        remedy = f"{elsewhere[0].upper()}{elsewhere[1:]}, or make this one writable."
     failure = OutputNotWritable(f"{path} cannot be written: {reason}. {remedy}")
     failure.cause = cause
     return failure

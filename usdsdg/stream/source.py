@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from click.exceptions import Exit
-
 from usdsdg import replicator_yaml
 from usdsdg.cli.options.command_context import seed_everything
 from usdsdg.cli.options.file_kinds import FileKind, kind_of
-from usdsdg.cli.script.execution import execute
+from usdsdg.cli.script.execution import ScriptEnded, execute
 from usdsdg.cli.script.interpreter import interpreter_restored
 from usdsdg.errors import ConfigError, GraphError
 from usdsdg.scenarios import jobs
@@ -49,7 +47,7 @@ class Source:
         """Run it to its end.
 
         Raises:
-            GraphError: a script ended with an error, which has been printed.
+            GraphError: a script ended with an error, which has been printed; the message has its last line.
             UsdsdgError: as the job raises.
         """
         kind = self._kind()
@@ -83,5 +81,6 @@ class Source:
 def _execute(script: Path, arguments: Sequence[str]) -> None:
     try:
         execute(script, list(arguments))
-    except Exit as ended:
-        raise GraphError(f"{script} ended with exit code {ended.exit_code}") from None
+    except ScriptEnded as ended:  # whose traceback is on stderr, which a trainer may not show
+        why = f": {ended.why}" if ended.why else ""
+        raise GraphError(f"{script} ended with exit code {ended.exit_code}{why}") from None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from usdsdg.writers.base import Writer
+from usdsdg.writers.options import named_only
 
 
 class AggregateWriter(Writer):
@@ -13,6 +14,7 @@ class AggregateWriter(Writer):
     One that is initialized again makes them of what it has written until then.
     """
 
+    @named_only
     def initialize(self, **kwargs: Any) -> None:
         if self.num_written:  # what was written until now is a dataset of its own
             self.on_final_frame()

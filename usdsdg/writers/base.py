@@ -16,7 +16,7 @@ from usdsdg.writers import counters
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.class_file import ClassFile
 from usdsdg.writers.files import write_json
-from usdsdg.writers.options import check_names
+from usdsdg.writers.options import check_names, named_only
 
 # Write at every captured frame.
 ON_FRAME = "omni.replicator.core.OgnOnFrame"
@@ -111,11 +111,12 @@ class Writer(ABC):
 
     # Lifecycle
 
+    @named_only
     def initialize(self, **kwargs: Any) -> None:
         """Run `__init__` with `kwargs`.
 
         Raises:
-            WriterError: an argument is unknown, or a required one is missing.
+            WriterError: an argument is unknown or has no name, or a required one is missing.
         """
         check_names(type(self).__name__, type(self).__init__, kwargs)
         self.annotators, self.metadata = list(type(self).annotators), dict(type(self).metadata)

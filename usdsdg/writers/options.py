@@ -64,6 +64,22 @@ def check_names(writer: str, init: Callable[..., None], options: Collection[str]
         raise WriterError(f"{writer} needs {', '.join(missing)}: give it to initialize(...).")
 
 
+def named_only(initialize: Callable[..., None]) -> Callable[..., None]:
+    """Decorate a writer's `initialize`, which takes no positional arguments: its error for them says their names."""
+
+    @functools.wraps(initialize)
+    def checked(self: Any, *unnamed: Any, **options: Any) -> None:
+        if unnamed:
+            names = list(inspect.signature(type(self).__init__).parameters)[1:]
+            given = ", ".join(f"{name}={value!r}" for name, value in zip(names, unnamed))
+            raise WriterError(
+                f"{type(self).__name__}: initialize() takes arguments by name only, as in initialize({given or '...'})."
+            )
+        initialize(self, **options)
+
+    return checked
+
+
 def label_params(
     writer: str, semantic_types: Sequence[str] | str | None, semantic_filter_predicate: str | None
 ) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from typing import Any
 
 from usdsdg.annotators.render_products import render_product_paths
 from usdsdg.arguments.registry import Registry
-from usdsdg.errors import InvalidWriterError, Unsupported, WriterRegistryError
+from usdsdg.errors import InvalidWriterError, Unsupported, WriterError, WriterRegistryError
 from usdsdg.writers import base
 from usdsdg.writers.base import ON_FRAME, Writer
 
@@ -24,14 +24,24 @@ def get(
 
     Raises:
         WriterRegistryError: there is no such writer; the message lists near misses.
+        WriterError: init_params are no dictionary, or as `Writer.initialize`.
     """
     kind = registered.get(name)
     writer = kind.__new__(kind)
     if init_params is not None:
+        _check_mapping(name, init_params)
         writer.initialize(**init_params)
     if render_products is not None:
         writer.attach(render_products, trigger)
     return writer
+
+
+def _check_mapping(writer: str, init_params: Any) -> None:
+    if not isinstance(init_params, Mapping):
+        raise WriterError(
+            f"{writer}: init_params is {init_params!r}; expected a dictionary of the arguments of initialize(), "
+            "as in {'output_dir': 'out'}."
+        )
 
 
 def register_writer(cls: type[Writer], category: str | None = None) -> None:
@@ -110,6 +120,7 @@ class WriterRegistry:
             InvalidWriterError: `writer` is neither a writer nor a name.
             WriterRegistryError: a writer that is no name is given arguments.
         """
+        _check_mapping(str(writer), init_params or {})
         given = {**(init_params or {}), **kwargs}
         if isinstance(writer, str):
             get(writer, given, render_products, trigger)

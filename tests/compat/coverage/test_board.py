@@ -120,6 +120,19 @@ def test_the_command_reports_lines_and_ends_with_1_if_a_name_is_missing(tmp_path
     both = usdsdg("compat", "--all", "good.py", "bad.py", cwd=tmp_path, expect=1).stdout
     assert re.search(r"missing       omni\.usd\.get_contex: did you mean get_context.*\n +bad\.py:1\n", both)
     assert re.search(r"supported     omni\.usd\.get_context\n +good\.py:2\n", both)
+    (tmp_path / "own.py").write_text(
+        "import omni.replicator.core as rep\ndef shapes(): ...\nrep.randomizer.register(shapes)\n"
+        "rep.randomizer.shape()\nrep.randomizer.rotation()\n"
+    )
+    meant = "or did you mean shapes, which the script defines?"
+    own = usdsdg("compat", "--all", "own.py", cwd=tmp_path, expect=1).stdout
+    assert re.search(rf"missing       omni\.replicator\.core\.randomizer\.shape: .*{re.escape(meant)}\n", own)
+    assert own.count("did you mean") == 1
+    assert meant in usdsdg("run", "own.py", cwd=tmp_path, expect=1).stderr
+    (tmp_path / "wrong.py").write_text("def (")
+    with_wrong = usdsdg("compat", "wrong.py", "good.py", cwd=tmp_path, expect=1)
+    assert with_wrong.stdout == good
+    assert with_wrong.stderr == "error: wrong.py, line 1: not Python: invalid syntax\n"
     told = json.loads(usdsdg("compat", "--json", "bad.py", cwd=tmp_path, expect=1).stdout)
     assert told["totals"][MISSING] == 1
     assert told["names"][0]["lines"] == {"bad.py": [1]}

@@ -137,6 +137,17 @@ def test_files_that_are_not_python_are_errors(used, text, words):
         uses_of([Path("nothing.py")])
 
 
+def test_files_that_are_not_python_leave_the_others(tmp_path):
+    wrong, right, helper = tmp_path / "wrong.py", tmp_path / "right.py", tmp_path / "helper.py"
+    wrong.write_text("def (")
+    helper.write_text("print 'of Python 2'")
+    right.write_text("import helper, omni.usd")
+    unread = {}
+    assert [use.name for use in uses_of([wrong, right], unread)] == ["omni.usd"]
+    assert set(unread) == {wrong, helper}
+    assert "line 1: not Python" in str(unread[wrong])
+
+
 def test_uses_are_sorted():
     assert sorted([Use("b", "f", 1), Use("a", "f", 2)])[0].name == "a"
 

@@ -18,7 +18,7 @@ from usdsdg.writers.journal.folders import DatasetFolder, Mode, shared_lock
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
-from usdsdg.writers.journal.recipe import Recipe
+from usdsdg.writers.journal.recipe import SCRIPT, Recipe
 from usdsdg.writers.journal.run import Run
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -85,6 +85,8 @@ def test_a_complete_run_of_the_same_recipe_and_one_of_the_same_script_are_replac
     assert {path.name for path in tmp_path.iterdir()} == {"2.png", ".usdsdg", "notes.txt"}
     with pytest.raises(DatasetInTheWay, match=r"of another recipe, of a\.yaml"):
         run(tmp_path, Mode.REPLACE, source={"name": "b.py", "sha256": "1"})
+    with pytest.raises(DatasetInTheWay, match=r"remove that run with usdsdg run --overwrite 'my b\.py'\.$"):
+        run(tmp_path, Mode.REPLACE, command=SCRIPT, source={"name": "my b.py", "sha256": "1"})
 
 
 def test_a_run_that_is_replaced_is_told_unless_that_was_asked_for(tmp_path, recwarn):

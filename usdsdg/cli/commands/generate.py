@@ -48,6 +48,8 @@ def _meant(name: str) -> str:
     """Return how a key of configurations is set, where it was given as an option or argument."""
     from usdsdg.scenarios.jobs import keys_of_jobs
 
+    if name.rstrip().endswith(("]", "}")) and "=" not in name:  # the second half of --set key=[1, 2]
+        return "Quote what has blanks: --set 'resolution=[320, 240]'"
     key, equals, value = name.lstrip("-").replace("-", "_").partition("=")
     if key.partition(".")[0] not in keys_of_jobs():
         return ""

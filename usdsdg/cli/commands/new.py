@@ -72,6 +72,6 @@ def write_starting_point(kind: Kind, path: Path) -> list[str]:
         if kind is not Kind.SCRIPT:
             (path.parent / SCHEMA).write_text(schema_text(), encoding="utf-8")
     except OSError as error:
-        raise OutputNotWritable(f"{path} cannot be written: {error.strerror or error}") from error
+        raise OutputNotWritable(f"{path} cannot be written: {error.strerror or error}; give another PATH") from error
     command = "run" if kind is Kind.SCRIPT else "generate"
     return [str(path), f"next: usdsdg {command} {shlex.quote(str(path))}"]

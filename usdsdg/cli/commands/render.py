@@ -29,6 +29,7 @@ from usdsdg.errors import OutputNotWritable, StageError
 if TYPE_CHECKING:
     from pxr import Usd
 
+_PICTURES = (".png", ".jpg", ".jpeg", ".exr", ".bmp", ".tif", ".tiff")
 BLACK = 2  # highest pixel value of an image that counts as black
 WHITE = 1500  # luminance that is shown as white [nits]
 
@@ -83,6 +84,11 @@ def render(
         use_maps(map_, stage)
         if not output:  # as of a variable that is not set
             raise OutputNotWritable("OUTPUT is empty: give a folder, or . for this one")
+        if Path(output).suffix.lower() in _PICTURES and not Path(output).is_dir():
+            raise OutputNotWritable(
+                f"OUTPUT {output} is the name of a picture: give that of a folder, such as {Path(output).stem}, which "
+                "gets the picture and its labels"
+            )
         place = output if is_url(output) else str(output_path(Path(output)).absolute())
         seed_everything(seed)
         opened = stage_context.open_stage(stage)

@@ -8,6 +8,7 @@ import importlib
 import inspect
 import linecache
 import sys
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,13 +20,21 @@ from click.exceptions import Exit
 from usdsdg.errors import UsdsdgError
 
 
+class ScriptEnded(Exit):
+    """A script has ended with an exit code of its own; `why` is the last line of what it printed of its failure."""
+
+    def __init__(self, code: int, why: str = "") -> None:
+        super().__init__(code)
+        self.why = why
+
+
 def execute(script: Path, arguments: list[str], *, frames: int | None = None) -> None:
     """Run the script's file as `__main__`, then its asyncio tasks until they end.
 
     frames: capture frames 0 to this one in a run that nothing ends, or after the script if it captures nothing.
 
     Raises:
-        Exit: the script failed or called sys.exit; its traceback, from the script on, has been printed.
+        ScriptEnded: the script failed or called sys.exit; its traceback, from the script on, has been printed.
         MissingAssets: it names assets that are missing.
     """
     from usdsdg import compat
@@ -55,19 +64,20 @@ def exit_of(script: Path) -> Iterator[None]:
     """Run the body, which executes a script, as Python would: print what it raises, and end with its exit code.
 
     Raises:
-        Exit: the script failed or called sys.exit; its traceback, from the script on, has been printed.
+        ScriptEnded: the script failed or called sys.exit; its traceback, from the script on, has been printed.
     """
     try:
         yield
     except SystemExit as ended:
         if code := _exit_code(ended):
-            raise Exit(code) from None
+            raise ScriptEnded(code, "" if isinstance(ended.code, int) else str(ended.code)) from None
     except (UsdsdgError, KeyboardInterrupt) as error:
         _print_location(error, script)
         raise
     except Exception as error:  # noqa: BLE001 - scripts may raise anything, and its traceback is printed
+        why = _last_line(error, script)
         _print_traceback(error, script)
-        raise Exit(1) from None
+        raise ScriptEnded(1, why) from None
 
 
 def _started(program: CodeType, namespace: dict[str, Any]) -> list[asyncio.Task[Any]]:
@@ -184,6 +194,13 @@ def _print_location(error: BaseException, script: Path) -> None:
         print(f"{script}:{line}: in {inside[-1].tb_frame.f_code.co_name}", file=sys.stderr)
         if text := linecache.getline(str(script), line).strip():
             print(f"    {text}", file=sys.stderr)
+
+
+def _last_line(error: BaseException, script: Path) -> str:
+    """Return the last line of an error's traceback, and the script's line where it was raised."""
+    lines = "".join(traceback.format_exception_only(error)).strip().splitlines()
+    inside = _inside(error, script)
+    return f"{lines[-1]} ({script.name}:{inside[-1].tb_lineno})" if inside else lines[-1]
 
 
 def _print_traceback(error: BaseException, script: Path) -> None:

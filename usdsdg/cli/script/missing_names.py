@@ -54,7 +54,7 @@ def _told(uses: Iterable[Use]) -> list[str]:
 
     reasons, lines = {""}, []
     for use in uses:
-        text, why = linecache.getline(use.file, use.line).strip(), verdict(use.name).why
+        text, why = linecache.getline(use.file, use.line).strip(), use.or_near(verdict(use.name).why)
         lacking = "which usdsdg lacks" if _is_missing(use) else "which usdsdg leaves out"
         reason = f": {why}" if why not in reasons else ""
         reasons.add(why)

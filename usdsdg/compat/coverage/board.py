@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib.resources import files
 
@@ -36,9 +36,12 @@ class Row:
 def rows_of(uses: Iterable[Use]) -> list[Row]:
     """Return one row per name, sorted by name."""
     lines: dict[str, dict[str, list[int]]] = {}
+    first: dict[str, Use] = {}
     for use in uses:
         lines.setdefault(use.name, {}).setdefault(use.file, []).append(use.line)
-    return [_row(name, where) for name, where in sorted(lines.items())]
+        first.setdefault(use.name, use)
+    rows = [_row(name, where) for name, where in sorted(lines.items())]
+    return [replace(row, why=first[row.name].or_near(row.why)) if row.state == MISSING else row for row in rows]
 
 
 def known_names() -> list[str]:

@@ -3,9 +3,10 @@
 import ast
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from usdsdg.arguments.registry import near_misses
 from usdsdg.compat import finder
 from usdsdg.errors import ConfigError
 
@@ -32,6 +33,7 @@ GETTERS = {
     "carb.settings.acquire_settings_interface": "carb.settings.ISettings",
     "carb.dictionary.get_dictionary": "carb.dictionary.IDictionary",
 }
+_RANDOMIZERS = tuple(f"{core}randomizer." for core in CORE)
 # To these a script can add members.
 _OPEN = (*CORE, "annotators.get", "writers.get")
 
@@ -40,22 +42,32 @@ _OBJECTS = frozenset(GETTERS.values())
 
 @dataclass(frozen=True, order=True)
 class Use:
-    """One use of a foreign name: `omni.usd.get_context`, or a member of a registry: `annotators.get('rgb')`."""
+    """One use of a foreign name: `omni.usd.get_context`, or a member of a registry: `annotators.get('rgb')`.
+
+    near: of a randomizer, a similar name that the scripts define, which they may have registered and meant; or "".
+    """
 
     name: str
     file: str
     line: int
     column: int = 0
     called: bool = False
+    near: str = ""
+
+    def or_near(self, why: str) -> str:
+        """Add to the reason why the name is missing which name of the script may be meant."""
+        return f"{why}; or did you mean {self.near}, which the script defines?" if self.near else why
 
 
-def uses_of(scripts: Sequence[Path]) -> list[Use]:
+def uses_of(scripts: Sequence[Path], unread: dict[Path, ConfigError] | None = None) -> list[Use]:
     """Return the foreign names that scripts use, also in the modules beside them that they import.
 
     Aliases are resolved: after `import omni.usd as u`, `u.get_context()` uses `omni.usd.get_context`. Of what functions
     return, members are seen where it is one of `GETTERS`: `u.get_context().get_stage()`, or `self.context.get_stage()`
     after `self.context = u.get_context()`, use `omni.usd.UsdContext.get_stage`. Members that the scripts register
     themselves are not seen.
+
+    unread: gets the files that cannot be read, or are not Python, with their errors; None: the first one is raised.
 
     Raises:
         ConfigError: a file cannot be read, or is not Python.
@@ -69,11 +81,24 @@ def uses_of(scripts: Sequence[Path]) -> list[Use]:
             continue
         seen.add(path.resolve())
         reader = _Reader(str(path), (folder, path.parent, *map(Path, sys.path)))
-        reader.visit(_parsed(path))
+        try:
+            tree = _parsed(path)
+        except ConfigError as error:
+            if unread is None:
+                raise
+            unread[path] = error
+            continue
+        reader.visit(tree)
         uses |= reader.uses
         own |= reader.definitions
         queue += [(helper, folder) for name in reader.imported for helper in _helpers(folder, path.parent, name)]
-    return sorted(use for use in uses if not (use.name.startswith(_OPEN) and _last(use.name) in own))
+    return sorted(_beside(use, own) for use in uses if not (use.name.startswith(_OPEN) and _last(use.name) in own))
+
+
+def _beside(use: Use, own: set[str]) -> Use:
+    if not use.name.startswith(_RANDOMIZERS):
+        return use
+    return replace(use, near=next(iter(near_misses(_last(use.name), sorted(own), count=1)), ""))
 
 
 def _last(name: str) -> str:

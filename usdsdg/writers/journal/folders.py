@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
 import threading
 from collections.abc import Callable, Mapping
@@ -21,8 +22,11 @@ from usdsdg.writers.journal.grown import Growth, advice
 from usdsdg.writers.journal.journal import NAME, Contents, Journal
 from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Lock, Place
 from usdsdg.writers.journal.portion import Portion
-from usdsdg.writers.journal.recipe import Recipe
+from usdsdg.writers.journal.recipe import SCRIPT, Recipe
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
+
+# Of what works on a dataset where it is, and is given no output_dir.
+COPY = "work on a copy of the dataset"
 
 
 class Mode(Enum):
@@ -76,7 +80,7 @@ class DatasetFolder:
             raise _held(place, held) from None
         except OSError as error:
             self.end_sharing()
-            raise not_writable(path, error) from error
+            raise (not_writable(path, error, elsewhere=COPY) if with_parts else not_writable(path, error)) from error
         try:
             place.pull(portion)
             check(place, wanted, mode, portion, with_parts=with_parts, growth=growth)
@@ -263,7 +267,7 @@ def whole_locks(place: Place) -> list[Lock]:
     except Locked as held:
         raise _held(place, held) from None
     except OSError as error:
-        raise not_writable(place.path, error) from error
+        raise not_writable(place.path, error, elsewhere=COPY) from error
 
 
 def _held(place: Place, held: Locked) -> DatasetInTheWay:
@@ -332,7 +336,7 @@ def check(
         raise DatasetInTheWay(
             f"{there} has a run of another recipe, of {name}:\n  {listed}\n"
             f"{advice(growth, place, wanted, earlier, portion)}Choose another output_dir, or remove that run with "
-            "--overwrite."
+            f"{_overwriting(wanted)}."
         )
     if mode is Mode.RESUME and portion is None and not with_parts and _has_parts(path):
         raise DatasetInTheWay(
@@ -345,6 +349,11 @@ def check(
             f"{there} has an unfinished run of this recipe. Go on with --resume, begin again with --overwrite, or "
             "choose another output_dir."
         )
+
+
+def _overwriting(wanted: Recipe) -> str:
+    """Return what the user says to have an earlier run removed: a script that Python runs has no options."""
+    return f"usdsdg run --overwrite {shlex.quote(wanted.source['name'])}" if wanted.command == SCRIPT else "--overwrite"
 
 
 def _check_room_for_part(path: Path, there: str, mode: Mode, *, is_other: bool) -> None:
