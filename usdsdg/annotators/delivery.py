@@ -17,6 +17,7 @@ from usdsdg.errors import ArgumentError
 from usdsdg.session.devices import renderer_device
 
 _DEVICE = re.compile(r"cpu|cuda(:\d+)?")
+_MUTABLE = (dict, list, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -61,23 +62,41 @@ def checked_device(device: str | None) -> str | None:
 
 
 def delivered(
-    annotation: Annotation, warp_device: str | None, *, copy: bool, fetch: Callable[[Pixels], np.ndarray] = on_host
+    annotation: Annotation,
+    warp_device: str | None,
+    *,
+    copy: bool,
+    copy_tables: bool = True,
+    fetch: Callable[[Pixels], np.ndarray] = on_host,
 ) -> Annotation:
     """Return an annotation as its reader gets it.
 
     warp_device: None for NumPy arrays, else that of Warp arrays; info is NumPy in any case. copy: whether arrays are
-        copies, which the reader may write into. fetch: how images of a GPU come to the host.
+        copies, which the reader may write into. copy_tables: the same of the dictionaries and lists in info. fetch: how
+        images of a GPU come to the host.
     """
 
     def hosted(value: Any) -> Any:
         if not is_image(value):
-            return value
+            return copied_table(value) if copy_tables else value
         return fetch(value).copy() if copy else fetch(value)
 
     data, info = annotation.data, {key: hosted(value) for key, value in annotation.info.items()}
     if data is None or warp_device is None:
         return Annotation(hosted(data), info)
     return Annotation(on_device(data, warp_device, copy=copy), info)
+
+
+def copied_table(value: Any) -> Any:
+    """Return a table of info that may be changed: dictionaries and lists are copied, also those within; else `value`.
+
+    Tables of labels are kept from frame to frame and shared by annotators.
+    """
+    if type(value) is dict:
+        return {key: copied_table(each) if isinstance(each, _MUTABLE) else each for key, each in value.items()}
+    if type(value) is list:
+        return [copied_table(each) if isinstance(each, _MUTABLE) else each for each in value]
+    return value.copy() if isinstance(value, np.ndarray) else value
 
 
 def on_device(data: Pixels, device: str, *, copy: bool) -> Pixels:

@@ -56,7 +56,8 @@ class Writer(ABC):
     metadata: dict[str, Any] = {}
     num_written: int = 0
     data_structure: str = "legacy"  # layout of the payload: "legacy", "annotator" or "renderProduct"
-    shares_arrays: bool = False  # True: `write` never modifies the payload's arrays, so they need not be copied
+    # True: `write` never modifies the payload's arrays and tables of labels, so that they need not be copied.
+    shares_arrays: bool = False
     # True, with a `write` of the same class: it hands color images to jobs of its backend without looking at pixels, so
     # that these may be traced meanwhile.
     only_stores_pictures: bool = False
