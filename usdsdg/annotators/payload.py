@@ -69,7 +69,8 @@ def build_payload(
 def _annotations(annotators: Sequence[Annotator], frame: Frame, reader: Reader) -> dict[str, Annotation]:
     """Compute annotators and return what they deliver, by name.
 
-    These are copies, which the reader may write into, unless it shares them or an annotator does not copy arrays. What is delivered on the host comes from a GPU in one go.
+    These are copies, which the reader may write into, unless it shares them or an annotator does not copy arrays. What
+    is delivered on the host comes from a GPU in one go.
     """
     computed = [(annotator, annotator.compute(frame)) for annotator in annotators]
     devices = [annotator.delivery.warp_device(kernels=not reader.reads_numpy) for annotator in annotators]
