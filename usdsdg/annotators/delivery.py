@@ -15,9 +15,9 @@ from usdsdg.annotators.base import Annotation
 from usdsdg.annotators.pixels.launch import Pixels, is_image, on_host, viewed
 from usdsdg.errors import ArgumentError
 from usdsdg.session.devices import renderer_device
+from usdsdg.snapshots import snapshot
 
 _DEVICE = re.compile(r"cpu|cuda(:\d+)?")
-_MUTABLE = (dict, list, np.ndarray)
 
 
 @dataclass(frozen=True)
@@ -78,25 +78,14 @@ def delivered(
 
     def hosted(value: Any) -> Any:
         if not is_image(value):
-            return copied_table(value) if copy_tables else value
+            # Tables of labels are kept from frame to frame and shared by annotators.
+            return snapshot(value) if copy_tables else value
         return fetch(value).copy() if copy else fetch(value)
 
     data, info = annotation.data, {key: hosted(value) for key, value in annotation.info.items()}
     if data is None or warp_device is None:
         return Annotation(hosted(data), info)
     return Annotation(on_device(data, warp_device, copy=copy), info)
-
-
-def copied_table(value: Any) -> Any:
-    """Return a table of info that may be changed: dictionaries and lists are copied, also those within; else `value`.
-
-    Tables of labels are kept from frame to frame and shared by annotators.
-    """
-    if type(value) is dict:
-        return {key: copied_table(each) if isinstance(each, _MUTABLE) else each for key, each in value.items()}
-    if type(value) is list:
-        return [copied_table(each) if isinstance(each, _MUTABLE) else each for each in value]
-    return value.copy() if isinstance(value, np.ndarray) else value
 
 
 def on_device(data: Pixels, device: str, *, copy: bool) -> Pixels:

@@ -74,6 +74,11 @@ class Writer(ABC):
     _turn: object  # what is made between two calls of `initialize`
     _facts: dict[str, Any]  # entries of `metadata` that `get_metadata` has put there
 
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if "write" in vars(cls) and "shares_arrays" not in vars(cls):
+            cls.shares_arrays = False  # a script's own `write` may modify them, whatever it inherits from
+
     def __new__(cls, *args: Any, **kwargs: Any) -> Writer:
         # Subclasses need not call super().__init__().
         writer = super().__new__(cls)
