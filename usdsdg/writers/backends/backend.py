@@ -48,9 +48,9 @@ class BaseBackend:
         """Call `fn(*args, **kwargs)` later on another thread, with `backend_instance=self` if it accepts that.
 
         `fn` may be a `Sequential`, and arguments may be calls of one. Arrays, lists and dictionaries that a script's
-        `Writer.write` schedules are copied; others must not be modified afterward. Blocks while the queue is full; raises
-        the error of an earlier job of this backend that failed. Jobs run several at a time: those that need an order
-        have `schedule_together`, `schedule_in_turn` and `schedule_after_all`.
+        `Writer.write` schedules are copied; others must not be modified afterward. Blocks while the queue is full;
+        raises the error of an earlier job of this backend that failed. Jobs run several at a time: those that need an
+        order have `schedule_together`, `schedule_in_turn` and `schedule_after_all`.
         """
         self._submit(fn, args, kwargs)
 
@@ -81,7 +81,7 @@ class BaseBackend:
 
     def _submit(self, fn: Callable[..., None], args: Any, kwargs: dict[str, Any], **order: Any) -> None:
         if current().io_queue.copies_arguments:
-            args, kwargs = _copied(tuple(args)), {name: _copied(value) for name, value in kwargs.items()}
+            args, kwargs = _copied(tuple(args)), _copied_each(kwargs)
         paths = _paths_of(args, kwargs)
         what = paths[0] if paths else _name_of(fn)
         current().io_queue.note_files(paths)
@@ -141,6 +141,10 @@ def _copied(value: Any) -> Any:
             value.sequence, _copied(value.args), {name: _copied(each) for name, each in value.kwargs.items()}
         )
     return snapshot(value)
+
+
+def _copied_each(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _copied(value) for name, value in values.items()}
 
 
 @functools.lru_cache(maxsize=256)
