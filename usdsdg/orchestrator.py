@@ -1,6 +1,7 @@
 """Capture frames and runs. Mirrors `rep.orchestrator`; the order of one frame is in `usdsdg.app.frame_loop`."""
 
 import asyncio
+import math
 import time
 from collections.abc import Callable, Iterator
 from numbers import Real
@@ -41,11 +42,11 @@ def step(
         wait_for_render: Ignored: frames are always complete when this returns.
 
     Raises:
-        OrchestratorError: `rt_subframes` is not an integer, or `delta_time` is not a number >= 0.
+        OrchestratorError: `rt_subframes` is not an integer, or `delta_time` is not a finite number >= 0.
         GraphError: a node failed; the message names the script line that made it.
     """
     _check_whole("rt_subframes", rt_subframes)
-    if delta_time is not None and not (isinstance(delta_time, Real) and delta_time >= 0):
+    if delta_time is not None and not (isinstance(delta_time, Real) and 0 <= delta_time < math.inf):
         raise OrchestratorError(
             f"orchestrator.step: delta_time is {delta_time!r}; expected seconds, 0 or more, or None"
         )

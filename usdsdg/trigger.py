@@ -70,7 +70,7 @@ def on_time(
         max_execs: Maximum number of firings; 0: no limit.
 
     Raises:
-        GraphError: `interval` is not above 0.
+        GraphError: `interval` is not above 0, or infinite.
     """
     whole_number("num", num or 0)
     inputs = {"interval": interval, "maxExecs": max_execs or num, "rtSubframes": rt_subframes}
@@ -90,15 +90,15 @@ def on_time_end(
     initialization does not run the body. The arguments are those of `on_time`.
 
     Raises:
-        GraphError: `interval` is not above 0.
+        GraphError: `interval` is not above 0, or infinite.
     """
     inputs = {"interval": interval, "maxExecs": max_execs, "rtSubframes": rt_subframes}
     return _timed("on_time_end", name, enable_capture_on_play, triggerOnLastFrame=True, **inputs)
 
 
 def _timed(function: str, name: str, capture_on_play: bool, *, interval: float, **inputs: Any) -> ReplicatorItem:
-    if not isinstance(interval, Real) or not interval > 0:
-        raise GraphError(f"trigger.{function}: interval={interval!r} must be above 0")
+    if not isinstance(interval, Real) or not 0 < interval < math.inf:
+        raise GraphError(f"trigger.{function}: interval={interval!r} must be above 0, in seconds, and finite")
     if capture_on_play:
         get_settings().set("/omni/replicator/captureOnPlay", True)
     return _add("OgnOnTime", name, interval=float(interval), **inputs)

@@ -1,5 +1,6 @@
 """The object users hold: parameters, attaching, data, names."""
 
+import copy
 from types import SimpleNamespace
 
 import numpy as np
@@ -185,6 +186,36 @@ def test_data_is_empty_before_the_first_frame_and_then_the_frames(frame):
     copied = annotator.get_data(do_array_copy=True)
     copied[:] = 0
     np.testing.assert_array_equal(annotator.get_data(), frame.aovs["distance_to_camera"])
+
+
+def test_data_of_another_product_are_none_of_this_one(frame):
+    annotator = annotators.get("distance_to_camera").attach(PRODUCT)
+    annotator.compute(frame)
+    annotator.attach(PRODUCT)
+    assert annotator.get_data().shape == (24, 32)
+    annotator.attach(known("/Render/Other"))
+    assert annotator.get_data().shape == (0,)
+
+
+@pytest.mark.parametrize("copies", [True, False])
+@pytest.mark.parametrize(
+    "name", ["semantic_segmentation", "bounding_box_2d_tight", "instance_segmentation", "visibility"]
+)
+def test_tables_may_be_changed_and_no_other_frame_or_annotator_sees_it(frame, name, copies):
+    first, second = (annotators.get(name, do_array_copy=copies).attach(PRODUCT) for _ in range(2))
+    first.compute(frame)
+    second.compute(frame)
+    untouched = copy.deepcopy(second.get_data()["info"])
+    info = first.get_data()["info"]
+    for table in info.values():
+        if isinstance(table, dict):
+            for labels in table.values():
+                if isinstance(labels, dict):
+                    labels.clear()
+        if isinstance(table, (dict, list)):
+            table.clear()
+    for annotator in (first, second):
+        np.testing.assert_equal(annotator.get_data()["info"], untouched)
 
 
 def test_the_three_shapes_of_data(frame):

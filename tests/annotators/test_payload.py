@@ -124,3 +124,21 @@ def test_a_writer_gets_warp_arrays_of_annotators_with_a_device(frames):
     # Warp has no records, and "cpu" means NumPy.
     assert payload["bounding_box_2d_tight"]["data"].dtype.names
     assert isinstance(payload["normals"], np.ndarray)
+
+
+def test_a_writer_that_changes_tables_changes_those_of_no_other(frames):
+    def write(**kept):
+        wanted = [annotators.get("bounding_box_2d_tight"), annotators.get("semantic_segmentation")]
+        reader = SimpleNamespace(
+            data_structure="legacy", render_products=(), reads_numpy=True, annotators_of=lambda path: wanted, **kept
+        )
+        payload = annotators.build_payload(reader, one(frames))
+        return [payload[name]["info"] for name in ("bounding_box_2d_tight", "semantic_segmentation")]
+
+    shared = write(shares_arrays=True)
+    before = [len(info["idToLabels"]) for info in shared]
+    assert all(before)
+    for info in write(shares_arrays=False):
+        info["idToLabels"].clear()
+    assert [len(info["idToLabels"]) for info in shared] == before
+    assert [len(info["idToLabels"]) for info in write(shares_arrays=False)] == before

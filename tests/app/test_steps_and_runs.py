@@ -1,6 +1,7 @@
 """Each function of `rep.orchestrator`, in its synchronous and asynchronous form."""
 
 import asyncio
+import math
 
 import pytest
 
@@ -194,6 +195,7 @@ def test_pausing_before_a_run_does_nothing(writer):
         ("step", {"rt_subframes": "many"}, "rt_subframes is 'many'; expected a whole number"),
         ("step", {"delta_time": "soon"}, "delta_time is 'soon'; expected seconds, 0 or more, or None"),
         ("step", {"delta_time": -0.1}, "delta_time is -0.1"),
+        ("step", {"delta_time": math.inf}, "delta_time is inf"),
         ("run", {"num_frames": "5"}, "num_frames is '5'; expected a whole number, 0 or more"),
         ("run_until_complete", {"num_frames": -1}, "num_frames is -1"),
         ("set_next_rt_subframes", {"rt_subframes": 2.5}, "rt_subframes is 2.5"),

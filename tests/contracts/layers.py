@@ -12,6 +12,7 @@ OF_ENGINES = ("compilation", "errors", "image_files", "parallel", "readback", "s
 USDSDG = {
     "errors": "",
     "listeners": "",
+    "snapshots": "",
     "operating_system": "",
     "parallel": "operating_system",
     "buffers": "",
@@ -35,8 +36,8 @@ USDSDG = {
     "modify": "errors stage session arguments graph distribution scatter",
     "create": "errors stage session arguments graph distribution modify calibration",
     "randomizer": "errors stage session arguments graph distribution scatter modify",
-    "annotators": "errors warp_start parallel buffers readback stage session arguments graph",
-    "writers": "errors operating_system warp_start image_files stores stage session arguments annotators",
+    "annotators": "errors snapshots warp_start parallel buffers readback stage session arguments graph",
+    "writers": "errors snapshots operating_system warp_start image_files stores stage session arguments annotators",
     "functional": "errors stage session arguments graph rng scatter randomizer writers",
     "physics": "errors stage arguments graph distribution modify functional",
     "get": "errors stage session arguments graph functional",

@@ -114,6 +114,7 @@ def test_the_largest_required_number_of_sub_frames_is_used(subframes):
         (lambda: rep.trigger.on_frame(rt_subframes=None), "rt_subframes is None"),
         (lambda: rep.trigger.on_time(interval="soon"), "interval='soon' must be above 0"),
         (lambda: rep.trigger.on_time(interval=0), "interval=0 must be above 0"),
+        (lambda: rep.trigger.on_time(interval=float("inf")), "interval=inf must be above 0, in seconds, and finite"),
         (lambda: rep.trigger.on_condition(True), "condition is True; expected a function"),
         (lambda: rep.trigger.on_condition(lambda frame: frame > 3), "<lambda> needs frame, and it is called without"),
         (lambda: rep.trigger.on_condition(bool, max_execs=2.5), "max_execs is 2.5"),

@@ -130,14 +130,11 @@ class Annotator:
     # For notebooks
 
     def held(self) -> Annotation | None:
-        """Return the latest annotation, in NumPy arrays that must not be written into; None before the first.
-
-        Nothing is computed again.
-        """
+        """Return the latest annotation, in NumPy arrays that must not be written into; None before the first frame."""
         if self._latest is None:
             return None
         current().wait_for_pictures()
-        return delivered(self._latest, None, copy=False)
+        return delivered(self._latest, None, copy=False, copy_tables=False)
 
     def _repr_html_(self) -> str:
         from usdsdg.notebook.annotators import annotator_html
@@ -196,6 +193,8 @@ class Annotator:
             raise Unsupported(
                 f"Annotator {self._name!r} was given {len(paths)} render products: attach one annotator to each."
             )
+        if paths[0] != self._render_product:
+            self._latest = None  # of another render product
         self._render_product, self._is_detachable = paths[0], True
         if self not in current().annotators:
             current().annotators.append(self)

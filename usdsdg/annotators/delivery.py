@@ -15,6 +15,7 @@ from usdsdg.annotators.base import Annotation
 from usdsdg.annotators.pixels.launch import Pixels, is_image, on_host, viewed
 from usdsdg.errors import ArgumentError
 from usdsdg.session.devices import renderer_device
+from usdsdg.snapshots import snapshot
 
 _DEVICE = re.compile(r"cpu|cuda(:\d+)?")
 
@@ -61,17 +62,24 @@ def checked_device(device: str | None) -> str | None:
 
 
 def delivered(
-    annotation: Annotation, warp_device: str | None, *, copy: bool, fetch: Callable[[Pixels], np.ndarray] = on_host
+    annotation: Annotation,
+    warp_device: str | None,
+    *,
+    copy: bool,
+    copy_tables: bool = True,
+    fetch: Callable[[Pixels], np.ndarray] = on_host,
 ) -> Annotation:
     """Return an annotation as its reader gets it.
 
     warp_device: None for NumPy arrays, else that of Warp arrays; info is NumPy in any case. copy: whether arrays are
-        copies, which the reader may write into. fetch: how images of a GPU come to the host.
+        copies, which the reader may write into. copy_tables: the same of the dictionaries and lists in info. fetch: how
+        images of a GPU come to the host.
     """
 
     def hosted(value: Any) -> Any:
         if not is_image(value):
-            return value
+            # Tables of labels are kept from frame to frame and shared by annotators.
+            return snapshot(value) if copy_tables else value
         return fetch(value).copy() if copy else fetch(value)
 
     data, info = annotation.data, {key: hosted(value) for key, value in annotation.info.items()}

@@ -29,7 +29,7 @@ class Reader(Protocol):
     """The receiver of a payload: a writer."""
 
     data_structure: str
-    shares_arrays: bool  # whether it never modifies arrays, so that they need not be copied for it
+    shares_arrays: bool  # whether it never modifies arrays and tables, so that they need not be copied for it
 
     @property
     def reads_numpy(self) -> bool: ...  # whether arrays that Warp kernels have augmented come as NumPy arrays
@@ -69,7 +69,7 @@ def build_payload(
 def _annotations(annotators: Sequence[Annotator], frame: Frame, reader: Reader) -> dict[str, Annotation]:
     """Compute annotators and return what they deliver, by name.
 
-    These are copies, which the reader may write into, unless it shares arrays or an annotator does not copy them. What
+    These are copies, which the reader may write into, unless it shares them or an annotator does not copy arrays. What
     is delivered on the host comes from a GPU in one go.
     """
     computed = [(annotator, annotator.compute(frame)) for annotator in annotators]
@@ -77,7 +77,11 @@ def _annotations(annotators: Sequence[Annotator], frame: Frame, reader: Reader) 
     frame.fetch(array for (_, each), device in zip(computed, devices) if device is None for array in each.images)
     return {
         annotator.get_name(): delivered(
-            each, device, copy=annotator.delivery.copies and not reader.shares_arrays, fetch=frame.on_host
+            each,
+            device,
+            copy=annotator.delivery.copies and not reader.shares_arrays,
+            copy_tables=not reader.shares_arrays,
+            fetch=frame.on_host,
         )
         for (annotator, each), device in zip(computed, devices)
     }

@@ -57,7 +57,9 @@ class WriterOutput:
         if payload is not None:
             number, frame = writer.num_written, next(iter(attached.values())).index
             amodal = {path: requests.requirements(path).amodal_masks for path in attached}
-            with current().io_queue.frame(frame, pixels=current().tracing, files=requests.files) as files:
+            with current().io_queue.frame(
+                frame, pixels=current().tracing, files=requests.files, copies_arguments=not writer.shares_arrays
+            ) as files:
                 try:
                     writer.receive(payload)
                 except Exception as error:

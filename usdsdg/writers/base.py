@@ -56,7 +56,8 @@ class Writer(ABC):
     metadata: dict[str, Any] = {}
     num_written: int = 0
     data_structure: str = "legacy"  # layout of the payload: "legacy", "annotator" or "renderProduct"
-    shares_arrays: bool = False  # True: `write` never modifies the payload's arrays, so they need not be copied
+    # True: `write` never modifies the payload's arrays and tables of labels, so that they need not be copied.
+    shares_arrays: bool = False
     # True, with a `write` of the same class: it hands color images to jobs of its backend without looking at pixels, so
     # that these may be traced meanwhile.
     only_stores_pictures: bool = False
@@ -72,6 +73,11 @@ class Writer(ABC):
     _executions: Any
     _turn: object  # what is made between two calls of `initialize`
     _facts: dict[str, Any]  # entries of `metadata` that `get_metadata` has put there
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if "write" in vars(cls) and "shares_arrays" not in vars(cls):
+            cls.shares_arrays = False  # a script's own `write` may modify them, whatever it inherits from
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Writer:
         # Subclasses need not call super().__init__().

@@ -122,3 +122,19 @@ def test_on_a_gpu_tensors_are_there(torch, products):
     alone, writer = run(products[:1])
     (seen,) = writer.get_data()["renderProducts"].values()
     assert alone.data["pytorch_rgb"].data_ptr() == seen["LdrColor"]["data"].ptr
+
+
+@pytest.mark.parametrize("device", [None, "gpu", "mps"])
+def test_devices_that_torch_does_not_have_are_refused(torch, device):
+    if device == "mps" and torch.backends.mps.is_available():
+        pytest.skip("torch has it")
+    with pytest.raises(WriterError, match=f"PytorchWriter: .*device.* {device!r}"):
+        writers.get("PytorchWriter", init_params={"listener": PytorchListener(), "device": device})
+
+
+def test_pictures_that_make_no_tensor_make_no_files(torch, products, tmp_path):
+    products[0].set_resolution((16, 12))
+    with pytest.raises(WriterError, match="several sizes"):
+        run(products, device="cpu", output_dir=str(tmp_path))
+    rep.orchestrator.wait_until_complete()
+    assert list(tmp_path.glob("*.png")) == []

@@ -7,6 +7,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from typing import Any
 
 from usdsdg.session.session import current
+from usdsdg.snapshots import snapshot
 from usdsdg.writers import files
 from usdsdg.writers.backends.sequential import Deferred, Sequential, computed
 
@@ -46,9 +47,10 @@ class BaseBackend:
     def schedule(self, fn: Callable[..., None], *args: Any, **kwargs: Any) -> None:
         """Call `fn(*args, **kwargs)` later on another thread, with `backend_instance=self` if it accepts that.
 
-        `fn` may be a `Sequential`, and arguments may be calls of one. They must not be modified afterward. Blocks while
-        the queue is full; raises the error of an earlier job of this backend that failed. Jobs run several at a time:
-        those that need an order have `schedule_together`, `schedule_in_turn` and `schedule_after_all`.
+        `fn` may be a `Sequential`, and arguments may be calls of one. Arrays, lists and dictionaries that a script's
+        `Writer.write` schedules are copied; others must not be modified afterward. Blocks while the queue is full;
+        raises the error of an earlier job of this backend that failed. Jobs run several at a time: those that need an
+        order have `schedule_together`, `schedule_in_turn` and `schedule_after_all`.
         """
         self._submit(fn, args, kwargs)
 
@@ -78,6 +80,8 @@ class BaseBackend:
         return id(self)  # where a backend of a script writes is not known
 
     def _submit(self, fn: Callable[..., None], args: Any, kwargs: dict[str, Any], **order: Any) -> None:
+        if current().io_queue.copies_arguments:
+            args, kwargs = _copied(tuple(args)), _copied_each(kwargs)
         paths = _paths_of(args, kwargs)
         what = paths[0] if paths else _name_of(fn)
         current().io_queue.note_files(paths)
@@ -123,6 +127,24 @@ def _call(fn: Callable[..., None], /, *args: Any, **kwargs: Any) -> None:
 def _run_in_order(steps: Sequence[Callable[..., None]], backend_instance: BaseBackend) -> None:
     for step in steps:
         step(backend_instance=backend_instance)
+
+
+def _copied(value: Any) -> Any:
+    """Return a copy of plain data, also of what calls are made with that have not happened yet."""
+    if type(value) is tuple:
+        return tuple(map(_copied, value))
+    if isinstance(value, functools.partial):
+        keywords = {name: _copied(each) for name, each in value.keywords.items()}
+        return functools.partial(value.func, *map(_copied, value.args), **keywords)
+    if isinstance(value, Deferred):
+        return Deferred(
+            value.sequence, _copied(value.args), {name: _copied(each) for name, each in value.kwargs.items()}
+        )
+    return snapshot(value)
+
+
+def _copied_each(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _copied(value) for name, value in values.items()}
 
 
 @functools.lru_cache(maxsize=256)

@@ -44,6 +44,7 @@ class IoQueue:
         self._files: FrameFiles | None = None
         self._held: FrameFiles | None = None  # by files of all frames that are scheduled with it
         self._pixels: Later | Arrival | None = None
+        self.copies_arguments = False  # whether what is scheduled may be changed afterward, as by scripts' writers
         self._on_thread = threading.local()  # `job` is the one that runs there
         self._finishes_at_exit = False
         self._forget_all()
@@ -98,20 +99,27 @@ class IoQueue:
 
     @contextmanager
     def frame(
-        self, number: int, *, pixels: Later | Arrival | None = None, files: FrameFiles | None = None
+        self,
+        number: int,
+        *,
+        pixels: Later | Arrival | None = None,
+        files: FrameFiles | None = None,
+        copies_arguments: bool = False,
     ) -> Iterator[list[str]]:
         """Submit, in the context, jobs of this captured frame; yields the paths of the files that they write.
 
         pixels: its images have their pixels when this has ended; its jobs wait for that.
         files: what is told of the files of the frame.
+        copies_arguments: whether backends schedule copies, because the writer may change what it has scheduled.
         """
-        before = self._noted, self._frame, self._pixels, self._files
+        before = self._noted, self._frame, self._pixels, self._files, self.copies_arguments
         noted: list[str] = []
         self._noted, self._frame, self._pixels, self._files = noted, number, pixels, files
+        self.copies_arguments = copies_arguments
         try:
             yield noted
         finally:
-            self._noted, self._frame, self._pixels, self._files = before
+            self._noted, self._frame, self._pixels, self._files, self.copies_arguments = before
 
     @contextmanager
     def of_all_frames(self) -> Iterator[None]:

@@ -43,7 +43,7 @@ class PytorchWriter(Writer):
         device: where tensors are, as torch names devices; on the CPU, with a warning, if torch has no CUDA device.
 
         Raises:
-            WriterError: `listener` is none.
+            WriterError: `listener` is none, or torch has no such `device`.
             Unsupported: torch is not installed.
             OutputNotWritable: output_dir cannot be written to.
         """
@@ -59,12 +59,12 @@ class PytorchWriter(Writer):
 
     def write(self, data: dict[str, Any]) -> None:
         pictures = {product: seen[RGB]["data"] for product, seen in data["renderProducts"].items()}
-        self._write_files(pictures)
         tensors = [self._tensor(picture) for picture in pictures.values()]
         sizes = {tuple(each.shape) for each in tensors}
         if len(sizes) > 1:
             listed = ", ".join(f"{shape[1]}x{shape[0]}" for shape in sorted(sizes))
             raise WriterError(f"PytorchWriter: render products of several sizes ({listed}) do not make one tensor.")
+        self._write_files(pictures)
         batch = tensors[0].unsqueeze(0) if len(tensors) == 1 else self._torch.stack(tensors)
         self.listener.write_data({"pytorch_rgb": batch, "device": self.device})
         self._frame_id += 1
@@ -104,8 +104,22 @@ def _torch() -> Any:
 
 
 def _available(torch: Any, device: Any) -> Any:
-    """Return the device, or "cpu", with a warning, in place of a CUDA device that torch does not have."""
+    """Return the device, or "cpu", with a warning, in place of a CUDA device that torch does not have.
+
+    Raises:
+        WriterError: torch names no device so, or has no such device.
+    """
+    try:
+        torch.device(device)
+    except (TypeError, RuntimeError):
+        raise WriterError(
+            f"PytorchWriter: device is {device!r}; expected a device of torch: 'cpu' or 'cuda'."
+        ) from None
     if torch.device(device).type == "cuda" and not torch.cuda.is_available():
         warn_once(f"PytorchWriter: torch has no CUDA device, so tensors are on the CPU instead of {str(device)!r}")
         return "cpu"
+    try:
+        torch.empty(1, device=device)
+    except (AssertionError, NotImplementedError, RuntimeError):
+        raise WriterError(f"PytorchWriter: torch has no device {str(device)!r} here; give 'cpu' or 'cuda'.") from None
     return device
