@@ -3,6 +3,13 @@
 import pytest
 
 import usdsdg
+from tests.arguments.plain_names import plain_names
+
+
+@pytest.fixture(autouse=True)
+def _plain_names():
+    with plain_names():
+        yield
 
 
 @pytest.mark.parametrize(

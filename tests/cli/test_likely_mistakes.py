@@ -2,13 +2,15 @@
 
 import pytest
 
+from tests.arguments.plain_names import plain_names
 from tests.cli.likely_mistakes import MISTAKES, PAGE, page, said
 from usdsdg.session import session
 
 
 @pytest.fixture(scope="module")
 def texts(tmp_path_factory):
-    yield {mistake: said(mistake, tmp_path_factory.mktemp("mistake")) for mistake in MISTAKES}
+    with plain_names():
+        yield {mistake: said(mistake, tmp_path_factory.mktemp("mistake")) for mistake in MISTAKES}
     session.restart()
 
 

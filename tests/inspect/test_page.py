@@ -131,7 +131,7 @@ def test_a_missing_folder_is_named(tmp_path):
 def test_a_page_that_cannot_be_written_is_named(tmp_path):
     write_pose(tmp_path, 0, [MUG])
     (tmp_path / "blocked").write_text("")
-    with pytest.raises(OutputNotWritable, match=r"blocked.*give another output"):
+    with pytest.raises(OutputNotWritable, match=r"blocked.*choose another file with --output"):
         inspect(tmp_path, tmp_path / "blocked" / "page.html")
 
 
