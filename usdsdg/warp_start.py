@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from usdsdg.errors import OutputNotWritable
-from usdsdg.kernel_cache import compile_what_is_damaged
+from usdsdg.kernels.cache import compile_what_is_damaged
 
 # Of a library that has no logger for it: C code prints this line, to the descriptor of standard error.
 _NO_DRIVER = b"Warp CUDA warning: Could not find or load the NVIDIA CUDA driver."

@@ -9,8 +9,8 @@ from types import FunctionType
 import pytest
 
 import usdsdg as rep
+from usdsdg.arguments.near_arguments import near_arguments
 from usdsdg.arguments.parameters import names_parameters
-from usdsdg.arguments.registry import near_arguments
 
 FAMILIES = [
     "annotators", "backends", "create", "distribution", "functional.create", "functional.create_batch",

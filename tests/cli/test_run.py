@@ -250,7 +250,7 @@ DELETIONS = """
         for _ in range(20_000):
             pass
 """
-# Python holds an interrupt of source code in `exec` for one that nobody handles, until it executes other source code.
+# CPython marks a KeyboardInterrupt that leaves `exec` of source code as unhandled, until it executes other source code.
 SOURCE = """
     import traceback
     import omni.replicator.core as rep

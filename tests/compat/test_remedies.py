@@ -1,4 +1,4 @@
-"""What a script is told that uses a name which is not here, and small names that it finds."""
+"""Errors for names of Isaac Sim that usdsdg lacks name a remedy; small names that were added work."""
 
 import importlib
 

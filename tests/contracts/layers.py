@@ -6,7 +6,7 @@ import what `OF_ENGINES` names besides the rooms of its own engine that its row 
 
 ENGINES = ("usdsdg_physics", "usdsdg_render")
 # What their rooms may import of usdsdg.
-OF_ENGINES = ("compilation", "errors", "image_files", "parallel", "readback", "stage")
+OF_ENGINES = ("errors", "image_files", "kernels", "parallel", "readback", "stage")
 
 # usdsdg: name -> what it may import, names without "usdsdg.".
 USDSDG = {
@@ -17,9 +17,8 @@ USDSDG = {
     "parallel": "operating_system",
     "buffers": "",
     "readback": "buffers",
-    "kernel_cache": "errors",
-    "warp_start": "errors kernel_cache",
-    "compilation": "errors kernel_cache",
+    "kernels": "errors",
+    "warp_start": "errors kernels",
     "stores": "errors operating_system",
     "image_files": "errors warp_start",
     "stage": "errors operating_system image_files",
@@ -183,7 +182,8 @@ LATE = {
     "usdsdg.cli.options.thread_limit": ("usdsdg.parallel usdsdg.writers", COMMAND),
     "usdsdg.cli.commands.verify": ("usdsdg.datasets usdsdg.verify", COMMAND),
     "usdsdg.cli.commands.warmup": (
-        "usdsdg.compilation usdsdg.parallel usdsdg_physics.__init__ usdsdg_render.device usdsdg_render.renderer",
+        "usdsdg.kernels.compilation usdsdg.parallel usdsdg_physics.__init__ usdsdg_render.device "
+        "usdsdg_render.renderer",
         COMMAND,
     ),
     "usdsdg.cli.commands.simulate": ("usdsdg_physics.__init__", COMMAND),

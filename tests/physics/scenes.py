@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import os
+import warnings
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
+from usdsdg import errors
 from usdsdg_physics import NewtonEngine
+from usdsdg_physics.parse.scene import parse
+from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 
 # Device of the physics tests, for example cuda:0.
 DEVICE = os.environ.get("USDSDG_TEST_DEVICE", "cpu")
@@ -105,3 +109,13 @@ def velocity(prim: Usd.Prim) -> np.ndarray:
 
 def set_value(prim: Usd.Prim, name: str, value: object) -> None:
     prim.GetAttribute(name).Set(value)
+
+
+def warnings_of(stage: Usd.Stage) -> list[str]:
+    """Return the warnings that reading the physics of a stage gives."""
+    errors.forget_warnings()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        parse(stage, HullCache())
+    errors.forget_warnings()
+    return [str(each.message) for each in caught]

@@ -13,7 +13,7 @@ from pxr import Usd, UsdPhysics
 
 from tests.physics import calm_scenes, test_calm, test_locked_axes, test_small_bodies, test_squeezes
 from tests.physics.scenes import add, new_stage, physics_material, playing
-from usdsdg.compilation import ModuleLoad
+from usdsdg.kernels.compilation import ModuleLoad
 from usdsdg_physics import NewtonEngine
 from usdsdg_physics.contact_solver.arrays import COLORS, GROUND, OVERFLOW
 from usdsdg_physics.contact_solver.solver import ContactSolver

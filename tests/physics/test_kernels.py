@@ -6,7 +6,7 @@ import warp as wp
 from pxr import UsdPhysics
 
 from tests.physics.scenes import add, mesh, new_stage
-from usdsdg.compilation import ModuleLoad
+from usdsdg.kernels.compilation import ModuleLoad
 from usdsdg_physics import NewtonEngine
 from usdsdg_physics.world import compile_kernels
 

@@ -3,27 +3,14 @@
 from __future__ import annotations
 
 import math
-import warnings
 
 import pytest
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
+from pxr import Gf, Sdf, UsdGeom, UsdPhysics, UsdShade
 
 from tests.physics.mechanisms import drive, free_axes, joint
-from tests.physics.scenes import add, new_stage, physics_material, playing, position
-from usdsdg import errors
-from usdsdg_physics.parse.scene import parse
-from usdsdg_physics.parse.shapes.convex_hulls import HullCache
+from tests.physics.scenes import add, new_stage, physics_material, playing, position, warnings_of
 
 TYPES = Sdf.ValueTypeNames
-
-
-def _told(stage: Usd.Stage) -> list[str]:
-    errors.forget_warnings()
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        parse(stage, HullCache())
-    errors.forget_warnings()
-    return [str(each.message) for each in caught]
 
 
 # Type of a prim, schemas applied to it, an attribute of it and its value, what it lacks.
@@ -53,7 +40,7 @@ def test_attributes_without_their_schema_are_named(kind, schemas, name, value, l
         prim.AddAppliedSchema(schema)
     types = {float: TYPES.Float, bool: TYPES.Bool, str: TYPES.Token, Gf.Vec3f: TYPES.Float3}
     (prim.GetAttribute(name) or prim.CreateAttribute(name, types[type(value)])).Set(value)
-    found = [text for text in _told(stage) if name in text]
+    found = [text for text in warnings_of(stage) if name in text]
     assert found == [f"/World/thing: {name}: these have no effect on a prim without {lacks}."]
 
 
@@ -77,7 +64,7 @@ def test_drives_and_states_of_axes_that_a_joint_lacks_are_named(kind, axis):
     drive(made, axis, stiffness=1.0)
     made.GetPrim().AddAppliedSchema(f"PhysicsJointStateAPI:{axis}")
     made.GetPrim().CreateAttribute(f"state:{axis}:physics:position", TYPES.Float).Set(1.0)
-    (message,) = _told(stage)
+    (message,) = warnings_of(stage)
     assert message.startswith(
         f"/World/joint: drive:{axis}:physics:stiffness, state:{axis}:physics:position: these have"
     )
@@ -88,7 +75,7 @@ def test_limits_by_axis_are_those_of_general_joints():
     add(stage, "/World/box")
     made = joint(stage, "/World/joint", UsdPhysics.RevoluteJoint, "", "/World/box", (0, 0, 0))
     UsdPhysics.LimitAPI.Apply(made.GetPrim(), "rotX").CreateLowAttr(-1.0)
-    (message,) = _told(stage)
+    (message,) = warnings_of(stage)
     assert message.startswith("/World/joint: limit:rotX:physics:low: these have no effect: limits by axis are")
 
 
@@ -113,9 +100,9 @@ def test_the_corners_of_a_cone_limit_are_named():
     box = add(stage, "/World/box", at=(0.5, 0, 0), scale=(0.5, 0.05, 0.05), angular_damping=8.0)
     made = joint(stage, "/World/joint", UsdPhysics.SphericalJoint, "", "/World/box", (0, 0, 0))
     made.CreateConeAngle0LimitAttr(30.0)
-    assert not _told(stage)
+    assert not warnings_of(stage)
     made.CreateConeAngle1LimitAttr(30.0)
-    (message,) = _told(stage)
+    (message,) = warnings_of(stage)
     assert message.startswith("/World/joint: physics:coneAngle0Limit: limits of a spherical joint are those of a pyr")
     playing(stage).advance(3.0)
     swung = math.degrees(math.acos(position(box)[0] / 0.5))
@@ -138,7 +125,7 @@ def test_what_is_read_is_not_named():
     hinge = joint(stage, "/World/hinge", UsdPhysics.RevoluteJoint, "", "/World/other", (5, 0, 0))
     hinge.CreateLowerLimitAttr(-5.0)
     drive(hinge, "angular", stiffness=1.0)
-    assert not _told(stage)
+    assert not warnings_of(stage)
 
 
 def test_time_samples_that_physics_does_not_follow_are_named():
@@ -150,7 +137,7 @@ def test_time_samples_that_physics_does_not_follow_are_named():
     ):
         for time, value in zip((0, 24), values):
             attribute.Set(value, time)
-    (message,) = _told(stage)
+    (message,) = warnings_of(stage)
     assert message.startswith("/World/box: physics:collisionEnabled, physics:velocity: physics does not follow time")
 
 
@@ -159,7 +146,7 @@ def test_recorded_velocities_beside_the_default_are_not_named():
     velocity = UsdPhysics.RigidBodyAPI(add(stage, "/World/box")).CreateVelocityAttr((0, 0, 0))
     velocity.Set((1, 0, 0), 0)
     velocity.Set((2, 0, 0), 24)
-    assert not _told(stage)
+    assert not warnings_of(stage)
 
 
 def test_filters_that_name_nothing_are_named():
@@ -168,7 +155,7 @@ def test_filters_that_name_nothing_are_named():
     UsdPhysics.FilteredPairsAPI.Apply(box).CreateFilteredPairsRel().SetTargets(["/World/gone"])
     group = UsdPhysics.CollisionGroup.Define(stage, "/World/group")
     group.CreateFilteredGroupsRel().SetTargets(["/World/box", "/World/group"])
-    assert sorted(_told(stage)) == [
+    assert sorted(warnings_of(stage)) == [
         "/World/box: physics:filteredPairs names /World/gone, which is no prim, so it filters nothing. Correct it.",
         "/World/group: physics:filteredGroups names /World/box, which is no PhysicsCollisionGroup, so it filters "
         "nothing. Correct it.",
@@ -187,7 +174,7 @@ def test_triggers_materials_of_faces_and_skinned_meshes_are_named():
     faces = UsdGeom.Subset.Define(stage, "/World/mesh/faces").GetPrim()
     material = physics_material(stage, "/World/material")
     UsdShade.MaterialBindingAPI.Apply(faces).Bind(material, UsdShade.Tokens.weakerThanDescendants, "physics")
-    told = _told(stage)
+    told = warnings_of(stage)
     assert len(told) == 3
     assert any(text.startswith("/World/trigger: PhysxTriggerAPI: nothing triggers without Phys") for text in told)
     assert any(text.startswith("/World/mesh/faces: material:binding:physics: a collider has one") for text in told)

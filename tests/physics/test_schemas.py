@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-import warnings
 from pathlib import Path
 
 import pytest
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics, Vt
 
 from tests.physics.mechanisms import drive, free_axes, joint
-from tests.physics.scenes import add, new_stage, physics_material, playing
+from tests.physics.scenes import add, new_stage, physics_material, playing, warnings_of
 from usdsdg import errors
 from usdsdg.stage.schemas import physx
 from usdsdg_physics.parse.scene import parse
@@ -85,15 +84,6 @@ def test_the_table_names_nothing_twice():
     assert not READ.keys() & set(listed)
 
 
-def _warnings_of(stage: Usd.Stage) -> list[str]:
-    errors.forget_warnings()
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        parse(stage, HullCache())
-    errors.forget_warnings()
-    return [str(each.message) for each in caught]
-
-
 def test_every_attribute_that_is_not_read_is_named_with_its_prim():
     stage = new_stage()
     expected = []
@@ -103,7 +93,7 @@ def test_every_attribute_that_is_not_read_is_named_with_its_prim():
         prim = stage.DefinePrim(f"/World/p{index}")
         prim.CreateAttribute(name.replace("*", "rotX"), Sdf.ValueTypeNames.String).Set("another value")
         expected.append((index, unread_attribute(name)))
-    told = _warnings_of(stage)
+    told = warnings_of(stage)
     for row in UNREAD:
         prims = [index for index, of in expected if of is row]
         if prims:
@@ -118,7 +108,7 @@ def test_every_applied_schema_that_is_not_read_is_named_with_its_prim(schema):
     prim = stage.DefinePrim("/World/thing", "" if schema.endswith("API") else schema)
     if schema.endswith("API"):
         prim.AddAppliedSchema(schema + ":rotX" * ("*" in "".join(SCHEMAS[schema])))
-    (message,) = _warnings_of(stage)
+    (message,) = warnings_of(stage)
     assert "/World/thing" in message
     assert unread_schema(schema).follows in message
 
@@ -128,7 +118,7 @@ def test_schemas_that_nobody_knows_are_named():
     prim = stage.DefinePrim("/World/thing")
     prim.AddAppliedSchema("PhysxTeleportAPI:rotX")
     prim.CreateAttribute("physxTeleport:where", Sdf.ValueTypeNames.String).Set("there")
-    (message,) = _warnings_of(stage)
+    (message,) = warnings_of(stage)
     assert "/World/thing" in message
     assert "physxTeleport:where, PhysxTeleportAPI" in message
 
@@ -138,7 +128,7 @@ def test_one_warning_for_a_thousand_prims():
     for index in range(1000):
         prim = stage.DefinePrim(f"/World/p{index}")
         prim.CreateAttribute("physxRigidBody:retainAccelerations", Sdf.ValueTypeNames.Bool).Set(True)
-    (message,) = _warnings_of(stage)
+    (message,) = warnings_of(stage)
     assert "/World/p4 and 995 more" in message
 
 
@@ -147,7 +137,7 @@ def test_values_that_change_nothing_are_not_named():
     prim = add(stage, "/World/box")
     prim.CreateAttribute("physxRigidBody:enableCCD", Sdf.ValueTypeNames.Bool).Set(False)
     prim.CreateAttribute("physxRigidBody:solverPositionIterationCount", Sdf.ValueTypeNames.Int).Set(16)
-    assert not _warnings_of(stage)
+    assert not warnings_of(stage)
 
 
 def test_settings_of_a_scene_that_ask_for_what_is_done_anyway_are_not_named():
@@ -156,9 +146,9 @@ def test_settings_of_a_scene_that_ask_for_what_is_done_anyway_are_not_named():
     physx.PhysxSceneAPI.Apply(scene)
     for name, value in (("enableGPUDynamics", False), ("broadphaseType", "MBP"), ("enableCCD", True)):
         scene.GetAttribute(f"physxScene:{name}").Set(value)
-    assert not _warnings_of(stage)
+    assert not warnings_of(stage)
     scene.GetAttribute("physxScene:broadphaseType").Set("ABP")
-    (message,) = _warnings_of(stage)
+    (message,) = warnings_of(stage)
     assert "physxScene:broadphaseType: " in message
 
 
@@ -171,7 +161,7 @@ def test_prototypes_of_instances_are_named_once():
         prim = stage.DefinePrim(f"/World/i{index}", "Xform")
         prim.GetReferences().AddInternalReference("/Asset")
         prim.SetInstanceable(True)
-    (message,) = _warnings_of(stage)
+    (message,) = warnings_of(stage)
     assert message.startswith("/World/i0/part: ")
 
 

@@ -10,7 +10,7 @@ from types import FunctionType
 from typing import Any
 
 from usdsdg.arguments.misplaced import explaining
-from usdsdg.arguments.registry import near_arguments
+from usdsdg.arguments.near_arguments import near_arguments
 
 _MARK = "_names_parameters"
 

@@ -24,8 +24,8 @@ def let_commands_be_interrupted() -> None:
 def forget_interrupts() -> None:
     """Let Python end with the exit code that it was given, whatever was interrupted before.
 
-    A KeyboardInterrupt that leaves source code in `exec` or `eval`, as dataclasses have it, counts as one that nobody
-    handles, although somebody does: `python -m` then ends by SIGINT. The next execution of source code clears that.
+    CPython marks a KeyboardInterrupt that leaves `exec` or `eval` of source code, which dataclasses use, as unhandled,
+    even where a caller handles it, and `python -m` then ends by SIGINT. Executing other source code clears the mark.
     """
     exec("")
 

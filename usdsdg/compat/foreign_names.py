@@ -33,6 +33,18 @@ def _row(subject: str, instead: str, prefixes: str) -> OutOfScope:
     return OutOfScope(subject, tuple(prefixes.split()), instead)
 
 
+# Of OmniGraph's core, what makes nodes and looks into graphs.
+_GRAPH_NAMES = (
+    "AttributePortType AttributeRole AttributeType AttributeValueHelper BaseDataType Bundle "
+    "BundleContainer Database DynamicAttributeAccess DynamicAttributeInterface "
+    "ExecutionAttributeState ExtendedAttributeType GraphBackingType GraphContext GraphController "
+    "GraphEvaluationMode GraphEvent GraphRegistry MetadataKeys NodeController NodeEvent NodeType "
+    "ObjectLookup OmniGraphInspector PerNodeKeys PtrToPtrKind ReadOnlyError Severity "
+    "ThreadsafetyTestUtils TupleType Type TypedValue _omni_graph_core cmds deregister_node_type "
+    "get_global_orchestration_graphs get_global_orchestration_graphs_in_pipeline_stage get_node_type "
+    "in_compute register_node_type register_python_node tests"
+)
+
 OUT_OF_SCOPE = (
     _row(
         "ROS and other message buses are",
@@ -148,53 +160,7 @@ OUT_OF_SCOPE = (
         "rep.orchestrator.step.",
         "omni.graph.action omni.graph.nodes omni.graph.scriptnode omni.graph.tools omni.graph.ui omni.graph.window "
         "omni.graph.bundle omni.graph.expression omni.graph.instancing omni.graph.examples omni.graph.test "
-        + " ".join(
-            f"omni.graph.core.{name}"
-            for name in (
-                "AttributePortType",
-                "AttributeRole",
-                "AttributeType",
-                "AttributeValueHelper",
-                "BaseDataType",
-                "Bundle",
-                "BundleContainer",
-                "Database",
-                "DynamicAttributeAccess",
-                "DynamicAttributeInterface",
-                "ExecutionAttributeState",
-                "ExtendedAttributeType",
-                "GraphBackingType",
-                "GraphContext",
-                "GraphController",
-                "GraphEvaluationMode",
-                "GraphEvent",
-                "GraphRegistry",
-                "MetadataKeys",
-                "NodeController",
-                "NodeEvent",
-                "NodeType",
-                "ObjectLookup",
-                "OmniGraphInspector",
-                "PerNodeKeys",
-                "PtrToPtrKind",
-                "ReadOnlyError",
-                "Severity",
-                "ThreadsafetyTestUtils",
-                "TupleType",
-                "Type",
-                "TypedValue",
-                "_omni_graph_core",
-                "cmds",
-                "deregister_node_type",
-                "get_global_orchestration_graphs",
-                "get_global_orchestration_graphs_in_pipeline_stage",
-                "get_node_type",
-                "in_compute",
-                "register_node_type",
-                "register_python_node",
-                "tests",
-            )
-        ),
+        + " ".join(f"omni.graph.core.{name}" for name in _GRAPH_NAMES.split()),
     ),
     _row(
         "browsers and servers of assets are",

@@ -12,7 +12,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from usdsdg.annotators.default_filter import DefaultFilter
-from usdsdg.arguments.registry import near_arguments
+from usdsdg.arguments.near_arguments import near_arguments
 from usdsdg.errors import WriterArgumentError, WriterError
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
-from usdsdg.compilation import ModuleLoad, Progress, kernel_modules, load_modules
+from usdsdg.kernels.compilation import ModuleLoad, Progress, kernel_modules, load_modules
 from usdsdg.parallel import available_threads
 
 if TYPE_CHECKING:

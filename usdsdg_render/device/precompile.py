@@ -4,8 +4,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import warp as wp
 
-from usdsdg.compilation import THREADS, ModuleLoad, Progress, load_modules
 from usdsdg.image_files.run_kernels import deflate_runs
+from usdsdg.kernels.compilation import THREADS, ModuleLoad, Progress, load_modules
 from usdsdg.parallel import CUDA_BLOCK, available_threads
 from usdsdg_render.bvh import build, compress, forest
 from usdsdg_render.kernels.labels import label_kernels, parts

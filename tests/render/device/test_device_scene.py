@@ -15,8 +15,8 @@ import usdsdg_render
 from tests.render import scenes
 from tests.render.images import radiance, renderer_of
 from tests.sampled_cases import sampled
-from usdsdg.compilation import ModuleLoad
 from usdsdg.errors import RenderError
+from usdsdg.kernels.compilation import ModuleLoad
 from usdsdg_render.device.precompile import module_loads, precompile, without_bfloat16
 from usdsdg_render.kernels.labels import label_kernels
 from usdsdg_render.kernels.path import wavefront

@@ -80,7 +80,7 @@ def _load_pixel_kernels(device: str, progress: Callable[[str, int, int | None], 
     """Load the kernels of annotators, for images on the device and in the memory of the host, and those of writers."""
     import warp as wp
 
-    from usdsdg.compilation import ModuleLoad, kernel_modules, load_modules
+    from usdsdg.kernels.compilation import ModuleLoad, kernel_modules, load_modules
     from usdsdg.parallel import CUDA_BLOCK, available_threads
 
     modules = kernel_modules("usdsdg.annotators")

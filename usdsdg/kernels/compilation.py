@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from usdsdg import kernel_cache
 from usdsdg.errors import counted
+from usdsdg.kernels import cache
 
 if TYPE_CHECKING:
     import warp as wp
@@ -42,7 +42,7 @@ class ModuleLoad:
 
     def is_cached(self) -> bool:
         """Return whether Warp's cache has the compiled module; Warp must have been initialized."""
-        return kernel_cache.is_cached(self.module, self.device, self.block)
+        return cache.is_cached(self.module, self.device, self.block)
 
     def run(self) -> None:
         """Load it, compiled before if need be.
@@ -51,7 +51,7 @@ class ModuleLoad:
             OutputNotWritable: there is no room for it in the cache.
         """
         if not self.is_cached():
-            kernel_cache.check_space()
+            cache.check_space()
         self.module.load(self.device, self.block)
 
 

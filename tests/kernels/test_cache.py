@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 import warp as wp
 
-from usdsdg import errors, kernel_cache
+from usdsdg import errors
+from usdsdg.kernels import cache
 
 PROGRAM = """
 import warp as wp
@@ -34,7 +35,7 @@ def run(folder):
     """Run the program with the cache in a folder; return its output and its warnings."""
     file = folder / "program.py"
     file.write_text(PROGRAM)
-    environment = {**os.environ, "WARP_CACHE_PATH": str(folder / "cache"), "PYTHONPATH": str(Path(__file__).parents[1])}
+    environment = {**os.environ, "WARP_CACHE_PATH": str(folder / "cache"), "PYTHONPATH": str(Path(__file__).parents[2])}
     done = subprocess.run([sys.executable, file], env=environment, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     return done.stdout, done.stderr
@@ -60,11 +61,11 @@ def test_a_disk_without_room_is_named_before_anything_compiles(monkeypatch):
     usage = shutil.disk_usage(wp.config.kernel_cache_dir)._replace(free=3_000_000)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
     with pytest.raises(errors.OutputNotWritable, match=r"has room for 3\.0 MB.*export WARP_CACHE_PATH=FOLDER"):
-        kernel_cache.check_space()
+        cache.check_space()
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path, monkeypatch):
-    kernel_cache.compile_what_is_damaged()
+    cache.compile_what_is_damaged()
     monkeypatch.setattr(wp.Module, "_compile", lambda *_, **__: (tmp_path / "missing" / "file").write_text(""))
 
     @wp.kernel(module="unique")

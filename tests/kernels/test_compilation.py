@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 import warp as wp
 
-from usdsdg import compilation
-from usdsdg.compilation import ModuleLoad, kernel_modules, load_modules
+from usdsdg.kernels import compilation
+from usdsdg.kernels.compilation import ModuleLoad, kernel_modules, load_modules
 
 
 class Loads(ModuleLoad):
