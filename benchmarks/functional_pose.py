@@ -13,7 +13,7 @@ import numpy as np
 
 from usdsdg.functional import create_batch, modify
 from usdsdg.session.stage_context import new_stage
-from usdsdg.stage.changes import ChangeTracker
+from usdsdg.stage.change_tracker import ChangeTracker
 
 
 def milliseconds(call, repetitions: int = 50) -> np.ndarray:

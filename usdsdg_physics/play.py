@@ -7,7 +7,8 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import PhysicsError, warn_once
-from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.change_tracker import ChangeTracker
+from usdsdg.stage.changes import Changes
 from usdsdg.stage.physics.scenes import steps_per_second
 from usdsdg.stage.time_code import time_context
 from usdsdg_physics.edits.apply_edits import apply_edits

@@ -281,7 +281,7 @@ def test_posing_inside_a_variant(stage):
 
 
 def test_posing_a_thousand_prims_reports_each_change_once(stage):
-    from usdsdg.stage.changes import ChangeTracker
+    from usdsdg.stage.change_tracker import ChangeTracker
 
     cubes = create_batch.xform(count=1000, parent="/World")
     modify.pose(cubes, np.ones((1000, 3)), np.ones((1000, 3)), scale_value=np.ones((1000, 3)))

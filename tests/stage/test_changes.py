@@ -4,7 +4,8 @@ import weakref
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from usdsdg.stage.changes import KEPT_APART, ChangeTracker
+from usdsdg.stage.change_tracker import KEPT_APART, ChangeTracker
+from usdsdg.stage.handles import Handles
 from usdsdg.stage.poses.xform_ops import author_pose
 
 ROOT = Sdf.Path.absoluteRootPath
@@ -47,7 +48,9 @@ def test_a_set_attribute_is_named_once(stage, tracker):
 
 
 def test_registered_properties_are_reported_by_index_unless_prims_are_resynced(stage, tracker):
-    handles = {path("/World/a.xformOp:translate"): 7, path("/World/b.xformOp:translate"): 8}
+    handles = Handles()
+    handles.note([path("/World/a.xformOp:translate")], 7)
+    handles.note([path("/World/b.xformOp:translate")], 8)
     translate = stage.GetAttributeAtPath("/World/a.xformOp:translate")
     translate.Set(Gf.Vec3d(1, 0, 0))
     stage.GetPrimAtPath("/World/a").CreateAttribute("primvars:x", Sdf.ValueTypeNames.Float).Set(1.0)

@@ -30,7 +30,8 @@ from usdsdg.annotators.prims.prim_bounds import PrimBounds
 from usdsdg.annotators.prims.skeleton_prims import SkeletonPrims
 from usdsdg.graph.label_sources import label_sources
 from usdsdg.session.session import current
-from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.change_tracker import ChangeTracker
+from usdsdg.stage.changes import Changes
 
 # What decides which material a gprim shows: relationships to materials, and collections of prims that bind one.
 _BINDINGS = ("material:binding", "collection:")

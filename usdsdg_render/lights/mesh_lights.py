@@ -32,5 +32,5 @@ def emissive_material(material: Material, prim: Usd.Prim) -> Material:
     own_emission = material.emission
     if mode == UsdLux.Tokens.materialGlowTintsLight and (own_emission.texture is not None or any(own_emission.value)):
         tinted = tuple(a * b for a, b in zip(own_emission.value, emission))
-        return replace(material, emission=replace(own_emission, value=tinted, fallback=None))
+        return replace(material, emission=own_emission._replace(value=tinted, fallback=None))
     return replace(material, emission=Input(emission))

@@ -72,8 +72,9 @@ class MaterialTable:
 
     def edit(self, edits: FieldEdits) -> None:
         """Write a field again that was set in place, of the materials that have a row."""
-        rows = map(self._row_of.get, map(id, edits.materials))
-        self._edited.setdefault(edits.name, {}).update((row, None) for row in rows if row is not None)
+        rows = dict.fromkeys(map(self._row_of.get, map(id, edits.materials)))
+        edited = self._edited.setdefault(edits.name, {})
+        edited.update((row, None) for row in rows if row is not None)
 
     def load_again(self) -> None:
         """Ask for the textures of all rows at the next `write`, since their files have changed."""
@@ -142,9 +143,9 @@ class MaterialTable:
         edited, self._edited = self._edited, {}
         for name, rows in edited.items():
             # A row may have been given away since.
-            own = {row: each for row in rows if isinstance(each := self._materials[row], Material)}
+            own = [(row, each) for row in rows if type(each := self._materials[row]) is Material]
             if own:
-                write_field(self._rows, list(own), list(own.values()), name, self._indices)
+                write_field(self._rows, [row for row, _ in own], [each for _, each in own], name, self._indices)
 
 
 def _key(material: AnyMaterial) -> Hashable:

@@ -8,6 +8,7 @@ from pxr import Sdf, Usd, UsdShade
 
 from usdsdg import errors
 from usdsdg.stage.changes import is_below
+from usdsdg.stage.handles import Handles
 from usdsdg_render.materials.material_x import SURFACES, read_material_x
 from usdsdg_render.materials.mdl import mdl_file, mdl_name, read_mdl
 from usdsdg_render.materials.network import Network, shader_id
@@ -42,11 +43,11 @@ class MaterialLibrary:
     An edit of one of them adds a spec, so that it no longer shares.
 
     Args:
-        handles: gets a `PlainInput` or `UNREAD` for properties that were changed; cleared when that may not hold any
-            more.
+        handles: gets a `PlainInput` or `UNREAD` for properties that were changed; they are forgotten when that may not
+            hold any more.
     """
 
-    def __init__(self, stage: Usd.Stage, handles: dict[Sdf.Path, Any]) -> None:
+    def __init__(self, stage: Usd.Stage, handles: Handles) -> None:
         self._handles = handles
         self._stage = stage
         self._by_path: dict[Sdf.Path, MaterialEntry] = {}
@@ -111,7 +112,7 @@ class MaterialLibrary:
         for prim, names in changed.items():
             found = self._readers.get(prim, ())
             if not found and self._is_unread_shader(prim):
-                self._handles.update((prim.AppendProperty(name), UNREAD) for name in names)
+                self._handles.note(map(prim.AppendProperty, names), UNREAD)
                 continue
             entries = [(path, self._by_path[path]) for path in found]
             if not entries or any(entry.users > 1 or entry.material is None for _, entry in entries):
@@ -142,14 +143,16 @@ class MaterialLibrary:
 
     def _note_plain_inputs(self, prim: Sdf.Path, names: Iterable[str], path: Sdf.Path, entry: MaterialEntry) -> None:
         for name in names:
-            reading = entry.network.readings[prim, name]
-            if reading.alone is not None:
-                self._handles[prim.AppendProperty(name)] = PlainInput(prim, name, path, entry, reading)
+            reading, written = entry.network.readings[prim, name], [prim.AppendProperty(name)]
+            if reading.alone is None:
+                self._handles.drop(written)
+            else:
+                self._handles.note(written, PlainInput(prim, name, path, entry, reading))
 
     def _forget_inputs(self) -> None:
         """Forget which material reads which input, since others are read now."""
         self._unread.clear()
-        self._handles.clear()
+        self._handles.forget()
 
     def _is_unread_shader(self, path: Sdf.Path) -> bool:
         """Whether a shader without readers belongs to a material that was read without it."""

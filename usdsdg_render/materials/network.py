@@ -99,7 +99,9 @@ class Network:
             that are not usable.
         """
         reading = self._noted(shader, name)[1]
-        if reading is not None and reading.fields == {self._field} and not is_converted(reading.attribute):
+        if reading is None or reading.fields != {self._field}:
+            return
+        if not reading.attribute.HasColorSpace() and not is_converted(reading.attribute):
             reading.alone, reading.given = make, given
             self._alone[self._field] = reading
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -18,8 +19,7 @@ from usdsdg_render.usd.color_spaces import linear_colors
 MAX_COLOR, MAX_EMISSION = 1e3, 1e10
 
 
-@dataclass(frozen=True)
-class Input:
+class Input(NamedTuple):
     """A constant, multiplied by a texture where there is one.
 
     `fallback` is the value where the texture cannot be read; None means `value`.
@@ -89,12 +89,14 @@ class Material:
         made.__dict__.update(changed)
         return made
 
-    def set_field(self, name: str, value: Input) -> None:
-        """Set an input in this very material, to one with the same texture.
+    @staticmethod
+    def set_fields(materials: Iterable[Material], name: str, values: Iterable[Input]) -> None:
+        """Set an input in these very materials, to those with the same textures.
 
-        For the one who holds it: most edits are of constants, and all holders would have to take over a new material.
+        For the one who holds them: most edits are of constants, and all holders would have to take over new materials.
         """
-        self.__dict__[name] = value
+        for material, value in zip(materials, values):
+            material.__dict__[name] = value
 
     def with_base_color(self, color: tuple[float, ...]) -> Material:
         return replace(self, base_color=Input(color))

@@ -57,7 +57,9 @@ class Animation:
             self._find_samples(changes.resynced)
         samples_of = self._stage.GetEditTarget().GetLayer().GetNumTimeSamplesForPath
         properties = changes.properties
-        sampled = {path.GetPrimPath() for path, samples in zip(properties, map(samples_of, properties)) if samples}
+        sampled: set[Sdf.Path] = set()
+        if any(map(samples_of, properties)):
+            sampled = {path.GetPrimPath() for path in properties if samples_of(path)}
         sampled |= self._splines.of(properties)
         sampled |= {path for path, names in changes.changed.items() if not names.isdisjoint(VELOCITIES)}
         sampled |= {path for path in changes.changed.keys() & self._varying_names.keys() if self._varying_names[path]}

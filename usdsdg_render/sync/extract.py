@@ -5,12 +5,13 @@ id of the point (its index where no ids are authored). `point_instancer.source_p
 """
 
 from collections.abc import Sequence, Set
-from typing import Any
 
 from pxr import Sdf, Usd
 
 from usdsdg.errors import Unsupported
-from usdsdg.stage.changes import Changes, ChangeTracker, is_below
+from usdsdg.stage.change_tracker import ChangeTracker
+from usdsdg.stage.changes import Changes, is_below
+from usdsdg.stage.handles import Handles
 from usdsdg.stage.time_code import time_context
 from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.geometry.prototypes import PrototypeCache
@@ -45,7 +46,7 @@ class SceneExtractor:
         self._tracker = ChangeTracker(stage)
         self._tree: StageTree | None = None
         # What properties do that were written before: the node of the tree that they move, or the field of a material.
-        self._handles: dict[Sdf.Path, Any] = {}
+        self._handles = Handles()
         self._gprims = Gprims()
         self._materials = GprimMaterials(stage, self.scene, self._handles, progress)
         self._prototypes = PrototypeCache()
@@ -177,7 +178,7 @@ class SceneExtractor:
             tree.update_transforms(dirty.transforms, dirty.transform_nodes)
         if dirty.has_other_gprims:
             self._gprims.collect(tree)
-            self._handles.clear()  # point instancers may draw other prims, whose moves then concern them
+            self._handles.forget()  # point instancers may draw other prims, whose moves then concern them
         if self._animation.is_animated and (dirty.has_other_gprims or not self._animation.is_surveyed):
             self._animation.survey(tree, self._gprims)
         replaced = dirty.concerns_gprims and self._read_gprims(tree, everything=dirty.has_other_gprims)

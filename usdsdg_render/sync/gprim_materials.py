@@ -1,12 +1,12 @@
 """Materials of the drawn gprims: bound or fallback, then rows and textures of the scene."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from pxr import Sdf, Usd
 
 from usdsdg import errors
+from usdsdg.stage.handles import Handles
 from usdsdg_render.images.textures import Progress, TexturePool
 from usdsdg_render.lights.mesh_lights import emissive_material
 from usdsdg_render.materials.bindings import bound_materials
@@ -20,7 +20,7 @@ from usdsdg_render.materials.display_color import (
 )
 from usdsdg_render.materials.material_table import AnyMaterial
 from usdsdg_render.materials.materials import MaterialLibrary
-from usdsdg_render.materials.plain_inputs import edit_materials
+from usdsdg_render.materials.plain_inputs import PlainInputs
 from usdsdg_render.materials.shading import Material
 from usdsdg_render.scene.scene import Scene
 from usdsdg_render.sync.gprims import Gprim, Gprims
@@ -32,11 +32,12 @@ from usdsdg_render.usd.prim_kinds import MESH, SHAPE
 class GprimMaterials:
     """Reads the materials of gprims and keeps the material tables of one scene up to date with them."""
 
-    def __init__(self, stage: Usd.Stage, scene: Scene, handles: dict[Sdf.Path, Any], progress: Progress | None) -> None:
+    def __init__(self, stage: Usd.Stage, scene: Scene, handles: Handles, progress: Progress | None) -> None:
         self._stage = stage
         self._scene = scene
         self._progress = progress
         self._library = MaterialLibrary(stage, handles)
+        self._plain_inputs = PlainInputs(handles)
         self._textures = TexturePool()
         self._slots = MaterialSlots()
         self._colors = ColorTextures()
@@ -52,7 +53,7 @@ class GprimMaterials:
         if not (dirty.materials or dirty.resynced or dirty.inputs or dirty.plain_inputs):
             return False
         stale = self._library.invalidate(dirty.materials, dirty.resynced)
-        edits, unusual = edit_materials(dirty.plain_inputs)
+        edits, unusual = self._plain_inputs.edit_materials(dirty.plain_inputs)
         for each in edits:
             gprims.keep_materials(each)
             self._slots.table.edit(each)
@@ -112,6 +113,7 @@ class GprimMaterials:
             if gprim.is_light:
                 whole = (m.material if isinstance(m, DisplayColor) else m for m in gprim.materials)
                 gprim.materials = [emissive_material(material, gprim.prim) for material in whole]
+            gprim.has_own_materials = any(a is not b and b is not None for a, b in zip(gprim.materials, own))
 
     def apply_colors(self, changed: Iterable[Gprim], prototypes: Collection[int], time: Usd.TimeCode) -> None:
         """Give gprims the textures of their varying colors; warn of those that cannot have them, or not as authored.
@@ -123,6 +125,7 @@ class GprimMaterials:
                 continue
             if gprim.prototype.colors is not None:
                 gprim.materials = [self._colors.apply(each, gprim.prototype) for each in gprim.materials or ()]
+                gprim.has_own_materials = True
             if gprim.color_varies:
                 warn_of_colors(gprim.prim, time, by_mean=gprim.prototype.colors is None)
             textured = gprim.kind == MESH and any(each.textures for each in gprim.materials or ())

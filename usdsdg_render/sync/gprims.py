@@ -34,6 +34,7 @@ class Gprim:
     bound: list[Sdf.Path | None] = field(default_factory=list)  # material of each slot; None = none bound
     is_bound: bool = False  # whether `bound` still holds
     materials: list[AnyMaterial] | None = None  # one for each slot
+    has_own_materials: bool = False  # whether it made any of them of a bound one
     color: Shown | None = None  # displayColor
     opacity: Shown | None = None  # displayOpacity
     colored: bool = False  # drawn with its own displayColor, which varies over it
@@ -155,6 +156,8 @@ class Gprims:
 
     def keep_materials(self, edits: FieldEdits) -> None:
         """Drop materials that gprims have made of those that were edited in place."""
+        if not any(gprim.has_own_materials for gprim in self.known.values()):
+            return
         users = self._all_users()
         for path, material in zip(edits.paths, edits.materials):
             for gprim in users.get(path, ()):

@@ -90,11 +90,9 @@ class DirtySetBuilder:
 
     def build(self, changes: Changes) -> DirtySet:
         dirty = self._dirty = DirtySet()
-        for handle in changes.handles:
-            if isinstance(handle, PlainInput):
-                dirty.plain_inputs.append(handle)
-            elif handle != UNREAD:
-                dirty.transform_nodes.append(handle)
+        handles = changes.handles_by_type
+        dirty.plain_inputs = handles.get(PlainInput, [])
+        dirty.transform_nodes = [node for node in handles.get(int, ()) if node != UNREAD]
         for root in changes.resynced:
             dirty.resynced.update(map(self._owner, self._instances_of(root)))
         if dirty.resynced:
@@ -147,7 +145,7 @@ class DirtySetBuilder:
         dirty = self._dirty
         if part == "transforms":
             dirty.transforms.update(paths)
-            ops = list(filter(_is_xform_op, names))
+            ops = [name for name in names if name.startswith(_XFORM_OP)]
             for path in paths:
                 if not self._add_instancers(path):
                     self._tree.note_xform_ops(path, ops)
@@ -157,6 +155,9 @@ class DirtySetBuilder:
         elif part == "subsets":
             # The tree holds the material subsets of each mesh, so it must be traversed again.
             dirty.resynced.update(path.GetParentPath() for path in paths)
+        elif part == "color spaces":  # of all colors at and below
+            dirty.resynced.update(paths)
+            dirty.lights.update(paths)
         elif part == "inputs":
             dirty.inputs.update(dict.fromkeys(paths, names))
         else:
@@ -185,12 +186,12 @@ def _stale_parts(kind: int, names: frozenset[str]) -> frozenset[str]:
 
 
 def _stale_part(kind: int, name: str) -> str:
-    """What changed with a property: a field of `DirtySet`, "collections", "subsets", or "" for nothing."""
+    """What changed with a property: a field of `DirtySet`, "collections", "subsets", "color spaces", "" for nothing."""
     if _is_xform_op(name):
         return "transforms"
     if name in ("visibility", "purpose"):
         return "visibility"
-    for prefix, part in (("material:binding", "bindings"), ("collection:", "collections")):
+    for prefix, part in _PARTS_OF_PREFIX:
         if name.startswith(prefix):
             return part
     if _is_ignored(name):
@@ -206,6 +207,7 @@ def _stale_part(kind: int, name: str) -> str:
     return "inherited" if name.startswith("primvars:") else ""
 
 
+_PARTS_OF_PREFIX = (("material:binding", "bindings"), ("collection:", "collections"), ("colorSpace", "color spaces"))
 _PART_OF_KIND = {
     prim_kinds.LIGHT: "lights",
     prim_kinds.DOME: "lights",
@@ -234,8 +236,12 @@ def _stale_part_of_gprim(name: str) -> str:
     return "primvars" if is_primvar else "gprims"
 
 
+_XFORM_OP = "xformOp:"
+
+
 def _is_xform_op(name: str) -> bool:
-    return name.startswith("xformOp")
+    """Whether a property is an op, or their order."""
+    return name.startswith(_XFORM_OP) or name == "xformOpOrder"
 
 
 def _is_ignored(name: str) -> bool:

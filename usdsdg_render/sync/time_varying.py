@@ -30,19 +30,26 @@ class Splines:
         self._stage = stage
         # Each frame of a simulation writes thousands of properties, mostly those of the frame before.
         self._numbers: dict[Sdf.Path, Usd.Attribute | None] = {}  # None: it cannot have a spline
+        self._last: tuple[Sequence[Sdf.Path], list[Usd.Attribute]] = (), []  # properties, and those of numbers
 
     def of(self, properties: Sequence[Sdf.Path]) -> set[Sdf.Path]:
         """Return those of the prims with these properties of which one has a spline."""
+        if properties is not self._last[0]:
+            self._last = properties, self._of_numbers(properties)
+        found = self._last[1]
+        # Not looked up on the attributes, which takes pxr longer than to answer.
+        have_splines = map(Usd.Attribute.HasSpline, found)
+        return {attribute.GetPrimPath() for attribute, has_spline in zip(found, have_splines) if has_spline}
+
+    def _of_numbers(self, properties: Sequence[Sdf.Path]) -> list[Usd.Attribute]:
         numbers = self._numbers
         for path in properties:
             if path not in numbers:
                 attribute = self._stage.GetAttributeAtPath(path)
                 numbers[path] = attribute if attribute and attribute.GetTypeName() in _NUMBERS else None
-        found = list(filter(None, map(numbers.get, properties)))
-        # Not looked up on the attributes, which takes pxr longer than to answer.
-        have_splines = map(Usd.Attribute.HasSpline, found)
-        return {attribute.GetPrimPath() for attribute, has_spline in zip(found, have_splines) if has_spline}
+        return list(filter(None, map(numbers.get, properties)))
 
     def forget(self) -> None:
         """Forget which properties are of numbers, since prims were made anew."""
         self._numbers = {}
+        self._last = (), []

@@ -1,16 +1,18 @@
 """The visible prims of a stage in stage order: one traversal, then only the subtrees that changed."""
 
 import itertools
-from collections.abc import Iterable, Sequence, Set
-from typing import Any, NamedTuple
+from collections.abc import Collection, Iterable, Sequence, Set
+from typing import NamedTuple
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg.stage.changes import is_below
+from usdsdg.stage.handles import Handles
 from usdsdg.stage.world_values import OpLayouts, WorldValues
 from usdsdg_render.usd import prim_kinds
+from usdsdg_render.usd.moved_prims import is_movable
 from usdsdg_render.usd.prim_kinds import (
     is_material_subset,
     kind_of,
@@ -49,8 +51,7 @@ class StageTree:
 
     Args:
         handles: gets the node of each xformOp that was written and does nothing but move it, and `UNREAD` for what was
-            written and does not matter: most frames write the same
-            ones. Cleared when nodes change.
+            written and does not matter: most frames write the same ones. They are forgotten when nodes change.
         always_shown: prims that are in the tree although their visibility says that they are hidden.
     """
 
@@ -58,7 +59,7 @@ class StageTree:
         self,
         stage: Usd.Stage,
         time: Usd.TimeCode,
-        handles: dict[Sdf.Path, Any],
+        handles: Handles,
         always_shown: Set[Sdf.Path] = frozenset(),
     ) -> None:
         self.time = time
@@ -73,6 +74,7 @@ class StageTree:
         self.varying_visibility: dict[Sdf.Path, Usd.Attribute] = {}
         self.skel_roots: set[Sdf.Path] = set()
         self._handles = handles
+        self._movable: set[int] = set()  # nodes of which handles were noted since they were read last
         self._layouts = OpLayouts()
         self._stage = stage
         self._other_kinds: dict[Sdf.Path, int] = {}  # of prims that are not in the tree, such as shaders
@@ -213,7 +215,8 @@ class StageTree:
         depths = [node.depth for node in nodes]
         self._are_parents = [below > depth for depth, below in zip(depths, [*depths[1:], 0])]
         self.index = {path: k for k, path in enumerate(self.paths)}
-        self._handles.clear()
+        self._handles.forget()
+        self._movable = set()
         self._transforms.rebuild(self.prims, _levels(nodes), new, old)
 
     def _is_hidden(self, prim: Usd.Prim, path: Sdf.Path) -> bool:
@@ -265,15 +268,18 @@ class StageTree:
         """Return the nodes of these kinds."""
         return [k for k, kind in enumerate(self.kinds) if kind in kinds]
 
-    def note_xform_ops(self, path: Sdf.Path, ops: Iterable[str]) -> None:
-        """Note that these ops of a prim do nothing but move its node."""
+    def note_xform_ops(self, path: Sdf.Path, ops: Sequence[str]) -> None:
+        """Note that these ops of a prim do nothing but move its node, while their values stay in one layer."""
         node = self.index.get(path)
-        if node is not None:
-            self._handles.update((path.AppendProperty(op), node) for op in ops)
+        if node is None:
+            return
+        if all(map(is_movable, map(self.prims[node].GetAttribute, ops))):
+            self._handles.note(map(path.AppendProperty, ops), node)
+            self._movable.add(node)
 
     def note_unread(self, path: Sdf.Path, names: Iterable[str]) -> None:
         """Note that nothing is read of these properties of a prim."""
-        self._handles.update((path.AppendProperty(name), prim_kinds.UNREAD) for name in names)
+        self._handles.note(map(path.AppendProperty, names), prim_kinds.UNREAD)
 
     def in_worlds(self, values: WorldValues) -> WorldTransforms:
         """Return the world matrices of nodes where attributes have these values."""
@@ -282,10 +288,15 @@ class StageTree:
         ends = [self._subtree_end(node) for node in moved]
         return self._transforms.in_worlds(values.count, moved, local, ends)
 
-    def update_transforms(self, paths: Iterable[Sdf.Path], nodes: Iterable[int]) -> None:
-        """Read the local matrices of prims and nodes again, where they are in the tree; compose all world matrices."""
-        found = {node for path in paths if (node := self.index.get(path)) is not None}
-        self._transforms.update(self.prims, sorted(found.union(nodes)))
+    def update_transforms(self, paths: Collection[Sdf.Path], nodes: Iterable[int]) -> None:
+        """Read the local matrices of prims and nodes again, where they are in the tree; compose all world matrices.
+
+        nodes: those of which only ops changed that `note_xform_ops` was told of.
+        """
+        changed = {node for path in paths if (node := self.index.get(path)) is not None}
+        movable, self._movable = self._movable & changed, set()
+        if not self._transforms.move(self.prims, sorted(set(nodes)), changed, movable):
+            self._handles.forget()
 
 
 def _is_drawn(node: Node) -> bool:

@@ -1,13 +1,14 @@
 """Local and world matrices of the prims of a stage tree, in USD's row-vector convention (float64)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 
 import numpy as np
 from pxr import Gf, Tf, Usd, UsdGeom, Vt
 
 from usdsdg import errors
 from usdsdg.stage.usd_errors import reason
+from usdsdg_render.usd.moved_prims import MovedPrims
 from usdsdg_render.usd.op_order import warn_of_lost_ops
 from usdsdg_render.usd.world_transforms import Levels, WorldTransforms, matrix_product
 
@@ -22,6 +23,7 @@ class TransformHierarchy:
         self.local = self.world = np.zeros((0, 4, 4))
         self._stage = stage
         self._cache = UsdGeom.XformCache(time)
+        self._moved_prims = MovedPrims()
         self._resets = np.zeros(0, bool)  # nodes with !resetXformStack!
         self._levels: Levels = ()
 
@@ -37,6 +39,7 @@ class TransformHierarchy:
             new, old: index after and before the change of the nodes that stayed; all others are read.
         """
         self._levels = levels
+        self._moved_prims.forget()  # nodes are others
         local, resets = np.broadcast_to(np.eye(4), (len(prims), 4, 4)).copy(), np.zeros(len(prims), bool)
         local[new], resets[new] = self.local[old], self._resets[old]
         self.local, self._resets = local, resets
@@ -46,20 +49,45 @@ class TransformHierarchy:
             warn_of_lost_ops(prims[node])
         self.update(prims, added)
 
+    def move(self, prims: Sequence[Usd.Prim], moved: Sequence[int], changed: Set[int], movable: Set[int]) -> bool:
+        """Read the local matrices of nodes again and compose all world matrices.
+
+        Args:
+            moved: nodes that were `movable` before, and of which only values of the ops have changed that this was
+                said of.
+            changed: all other nodes to read.
+            movable: those of `changed` that this and the next calls may take for `moved`; see `MovedPrims`.
+
+        Returns:
+            Whether nodes may be taken for `moved` at the next call; if not, none of them was movable.
+        """
+        rest = changed - movable
+        holds = self._moved_prims.holds(moved, changed)
+        found = self._moved_prims.read(prims, [*moved, *movable]) if holds else None
+        if found is None:
+            self._moved_prims.forget()
+            rest = changed.union(moved)
+        else:
+            self._take(prims, [*moved, *movable], found)
+        self.update(prims, sorted(rest))
+        return found is not None
+
     def update(self, prims: Sequence[Usd.Prim], nodes: list[int]) -> None:
         """Read the local matrices of `nodes` again and compose all world matrices."""
         self._cache.Clear()
         # Without an authored time code range nothing is animated; this saves a query per prim.
         sampled = self._cache.GetTime().IsDefault() and self._stage.HasAuthoredTimeCodeRange()
-        found = local_matrices(self._cache, [prims[k] for k in nodes], sampled)
-        if found:
-            self.local[nodes] = np.array(Vt.Matrix4dArray([matrix for matrix, _ in found]))
-            self._resets[nodes] = [resets for _, resets in found]
-            _make_affine(prims, nodes, self.local)
+        self._take(prims, nodes, local_matrices(self._cache, [prims[k] for k in nodes], sampled))
         self.world[...] = self.local
         for children, parents in self._levels:
             worlds = matrix_product(self.local[children], self.world[parents])
             self.world[children] = np.where(self._resets[children, None, None], self.local[children], worlds)
+
+    def _take(self, prims: Sequence[Usd.Prim], nodes: list[int], found: Sequence[tuple[Gf.Matrix4d, bool]]) -> None:
+        if found:
+            self.local[nodes] = np.array(Vt.Matrix4dArray([matrix for matrix, _ in found]))
+            self._resets[nodes] = [resets for _, resets in found]
+            _make_affine(prims, nodes, self.local)
 
     def in_worlds(self, count: int, moved: list[int], local: np.ndarray, ends: list[int]) -> WorldTransforms:
         """Compose the world matrices of nodes with other local matrices in each of `count` worlds.

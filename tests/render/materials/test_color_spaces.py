@@ -8,6 +8,7 @@ from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdShade
 
 from usdsdg.errors import Unsupported, UsdsdgWarning, forget_warnings
+from usdsdg.stage.handles import Handles
 from usdsdg_render.lights.light_values import emitted_color
 from usdsdg_render.materials.materials import MaterialLibrary
 from usdsdg_render.sync.extract import SceneExtractor
@@ -86,7 +87,7 @@ def test_constants_of_materials_have_the_color_space_of_their_input(name, kind):
     attribute.Set(value)
     attribute.SetColorSpace(name)
     shader.CreateInput("roughness", T.Float).Set(0.4)
-    read = MaterialLibrary(stage, {}).read(material.GetPrim())
+    read = MaterialLibrary(stage, Handles()).read(material.GetPrim())
     expected = COLOR if kind == "Float3" else by_usd("srgb_rec709_scene")
     assert read.base_color.value == pytest.approx(expected, rel=1e-4)
     assert read.roughness.value == pytest.approx((0.4,))
@@ -159,7 +160,7 @@ def test_textures_have_the_color_space_of_a_prim_above_where_they_are_colors(tmp
     texture.CreateInput("file", T.Asset).Set(str(tmp_path / "a.png"))
     shader.CreateInput("diffuseColor", T.Color3f).ConnectToSource(texture.ConnectableAPI(), "rgb")
     shader.CreateInput("roughness", T.Float).ConnectToSource(texture.ConnectableAPI(), "r")
-    read = MaterialLibrary(stage, {}).read(material.GetPrim())
+    read = MaterialLibrary(stage, Handles()).read(material.GetPrim())
     assert (read.base_color.texture.color_space, read.roughness.texture.color_space) == ("raw", "auto")
 
 
@@ -184,7 +185,7 @@ def texture_of(tmp_path, space, *, mtlx=False):
     file.Set(str(tmp_path / "a.png"))
     if space:
         file.GetAttr().SetColorSpace(space)
-    return MaterialLibrary(stage, {}).read(material.GetPrim()).base_color.texture.color_space
+    return MaterialLibrary(stage, Handles()).read(material.GetPrim()).base_color.texture.color_space
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
+from usdsdg.stage.handles import Handles
 from usdsdg_render.images.image_files import asset_file
 from usdsdg_render.images.textures import TexturePool
 from usdsdg_render.materials.bindings import bound_materials
@@ -58,7 +59,7 @@ class Looks:
         self.surface.CreateInput(name, kind).Set(value)
 
     def read(self):
-        return MaterialLibrary(self.stage, {}).read(self.material.GetPrim())
+        return MaterialLibrary(self.stage, Handles()).read(self.material.GetPrim())
 
     def row(self):
         rows, textures = written([self.read()])

@@ -70,6 +70,11 @@ def _bind_another(prim: Usd.Prim, k: int) -> None:
     UsdShade.MaterialBindingAPI(ball).Bind(UsdShade.Material(prim))
 
 
+def _convert(prim: Usd.Prim, k: int) -> None:
+    color = prim.GetChild("Shader").GetAttribute("inputs:diffuse_color_constant")
+    color.SetColorSpace(("srgb_rec709_scene", "lin_rec709_scene", "lin_ap1_scene")[k % 3])
+
+
 def _move(prim: Usd.Prim, k: int) -> None:
     prim.GetStage().GetAttributeAtPath("/World/a0.xformOp:translate").Set((k, 1, 0))
 
@@ -86,7 +91,7 @@ VALUES = [
     _number("albedo_desaturation", 0.0, 0.5),
     _move,
 ]
-OTHERS = [_connect, _clear, _bind_another, _add]
+OTHERS = [_connect, _clear, _bind_another, _add, _convert]
 
 
 @pytest.mark.filterwarnings("ignore::usdsdg.errors.UsdsdgWarning")
@@ -108,6 +113,22 @@ def test_a_color_that_is_connected_is_that_of_the_source(stage):
         set_input(prim, "diffuse_color_constant", COLORS[k % 2])
         if k == 3:
             _connect(prim, 1)
+        assert_fresh(extractor, stage)
+
+
+@pytest.mark.parametrize("edited", [LOOKS[0], f"{LOOKS[0]}/Shader", "/Looks"])
+def test_a_color_space_counts_from_when_it_is_named(edited, stage):
+    """That of the attribute itself, and that which a prim gives all below it."""
+    prim, look, extractor = stage.GetPrimAtPath(edited), stage.GetPrimAtPath(LOOKS[0]), SceneExtractor(stage)
+    Usd.ColorSpaceAPI.Apply(prim).CreateColorSpaceNameAttr("lin_rec709_scene")
+    before = rows(extractor)[0]["base_color"].tolist()
+    Usd.ColorSpaceAPI(prim).GetColorSpaceNameAttr().Set("srgb_rec709_scene")
+    assert_fresh(extractor, stage)
+    assert rows(extractor)[0]["base_color"].tolist() != before
+    for k in range(4):
+        set_input(look, "diffuse_color_constant", COLORS[k % 2])
+        if k == 2:
+            _convert(look, 2)
         assert_fresh(extractor, stage)
 
 

@@ -10,7 +10,8 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.annotators.ownership import LabeledStage, Labels, Owner, find_owners, parse_filter
 from usdsdg.annotators.point_instances import PointFrames, every_point
-from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.change_tracker import ChangeTracker
+from usdsdg.stage.changes import Changes
 
 _POINTS = {"positions", "protoIndices", "ids", "prototypes", "invisibleIds"}
 

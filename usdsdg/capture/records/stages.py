@@ -21,7 +21,8 @@ from usdsdg.record import STAGES
 from usdsdg.session.settings_store import get_settings
 from usdsdg.stage import flatten
 from usdsdg.stage.assets import anchors
-from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.change_tracker import ChangeTracker
+from usdsdg.stage.changes import Changes
 from usdsdg.stage.time_code import values_at
 from usdsdg.stage.world_values import WorldValues
 

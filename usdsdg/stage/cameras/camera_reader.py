@@ -3,7 +3,7 @@
 from pxr import Sdf, Usd
 
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
-from usdsdg.stage.changes import ChangeTracker
+from usdsdg.stage.change_tracker import ChangeTracker
 
 _Key = tuple[str, tuple[int, int]]
 

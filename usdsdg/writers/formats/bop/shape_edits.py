@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 
 from pxr import Usd
 
-from usdsdg.stage.changes import Changes, ChangeTracker
+from usdsdg.stage.change_tracker import ChangeTracker
+from usdsdg.stage.changes import Changes
 from usdsdg.stage.geometry.deforming import SHAPE_ATTRIBUTES
 
 
