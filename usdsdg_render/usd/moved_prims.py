@@ -12,8 +12,9 @@ def is_movable(op: Usd.Attribute) -> bool:
 
     That stays so until another layer says something, which notices tell, or until the value is gone, where USD raises.
     """
-    stack = op.GetPropertyStack() if op else ()
-    return bool(stack) and not isinstance(stack[0].default, (type(None), Sdf.ValueBlock))
+    if not op or op.GetResolveInfo().GetSource() != Usd.ResolveInfoSourceDefault:
+        return False  # samples, a spline or value clips, or no value
+    return not isinstance(op.GetPropertyStack()[0].default, (type(None), Sdf.ValueBlock))
 
 
 class MovedPrims:

@@ -271,7 +271,7 @@ class StageTree:
     def note_xform_ops(self, path: Sdf.Path, ops: Sequence[str]) -> None:
         """Note that these ops of a prim do nothing but move its node, while their values stay in one layer."""
         node = self.index.get(path)
-        if node is None:
+        if node is None or not self.time.IsDefault():
             return
         if all(map(is_movable, map(self.prims[node].GetAttribute, ops))):
             self._handles.note(map(path.AppendProperty, ops), node)
