@@ -110,13 +110,19 @@ class Orchestrator:
             self._capture.finish(self.captures, timeline.get_current_time())
         except BaseException:
             self._capture.give_up()
+            if self._capture.is_handed_over:
+                self.captures += 1
+                self._end_step(pause_timeline)
             raise
         self.captures += 1
         for callback in list(self._captured_callbacks):
             callback()
+        self._end_step(pause_timeline)
+
+    def _end_step(self, pause_timeline: bool) -> None:
         self._frames_of_run += 1
         if pause_timeline:
-            timeline.hold()
+            get_timeline().hold()
         self._set_status(Status.STARTED if self._runs else Status.STEPPED)
 
     def _plays_timeline(self, delta_time: float | None) -> bool:

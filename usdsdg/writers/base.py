@@ -248,15 +248,15 @@ class Writer(ABC):
         self._executions = getattr(self._trigger, "executions", None)
 
     def receive(self, payload: dict[str, Any]) -> None:
-        """Write a payload, after metadata.txt if it is the first."""
+        """Write a payload, after metadata.txt if it is the first; one that fails is counted, too."""
         self.pass_over()
         self._payload = payload
         if self.num_written == 0:
             self.write_metadata()
-        self.write(payload)
-        if self.backend is not None:
-            self._class_file.update(self.backend, self.annotators)
-        self.num_written += 1
+        with counters.counted(self):
+            self.write(payload)
+            if self.backend is not None:
+                self._class_file.update(self.backend, self.annotators)
 
     def receive_skipped(self, data: dict[str, Any]) -> None:
         """Count a frame that another process makes; see `skip` for `data`."""
