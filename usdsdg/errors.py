@@ -323,6 +323,36 @@ def _note_swallowed(error: Exception) -> None:
     _swallowed.append(f"{place}: {type(error).__name__}: {error}")
 
 
+# --- errors of functions that are called for a script ---
+@contextmanager
+def called_for_script(what: str) -> Iterator[None]:
+    """Let an error that is raised in a function of the script, called in the context, say which function that is.
+
+    what: what the function is for, such as "the trigger of BasicWriter".
+    """
+    try:
+        yield
+    except Exception as error:
+        name_callback(error, what)
+        raise
+
+
+def name_callback(error: Exception, what: str) -> None:
+    """Add a note with the name, file and line of the outermost function of a script that raised an error, if any did.
+
+    Of several that call each other the innermost call adds the first note; one function is named once.
+    """
+    trace = error.__traceback__
+    while trace is not None and not _is_script(trace.tb_frame.f_code.co_filename):
+        trace = trace.tb_next
+    if trace is None:
+        return
+    code = trace.tb_frame.f_code
+    raised = f"(raised in {code.co_qualname}, {os.path.basename(code.co_filename)}:{code.co_firstlineno}, "
+    if not any(note.startswith(raised) for note in getattr(error, "__notes__", ())):
+        error.add_note(f"{raised}{what})")
+
+
 def _is_script(filename: str) -> bool:
     """Whether a file of code belongs neither to the project, nor to Python, nor to an installed package."""
     return not filename.startswith((*_OWN_FILES, *_LIBRARIES, "<frozen "))

@@ -11,7 +11,7 @@ OF_ENGINES = ("errors", "image_files", "kernels", "parallel", "readback", "stage
 # usdsdg: name -> what it may import, names without "usdsdg.".
 USDSDG = {
     "errors": "",
-    "listeners": "",
+    "listeners": "errors",
     "snapshots": "",
     "operating_system": "",
     "parallel": "operating_system",

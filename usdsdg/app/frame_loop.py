@@ -21,7 +21,7 @@ from usdsdg.capture.pictures_ahead import PicturesAhead
 from usdsdg.capture.render_settings import RenderMode, opens_shutter, render_mode
 from usdsdg.capture.requests import is_watched
 from usdsdg.capture.worlds import WorldTap
-from usdsdg.errors import Unsupported, warn_once
+from usdsdg.errors import Unsupported, called_for_script, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.graph.firings import frames_until_exhausted
 from usdsdg.session import stage_context
@@ -353,7 +353,8 @@ class Orchestrator:
             return
         self.status = status
         for callback in sorted(self.status_callbacks, key=lambda each: each.number):
-            callback.function(status)
+            with called_for_script("a status callback of the orchestrator"):
+                callback.function(status)
 
 
 def _all_ended() -> bool:

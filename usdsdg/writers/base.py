@@ -10,7 +10,7 @@ from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.payload import check_layout
 from usdsdg.annotators.render_products import existing_products, render_product_paths
 from usdsdg.arguments.registry import near_misses
-from usdsdg.errors import InvalidWriterError, Unsupported, WriterError
+from usdsdg.errors import InvalidWriterError, Unsupported, WriterError, called_for_script
 from usdsdg.session.session import current
 from usdsdg.writers import counters
 from usdsdg.writers.backends.backend import BaseBackend
@@ -234,7 +234,8 @@ class Writer(ABC):
         if self._trigger is None:
             return False
         if callable(self._trigger):
-            return bool(self._trigger())
+            with called_for_script(f"the trigger of {type(self).__name__}"):
+                return bool(self._trigger())
         return self._trigger.executions != self._executions
 
     @property

@@ -10,6 +10,7 @@ from typing import Any
 
 from usdsdg.app.app import get_app
 from usdsdg.compat.carb.eventdispatcher import Observer
+from usdsdg.errors import called_for_script
 from usdsdg.session.timeline import get_timeline
 
 __all__ = ["IEvent", "IEventStream", "ISubscription", "type_from_string"]
@@ -60,7 +61,8 @@ class IEventStream:
         # Of a copy: a subscription may be garbage collected, and end, meanwhile.
         due = [each for each in list(self._listeners.values()) if each[1] in (None, event.type)]
         for _, _, fn in sorted(due, key=lambda each: each[0]):
-            fn(event)
+            with called_for_script(f"which was subscribed to events{f' of {self.name}' if self.name else ''}"):
+                fn(event)
 
     dispatch = push
 
