@@ -15,6 +15,17 @@ from typing import Any
 __version__ = "0.2.0"
 
 
+def _working_folder() -> str:
+    """Return the working directory; "" if it was removed."""
+    try:
+        return os.getcwd()
+    except OSError:
+        return ""
+
+
+_STARTED_IN = _working_folder()  # before a script may leave it: paths that are printed are typed there
+
+
 def _public_names() -> dict[str, tuple[str, str]]:
     """Map each public name to (module, name in it), as the stub imports them."""
     stub = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
