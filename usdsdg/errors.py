@@ -5,7 +5,7 @@ UsdsdgError                     base of all errors; the command line prints it w
 ├── AssetError                  a file that is missing or unreadable (AssetNotFound, AssetUnreadable)
 ├── ConfigError                 a configuration file with wrong keys, types or values
 ├── GraphError                  a node, trigger, distribution or event that cannot work as written
-│   ├── ArgumentError           an argument of a function that is of the wrong type, shape or value
+│   ├── ArgumentError           an argument of a function that is of the wrong type, shape or value (WrongType)
 │   └── UnknownInput            an input or output that a node does not have
 ├── PhysicsError                a body or collider that cannot be simulated
 ├── RenderError                 a camera or scene that cannot be rendered (OutOfDeviceMemory)
@@ -101,6 +101,10 @@ class ArgumentError(GraphError):
 
     It is a GraphError, so that scripts which catch GraphError also catch wrong arguments.
     """
+
+
+class WrongType(ArgumentError, TypeError):
+    """An argument is of a type for which Replicator raises TypeError, too."""
 
 
 class UnknownInput(GraphError, KeyError):

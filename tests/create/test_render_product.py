@@ -6,7 +6,7 @@ import pytest
 from pxr import Gf, Usd, UsdRender
 
 import usdsdg as rep
-from usdsdg.errors import BadPrim, GraphError, RenderError, UsdsdgWarning
+from usdsdg.errors import BadPrim, GraphError, RenderError, UsdsdgError, UsdsdgWarning
 from usdsdg.session.render_products import products
 
 
@@ -180,3 +180,10 @@ def test_a_product_of_an_earlier_stage_is_not_attached_to(cameras, tmp_path):
             attach([earlier])
         attach([later])
         attach(later.path)
+
+
+def test_a_single_number_is_an_error_of_the_project(stage, cameras):
+    with pytest.raises(UsdsdgError, match=r"resolution must be \(width, height\) in whole pixels, got 256"):
+        rep.create.render_product(cameras, 256)
+    with pytest.raises(UsdsdgError, match=r"tile_resolution must be"):
+        rep.create.render_product_tiled(cameras, 256)
