@@ -22,7 +22,7 @@ import sysconfig
 import threading
 import warnings
 import weakref
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
@@ -197,6 +197,22 @@ def counted(count: int, noun: str, plural: str | None = None) -> str:
 def described(error: BaseException) -> str:
     """Return the message of an error, with its notes in lines of their own."""
     return "\n".join([str(error), *(f"  {note}" for note in getattr(error, "__notes__", ()))])
+
+
+class MissingName:
+    """Message of the AttributeError for a name that a module does not have, made when somebody reads it.
+
+    Python asks a package for names on its way to submodules, while the modules that know better are being imported.
+    """
+
+    def __init__(self, module: str, name: str, hint: Callable[[], str]) -> None:
+        """hint: returns "; ..." with where the name is, or similar ones; or ""."""
+        self._module, self._name, self._hint = module, name, hint
+
+    def __str__(self) -> str:
+        return f"module {self._module!r} has no attribute {self._name!r}{self._hint()}"
+
+    __repr__ = __str__
 
 
 class UsdsdgWarning(UserWarning):

@@ -111,7 +111,7 @@ def test_errors_are_shown_with_pythons_suggestions_and_causes(tmp_path):
         make()
     """
     lines = run(tmp_path, script, expect=1).stderr.splitlines()
-    why = "AttributeError: omni.replicator.core.create of usdsdg has no 'cub'; did you mean cube?"
+    why = "AttributeError: module 'usdsdg.create' has no attribute 'cub'; did you mean cube?"
     assert any(line.startswith(why) for line in lines)
     assert "The above exception was the direct cause of the following exception:" in lines
     assert lines[-1] == "ValueError: no cube"
