@@ -9,10 +9,22 @@ import ast
 import importlib
 import os
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 __version__ = "0.2.0"
+
+
+def _working_folder() -> str:
+    """Return the working directory; "" if it was removed."""
+    try:
+        return os.getcwd()
+    except OSError:
+        return ""
+
+
+_STARTED_IN = _working_folder()  # before a script may leave it: paths that are printed are typed there
 
 
 def _public_names() -> dict[str, tuple[str, str]]:
@@ -32,7 +44,9 @@ __all__ = list(_PUBLIC)  # pyright: ignore[reportUnsupportedDunderAll]
 
 def __getattr__(name: str) -> Any:
     if name not in _PUBLIC:
-        raise AttributeError(_Missing(name), name=name, obj=sys.modules[__name__])
+        from usdsdg.errors import MissingName
+
+        raise AttributeError(MissingName(__name__, name, partial(_hint, name)), name=name, obj=sys.modules[__name__])
     module, original = _PUBLIC[name]
     if module == "usdsdg":
         return importlib.import_module(f"usdsdg.{original}")
@@ -40,18 +54,10 @@ def __getattr__(name: str) -> Any:
     return value
 
 
-class _Missing:
-    """Message for a name that is not here; Python asks for such names on its way to submodules, so it is made late."""
+def _hint(name: str) -> str:
+    from usdsdg.arguments.misplaced import hint
 
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    def __str__(self) -> str:
-        from usdsdg.arguments.misplaced import where
-
-        return f"module 'usdsdg' has no attribute {self._name!r}{where('', self._name, __all__)}"
-
-    __repr__ = __str__
+    return hint(__name__, name, __all__)
 
 
 def __dir__() -> list[str]:

@@ -5,7 +5,7 @@ UsdsdgError                     base of all errors; the command line prints it w
 ├── AssetError                  a file that is missing or unreadable (AssetNotFound, AssetUnreadable)
 ├── ConfigError                 a configuration file with wrong keys, types or values
 ├── GraphError                  a node, trigger, distribution or event that cannot work as written
-│   ├── ArgumentError           an argument of a function that is of the wrong type, shape or value
+│   ├── ArgumentError           an argument of a function that is of the wrong type, shape or value (WrongType)
 │   └── UnknownInput            an input or output that a node does not have
 ├── PhysicsError                a body or collider that cannot be simulated
 ├── RenderError                 a camera or scene that cannot be rendered (OutOfDeviceMemory)
@@ -22,7 +22,7 @@ import sysconfig
 import threading
 import warnings
 import weakref
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
@@ -101,6 +101,10 @@ class ArgumentError(GraphError):
 
     It is a GraphError, so that scripts which catch GraphError also catch wrong arguments.
     """
+
+
+class WrongType(ArgumentError, TypeError):
+    """An argument is of a type for which Replicator raises TypeError, too."""
 
 
 class UnknownInput(GraphError, KeyError):
@@ -193,6 +197,22 @@ def counted(count: int, noun: str, plural: str | None = None) -> str:
 def described(error: BaseException) -> str:
     """Return the message of an error, with its notes in lines of their own."""
     return "\n".join([str(error), *(f"  {note}" for note in getattr(error, "__notes__", ()))])
+
+
+class MissingName:
+    """Message of the AttributeError for a name that a module does not have, made when somebody reads it.
+
+    Python asks a package for names on its way to submodules, while the modules that know better are being imported.
+    """
+
+    def __init__(self, module: str, name: str, hint: Callable[[], str]) -> None:
+        """hint: returns "; ..." with where the name is, or similar ones; or ""."""
+        self._module, self._name, self._hint = module, name, hint
+
+    def __str__(self) -> str:
+        return f"module {self._module!r} has no attribute {self._name!r}{self._hint()}"
+
+    __repr__ = __str__
 
 
 class UsdsdgWarning(UserWarning):
@@ -321,6 +341,36 @@ def _note_swallowed(error: Exception) -> None:
         trace = trace.tb_next
     place = f"{os.path.basename(trace.tb_frame.f_code.co_filename)}:{trace.tb_lineno}"
     _swallowed.append(f"{place}: {type(error).__name__}: {error}")
+
+
+# --- errors of functions that are called for a script ---
+@contextmanager
+def called_for_script(what: str) -> Iterator[None]:
+    """Let an error that is raised in a function of the script, called in the context, say which function that is.
+
+    what: what the function is for, such as "the trigger of BasicWriter".
+    """
+    try:
+        yield
+    except Exception as error:
+        name_callback(error, what)
+        raise
+
+
+def name_callback(error: Exception, what: str) -> None:
+    """Add a note with the name, file and line of the outermost function of a script that raised an error, if any did.
+
+    Of several that call each other the innermost call adds the first note; one function is named once.
+    """
+    trace = error.__traceback__
+    while trace is not None and not _is_script(trace.tb_frame.f_code.co_filename):
+        trace = trace.tb_next
+    if trace is None:
+        return
+    code = trace.tb_frame.f_code
+    raised = f"(raised in {code.co_qualname}, {os.path.basename(code.co_filename)}:{code.co_firstlineno}, "
+    if not any(note.startswith(raised) for note in getattr(error, "__notes__", ())):
+        error.add_note(f"{raised}{what})")
 
 
 def _is_script(filename: str) -> bool:

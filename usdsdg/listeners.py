@@ -5,14 +5,27 @@ from functools import partial
 from typing import Any
 from weakref import WeakMethod
 
+from usdsdg.errors import name_callback
+
+
+class _Entry(partial):
+    """One subscription. It equals no other, while a function, or a method, equals itself in a later subscription."""
+
+    def __call__(self, /, *args: Any, **kwargs: Any) -> Any:
+        try:
+            return super().__call__(*args, **kwargs)
+        except Exception as error:
+            name_callback(error, "which was subscribed")
+            raise
+
 
 def subscribe(listeners: list[Callable[..., Any]], listener: Callable[..., Any]) -> Callable[[], None]:
     """Append a function to a list, and return the unsubscriber.
 
     It ends this subscription alone, also where the same function is subscribed again, and may be called several times.
+    An error of a script's function gets a note with its name and place.
     """
-    # Equal to no other: a function, or a method of an object, equals itself in a later subscription.
-    entry = partial(listener)
+    entry = _Entry(listener)
     listeners.append(entry)
 
     def unsubscribe() -> None:

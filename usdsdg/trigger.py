@@ -9,7 +9,7 @@ from typing import Any, TypedDict
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
 from usdsdg.arguments.values import shown, whole_number
-from usdsdg.errors import GraphError, Unsupported
+from usdsdg.errors import GraphError, Unsupported, called_for_script
 from usdsdg.functional import physics
 from usdsdg.graph.evaluate import Trigger, TriggerContext, graph
 from usdsdg.graph.node import Node, ReplicatorItem
@@ -131,7 +131,8 @@ def on_condition(condition: Callable[[], bool], max_execs: int = 0, rt_subframes
     def due(context: TriggerContext) -> bool:
         if context.preview or context.capture < 0:
             return False
-        met = bool(condition())
+        with called_for_script(f"the condition of trigger.on_condition made at {node.line}"):
+            met = bool(condition())
         misses[0] = 0 if met else misses[0] + 1
         return met
 

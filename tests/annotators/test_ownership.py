@@ -1,10 +1,13 @@
 """Labels that gprims inherit: from ancestors, through instances and instancers, from materials, at a time."""
 
+import warnings
+
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 
 import usdsdg as rep
 from usdsdg.annotators.ownership import LabeledStage
+from usdsdg.errors import UsdsdgWarning, forget_warnings
 from usdsdg.session.stage_context import new_stage
 from usdsdg.stage.semantics.labels import add_labels, remove_labels
 
@@ -187,3 +190,24 @@ def test_labels_that_were_removed_from_an_asset_are_not_named(stage, recwarn):
     remove_labels(stage.GetPrimAtPath("/World/asset"), recursive=True)
     assert labels_of(stage, "/World/asset/mug") == {}
     assert not recwarn.list
+
+
+@pytest.mark.parametrize("schema", ["SemanticsLabelsAPI:class", "SemanticsAPI:Semantics_class"])
+def test_a_schema_without_a_label_is_told_and_one_that_is_emptied_is_not(stage, schema):
+    prim = cube(stage, "/a")
+    prim.ApplyAPI(*schema.split(":"))
+    with pytest.warns(UsdsdgWarning, match=f"/a has {schema} and no label in it"):
+        assert labels_of(stage, "/a") == {}
+    forget_warnings()
+    name = "semantics:labels:class" if "Labels" in schema else "semantic:Semantics_class:params:semanticData"
+    for value in ([] if "Labels" in schema else "", Sdf.ValueBlock()):
+        prim.GetAttribute(name).Set(value)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert labels_of(stage, "/a") == {}
+    prim.GetAttribute(name).Clear()
+    add_labels(prim, {"class": "box"})
+    remove_labels(prim)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert labels_of(stage, "/a") == {}

@@ -89,6 +89,26 @@ def test_a_file_that_is_written_again_shows_as_on_a_new_stage(build, tmp_path, s
     assert (stepped(picture_of(build, file), frame=0) == blue).all()
 
 
+def test_a_udim_tile_that_is_added_shows_as_on_a_new_stage(tmp_path, stage):
+    def build(file):
+        textured_quad(file)
+        coordinates = UsdGeom.PrimvarsAPI(current_stage().GetPrimAtPath("/World/Quad")).GetPrimvar("st")
+        coordinates.Set([Gf.Vec2f(2 * u, v) for u, v in coordinates.Get()])
+
+    paint(tmp_path / "a.1001.png", (200, 20, 20))
+    rep.set_global_seed(1)
+    rgb = picture_of(build, tmp_path / "a.<UDIM>.png")
+    one = stepped(rgb, frame=0)
+    (tmp_path / "notes.txt").write_text("no tile")
+    assert (stepped(rgb, frame=0) == one).all()
+    paint(tmp_path / "a.1002.png", (20, 20, 200))
+    two = stepped(rgb, frame=0)
+    assert (two != one).any()
+    rep.new_stage()
+    rep.set_global_seed(1)
+    assert (stepped(picture_of(build, tmp_path / "a.<UDIM>.png"), frame=0) == two).all()
+
+
 def test_textures_of_earlier_contents_are_not_kept(tmp_path, stage):
     file = tmp_path / "image.png"
     paint(file, (0, 0, 0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 import pytest
@@ -66,3 +67,24 @@ def test_a_writer_that_is_attached_again_goes_on(tmp_path, recwarn):
     run(attached_again, tmp_path)
     assert not [each for each in recwarn if SEVERAL in str(each.message)]
     assert {path.name for path in tmp_path.glob("*_0001.npy")} == {"bounding_box_2d_tight_0001.npy"}
+
+
+def test_writers_of_one_folder_have_one_class_file_with_the_classes_of_all(tmp_path):
+    def script(folder):
+        shown = product()
+        rep.modify.semantics([("color", "red")], input_prims=rep.get.prim_at_path("/Replicator/Cube_Xform"))
+        for name, options in (
+            ("BasicWriter", {"bounding_box_2d_tight": True, "semantic_types": ["color"]}),
+            ("CvatWriter", {}),
+            ("YoloWriter", {}),
+        ):
+            writer = rep.writers.get(name)
+            writer.initialize(output_dir=str(folder), **options)
+            writer.attach(shown)
+        rep.orchestrator.step()
+
+    with pytest.warns(UsdsdgWarning, match=SEVERAL):
+        run(script, tmp_path)
+    tables = json.loads((tmp_path / ".usdsdg/classes.json").read_text())["tables"]
+    names = {table["filter"]: [each["name"] for each in table["classes"]] for table in tables}
+    assert names == {"class:*": ["cube"], "color:*": ["red"]}

@@ -87,7 +87,7 @@ MISTAKES = [
     Mistake("configuration", "job: detection\n\tnum_frames: 10", "indent with spaces"),
     Mistake("configuration", "job: detection\nmeshes: part", "part"),
     Mistake("configuration", "writer_type: PoseWritr", "Did you mean 'PoseWriter'"),
-    Mistake("script", "rep.creat", "did you mean 'create'"),
+    Mistake("script", "rep.creat", "did you mean create?"),
     Mistake("script", "rep.render_product", "rep.create.render_product"),
     Mistake("script", "rep.modify.scale", "rep.modify.pose(scale=...)"),
     Mistake("script", "rep.randomizer.my_lights()", "rep.randomizer.register(my_lights)"),

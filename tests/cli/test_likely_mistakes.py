@@ -2,15 +2,13 @@
 
 import pytest
 
-from tests.arguments.plain_names import plain_names
 from tests.cli.likely_mistakes import MISTAKES, PAGE, page, said
 from usdsdg.session import session
 
 
 @pytest.fixture(scope="module")
 def texts(tmp_path_factory):
-    with plain_names():
-        yield {mistake: said(mistake, tmp_path_factory.mktemp("mistake")) for mistake in MISTAKES}
+    yield {mistake: said(mistake, tmp_path_factory.mktemp("mistake")) for mistake in MISTAKES}
     session.restart()
 
 

@@ -3,11 +3,14 @@
 import json
 import signal
 import threading
+from types import SimpleNamespace
 
 import pytest
 
 from tests.signaled import run_and_signal
 from usdsdg.cli.options import command_context
+from usdsdg.session import session
+from usdsdg.writers.journal.folders import Mode
 
 SCRIPT = """
 import os, sys
@@ -74,3 +77,19 @@ def test_an_interrupt_that_python_has_dropped_is_not_raised_again_once_another_h
     command_context._is_ending.set()
     command_context._interrupt_again(signal.SIGTERM)
     assert raised == [signal.SIGINT]
+
+
+@pytest.mark.parametrize(
+    ("command", "mode", "folders", "said"),
+    [
+        ("generate", Mode.NEW, ["out"], "; the same command with --resume goes on"),
+        ("run", Mode.REPLACE, ["out"], "; the same command with --resume goes on"),
+        ("generate", Mode.OVERWRITE, ["out"], "; the same command with --resume in place of --overwrite goes on"),
+        ("generate", Mode.NEW, [], ""),
+        ("python", Mode.NEW, ["out"], ""),
+    ],
+)
+def test_a_command_says_how_to_go_on_if_it_can(command, mode, folders, said, monkeypatch):
+    run = SimpleNamespace(folders=folders, scratch=None, recipe=SimpleNamespace(command=command), mode=mode)
+    monkeypatch.setattr(session, "current", lambda: SimpleNamespace(run=run))
+    assert command_context._how_to_go_on() == said

@@ -11,7 +11,7 @@ OF_ENGINES = ("errors", "image_files", "kernels", "parallel", "readback", "stage
 # usdsdg: name -> what it may import, names without "usdsdg.".
 USDSDG = {
     "errors": "",
-    "listeners": "",
+    "listeners": "errors",
     "snapshots": "",
     "operating_system": "",
     "parallel": "operating_system",
@@ -124,9 +124,9 @@ COMMAND = "help and errors of the command line appear before anything heavy is l
 SHOWN = "what a notebook shows of an object is drawn by what stands above it, when it is shown"
 LATE = {
     "usdsdg": (
-        "usdsdg.stage usdsdg.notebook usdsdg.arguments",
+        "usdsdg.stage usdsdg.notebook usdsdg.arguments usdsdg.errors",
         "schemas are registered at once only where pxr is loaded already, stages are shown only where IPython runs, "
-        "and names are looked for elsewhere only where there is none",
+        "and names are looked for elsewhere, and errors loaded for it, only where there is none",
     ),
     "usdsdg.annotators.annotator": ("usdsdg.notebook", SHOWN),
     "usdsdg.session.render_products": ("usdsdg.notebook", SHOWN),

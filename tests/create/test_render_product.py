@@ -1,10 +1,12 @@
 """Render products: reuse, names, handles and errors."""
 
+import threading
+
 import pytest
 from pxr import Gf, Usd, UsdRender
 
 import usdsdg as rep
-from usdsdg.errors import BadPrim, GraphError, RenderError, UsdsdgWarning
+from usdsdg.errors import BadPrim, GraphError, RenderError, UsdsdgError, UsdsdgWarning
 from usdsdg.session.render_products import products
 
 
@@ -53,6 +55,39 @@ def test_a_destroyed_product_is_removed(stage, cameras):
     product.destroy()
     assert products() == []
     assert rep.create.render_product(cameras.prims[0], (8, 8)) is not product
+
+
+def test_a_destroyed_product_leaves_its_name_to_the_next(stage, cameras):
+    paths = []
+    for _ in range(2):
+        product = rep.create.render_product(cameras.prims[0], (8, 8), name="B")
+        paths.append(product.path)
+        product.destroy()
+        assert not stage.GetPrimAtPath(product.path)
+        product.destroy()
+    assert paths == ["/Render/HydraTextures/B"] * 2
+
+
+@pytest.mark.parametrize("reader", ["writer", "annotator"])
+def test_the_readers_of_a_destroyed_product_get_no_other_of_its_name(stage, cameras, reader, tmp_path):
+    product = rep.create.render_product(cameras.prims[0], (8, 8), name="B")
+    if reader == "writer":
+        rep.writers.get("BasicWriter", {"output_dir": str(tmp_path), "rgb": True}).attach(product)
+    else:
+        annotator = rep.annotators.get("rgb").attach(product)
+    product.destroy()
+    assert rep.create.render_product(cameras.prims[1], (8, 8), name="B").path == f"{product.path}_01"
+    if reader == "annotator":
+        assert annotator.render_product == product.path
+
+
+def test_a_finalizer_leaves_the_stage_as_it_is(stage, cameras):
+    product = rep.create.render_product(cameras.prims[0], (8, 8))
+    ended = threading.Thread(target=product.destroy)
+    ended.start()
+    ended.join()
+    assert products() == []
+    assert stage.GetPrimAtPath(product.path)
 
 
 def test_a_destroyed_product_of_an_earlier_stage_leaves_those_of_the_stage(stage, cameras):
@@ -145,3 +180,10 @@ def test_a_product_of_an_earlier_stage_is_not_attached_to(cameras, tmp_path):
             attach([earlier])
         attach([later])
         attach(later.path)
+
+
+def test_a_single_number_is_an_error_of_the_project(stage, cameras):
+    with pytest.raises(UsdsdgError, match=r"resolution must be \(width, height\) in whole pixels, got 256"):
+        rep.create.render_product(cameras, 256)
+    with pytest.raises(UsdsdgError, match=r"tile_resolution must be"):
+        rep.create.render_product_tiled(cameras, 256)

@@ -56,6 +56,29 @@ def test_a_cut_file_of_the_cache_is_made_again(tmp_path, suffix, part):
     assert run(tmp_path) == made
 
 
+@pytest.mark.parametrize("place", [0.3, 0.6])
+def test_a_file_of_the_cache_with_a_flipped_bit_is_made_again(tmp_path, place):
+    made = run(tmp_path)
+    (file,) = (tmp_path / "cache").rglob("*.o")
+    whole = file.read_bytes()
+    position = int(place * len(whole))
+    file.write_bytes(whole[:position] + bytes([whole[position] ^ 4]) + whole[position + 1 :])
+    again, warning = run(tmp_path)
+    assert again == made[0]
+    assert f"compiled kernels were damaged, and are compiled again: {file.parent}" in warning
+    assert file.read_bytes() == whole
+    assert run(tmp_path) == made
+
+
+def test_kernels_of_programs_without_checksums_are_loaded(tmp_path):
+    made = run(tmp_path)
+    (kept,) = (tmp_path / "cache").rglob("*.crc32")
+    kept.unlink()
+    assert run(tmp_path) == made
+    kept.write_text("")  # as a full disk leaves it
+    assert "compiled again" in run(tmp_path)[1]
+
+
 def test_a_disk_without_room_is_named_before_anything_compiles(monkeypatch):
     wp.init()
     usage = shutil.disk_usage(wp.config.kernel_cache_dir)._replace(free=3_000_000)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -262,3 +263,26 @@ def test_number_signs_in_quotes_and_words_stay_in_overrides(written):
     overrides = ["writer_kwargs={output_dir: 'x #1', format: x#1}", "writer_kwargs.name='x #1'"]
     config = load_config(written(TARGET), overrides)
     assert config.writer_kwargs == {"output_dir": "x #1", "format": "x#1", "name": "x #1"}
+
+
+@pytest.mark.parametrize(
+    ("text", "overrides", "there"),
+    [
+        ("job: detection\nmeshes: parts\n", [], "parts"),
+        ("job: bin_picking\n", ["meshes=parts"], "parts"),
+        ("job: detection\nmeshes: ''\ncamera: {calibration: 'cameras.yaml#left'}\n", [], "cameras.yaml"),
+    ],
+)
+def test_a_path_that_lies_beside_the_configuration_is_named(written, monkeypatch, text, overrides, there):
+    path = written(text)
+    (path.parent / "parts").mkdir()
+    (path.parent / "cameras.yaml").write_text("nothing: 1\n")
+    (path.parent / "elsewhere").mkdir()
+    monkeypatch.chdir(path.parent / "elsewhere")
+    with pytest.raises(ConfigError) as caught:
+        load_job(path, overrides)
+    assert f"beside the configuration lies one: give {os.path.join('..', there)}" in str(caught.value)
+    monkeypatch.chdir(path.parent)
+    with pytest.raises(ConfigError) as caught:
+        load_job(path, overrides)
+    assert "beside the configuration" not in str(caught.value)

@@ -15,7 +15,14 @@ from usdsdg.stage.changes import is_below
 from usdsdg.stage.geometry.instancers import POPULATION
 from usdsdg.stage.geometry.triangles import range_below
 from usdsdg.stage.semantics.label_filter import LabelFilter
-from usdsdg.stage.semantics.labels import get_labels, is_labeled, labels_without_schema, merged, vary_over_time
+from usdsdg.stage.semantics.labels import (
+    get_labels,
+    is_labeled,
+    labels_without_schema,
+    merged,
+    schemas_without_label,
+    vary_over_time,
+)
 
 Labels = Mapping[str, Sequence[str]]
 
@@ -162,12 +169,21 @@ def _name_commas(path: Sdf.Path, labels: Labels) -> None:
 
 
 def _name_unapplied(prim: Usd.Prim) -> None:
-    """Warn of labels whose schema a prim lacks; once for each schema, since a file has them so on all of its prims."""
+    """Warn of labels whose schema a prim lacks, and of schemas without a label.
+
+    Once for each schema, since a file has them so on all of its prims.
+    """
     for name, schema in labels_without_schema(prim):
         warn_once(
             f"{prim.GetPath()}: {name} is no label, since {schema} is not applied to the prim; others may lack it. "
             f'Add prepend apiSchemas = ["{schema}"] to such prims, or label them with rep.modify.semantics.',
             key=f"labels without {schema}",
+        )
+    for schema, name in schemas_without_label(prim):
+        warn_once(
+            f"{prim.GetPath()} has {schema} and no label in it, so that it gives none; others may lack it, too. Set "
+            f"{name}, or label the prim with rep.modify.semantics.",
+            key=f"{schema} without labels",
         )
 
 

@@ -25,6 +25,7 @@ class App:
     def __init__(self) -> None:
         self._listeners: list[Callable[[float], None]] = []
         self._early_listeners: list[Callable[[float], None]] = []
+        self._closing_listeners: list[Callable[[], None]] = []
         self._waiters: list[asyncio.Future[None]] = []
         self._updates = 0
         self._started = time.perf_counter()
@@ -99,6 +100,10 @@ class App:
         """True until `close`."""
         return self._running
 
+    def subscribe_closing(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call `listener()` when the application is closed; return the unsubscriber."""
+        return listeners.subscribe(self._closing_listeners, listener)
+
     # --- what Kit's application has beside updates ---
     def get_extension_manager(self) -> Any:
         """Return the manager of extensions (`omni.ext`)."""
@@ -113,6 +118,10 @@ class App:
     def get_pre_update_event_stream(self) -> Any:
         """Return the stream of events (`carb.events`) with one before each update; its payload has "dt" [s]."""
         return current().event_streams.pre_update
+
+    def get_shutdown_event_stream(self) -> Any:
+        """Return the stream of events (`carb.events`) with those of the end of the application, when it is closed."""
+        return current().event_streams.shutdown
 
     def get_message_bus_event_stream(self) -> Any:
         """Return the stream of events that scripts push and listen to."""
@@ -179,8 +188,10 @@ class App:
         return self._loop is not None and self._loop.has_other_tasks()
 
     def close(self) -> None:
-        """Make `is_running` False: remaining tasks are not waited for."""
-        self._running = False
+        """Make `is_running` False: remaining tasks are not waited for. The first call tells who listens."""
+        was_running, self._running = self._running, False
+        for listener in list(self._closing_listeners) if was_running else ():
+            listener()
 
 
 def get_app() -> App:

@@ -21,7 +21,7 @@ from usdsdg.capture.pictures_ahead import PicturesAhead
 from usdsdg.capture.render_settings import RenderMode, opens_shutter, render_mode
 from usdsdg.capture.requests import is_watched
 from usdsdg.capture.worlds import WorldTap
-from usdsdg.errors import Unsupported, warn_once
+from usdsdg.errors import Unsupported, called_for_script, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.graph.firings import frames_until_exhausted
 from usdsdg.session import stage_context
@@ -110,13 +110,19 @@ class Orchestrator:
             self._capture.finish(self.captures, timeline.get_current_time())
         except BaseException:
             self._capture.give_up()
+            if self._capture.is_handed_over:
+                self.captures += 1
+                self._end_step(pause_timeline)
             raise
         self.captures += 1
         for callback in list(self._captured_callbacks):
             callback()
+        self._end_step(pause_timeline)
+
+    def _end_step(self, pause_timeline: bool) -> None:
         self._frames_of_run += 1
         if pause_timeline:
-            timeline.hold()
+            get_timeline().hold()
         self._set_status(Status.STARTED if self._runs else Status.STEPPED)
 
     def _plays_timeline(self, delta_time: float | None) -> bool:
@@ -347,7 +353,8 @@ class Orchestrator:
             return
         self.status = status
         for callback in sorted(self.status_callbacks, key=lambda each: each.number):
-            callback.function(status)
+            with called_for_script("a status callback of the orchestrator"):
+                callback.function(status)
 
 
 def _all_ended() -> bool:

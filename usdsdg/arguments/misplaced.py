@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from types import ModuleType
 from typing import Any
 
 from usdsdg.arguments.registry import near_misses, registered_functions
+from usdsdg.errors import MissingName
 
 FAMILIES = (
     "create", "get", "modify", "randomizer", "distribution", "trigger", "physics", "orchestrator", "settings", "utils",
@@ -33,7 +35,9 @@ _LIKELY = {
         "scale": "modify.pose(scale=distribution.uniform(...))",
         "light": "create.light, with distributions, in a function that randomizer.register is given",
         "lights": "create.light, with distributions, in a function that randomizer.register is given",
+        "objects": "randomizer.instantiate, which returns a population of assets,",
     },
+    "utils": {"AttrMap": "modify.attribute"},
     "create": {"box": "create.cube", "dome_light": "create.light(light_type='dome')", "ground_plane": "create.plane"},
     "distribution": {
         "gaussian": "distribution.normal", "random": "distribution.uniform", "constant": "the value itself",
@@ -43,11 +47,40 @@ _LIKELY = {
 }  # fmt: skip
 
 
-def where(family: str, name: str, known: list[str]) -> str:
-    """Return "; ..." with where a name is that `rep.<family>` does not have, or similar ones of `known`; or "".
+def hint(module: str, name: str, known: Iterable[str]) -> str:
+    """Return "; ..." with where a name is that a module does not have, what does its work, or similar ones; or "".
 
-    family: "create" and so on; "" for the root.
+    module: the module's own name; those of Replicator's API know of each other. known: the public names of it.
     """
+    family = _family_of(module)
+    if family is None:
+        return similar(name, known)
+    return _in_family(family, name, known)
+
+
+def similar(name: str, known: Iterable[str]) -> str:
+    """Return "; did you mean ...?" with the names of `known` that are similar; or ""."""
+    near = near_misses(name, known, count=2)
+    return f"; did you mean {' or '.join(near)}?" if near else ""
+
+
+def public_names(module: Mapping[str, Any]) -> list[str]:
+    """Return the public names of a module, from its globals."""
+    return list(module.get("__all__") or (each for each in module if not each.startswith("_")))
+
+
+def is_of_api(module: str) -> bool:
+    """Return whether a module, by its own name, is one of Replicator's API, whose names `hint` knows."""
+    return _family_of(module) is not None
+
+
+def _family_of(module: str) -> str | None:
+    """Return the family that a module is, "" for the root, None for a module of other names."""
+    family = module.removeprefix("usdsdg").removeprefix(".")
+    return family if module.startswith("usdsdg") and family in ("", *FAMILIES) else None
+
+
+def _in_family(family: str, name: str, known: Iterable[str]) -> str:
     if name.startswith("_"):  # which Python and others ask for, and need no answer
         return ""
     if likely := _LIKELY.get(family, {}).get(name):
@@ -62,41 +95,33 @@ def where(family: str, name: str, known: list[str]) -> str:
         return f"; it is rep.{name}"
     if elsewhere:
         return f"; it is {' or '.join(f'rep.{each}.{name}' for each in elsewhere)}"
-    near = near_misses(name, known, count=2)
-    hint = f"; did you mean {' or '.join(map(repr, near))}?" if near else ""
+    found = similar(name, known)
     if family == "randomizer":
-        hint += (
-            f"{'' if hint else ';'} a function of the script is called so once it is registered: "
+        found += (
+            f"{'' if found else ';'} a function of the script is called so once it is registered: "
             f"rep.randomizer.register({name})"
         )
-    return hint
-
-
-class Missing:
-    """Message of the AttributeError for a name that a module does not have, made when somebody reads it.
-
-    Python asks a package for names on its way to submodules, while the families are being imported.
-    """
-
-    def __init__(self, module: str, family: str, name: str, known: list[str]) -> None:
-        self._module, self._family, self._name, self._known = module, family, name, known
-
-    def __str__(self) -> str:
-        return f"module {self._module!r} has no attribute {self._name!r}{where(self._family, self._name, self._known)}"
-
-    __repr__ = __str__
+    return found
 
 
 def explaining(module: dict[str, Any]) -> Callable[[str], Any]:
     """Return a `__getattr__` for a module of the API, from its globals, whose error says where a name is."""
     full = module["__name__"]
-    family = full.removeprefix("usdsdg.")
 
     def __getattr__(name: str) -> Any:
-        known = [each for each in module.get("__all__") or module if not each.startswith("_")]
-        raise AttributeError(Missing(full, family, name, known), name=name, obj=sys.modules[full])
+        raise lacking(sys.modules[full], name)
 
     return __getattr__
+
+
+def lacking(module: ModuleType, name: str) -> AttributeError:
+    """Return the error for a name that a module of the API does not have, under whatever name it was imported."""
+    message = MissingName(module.__name__, name, partial(_hint_in, module.__name__, name))
+    return AttributeError(message, name=name, obj=module)
+
+
+def _hint_in(module: str, name: str) -> str:
+    return hint(module, name, public_names(vars(sys.modules[module])))
 
 
 def is_explained(module: ModuleType) -> bool:

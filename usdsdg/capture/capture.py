@@ -4,6 +4,7 @@ Films are exposed once per sub-frame; labels are rendered once, from the state a
 """
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from usdsdg.annotators.annotator import attached_annotators
@@ -14,7 +15,7 @@ from usdsdg.capture.frame_scene import EarlierPoints, FrameScene
 from usdsdg.capture.labels import render_labels
 from usdsdg.capture.later_pictures import CopiedPictures, LaterPictures, later_pictures, may_be_later
 from usdsdg.capture.observing import observe
-from usdsdg.capture.output import WriterOutput, append_to_journals
+from usdsdg.capture.output import WriterOutput, append_to_journals, in_spite_of_failures
 from usdsdg.capture.pictures_ahead import PicturesAhead
 from usdsdg.capture.records.stages import StageMoment, StageRecords
 from usdsdg.capture.render_settings import RenderMode
@@ -44,6 +45,8 @@ class Capture:
     def __init__(self) -> None:
         self.expected_frames: int | None = None  # for progress reports; None: not known
         self.frames_before = 0  # those of the same job on earlier stages
+        # Whether writers have the frame, also where one of them failed: it is not captured again, or they had it twice.
+        self.is_handed_over = False
         self._output = WriterOutput()
         self._labeled_prims: LabeledPrimReader | None = None
         self._earlier = EarlierPoints()
@@ -64,7 +67,7 @@ class Capture:
 
         ahead: this frame and others, whose color images are traced together at the first of them.
         """
-        self._ahead, self._frame = ahead, frame
+        self._ahead, self._frame, self.is_handed_over = ahead, frame, False
         set_global_seed(get_global_seed())
         self._requests = Requests.collect(self.frames_before + frame)
         self._files = self._requests.files
@@ -102,7 +105,10 @@ class Capture:
             self._exposure.add(mode)
 
     def finish(self, frame: int, seconds: float) -> None:
-        """Render labels, compute annotators and call writers; `seconds` is the time on the timeline."""
+        """Render labels, compute annotators and call writers; `seconds` is the time on the timeline.
+
+        A writer that fails does not keep the frame from the others; its error is raised after them.
+        """
         if not self._requests.annotators:
             if self._requests.is_recorded:
                 self._stages_of_record().follow()
@@ -119,15 +125,22 @@ class Capture:
         self._skip(frames)
         handed = [self._output.payload(writer, frames) for writer in self._requests.writers]
         self._begin_pictures()  # after payloads: in a GPU's stream their copies would wait until pictures are traced
-        for writer, payload in zip(self._requests.writers, handed, strict=True):
-            self._output.write(writer, payload, frames, self._requests, self._moment)
+        self.is_handed_over = True
+        try:
+            in_spite_of_failures(
+                *(
+                    partial(self._output.write, writer, payload, frames, self._requests, self._moment)
+                    for writer, payload in zip(self._requests.writers, handed, strict=True)
+                )
+            )
+        finally:
+            self._remember(frames)
         if (tap := current().tap) is not None:
             tap.take(frames, self._requests.tapped, number=self.frames_before + frame)
         if self._files is not None:
             get_run().see_stage(current_stage())
         self._end_files()
         append_to_journals()
-        self._remember(frames)
         if current().tap is None:  # who takes the frames counts them
             count, total = get_run().own_frames, self.expected_frames
             report(FRAMES, count(self.frames_before + frame + 1), None if total is None else count(total))

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from usdsdg.annotators.frame import Frame
@@ -10,7 +11,7 @@ from usdsdg.capture.graph_outputs import graph_outputs
 from usdsdg.capture.records.frames import FrameRecords
 from usdsdg.capture.records.stages import StageMoment
 from usdsdg.capture.requests import Requests, Skipped
-from usdsdg.errors import watch_foreign
+from usdsdg.errors import called_for_script, watch_foreign
 from usdsdg.session.progress import report, say_once
 from usdsdg.session.render_products import products
 from usdsdg.session.session import current
@@ -131,7 +132,12 @@ def close_writers() -> None:
     """
     if current().tap is not None:
         return  # they were given no frame
-    in_spite_of_failures(*(writer.on_final_frame for writer in attached_writers()), current().io_queue.wait_until_done)
+    in_spite_of_failures(*(partial(_end, each) for each in attached_writers()), current().io_queue.wait_until_done)
+
+
+def _end(writer: Writer) -> None:
+    with called_for_script(f"at the last frame of {type(writer).__name__}"):
+        writer.on_final_frame()
 
 
 def _of_other_causes(errors: list[Exception]) -> list[Exception]:

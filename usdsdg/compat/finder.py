@@ -16,7 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
-from usdsdg.arguments.misplaced import FAMILIES, is_explained, where
+from usdsdg.arguments import misplaced
 from usdsdg.arguments.registry import near_misses
 from usdsdg.compat import foreign_names, imported_names
 from usdsdg.compat.placeholders import PlaceholderModule, placeholder
@@ -139,8 +139,9 @@ class _Loader(importlib.abc.Loader):
     def exec_module(self, module: ModuleType) -> None:
         module.__spec__, module.__loader__ = self._import_attributes
         _foreign_names.setdefault(self._real, self._name)
-        if "__getattr__" not in vars(module) or is_explained(module):
-            module.__getattr__ = _explain_attributes(self._name, module)
+        explained = misplaced.is_explained(module)
+        if explained or "__getattr__" not in vars(module):
+            module.__getattr__ = _explain_attributes(self._name, module, explained=explained)
 
 
 class _MadeLoader(importlib.abc.Loader):
@@ -253,8 +254,11 @@ def known_modules() -> list[str]:
     return sorted(found | {prefix for prefix, _ in ALIASES})
 
 
-def _explain_attributes(name: str, module: ModuleType) -> Callable[[str], object]:
-    """Return a module's `__getattr__`: submodules, placeholders, and errors with the foreign and similar names."""
+def _explain_attributes(name: str, module: ModuleType, *, explained: bool) -> Callable[[str], object]:
+    """Return a module's `__getattr__`: submodules, placeholders, and errors with the foreign and similar names.
+
+    explained: the module is one of the API and has errors of its own, which stay those that they are without this.
+    """
 
     def __getattr__(attribute: str) -> object:
         if attribute.startswith("__"):
@@ -268,6 +272,8 @@ def _explain_attributes(name: str, module: ModuleType) -> Callable[[str], object
             return getattr(utilities, attribute)
         if place := imported_names.place_of(module.__name__, attribute):
             return getattr(importlib.import_module(place[0]), place[1])
+        if explained:
+            raise misplaced.lacking(module, attribute)
         raise AttributeError(_lacks(name, module, attribute), name=attribute, obj=module)
 
     return __getattr__
@@ -276,14 +282,11 @@ def _explain_attributes(name: str, module: ModuleType) -> Callable[[str], object
 def _lacks(name: str, module: ModuleType, attribute: str) -> str:
     if moved := foreign_names.moved(f"{name}.{attribute}"):
         return f"{name} of usdsdg has no {attribute!r}; its work is done elsewhere: {moved.where}"
-    public = vars(module).get("__all__") or [each for each in vars(module) if not each.startswith("_")]
-    near = near_misses(attribute, public)
-    family = module.__name__.removeprefix("usdsdg.")
-    if family in FAMILIES and (hint := where(family, attribute, [])):
-        likely = f"; did you mean {' or '.join(near)}?" if near and family == "randomizer" else ""
-        return f"{name} of usdsdg has no {attribute!r}{likely}{hint}"
-    hint = f"; did you mean {' or '.join(near)}?" if near else f"; it has {', '.join(sorted(public)) or 'nothing yet'}"
-    return f"{name} of usdsdg has no {attribute!r}{hint}"
+    public = misplaced.public_names(vars(module))
+    told = misplaced.hint(module.__name__, attribute, public)
+    if not told and not misplaced.is_of_api(module.__name__):
+        told = f"; it has {', '.join(sorted(public)) or 'nothing yet'}"
+    return f"{name} of usdsdg has no {attribute!r}{told}"
 
 
 def _refuse_missing_name(name: str) -> None:

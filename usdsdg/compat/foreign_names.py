@@ -259,6 +259,14 @@ MOVED = (
         "carb.log_warning",
         "carb.log_warn",
     ),
+    *(
+        Moved(f"pxr.PhysxSchema.{name}", f"such joints are simulated: stage.DefinePrim(path, '{name}')")
+        for name in ("PhysxPhysicsGearJoint", "PhysxPhysicsRackAndPinionJoint")
+    ),
+    Moved(
+        "omni.syntheticdata.helpers.reduce_occlusion",
+        "omni.replicator.core.annotators.get('occlusion'), whose rows are those of labeled prims already",
+    ),
     Moved(
         "omni.client.set_alias",
         "`usdsdg run --map PREFIX=FOLDER`",

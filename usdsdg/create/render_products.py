@@ -9,7 +9,7 @@ from typing import Any, overload
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
 from usdsdg.arguments.prim_names import prim_name
-from usdsdg.errors import ArgumentError, BadPrim, RenderError, counted
+from usdsdg.errors import ArgumentError, BadPrim, RenderError, WrongType, counted
 from usdsdg.graph.node import prim_paths
 from usdsdg.session import render_products
 from usdsdg.session.render_products import HydraTexture, product_at, products, reset
@@ -52,7 +52,7 @@ def render_product(
         render_vars: ignored: annotators and writers determine what is rendered.
 
     Raises:
-        TypeError: resolution is not a pair of integers, which may be texts.
+        WrongType: resolution is not a pair of integers, which may be texts.
         RenderError: an image of this size is not possible, or it is not the size of the tiled sensor.
         BadPrim: a path is not a camera on the stage, or there is none.
         ArgumentError: the number of names differs from the number of cameras.
@@ -91,7 +91,7 @@ def render_product_tiled(
         name: of the product; a named product is always a new one.
 
     Raises:
-        TypeError: tile_resolution is not a pair of integers.
+        WrongType: tile_resolution is not a pair of integers.
         RenderError: an image of the total size is not possible.
         BadPrim: there are no cameras, or one is not on the stage.
     """
@@ -110,7 +110,7 @@ def _size(what: str, resolution: Any) -> tuple[int, int]:
         if [width, height] != [float(n) for n in resolution]:
             raise ValueError("not whole numbers")
     except (TypeError, ValueError):
-        raise TypeError(f"render_product: {what} must be (width, height) in whole pixels, got {resolution!r}") from None
+        raise WrongType(f"render_product: {what} must be (width, height) in whole pixels, got {resolution!r}") from None
     if problem := render_products.size_problem(width, height):
         raise RenderError(f"render_product: {problem}")
     return width, height

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import shutil
+import zlib
 from typing import TYPE_CHECKING, Any
 
 from usdsdg.errors import OutputNotWritable, warn_once
@@ -53,11 +54,23 @@ def check_space() -> None:
 def compile_what_is_damaged() -> None:
     """Let Warp compile modules again that are in its cache and cannot be loaded, with a warning.
 
-    Warp loads most modules when a kernel of theirs is launched first, and then goes on to fail, run after run.
+    Warp loads most modules when a kernel of theirs is launched first, and then goes on to fail, run after run. Those in
+    which bits are flipped can be loaded, and then end the process or compute something else: each that is compiled from
+    now on has a checksum beside it.
     """
     import warp as wp
 
-    load = wp.Module.load
+    load, make = wp.Module.load, wp.Module._compile
+
+    @functools.wraps(make)
+    def compile_or_check(
+        module: wp.Module, device: Any = None, output_dir: Any = None, output_name: str | None = None,
+        *others: Any, **named: Any,
+    ) -> bool:  # fmt: skip
+        is_compiled = make(module, device, output_dir, output_name, *others, **named)
+        if output_dir is not None and output_name is not None and wp.config.cache_kernels:
+            check_sum(os.path.join(output_dir, output_name), is_new=is_compiled)
+        return is_compiled
 
     @functools.wraps(load)
     def load_or_compile(
@@ -74,7 +87,37 @@ def compile_what_is_damaged() -> None:
             _remove(str(_folder(module, block)), error)
             return load(module, device, block_dim)
 
-    wp.Module.load = load_or_compile
+    wp.Module.load, wp.Module._compile = load_or_compile, compile_or_check
+
+
+class Damaged(Exception):
+    """A compiled module is not as it was written."""
+
+
+def check_sum(file: str, *, is_new: bool) -> None:
+    """Write the checksum of a compiled module beside it if it is new, else compare it with that, if there is one.
+
+    Raises:
+        Damaged: they differ.
+    """
+    kept = f"{file}.crc32"
+    try:
+        if not is_new and not os.path.exists(kept):
+            return  # of a program without checksums
+        with open(file, "rb") as module:
+            found = f"{zlib.crc32(module.read()):08x}"
+        if is_new:
+            own = f"{kept}_p{os.getpid()}"
+            with open(own, "w", encoding="ascii") as written:
+                written.write(found)
+            os.replace(own, kept)
+            return
+        with open(kept, encoding="ascii", errors="replace") as known:
+            differs = known.read() != found
+    except OSError:  # it was removed meanwhile, or there is no room; loading the module tells
+        return
+    if differs:
+        raise Damaged("its checksum differs from that of its compilation")
 
 
 def _folder(module: wp.Module, block: int) -> str | None:

@@ -86,10 +86,27 @@ def _message(file: Path, source: _Source) -> str:
     lines = [f"{file} has {count} problem{'s' if count > 1 else ''}:"]
     for problem in source.problems[:MAX_PROBLEMS]:
         origin = problem.origin or source.origin(problem.key_path)
-        lines.append(f"  {origin}{': ' if origin else ''}{problem.text}")
+        lines.append(f"  {origin}{': ' if origin else ''}{problem.text}{_beside(file, source, problem.key_path)}")
     if count > MAX_PROBLEMS:
         lines.append(f"  and {count - MAX_PROBLEMS} more")
     return "\n".join(lines)
+
+
+def _beside(file: Path, source: _Source, key_path: KeyPath) -> str:
+    """Return "; ..." with the paths at or below a key that lie beside the file and not where they are looked for."""
+    value: Any = source.values
+    for key in key_path:
+        try:
+            value = value[key]
+        except (KeyError, IndexError, TypeError):
+            return ""
+    given = value.values() if isinstance(value, dict) and key_path else [value]
+    paths = [each.partition("#")[0] for each in given if isinstance(each, str)]  # file#camera, of calibrations
+    found = [each for each in paths if each and not os.path.exists(each) and os.path.exists(file.parent / each)]
+    if not found:
+        return ""
+    there = ", ".join(os.path.relpath(file.parent / each) for each in found)
+    return f"; paths are relative to the working directory, and beside the configuration lies one: give {there}"
 
 
 def _line(origin: str) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -22,27 +23,32 @@ def written_datasets() -> list[Path]:
 def next_commands(folders: Iterable[Path]) -> list[str]:
     """Return a line for each command that looks at these datasets: `usdsdg inspect cubes   (...)`."""
     commands = _OF_PARTS if current().run.portion is not None else _COMMANDS
-    if _are_all_of_users():
-        commands = {name: what for name, what in commands.items() if name != "inspect"}
     pairs = [
         (f"usdsdg {command} {shlex.quote(_shortest(folder))}", what)
         for folder in folders
         for command, what in commands.items()
+        if command != "inspect" or _is_readable(folder)
     ]
     width = max((len(command) for command, _ in pairs), default=0)
     return [f"{'next: ' if number == 0 else '      '}{c:{width}}   ({what})" for number, (c, what) in enumerate(pairs)]
 
 
-def _are_all_of_users() -> bool:
-    """Return whether writers are attached, none of them of a format that is known here."""
-    kinds = [type(writer).__mro__ for writer in current().writers]
-    return bool(kinds) and not any(base.__module__.startswith(_FORMATS) for kind in kinds for base in kind)
+def _is_readable(folder: Path) -> bool:
+    """Return whether any writer of files in a folder has a format that is known here, or it is not known who has."""
+    kinds = [
+        kind
+        for place, own in current().writers_kinds.items()
+        if Path(place).is_relative_to(folder) or folder.is_relative_to(place)
+        for kind in own
+    ]
+    return not kinds or any(base.__module__.startswith(_FORMATS) for kind in kinds for base in kind.__mro__)
 
 
 def _shortest(folder: Path) -> str:
-    """Return how a folder is called from the working directory: what is in it by its name there."""
+    """Return how a folder is called from where the program was started: what is in it by its name there."""
+    started_in = Path(sys.modules["usdsdg"]._STARTED_IN)  # also where a script has left it
     try:
-        inside = folder.resolve().relative_to(Path.cwd())
+        inside = folder.resolve().relative_to(started_in.resolve())
     except (OSError, ValueError):
         return str(folder)
     return f".{os.sep}{inside}" if str(inside).startswith("-") else str(inside)

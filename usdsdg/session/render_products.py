@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
@@ -154,13 +155,30 @@ class HydraTexture:
         return self.path
 
     def destroy(self) -> None:
-        """Remove the product; attached writers and annotators receive no more frames of it.
+        """Remove the product and its prim; attached writers and annotators receive no more frames of it.
 
-        A product of an earlier stage leaves one at the same path in the current stage as it is.
+        While one of them is attached the prim stays, so that no other product gets its path, and with it them. A
+        product of an earlier stage leaves one at the same path in the current stage as it is.
         """
+        prim = self._prim()
+        self.forget()
+        # Finalizers of scripts' objects call this, and run on any thread; only the main one edits the stage.
+        if prim is not None and not self._is_read() and threading.current_thread() is threading.main_thread():
+            stage = prim.GetStage()
+            with Usd.EditContext(stage, stage.GetSessionLayer()):
+                stage.RemovePrim(prim.GetPath())
+
+    def forget(self) -> None:
+        """Remove the product and leave its prim, as finalizers do, which run while anything goes on."""
         products = current().render_products
         if products.get(self.path) is self:
             del products[self.path]
+
+    def _is_read(self) -> bool:
+        """Return whether a writer or annotator is attached to its path."""
+        state = current()
+        read = [each.render_product for each in state.annotators]
+        return self.path in read or any(self.path in each.render_products for each in state.writers)
 
     def _repr_html_(self) -> str:
         from usdsdg.notebook.render_products import product_html

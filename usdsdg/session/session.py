@@ -113,6 +113,8 @@ class Session:
         self.confined_to: Path | None = None
         self.disk_root: Path | None = None  # parent of relative output folders; None: the default
         self.tracing: Later | Arrival | None = None  # of the latest frame's color images, where its files wait for them
+        # By output folder or URL, the classes of the writers that were due there.
+        self.writers_kinds: dict[str, set[type]] = {}
         self.written_folders: dict[str, None] = {}  # on disk, in the order of their first file
         self.imported_version = 0  # of Replicator, as the script's imports tell; 0: they do not
         self.failed_at_exit = False  # a file could not be written and no call has raised it

@@ -204,6 +204,10 @@ def not_writable(path: Path, error: OSError, *, elsewhere: str = "choose another
     elsewhere: what else the user can do than to make room or to give the right to write.
     """
     cause = reason = _REASONS.get(error.errno or 0, error.strerror or str(error))
+    link = error.filename
+    if error.errno == errno.ENOENT and isinstance(link, str) and os.path.islink(link):
+        cause = reason = f"{link} is a link to {os.readlink(link)}, which is not there"
+        elsewhere = f"remove the link, or {elsewhere}"
     if error.errno == errno.ENOSPC:
         with contextlib.suppress(OSError):
             reason += f" ({shutil.disk_usage(path.parent).free / 1e6:.0f} MB free)"

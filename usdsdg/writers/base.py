@@ -10,7 +10,7 @@ from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.payload import check_layout
 from usdsdg.annotators.render_products import existing_products, render_product_paths
 from usdsdg.arguments.registry import near_misses
-from usdsdg.errors import InvalidWriterError, Unsupported, WriterError
+from usdsdg.errors import InvalidWriterError, Unsupported, WriterError, called_for_script
 from usdsdg.session.session import current
 from usdsdg.writers import counters
 from usdsdg.writers.backends.backend import BaseBackend
@@ -234,7 +234,8 @@ class Writer(ABC):
         if self._trigger is None:
             return False
         if callable(self._trigger):
-            return bool(self._trigger())
+            with called_for_script(f"the trigger of {type(self).__name__}"):
+                return bool(self._trigger())
         return self._trigger.executions != self._executions
 
     @property
@@ -248,15 +249,15 @@ class Writer(ABC):
         self._executions = getattr(self._trigger, "executions", None)
 
     def receive(self, payload: dict[str, Any]) -> None:
-        """Write a payload, after metadata.txt if it is the first."""
+        """Write a payload, after metadata.txt if it is the first; one that fails is counted, too."""
         self.pass_over()
         self._payload = payload
         if self.num_written == 0:
             self.write_metadata()
-        self.write(payload)
-        if self.backend is not None:
-            self._class_file.update(self.backend, self.annotators)
-        self.num_written += 1
+        with counters.counted(self):
+            self.write(payload)
+            if self.backend is not None:
+                self._class_file.update(self.backend, self.annotators)
 
     def receive_skipped(self, data: dict[str, Any]) -> None:
         """Count a frame that another process makes; see `skip` for `data`."""

@@ -25,19 +25,28 @@ class ClassFile:
         self._written: list[dict[str, Any]] = []
 
     def update(self, backend: BaseBackend, annotators: Iterable[Any]) -> None:
-        """Schedule the file if the tables of the annotators' label filters have changed."""
+        """Schedule the file if the tables of the annotators' label filters have changed.
+
+        Other writers in the folder write the same file, which has the tables of all of them.
+        """
         if not ids_are_stable():
             return
-        reading = [each for each in annotators if isinstance(each, Annotator) and each.reads_labels]
+        place = place_of(backend)
+        others = [each for each in current().writers if place is not None and _place(each) == place]
+        read = [*annotators, *(annotator for other in others for annotator in other.annotators)]
+        reading = [each for each in read if isinstance(each, Annotator) and each.reads_labels]
         filters = sorted({each.label_filter for each in reading}, key=lambda text: text or "")
         tables = [{"filter": each, "classes": current().class_tables.of(each).listed()} for each in filters]
         if tables != self._written:
             self._written = tables
             text = json.dumps({"version": 1, "tables": tables}, default=plain, indent=1)
-            place = place_of(backend)
             claimed = get_run().claim(place) if place is not None else None
             if claimed is not None:
                 claimed.keep_classes(text)
             # In turn, since it replaces the earlier file.
             with current().io_queue.of_all_frames():
                 backend.schedule_in_turn(FILE, write_text, path=f"{BESIDE}/{FILE}", text=text)
+
+
+def _place(writer: Any) -> str | None:
+    return place_of(writer.backend) if writer.backend is not None else None

@@ -7,6 +7,7 @@ import functools
 import inspect
 import textwrap
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 from usdsdg.errors import Unsupported
@@ -26,6 +27,33 @@ def advance(writer: Any) -> None:
     """
     for name, step in counters(type(writer)).items():
         setattr(writer, name, getattr(writer, name) + step)
+
+
+@contextmanager
+def counted(writer: Any) -> Iterator[None]:
+    """Count the frame that a `write` in the context writes, also if it fails: a part of its files may be written.
+
+    Other writers have the frame under the same number. Counters that the `write` did not come to are advanced; of a
+    writer that keeps more than counters it is `_frame_id`, as Replicator's writers name it.
+    """
+    before = dict(vars(writer))
+    try:
+        yield
+    except BaseException:
+        for name, step in _steps(type(writer)).items():
+            value = vars(writer).get(name)
+            if isinstance(value, int) and value == before.get(name):
+                setattr(writer, name, value + step)
+        raise
+    finally:
+        writer.num_written += 1
+
+
+def _steps(kind: type) -> Mapping[str, int]:
+    try:
+        return counters(kind)
+    except Unsupported:
+        return {"_frame_id": 1}
 
 
 @functools.lru_cache(maxsize=256)

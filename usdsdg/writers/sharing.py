@@ -4,12 +4,13 @@ from usdsdg.errors import warn_once
 from usdsdg.session.session import current
 
 
-def note_writer(place: str, turn: object) -> None:
+def note_writer(place: str, turn: object, kind: type) -> None:
     """Tell that a writer is due whose files go to a folder or URL, and warn if another one was due there before.
 
-    turn: stands for the writer since it was initialized. Also where the other one has ended with an earlier stage, or
-    where a process of another part writes its files.
+    turn: stands for the writer since it was initialized. kind: its class. Also where the other one has ended with an
+    earlier stage, or where a process of another part writes its files.
     """
+    current().writers_kinds.setdefault(place, set()).add(kind)
     if current().writers_turns.setdefault(place, turn) is not turn:
         warn_of_sharing(place)
 

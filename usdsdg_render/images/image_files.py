@@ -104,6 +104,11 @@ def stamp(files: Sequence[str]) -> tuple[int, int]:
     return max(stamps), sum(sizes)
 
 
+def folder_stamp(path: str) -> tuple[int, int]:
+    """Return what changes where a UDIM tile is added to those of an image, or removed; the same for other images."""
+    return _stamp(os.path.dirname(path)) if UDIM in path and not Ar.IsPackageRelativePath(path) else (0, 0)
+
+
 def _stamp(path: str) -> tuple[int, int]:
     try:
         status = os.stat(Ar.SplitPackageRelativePathOuter(path)[0] if "[" in path else path)

@@ -86,10 +86,19 @@ class TexturePool:
         self._kept: dict[TextureUse, Texture] = {}
         self._table: list[Texture] = []
         self._stamps: dict[tuple[str, ...], tuple[int, int]] = {}  # of the files of textures, when they were loaded
+        # Then too, by the path of each set of UDIM tiles: the stamp of its folder, and its files.
+        self._tiles: dict[str, tuple[tuple[int, int], tuple[str, ...]]] = {}
 
     def is_stale(self) -> bool:
         """Return whether a file has changed since the last `load` that asked for it."""
-        return any(image_files.stamp(files) != stamp for files, stamp in self._stamps.items())
+        if any(image_files.stamp(files) != stamp for files, stamp in self._stamps.items()):
+            return True
+        for path, (before, files) in self._tiles.items():
+            if (now := image_files.folder_stamp(path)) != before:
+                if image_files.files_of(path) != files:
+                    return True
+                self._tiles[path] = now, files  # other files have come into the folder
+        return False
 
     def load(
         self, uses: Iterable[TextureUse], progress: Progress | None = None
@@ -101,6 +110,8 @@ class TexturePool:
         """
         uses = list(uses)
         self._kept = {use: self._kept[use] for use in uses if use in self._kept}
+        sets = {use.file for use in uses if use not in self._kept and image_files.UDIM in use.file}
+        self._tiles = {path: (image_files.folder_stamp(path), image_files.files_of(path)) for path in sets}
         keys = {use: (use.decoding, image_files.modified(use.file)) for use in uses if use not in self._kept}
         self._stamps = {image_files.files_of(decoding.file): stamp for decoding, stamp in keys.values()}
         self._forget_replaced(set(keys.values()))

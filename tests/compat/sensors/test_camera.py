@@ -134,6 +134,8 @@ def test_the_render_product_lives_as_long_as_the_camera(camera):
     assert [product.path for product in products()] == [camera.get_render_product_path()]
     camera.destroy()
     assert products() == []
+    camera.initialize()
+    assert camera.get_render_product_path() == "/Render/HydraTextures/Camera"
 
 
 def test_the_resolution_can_change(camera):

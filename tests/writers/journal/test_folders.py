@@ -310,3 +310,23 @@ def test_a_run_that_goes_on_leaves_what_is_being_written_to_a_dataset_below(tmp_
     DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.RESUME, None).release()
     left = {path.parent.name for path in tmp_path.rglob("*.part")}
     assert left == {"below", "images"}
+
+
+@pytest.mark.parametrize("damage", ["{", "[]"])
+def test_a_program_is_told_the_command_that_removes_a_run_with_a_damaged_recipe(tmp_path, damage):
+    run(tmp_path, frames=(0,))
+    (tmp_path / ".usdsdg/recipe.json").write_text(damage)
+    with pytest.raises(UsdsdgError, match=r"Remove that run with --overwrite\.$"):
+        run(tmp_path)
+    with pytest.raises(UsdsdgError, match=r"Remove that run with usdsdg run --overwrite b\.py\.$"):
+        run(tmp_path, Mode.REPLACE, command=SCRIPT, source={"name": "b.py", "sha256": "1"})
+
+
+def test_a_journal_that_is_a_link_to_nothing_is_named(tmp_path):
+    run(tmp_path, frames=(0,))
+    journal = tmp_path / ".usdsdg/journal.jsonl"
+    journal.unlink()
+    journal.symlink_to(tmp_path / "gone/journal.jsonl")
+    with pytest.raises(OutputNotWritable, match=rf"{journal} is a link to .*gone/journal.jsonl, .* Remove the link"):
+        run(tmp_path, Mode.REPLACE)
+    assert journal.is_symlink()

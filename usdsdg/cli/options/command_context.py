@@ -72,6 +72,9 @@ save_stage_option = click.option(
 quiet_option = click.option("--quiet", "-q", is_flag=True, help="Print no progress.")
 
 
+_MAY_GO_ON = ("generate", "run")  # the commands with --resume
+
+
 @contextmanager
 def command_context(
     *,
@@ -206,11 +209,22 @@ def _exit_interrupted(interrupt: KeyboardInterrupt, keeps_files: bool) -> NoRetu
     code, what = (interrupt.exit_code, str(interrupt)) if is_signal else (INTERRUPTED, "interrupted")
     _tell(f"{what}: finishing the files in hand; Ctrl-C again stops at once" if keeps_files else what)
     if _finish_after_failure(code) and keeps_files:
-        _tell("files written so far are whole")
+        _tell(f"files written so far are whole{_how_to_go_on()}")
     _is_ending.set()
     if any(thread.name.startswith(COMPILER_THREADS) for thread in threading.enumerate()):
         _exit_without_joining_compilers(code)
     raise Exit(code) from None
+
+
+def _how_to_go_on() -> str:
+    """Return "; ..." with what goes on with the frames that a command was making; "" where nothing does."""
+    from usdsdg.session.session import current
+    from usdsdg.writers.journal.folders import Mode
+
+    run = current().run
+    if not run.folders or run.scratch is not None or run.recipe is None or run.recipe.command not in _MAY_GO_ON:
+        return ""
+    return f"; the same command with --resume{' in place of --overwrite' if run.mode is Mode.OVERWRITE else ''} goes on"
 
 
 def _tell(line: str) -> None:

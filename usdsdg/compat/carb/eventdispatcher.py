@@ -10,6 +10,7 @@ from typing import Any
 
 from usdsdg.app.app import get_app
 from usdsdg.app.frame_loop import get_orchestrator
+from usdsdg.errors import called_for_script
 from usdsdg.graph import evaluate
 from usdsdg.session.session import current
 from usdsdg.session.timeline import get_timeline
@@ -102,7 +103,8 @@ class EventDispatcher:
             if name == event_name and all(payload.get(each) == value for each, value in required.items())
         ]
         for _, on_event in sorted(due, key=lambda each: each[0]):
-            on_event(event)
+            with called_for_script(f"which observes {event_name}"):
+                on_event(event)
         return len(due)
 
     def _notify_update(self, dt: float) -> None:

@@ -10,12 +10,16 @@ from typing import Any
 
 from usdsdg.app.app import get_app
 from usdsdg.compat.carb.eventdispatcher import Observer
+from usdsdg.errors import called_for_script
 from usdsdg.session.timeline import get_timeline
 
 __all__ = ["IEvent", "IEventStream", "ISubscription", "type_from_string"]
 
 # The types of the timeline's events, by the timeline's words; `omni.timeline.TimelineEventType` has the same numbers.
 TIMELINE_TYPES = {"play": 0, "pause": 1, "stop": 2, "tick": 4, "loop": 5}
+
+# The types of the events at the end of the application, in their order; `omni.kit.app` has them under these names.
+POST_QUIT_EVENT_TYPE, PRE_SHUTDOWN_EVENT_TYPE = SHUTDOWN_TYPES = (0, 1)
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,8 @@ class IEventStream:
         # Of a copy: a subscription may be garbage collected, and end, meanwhile.
         due = [each for each in list(self._listeners.values()) if each[1] in (None, event.type)]
         for _, _, fn in sorted(due, key=lambda each: each[0]):
-            fn(event)
+            with called_for_script(f"which was subscribed to events{f' of {self.name}' if self.name else ''}"):
+                fn(event)
 
     dispatch = push
 
@@ -74,14 +79,20 @@ class IEventStream:
 
 
 class EventStreams:
-    """The streams of the application: its updates, the timeline, and messages between scripts."""
+    """The streams of the application: its updates and its end, the timeline, and messages between scripts."""
 
     def __init__(self) -> None:
         self.update, self.timeline = IEventStream("update"), IEventStream("timeline")
         self.pre_update, self.message_bus = IEventStream("pre update"), IEventStream("message bus")
+        self.shutdown = IEventStream("shutdown")
+        get_app().subscribe_closing(self._on_closing)
         get_app().subscribe_before_update(lambda dt: self.pre_update.push(0, payload={"dt": dt}))
         get_app().subscribe_update(lambda dt: self.update.push(0, payload={"dt": dt}))
         get_timeline().subscribe(self._on_timeline)
+
+    def _on_closing(self) -> None:
+        for kind in SHUTDOWN_TYPES:
+            self.shutdown.push(kind)
 
     def _on_timeline(self, change: str) -> None:
         self.timeline.push(TIMELINE_TYPES[change], payload={"currentTime": get_timeline().get_current_time()})

@@ -20,8 +20,7 @@ from types import ModuleType
 from typing import Any
 
 from usdsdg.annotators import named_annotators
-from usdsdg.arguments.misplaced import FAMILIES, where
-from usdsdg.arguments.registry import near_misses
+from usdsdg.arguments import misplaced
 from usdsdg.compat import finder, foreign_names
 from usdsdg.compat.placeholders import PlaceholderModule, is_placeholder
 from usdsdg.errors import UsdsdgError
@@ -161,16 +160,9 @@ def _no_attribute(name: str, owner: Any, part: str) -> Verdict:
         return Verdict(MISSING, f"elsewhere: {moved.where}")
     if gap := _gap(name):
         return Verdict(MISSING, gap)
-    near = near_misses(
-        part, getattr(owner, "__all__", None) or [each for each in dir(owner) if not each.startswith("_")]
-    )
-    likely = f"did you mean {' or '.join(near)}?" if near else ""
-    family = getattr(owner, "__name__", "").removeprefix("usdsdg.").replace("usdsdg", "")
-    in_family = inspect.ismodule(owner) and family in ("", *FAMILIES) and name.startswith(REPLICATOR)
-    elsewhere = where(family, part, []).removeprefix("; ") if in_family else ""
-    if elsewhere and not (likely and family == "randomizer"):
-        return Verdict(MISSING, elsewhere)
-    return Verdict(MISSING, likely)
+    known = getattr(owner, "__all__", None) or [each for each in dir(owner) if not each.startswith("_")]
+    told = misplaced.hint(owner.__name__ if inspect.ismodule(owner) else "", part, known)
+    return Verdict(MISSING, told.removeprefix("; "))
 
 
 def _out_of_scope(name: str) -> str:

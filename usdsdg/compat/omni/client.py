@@ -187,6 +187,49 @@ def combine_urls(base_url: str, relative_url: str) -> str:
     return os.path.normpath(os.path.join(os.path.dirname(base_url), relative_url)).replace("\\", "/")
 
 
+@dataclass(frozen=True)
+class Url:
+    """The parts of a URL; None for those that it has not."""
+
+    scheme: str | None = None
+    user: str | None = None
+    host: str | None = None
+    port: str | None = None
+    path: str | None = None
+    query: str | None = None
+    fragment: str | None = None
+    is_raw: bool = False
+
+
+def break_url(url: str) -> Url:
+    """Return the parts of a URL, of a path the path alone."""
+    parts = urlsplit(url.replace("\\", "/"))
+    if len(parts.scheme) < 2:  # "" or the letter of a drive
+        return Url(path=url or None)
+    user, _, place = parts.netloc.rpartition("@")
+    host, _, port = place.partition(":") if not place.startswith("[") else (place, "", "")
+    return Url(
+        parts.scheme, user or None, host or None, port or None, parts.path or None, parts.query or None,
+        parts.fragment or None,
+    )  # fmt: skip
+
+
+def make_url(
+    scheme: str | None = None,
+    user: str | None = None,
+    host: str | None = None,
+    port: str | None = None,
+    path: str | None = None,
+    query: str | None = None,
+    fragment: str | None = None,
+) -> str:
+    """Return the URL of parts, or a path, as `break_url` takes them apart."""
+    start = f"{scheme}://" if scheme else ""
+    place = f"{f'{user}@' if user else ''}{host or ''}{f':{port}' if port else ''}"
+    separator = "/" if place and path and not path.startswith("/") else ""
+    return f"{start}{place}{separator}{path or ''}{f'?{query}' if query else ''}{f'#{fragment}' if fragment else ''}"
+
+
 def make_file_url_if_possible(path: str) -> str:
     """Return the file:// URL of an absolute path, a URL as it is."""
     return Path(path).as_uri() if os.path.isabs(path) else path

@@ -132,6 +132,22 @@ def labels_without_schema(prim: Usd.Prim) -> list[tuple[str, str]]:
     return found
 
 
+def schemas_without_label(prim: Usd.Prim) -> list[tuple[str, str]]:
+    """Return the (schema, attribute) pairs of schemas that a prim has and of whose labels nothing is authored.
+
+    Labels that are authored to be none, or blocked, are meant so.
+    """
+    found = []
+    for schema in prim.GetAppliedSchemas():
+        kind, _, instance = schema.partition(":")
+        if kind in (_NEW, _OLD):
+            name = f"semantics:labels:{instance}" if kind == _NEW else f"semantic:{instance}:params:semanticData"
+            attribute = prim.GetAttribute(name)
+            if not (attribute and (attribute.HasAuthoredValue() or _is_blocked(attribute))):
+                found.append((schema, name))
+    return found
+
+
 def vary_over_time(prim: Usd.Prim) -> bool:
     """Return whether the prim's own labels have time samples."""
     return is_labeled(prim) and any(

@@ -6,10 +6,12 @@ import re
 from collections.abc import Iterable, Mapping
 from numbers import Real
 
-from usdsdg.errors import WriterError
+from usdsdg.errors import WriterError, warn_once
 
 # Names of parts become names of files and folders: no separators and control characters, and no hidden files.
 _UNFIT = re.compile(r"^\.|[/\\\x00-\x1f\x7f]|^$")
+
+_ROUNDED = 0.011  # by so much a sum of shares with two digits may differ from 1
 
 
 def name_problem(names: Iterable[str]) -> str:
@@ -43,6 +45,9 @@ class Splits:
         if problem := name_problem(given):
             raise WriterError(f"{writer}: splits has {problem}.")
         total = float(sum(given.values()))
+        if any(share < 1.0 for share in given.values()) and abs(total - 1.0) > _ROUNDED:
+            dealt = ", ".join(f"{share / total:.0%} {name}" for name, share in given.items())
+            warn_once(f"{writer}: splits add up to {total:g}. They are relative to each other: {dealt}.")
         self._shares = {str(name): float(share) / total for name, share in given.items()}
         self._restart()
 

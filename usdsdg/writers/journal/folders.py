@@ -308,7 +308,7 @@ def check(
     """
     path, there = place.path, place.name
     try:
-        earlier = recipe.read(path)
+        earlier = recipe.read(path, overwriting=_overwriting(wanted))
     except WriterError:
         if mode is Mode.OVERWRITE:
             return

@@ -187,8 +187,10 @@ def keep_source(folder: Path, source: Path) -> str | None:
     return f"{SOURCE}/{source.name}"
 
 
-def read(folder: Path) -> dict[str, Any] | None:
+def read(folder: Path, *, overwriting: str = "--overwrite") -> dict[str, Any] | None:
     """Return the recipe in a folder; None if there is none.
+
+    overwriting: what the user says to have a run removed, for errors.
 
     Raises:
         WriterError: the file is damaged, or the system does not let it be read.
@@ -199,26 +201,26 @@ def read(folder: Path) -> dict[str, Any] | None:
     except FileNotFoundError:
         return None
     except AssetUnreadable as error:
-        raise WriterError(f"{error}. Remove that run with --overwrite.") from None
+        raise WriterError(f"{error}. Remove that run with {overwriting}.") from None
     except IsADirectoryError:
-        raise WriterError(f"{folder / FILE} is a folder. Remove that run with --overwrite.") from None
+        raise WriterError(f"{folder / FILE} is a folder. Remove that run with {overwriting}.") from None
     except OSError as error:
         reason = "a file is where a folder should be" if isinstance(error, NotADirectoryError) else error.strerror
         remedy = "Choose another output_dir, or make this one a folder that can be read and written."
         raise WriterError(f"{folder / FILE} cannot be read: {reason}. {remedy}") from None
-    return parsed(data, str(folder))
+    return parsed(data, str(folder), overwriting=overwriting)
 
 
-def parsed(data: bytes | None, where: str) -> dict[str, Any] | None:
+def parsed(data: bytes | None, where: str, *, overwriting: str = "--overwrite") -> dict[str, Any] | None:
     """Return the recipe that a file has, None for None; `where` is what it is of. Raises as `read`."""
     if data is None:
         return None
     try:
         values = json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise WriterError(f"{where}/{FILE} cannot be read: {error}. Remove that run with --overwrite.") from None
+        raise WriterError(f"{where}/{FILE} cannot be read: {error}. Remove that run with {overwriting}.") from None
     if not isinstance(values, dict):
-        raise WriterError(f"{where}/{FILE} is no recipe. Remove that run with --overwrite.")
+        raise WriterError(f"{where}/{FILE} is no recipe. Remove that run with {overwriting}.")
     return values
 
 

@@ -9,12 +9,15 @@ from typing import Any
 from usdsdg.app.app import App as IApp
 from usdsdg.app.app import get_app
 from usdsdg.compat.carb.eventdispatcher import APP_UPDATE as GLOBAL_EVENT_UPDATE
-from usdsdg.compat.carb.events import ISubscription
+from usdsdg.compat.carb.events import POST_QUIT_EVENT_TYPE, PRE_SHUTDOWN_EVENT_TYPE, ISubscription
 from usdsdg.session.settings_store import ChangeEventType, get_settings
 
 get_app_interface = get_app
 
-__all__ = ["GLOBAL_EVENT_UPDATE", "IApp", "SettingChangeSubscription", "get_app", "get_app_interface"]
+__all__ = [
+    "GLOBAL_EVENT_UPDATE", "POST_QUIT_EVENT_TYPE", "PRE_SHUTDOWN_EVENT_TYPE", "IApp", "SettingChangeSubscription",
+    "get_app", "get_app_interface",
+]  # fmt: skip
 
 
 class SettingChangeSubscription(ISubscription):

@@ -16,7 +16,7 @@ from usdsdg.stage.poses.transforms import as_array, local_to_world
 
 __all__ = [
     "get_bbox_3d_corners", "get_instance_mappings", "get_projection_matrix", "get_view_params", "get_view_proj_mat",
-    "merge_sensors", "project_pinhole", "reduce_bboxes_3d", "world_to_image",
+    "image_to_world", "merge_sensors", "project_pinhole", "reduce_bboxes_3d", "world_to_image",
 ]  # fmt: skip
 
 _CORNERS = np.array([[x, y, z, 1.0] for z in (0, 1) for y in (0, 1) for x in (0, 1)])
@@ -212,9 +212,33 @@ def world_to_image(points: Any, viewport: View, view_params: Mapping[str, Any] |
         Unsupported: the camera is not a pinhole.
     """
     view_params = get_view_params(viewport) if view_params is None else view_params
+    _check_pinhole("world_to_image", viewport.camera_path, view_params)
+    return project_pinhole(points, view_params)
+
+
+def image_to_world(image_coordinates: Any, view_params: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the place of the camera (3,) and the directions (N, 3), of length 1, in which it sees points of its image.
+
+    image_coordinates: (N, 2) [pixels], from the top left.
+
+    Raises:
+        Unsupported: the camera is not a pinhole.
+    """
+    _check_pinhole("image_to_world", "the camera", view_params)
+    across = view_params["horizontal_aperture"] / (2 * view_params["focal_length"])
+    size = np.array([view_params["width"], view_params["height"]], np.float64)
+    screen = (2 * np.asarray(image_coordinates, np.float64) / size - 1) * (
+        across,
+        -across / view_params["aspect_ratio"],
+    )
+    to_world = np.asarray(view_params["view_to_world"], np.float64)
+    directions = np.insert(screen, 2, -1.0, axis=1) @ to_world[:3, :3]
+    return to_world[3, :3], directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+
+def _check_pinhole(name: str, camera: object, view_params: Mapping[str, Any]) -> None:
     if view_params["projection_type"] not in ("pinhole", None):
         raise Unsupported(
-            f"helpers.world_to_image: {viewport.camera_path} has the projection {view_params['projection_type']!r}; "
+            f"helpers.{name}: {camera} has the projection {view_params['projection_type']!r}; "
             "the annotator camera_params has what a projection needs"
         )
-    return project_pinhole(points, view_params)

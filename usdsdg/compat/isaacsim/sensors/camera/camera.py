@@ -95,6 +95,8 @@ class Camera(CameraImages, BaseSensor):
 
     def __del__(self, python_ends: Callable[[], bool] = sys.is_finalizing) -> None:
         if vars(self).get("_ends") and not python_ends():  # nothing is left of the session then
+            if self._own_product is not None:
+                self._own_product.forget()
             self.destroy()
 
     # --- life ---

@@ -87,7 +87,9 @@ class CameraView(XFormPrim):
         self._make_product()
 
     def __del__(self, python_ends: Callable[[], bool] = sys.is_finalizing) -> None:
-        if vars(self).get("_product") is not None and not python_ends():  # nothing is left of the session then
+        product = vars(self).get("_product")
+        if product is not None and not python_ends():  # nothing is left of the session then
+            product.forget()
             self.destroy()
 
     def destroy(self) -> None:

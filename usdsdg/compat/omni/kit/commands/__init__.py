@@ -6,6 +6,7 @@ from usdsdg.compat.omni.kit.commands.registry import (
     create,
     execute,
     get_command_class,
+    get_commands,
     get_commands_list,
     register,
     register_all_commands_in_module,
@@ -13,6 +14,6 @@ from usdsdg.compat.omni.kit.commands.registry import (
 )
 
 __all__ = [
-    "Command", "create", "execute", "get_command_class", "get_commands_list", "materials", "physics", "prims",
-    "properties", "register", "register_all_commands_in_module", "sensors", "transforms", "unregister",
+    "Command", "create", "execute", "get_command_class", "get_commands", "get_commands_list", "materials", "physics",
+    "prims", "properties", "register", "register_all_commands_in_module", "sensors", "transforms", "unregister",
 ]  # fmt: skip

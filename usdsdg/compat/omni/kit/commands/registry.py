@@ -89,6 +89,16 @@ def get_commands_list() -> list[str]:
     return sorted({*_functions, *_classes})
 
 
+def get_commands() -> dict[str, dict[str, Any]]:
+    """Return what executes each command, by its name and then by the module that it is of.
+
+    A script's own command is a class; the names of all are there with and without "Command" at their end.
+    """
+    found = {**_functions, **_classes}
+    both = {name: each for short, each in found.items() for name in (short, f"{short.removesuffix(_SUFFIX)}{_SUFFIX}")}
+    return {name: {each.__module__: each} for name, each in sorted(both.items())}
+
+
 def function_of(name: str) -> Callable[..., Any]:
     """Return what executes a command, for a script's own one its class; names may have "Command" at their end.
 
