@@ -12,6 +12,7 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.poses.rotations import compose, decompose
 from usdsdg_physics.parse.attributes import authored, finite, has_api, value, warn_if_varying, written_value
 from usdsdg_physics.parse.colliders import frame_from_prim
+from usdsdg_physics.parse.simulation_owners import has_scene
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.scene.records import STATIC, Axis, Drive, Joint, JointKind, Mimic, Vec3
 
@@ -126,11 +127,11 @@ def _targets(prim: Usd.Prim) -> list[Sdf.Path]:
 
 
 def _owner(prim: Usd.Prim) -> Usd.Prim | None:
-    """Return the rigid body at or above the prim that a joint names; None where the nearest is disabled."""
+    """Return the rigid body at or above the prim that a joint names; None where the nearest is not simulated."""
     while prim and not prim.IsPseudoRoot():
         if has_api(prim, "PhysicsRigidBodyAPI"):
             enabled = value(prim, "physics:rigidBodyEnabled", True) and not prim.IsInstanceProxy()
-            return prim if enabled else None
+            return prim if enabled and has_scene(prim) else None
         xformable = UsdGeom.Xformable(prim)
         if xformable and xformable.GetResetXformStack():
             return None

@@ -17,7 +17,7 @@ from usdsdg_physics.parse.collision_filters import read_filtered_pairs
 from usdsdg_physics.parse.contact_reports import read_contact_report
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.jointed_bodies import hold_unsupported, mark_articulated, read_jointed_pairs, read_joints
-from usdsdg_physics.parse.materials import bound_materials
+from usdsdg_physics.parse.materials import bound_materials, warn_unbound
 from usdsdg_physics.parse.physics_prims import (
     find_physics_prims,
     warn_filled,
@@ -79,6 +79,8 @@ def _parse(stage: Usd.Stage, hulls: HullCache, root: Sdf.Path, broken: Collectio
         colliders |= instances.colliders
     warn_filled(hulls.take_filled())
     warn_no_collider(bodies, {collider.body for collider in colliders.values() if not collider.trigger})
+    if root == Sdf.Path.absoluteRootPath:
+        warn_unbound(found.loose_materials, (collider.material for collider in colliders.values()))
     forces = [read_force(prim, owner, cache, units) for prim, owner in found.forces]
     return Scene(
         bodies=bodies,
