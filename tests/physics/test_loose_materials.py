@@ -64,10 +64,10 @@ def test_one_that_is_changed_while_playing_acts():
     _bind(box, ice)
     engine = playing(stage)
     engine.advance(0.25)
-    set_value(ice, "physics:dynamicFriction", 5.0)
-    set_value(ice, "physxMaterial:frictionCombineMode", "max")
-    engine.advance(0.5)
-    assert position(box)[0] < 0.6
+    set_value(ice, "physics:dynamicFriction", 0.5)
+    set_value(ice, "physics:staticFriction", 0.5)
+    engine.advance(1.0)
+    assert position(box)[0] == pytest.approx(0.5 + 2.0**2 / (2 * 0.5 * 9.81), abs=0.02)
 
 
 def test_one_that_is_not_bound_is_named():
