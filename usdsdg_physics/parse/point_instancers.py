@@ -207,7 +207,8 @@ def _velocities(
     axes = to_world[:3, :3] / np.linalg.norm(to_world[:3, :3], axis=1, keepdims=True)
     return (
         linear @ to_world[:3, :3] * units.meters if len(linear) == count else None,
-        np.radians(angular) @ axes if len(angular) == count else None,
+        # Where the instancer is mirrored, what turns one way in it turns the other way in the world.
+        np.radians(angular) @ axes * np.sign(np.linalg.det(axes)) if len(angular) == count else None,
     )
 
 
