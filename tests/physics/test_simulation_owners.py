@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from pxr import Usd, UsdPhysics
+from pxr import Usd, UsdGeom, UsdPhysics
 
 from tests.physics.mechanisms import joint
 from tests.physics.scenes import add, fallen, new_stage, playing, position, warnings_of
@@ -73,3 +73,16 @@ def test_an_owner_that_is_set_while_playing_counts():
     _own(box, "/PhysicsScene")
     engine.advance(0.5)
     assert position(box)[2] == pytest.approx(1.0 - fallen(30), abs=1e-3)
+
+
+def test_instances_of_a_prototype_of_no_scene_stay_and_are_named():
+    stage = new_stage()
+    instancer = UsdGeom.PointInstancer.Define(stage, "/World/many")
+    _own(add(stage, "/World/many/box"), "/World/nothing")
+    instancer.CreatePrototypesRel().SetTargets(["/World/many/box"])
+    instancer.CreateProtoIndicesAttr([0])
+    instancer.CreatePositionsAttr([(0, 0, 1)])
+    (message,) = warnings_of(stage)
+    assert "not simulated: /World/many/box. " in message
+    playing(stage).advance(0.5)
+    assert instancer.GetPositionsAttr().Get()[0][2] == 1.0
