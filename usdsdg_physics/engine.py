@@ -1,5 +1,6 @@
 """The physics engine: play, advance, stop, step listeners, and scene queries on one stage."""
 
+import math
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
@@ -259,9 +260,13 @@ class NewtonEngine(StageQueries):
             The number of steps taken.
 
         Raises:
-            PhysicsError: `play` has not been called, or the step rate is not positive.
+            PhysicsError: `play` has not been called, the step rate is not positive, or the time is negative or NaN.
         """
         self._playing("advance")
+        if not 0.0 <= seconds < math.inf:
+            raise PhysicsError(
+                f"advance({seconds}): physics does not go back in time. Give a number of seconds from 0 on."
+            )
         self._elapsed += seconds
         end = self._time + self._elapsed if until is None else until
         steps = 0
@@ -303,9 +308,11 @@ class NewtonEngine(StageQueries):
         `until` is where the stage is in time [s] at its end; None: further by `dt`.
 
         Raises:
-            PhysicsError: `play` has not been called.
+            PhysicsError: `play` has not been called, or `dt` is not positive.
         """
         self._playing("step")
+        if not 0.0 < dt < math.inf:
+            raise PhysicsError(f"step({dt}): a physics step takes some time. Give a positive number of seconds.")
         self._step(dt, until=until, write=True)
 
     def _step(self, dt: float, *, until: float | None, write: bool) -> None:

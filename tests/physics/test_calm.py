@@ -144,6 +144,19 @@ def test_a_light_cube_carries_a_heavy_one(heavy):
         assert position(cube) == pytest.approx([0, 0, 0.025 + 0.05 * k], abs=0.15 * 0.05)
 
 
+@pytest.mark.parametrize("ratio", [3.0, 4.0, 5.0, 6.0])
+def test_each_carries_a_heavier_one(ratio):
+    """Cubes of 20 cm; PhysX's topmost is 6 mm from its place with 4, 20 mm with 5, and falls from 5.5 on."""
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.5), scale=(5, 5, 0.5), body=False)
+    stack = [add(stage, f"/World/cube_{k}", at=(0, 0, 0.1 + 0.2 * k)) for k in range(4)]
+    for k, body in enumerate(stack):
+        UsdPhysics.MassAPI.Apply(body).CreateMassAttr(ratio**k)
+    playing(stage).advance(4.0)
+    for k, body in enumerate(stack):
+        assert position(body) == pytest.approx([0, 0, 0.1 + 0.2 * k], abs=8e-3)
+
+
 @pytest.mark.parametrize("masses", [(1, 11, 21, 31, 41, 51), (1, 15, 15, 15, 15, 15)])
 @pytest.mark.parametrize("kind", ["Cube", "Cylinder"])
 def test_a_light_body_carries_a_stack_of_heavier_ones(kind, masses):

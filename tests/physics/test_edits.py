@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdPhysics
@@ -358,6 +360,22 @@ def test_mass_change_while_playing():
         engine.advance(1.0)
         speeds.append(velocity(ball)[0])
     assert speeds == pytest.approx([1.0, 200 / 101], rel=0.02)
+
+
+@pytest.mark.parametrize("seconds", [-1.0, math.nan, math.inf])
+def test_time_does_not_go_back(seconds):
+    engine = playing(new_stage())
+    with pytest.raises(errors.PhysicsError, match="positive number of seconds"):
+        engine.step(seconds)
+    with pytest.raises(errors.PhysicsError, match="does not go back in time"):
+        engine.advance(seconds)
+
+
+def test_a_step_of_no_time_is_refused():
+    engine = playing(new_stage())
+    with pytest.raises(errors.PhysicsError, match="positive number of seconds"):
+        engine.step(0.0)
+    assert engine.advance(0.0) == 0
 
 
 def test_advance_needs_play():

@@ -8,7 +8,7 @@ import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdPhysics, UsdShade
 
 from tests.physics.mechanisms import drive, free_axes, joint
-from tests.physics.scenes import add, new_stage, physics_material, playing, position, warnings_of
+from tests.physics.scenes import add, collide, new_stage, physics_material, playing, position, warnings_of
 
 TYPES = Sdf.ValueTypeNames
 
@@ -179,3 +179,45 @@ def test_triggers_materials_of_faces_and_skinned_meshes_are_named():
     assert any(text.startswith("/World/trigger: PhysxTriggerAPI: nothing triggers without Phys") for text in told)
     assert any(text.startswith("/World/mesh/faces: material:binding:physics: a collider has one") for text in told)
     assert any(text.startswith("/World/mesh: primvars:skel:jointIndices: skinned meshes collide") for text in told)
+
+
+def test_masses_of_static_colliders_and_forces_on_kinematic_bodies_are_named():
+    stage = new_stage()
+    floor = add(stage, "/World/floor", at=(0, 0, -1), body=False)
+    hand = add(stage, "/World/hand", at=(0, 0, 1))
+    UsdPhysics.RigidBodyAPI(hand).CreateKinematicEnabledAttr(True)
+    hand.AddAppliedSchema("PhysxForceAPI")
+    for prim in (floor, hand):
+        UsdPhysics.MassAPI.Apply(prim)
+    assert not warnings_of(stage)
+    for prim in (floor, hand):
+        UsdPhysics.MassAPI(prim).CreateMassAttr(2.0)
+    hand.CreateAttribute("physxForce:torque", TYPES.Float3).Set((0, 0, 1))
+    assert warnings_of(stage) == [
+        "static colliders never move, so their mass has no effect: /World/floor. Apply RigidBodyAPI to what shall "
+        "move, or remove the MassAPI.",
+        "/World/hand: no force moves /World/hand, which is kinematic. Disable physics:kinematicEnabled, or move the "
+        "body from a script or by time samples.",
+    ]
+
+
+def test_the_mass_of_a_body_that_is_disabled_waits_for_it_and_is_not_named():
+    stage = new_stage()
+    box = add(stage, "/World/box")
+    UsdPhysics.RigidBodyAPI(box).CreateRigidBodyEnabledAttr(False)
+    UsdPhysics.MassAPI.Apply(box).CreateMassAttr(2.0)
+    assert not warnings_of(stage)
+
+
+@pytest.mark.parametrize(("thickness", "named"), [(0.0, True), (0.02, False)])
+def test_the_bounding_box_of_a_flat_mesh_is_named(thickness, named):
+    stage = new_stage()
+    sheet = UsdGeom.Mesh.Define(stage, "/World/sheet")
+    sheet.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, thickness)])
+    sheet.CreateFaceVertexCountsAttr([3, 3])
+    sheet.CreateFaceVertexIndicesAttr([0, 1, 2, 1, 3, 2])
+    collide(sheet.GetPrim(), approximation="boundingCube")
+    found = warnings_of(stage)
+    assert [text.startswith("/World/sheet is flat, so its bounding box has no volume") for text in found] == [
+        True
+    ] * named

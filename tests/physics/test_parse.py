@@ -7,7 +7,18 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 from scipy.spatial import ConvexHull
 
-from tests.physics.scenes import add, collide, fallen, make_body, mesh, new_stage, physics_material, playing, position
+from tests.physics.scenes import (
+    add,
+    collide,
+    fallen,
+    make_body,
+    mesh,
+    new_stage,
+    physics_material,
+    playing,
+    position,
+    warnings_of,
+)
 from usdsdg import errors
 from usdsdg_physics.parse.physics_prims import find_physics_prims, warn_unsupported
 from usdsdg_physics.parse.scene import parse, read_gravity
@@ -386,6 +397,32 @@ def test_a_direction_of_gravity_that_is_none_is_named(direction):
     texts = [str(each.message) for each in said]
     assert any("/World/physics: physics:gravityDirection is" in text and "down" in text for text in texts)
     assert any("/World/physics: physics:gravityMagnitude is nan, so 9.81 m/s² is used" in text for text in texts)
+
+
+def test_gravity_below_zero_is_that_of_the_earth_and_named():
+    stage = new_stage()
+    scene = UsdPhysics.Scene(stage.GetPrimAtPath("/PhysicsScene"))
+    assert not warnings_of(stage)
+    scene.CreateGravityMagnitudeAttr(-float("inf"))
+    assert not warnings_of(stage)
+    scene.GetGravityMagnitudeAttr().Set(-5.0)
+    (message,) = warnings_of(stage)
+    assert message.startswith(
+        "/PhysicsScene: physics:gravityMagnitude is -5, and numbers below 0 stand for that of the E"
+    )
+    assert read_gravity(stage, scene.GetPrim(), Units(meters=1.0, kilograms=1.0)) == (0.0, 0.0, -9.81)
+
+
+def test_bodies_whose_positions_are_rounded_to_millimeters_are_named():
+    stage = new_stage(meters_per_unit=0.01)
+    add(stage, "/World/near", at=(1e6, 0, 0))
+    assert not warnings_of(stage)
+    add(stage, "/World/far", at=(0, -1e7, 0))
+    (message,) = warnings_of(stage)
+    assert (
+        "up to 1e+05 m from the origin they are multiples of 7.8 mm, so bodies there move in jumps: /World/far"
+        in message
+    )
 
 
 @pytest.mark.parametrize(

@@ -102,6 +102,19 @@ def test_an_instance_moves_as_a_prim_at_its_place_does():
     assert np.array(instancer.GetVelocitiesAttr().Get()[0]) == pytest.approx([1, 0, 0], abs=1e-3)
 
 
+def test_an_instance_of_a_mirrored_instancer_turns_as_its_angular_velocity_says():
+    stage = new_stage()
+    instancer = _instancer(stage, [(1, 0, 0)], body=True, gravity=False)
+    UsdGeom.Xformable(instancer).AddScaleOp().Set((-1, 1, 1))
+    instancer.CreateVelocitiesAttr([Gf.Vec3f(1, 0, 0)])
+    instancer.CreateAngularVelocitiesAttr([Gf.Vec3f(0, 0, 90)])
+    playing(stage).advance(30 * STEP)
+    assert _positions(instancer)[0] == pytest.approx([1.5, 0, 0], abs=5e-3)
+    turn = Gf.Rotation(Gf.Quatd(instancer.GetOrientationsAttr().Get()[0]))
+    assert turn.axis[2] * turn.angle == pytest.approx(45, rel=0.03)
+    assert np.array(instancer.GetAngularVelocitiesAttr().Get()[0]) == pytest.approx([0, 0, 90], rel=0.03, abs=0.1)
+
+
 def test_instances_are_moved_while_playing():
     stage = new_stage()
     instancer = _instancer(stage, [(0, 0, 0), (1, 0, 0), (2, 0, 0)], body=True, gravity=False)

@@ -227,7 +227,7 @@ _OTHER = {
 # Attributes that are read elsewhere than in the parser, or that change what it warns of.
 _ELSEWHERE = {
     "physxScene:timeStepsPerSecond": "read before every step: test_oracles",
-    "physics:simulationOwner": "several scenes are named: test_parse",
+    "physics:simulationOwner": "test_simulation_owners",
     "physxConvexDecompositionCollision:maxConvexHulls": "test_convex_parts",
     "physxConvexDecompositionCollision:hullVertexLimit": "test_convex_parts",
     "physxConvexDecompositionCollision:errorPercentage": "test_convex_parts",

@@ -62,6 +62,7 @@ _PHYSICS_PREFIXES = ("phys", "collection:", "drive:", "limit:", "state:")
 # Likewise on prims that are neither bodies nor colliders yet.
 _NEW_PRIM_PREFIXES = (
     "physics:rigidBodyEnabled",
+    "physics:simulationOwner",
     "physics:filteredGroups",
     "physics:invertFilteredGroups",
     "physics:jointEnabled",

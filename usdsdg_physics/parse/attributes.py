@@ -11,6 +11,7 @@ from usdsdg.stage.time_code import current_time, current_value, default_or_curre
 RIGID_BODY = "PhysicsRigidBodyAPI"
 COLLISION = "PhysicsCollisionAPI"
 MASS = "PhysicsMassAPI"
+MATERIAL = "PhysicsMaterialAPI"
 FORCE = "PhysxForceAPI"
 TRIGGER = "PhysxTriggerAPI"
 TRIGGER_STATE = "PhysxTriggerStateAPI"

@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdPhysics
 from usdsdg.errors import warn_once
 from usdsdg.stage.physics.instances import prim_of
 from usdsdg_physics.parse.attributes import value
-from usdsdg_physics.parse.unread import listed
+from usdsdg_physics.parse.name_lists import listed
 from usdsdg_physics.scene.records import Collider
 
 

@@ -21,12 +21,18 @@ def read_force(prim: Usd.Prim, owner: Usd.Prim | None, cache: UsdGeom.XformCache
             "the API to a rigid body, or to a prim below one."
         )
         return None
+    given = {name: value(prim, f"physxForce:{name}", (0.0, 0.0, 0.0)) for name in ("force", "torque")}
+    if value(owner, "physics:kinematicEnabled", False) and any(map(any, given.values())):
+        warn_once(
+            f"{prim.GetPath()}: no force moves {owner.GetPath()}, which is kinematic. Disable "
+            "physics:kinematicEnabled, or move the body from a script or by time samples."
+        )
     acceleration = str(value(prim, "physxForce:mode", "acceleration")) == "acceleration"
     local = not value(prim, "physxForce:worldFrameEnabled", False)
     to_body = frame_from_prim(prim, owner, cache, units)
     axes = to_body[:3, :3] / np.linalg.norm(to_body[:3, :3], axis=1, keepdims=True) if local else np.eye(3)
-    force = np.asarray(value(prim, "physxForce:force", (0.0, 0.0, 0.0)), np.float64) @ axes
-    torque = np.asarray(value(prim, "physxForce:torque", (0.0, 0.0, 0.0)), np.float64) @ axes
+    force = np.asarray(given["force"], np.float64) @ axes
+    torque = np.asarray(given["torque"], np.float64) @ axes
     mass = 1.0 if acceleration else units.kilograms
     return Force(
         path=str(prim.GetPath()),

@@ -12,6 +12,7 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.poses.rotations import compose, decompose
 from usdsdg_physics.parse.attributes import authored, finite, has_api, value, warn_if_varying, written_value
 from usdsdg_physics.parse.colliders import frame_from_prim
+from usdsdg_physics.parse.simulation_owners import has_scene
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.scene.records import STATIC, Axis, Drive, Joint, JointKind, Mimic, Vec3
 
@@ -93,13 +94,21 @@ def read_drive(prim: Usd.Prim, name: str, angular: bool, units: Units) -> Drive 
     strength = (1.0 if acceleration else units.inertia if angular else units.kilograms) * (180.0 / np.pi) ** angular
     force = unit if acceleration else _force(units, angular=angular)
     return Drive(
-        stiffness=max(0.0, finite(value(prim, f"{found}:stiffness", 0.0), 0.0)) * strength,
-        damping=max(0.0, finite(value(prim, f"{found}:damping", 0.0), 0.0)) * strength,
+        stiffness=_gain(prim, f"{found}:stiffness") * strength,
+        damping=_gain(prim, f"{found}:damping") * strength,
         target=finite(value(prim, f"{found}:targetPosition", 0.0), 0.0) * unit,
         target_velocity=finite(value(prim, f"{found}:targetVelocity", 0.0), 0.0) * unit,
         max_force=_positive(value(prim, f"{found}:maxForce", None), force),
         acceleration=acceleration,
     )
+
+
+def _gain(prim: Usd.Prim, name: str) -> float:
+    """Return the stiffness or damping of a drive, 0 where it is no number; name one that is below."""
+    number = finite(value(prim, name, 0.0), 0.0)
+    if number < 0.0:
+        warn_once(f"{prim.GetPath()}: {name} is {number:g}, so it counts as 0. Set a positive number, or 0.")
+    return max(0.0, number)
 
 
 def _type(prim: Usd.Prim) -> str:
@@ -126,11 +135,11 @@ def _targets(prim: Usd.Prim) -> list[Sdf.Path]:
 
 
 def _owner(prim: Usd.Prim) -> Usd.Prim | None:
-    """Return the rigid body at or above the prim that a joint names; None where the nearest is disabled."""
+    """Return the rigid body at or above the prim that a joint names; None where the nearest is not simulated."""
     while prim and not prim.IsPseudoRoot():
         if has_api(prim, "PhysicsRigidBodyAPI"):
             enabled = value(prim, "physics:rigidBodyEnabled", True) and not prim.IsInstanceProxy()
-            return prim if enabled else None
+            return prim if enabled and has_scene(prim) else None
         xformable = UsdGeom.Xformable(prim)
         if xformable and xformable.GetResetXformStack():
             return None
@@ -267,6 +276,12 @@ def _axis(prim: Usd.Prim, name: str, instance: str, lower: float | None, upper: 
         low = float(lower) * unit
     if upper is not None and np.isfinite(upper):
         high = float(upper) * unit
+    if low > high:
+        unit_name = "degrees" if angular else "units"
+        warn_once(
+            f"{prim.GetPath()}: the lower limit of {name}, {lower:g} {unit_name}, is above the upper one, {upper:g}, "
+            "so the joint is held at the lower one. Exchange them."
+        )
     own = f"physxJointAxis:{instance}"
     speed = authored(prim, f"{own}:maxJointVelocity")
     speed = authored(prim, "physxJoint:maxJointVelocity") if speed is None else speed
@@ -313,7 +328,7 @@ def _read_mimic(prim: Usd.Prim, axes: Iterable[Axis], units: Units) -> Mimic | N
         leader = prim.GetStage().GetPrimAtPath(relation.GetTargets()[0]) if relation and relation.GetTargets() else None
         axis = next(iter(axes), None)
         if not leader or axis is None:
-            warn_once(f"{prim.GetPath()}: {prefix}:referenceJoint names no joint, so it follows none")
+            warn_once(f"{prim.GetPath()}: {prefix}:referenceJoint names no joint, so it follows none. Name one.")
             continue
         follows = units_of = np.pi / 180.0 if axis.angular else units.meters
         leads = np.pi / 180.0 if _type(leader) == "Revolute" else units.meters
@@ -326,6 +341,12 @@ def _read_mimic(prim: Usd.Prim, axes: Iterable[Axis], units: Units) -> Mimic | N
 def _read_distance(prim: Usd.Prim, units: Units) -> tuple[float, float]:
     names = ("limit:distance:physics:low", "limit:distance:physics:high") if _is_rope(prim) else _DISTANCES
     least, most = (finite(value(prim, name, -1.0), -1.0) for name in names)
+    if 0.0 <= most < least:
+        warn_once(
+            f"{prim.GetPath()}: {names[0]} is {least:g}, which is above {names[1]}, {most:g}, so the distance is the "
+            "former. Exchange them."
+        )
+        most = least
     return max(0.0, least) * units.meters, most * units.meters if most >= 0.0 else float("inf")
 
 

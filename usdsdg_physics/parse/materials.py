@@ -1,9 +1,12 @@
 """Read the physics materials that are bound to colliders."""
 
+from collections.abc import Iterable
+
 from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.errors import warn_once
-from usdsdg_physics.parse.attributes import has_api, positive, value
+from usdsdg_physics.parse.attributes import MATERIAL, has_api, positive, value
+from usdsdg_physics.parse.name_lists import listed
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.scene.records import COMBINE_MODES, CombineMode, Material
 
@@ -17,16 +20,58 @@ def bound_materials(prims: list[Usd.Prim], units: Units) -> list[Material]:
         return []
     bound, _ = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(prims, "physics")
     known: dict[Sdf.Path, Material] = {}
-    materials = []
-    for material in bound:
-        prim = material.GetPrim()
-        if not prim or not has_api(prim, "PhysicsMaterialAPI"):
+    materials, bindings = [], _Bindings()
+    for collider, material in zip(prims, bound):
+        prim = bindings.loose_material(collider) or material.GetPrim()
+        if not prim or not has_api(prim, MATERIAL):
             materials.append(Material())
             continue
         if prim.GetPath() not in known:
             known[prim.GetPath()] = _read_material(prim, units)
         materials.append(known[prim.GetPath()])
     return materials
+
+
+def warn_unbound(loose: list[Usd.Prim], materials: Iterable[Material]) -> None:
+    """Warn of prims that have a physics material's attributes, but are neither Materials nor bound to a collider."""
+    used = {material.path for material in materials}
+    if unbound := [path for path in (str(prim.GetPath()) for prim in loose) if path not in used]:
+        warn_once(
+            f"a physics material acts on the colliders that it is bound to, and these are bound to none: "
+            f"{listed(unbound)}. Apply PhysicsMaterialAPI to a Material, and bind it with the purpose 'physics'."
+        )
+
+
+class _Bindings:
+    """Direct bindings to prims that are no Materials, which UsdShade passes over and PhysX does not."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[Sdf.Path, str], tuple[Sdf.Path | None, bool]] = {}
+
+    def loose_material(self, prim: Usd.Prim) -> Usd.Prim | None:
+        """Return what is bound to a prim or the nearest above if it is no Material, but has a physics material."""
+        for name in ("material:binding:physics", "material:binding"):
+            path, _ = self._binding(prim, name)
+            if path is not None:
+                target = prim.GetStage().GetPrimAtPath(path)
+                is_loose = target and target.GetTypeName() != "Material" and has_api(target, MATERIAL)
+                return target if is_loose else None
+        return None
+
+    def _binding(self, prim: Usd.Prim, name: str) -> tuple[Sdf.Path | None, bool]:
+        """Return the target of the binding that counts, and whether it is stronger than those below it."""
+        if prim.IsPseudoRoot():
+            return None, False
+        key = prim.GetPath(), name
+        if key not in self._known:
+            above, is_strong = self._binding(prim.GetParent(), name)
+            relation = prim.GetRelationship(name)
+            targets = relation.GetTargets() if relation and not is_strong else []
+            if targets:
+                strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(relation)
+                above, is_strong = targets[0], strength == UsdShade.Tokens.strongerThanDescendants
+            self._known[key] = above, is_strong
+        return self._known[key]
 
 
 def _read_material(prim: Usd.Prim, units: Units) -> Material:

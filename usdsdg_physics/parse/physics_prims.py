@@ -13,12 +13,17 @@ from usdsdg_physics.parse.attributes import (
     COLLISION,
     CONTACT_REPORT,
     FORCE,
+    MASS,
+    MATERIAL,
     RIGID_BODY,
     SURFACE_VELOCITY,
+    has_api,
     value,
 )
+from usdsdg_physics.parse.name_lists import listed
 from usdsdg_physics.parse.point_instancers import prototype_paths
-from usdsdg_physics.parse.unread import UnreadNames, listed
+from usdsdg_physics.parse.simulation_owners import has_scene, warn_several_scenes, warn_without_scene
+from usdsdg_physics.parse.unread import UnreadNames
 
 _LARGEST = 1e15  # of what is in the transform of a prim; numbers of 64 bits lose a rotation beside larger ones
 
@@ -42,6 +47,8 @@ class PhysicsPrims:
     sampled: list[Sdf.Path] = field(default_factory=list)  # dynamic bodies of which xform ops have samples
     instanced_bodies: list[str] = field(default_factory=list)  # rigid bodies inside instances
     left_behind: list[str] = field(default_factory=list)  # rigid bodies that are disabled, below others that move
+    loose_materials: list[Usd.Prim] = field(default_factory=list)  # with a physics MaterialAPI, and no Materials
+    without_scene: list[str] = field(default_factory=list)  # bodies and colliders that no PhysicsScene simulates
     nonfinite: list[str] = field(default_factory=list)  # with a transform that is not finite, or too large
     unread: UnreadNames = field(default_factory=UnreadNames)  # schemas and attributes without effect
 
@@ -50,10 +57,12 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path) -> PhysicsPrims:
     """Find the prims at or below `root`; a collider belongs to the nearest rigid body at or above it, if enabled."""
     found, cache = PhysicsPrims(), UsdGeom.XformCache(current_time())
     owners: dict[Sdf.Path, Usd.Prim | None] = {}
+    unowned: set[Sdf.Path] = set()  # bodies without a scene, and what is below them
     start = stage.GetPrimAtPath(root)
     if not start or not start.IsActive():
         return found
-    owners[root.GetParentPath()] = _owner_of(start.GetParent())
+    owners[root.GetParentPath()], outside = _owner_of(start.GetParent())
+    unowned |= {root.GetParentPath()} if outside else set()
     prims = iter(Usd.PrimRange(start, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
     for prim in prims:
         path = prim.GetPath()
@@ -63,8 +72,9 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path) -> PhysicsPrims:
         disabled = _is_disabled(prim, applied)
         if disabled and owner is not None and not value(owner, "physics:kinematicEnabled", False):
             found.left_behind.append(str(path))
-        if disabled or (owner is not None and _resets_xform_stack(prim)):
-            owner = None
+        outside = path.GetParentPath() in unowned
+        if disabled or ((owner is not None or outside) and _resets_xform_stack(prim)):
+            owner, outside = None, False
         body = _is_body(prim, applied)
         if (body or COLLISION in applied) and not _is_numeric(cache.GetLocalToWorldTransform(prim)):
             found.nonfinite.append(str(path))
@@ -73,14 +83,23 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path) -> PhysicsPrims:
         if body:
             if prim.IsInstanceProxy():
                 found.instanced_bodies.append(str(path))
-            else:
+            elif has_scene(prim):
                 found.bodies.append(prim)
-                owner = prim
+                owner, outside = prim, False
+            else:
+                found.without_scene.append(str(path))
+                owner, outside = None, True
         owners[path] = owner
-        if COLLISION in applied:
-            found.colliders.append((prim, owner))
+        unowned |= {path} if outside else set()
+        if COLLISION in applied and not outside:
+            if owner is not None or has_scene(prim):
+                found.colliders.append((prim, owner))
+            else:
+                found.without_scene.append(str(path))
         if FORCE in applied:
             found.forces.append((prim, owner))
+        if MATERIAL in applied and prim.GetTypeName() != "Material":
+            found.loose_materials.append(prim)
         if CONTACT_REPORT in applied:
             found.reports.append(prim)
         if SURFACE_VELOCITY in applied and not body:
@@ -112,16 +131,16 @@ def _leave_out_prototypes(found: PhysicsPrims) -> None:
     found.instancers = [prim for prim in found.instancers if not is_part(prim, itself=False)]
 
 
-def _owner_of(prim: Usd.Prim) -> Usd.Prim | None:
-    """Return the nearest rigid body at or above a prim; None where that is disabled."""
+def _owner_of(prim: Usd.Prim) -> tuple[Usd.Prim | None, bool]:
+    """Return the nearest rigid body at or above a prim, and whether it has no scene; None where it is disabled."""
     while prim and not prim.IsPseudoRoot():
         applied = prim.GetAppliedSchemas()
         if _is_body(prim, applied) and not prim.IsInstanceProxy():
-            return prim
+            return (prim, False) if has_scene(prim) else (None, True)
         if _resets_xform_stack(prim) or _is_disabled(prim, applied):
-            return None
+            return None, False
         prim = prim.GetParent()
-    return None
+    return None, False
 
 
 def _is_body(prim: Usd.Prim, applied: list[str]) -> bool:
@@ -199,26 +218,25 @@ def _warn_left_out(found: PhysicsPrims) -> None:
             f"above them moves, though their prims go along: {listed(found.left_behind)}. Remove RigidBodyAPI from "
             "them to make them part of the body above."
         )
+    if heavy := [str(prim.GetPath()) for prim, owner in found.colliders if owner is None and _has_mass(prim)]:
+        warn_once(
+            f"static colliders never move, so their mass has no effect: {listed(heavy)}. Apply RigidBodyAPI to what "
+            "shall move, or remove the MassAPI."
+        )
     if found.static_belts:
         warn_once(
             f"only surfaces of rigid bodies carry what touches them, as in PhysX, and these are none: "
             f"{listed(found.static_belts)}. Apply RigidBodyAPI with physics:kinematicEnabled."
         )
-    if len(found.scenes) > 1:
-        paths = sorted(prim.GetPath() for prim in found.scenes)
-        others = sorted(str(prim.GetPath()) for prim in found.bodies if not _is_owned(prim, paths[0]))
-        owned = f", also bodies of the others, which collide with all: {listed(others)}" if others else ""
-        warn_once(
-            f"the stage has several PhysicsScenes ({listed(list(map(str, paths)))}); everything is simulated in the "
-            f"first, {paths[0]}, with its gravity and steps{owned}. Remove the others."
-        )
+    warn_without_scene(found.without_scene)
+    warn_several_scenes(found.scenes, found.bodies)
 
 
-def _is_owned(prim: Usd.Prim, scene: Sdf.Path) -> bool:
-    """Return whether a scene is, or is among, the simulation owners of a body."""
-    relation = prim.GetRelationship("physics:simulationOwner")
-    owners = relation.GetTargets() if relation else []
-    return not owners or scene in owners
+def _has_mass(prim: Usd.Prim) -> bool:
+    """Return whether a static collider has a mass, other than for when a body at or above it is enabled again."""
+    if not has_api(prim, MASS) or not any(value(prim, f"physics:{name}", 0.0) for name in ("mass", "density")):
+        return False
+    return not any(has_api(prim.GetStage().GetPrimAtPath(path), RIGID_BODY) for path in prim.GetPath().GetPrefixes())
 
 
 def _find_animated(found: PhysicsPrims) -> None:

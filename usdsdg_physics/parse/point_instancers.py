@@ -17,6 +17,7 @@ from usdsdg_physics.parse.bodies import read_body, read_mass, read_surface_veloc
 from usdsdg_physics.parse.colliders import colliders_in_frame
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
+from usdsdg_physics.parse.simulation_owners import has_scene, warn_without_scene
 from usdsdg_physics.parse.units import Units, scaled_vector
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Material, Shape
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose, rotation_quat, split_together
@@ -110,6 +111,9 @@ def _prototype(instancer: Usd.Prim, path: Sdf.Path, units: Units) -> _Prototype 
             "instanceable flag of the instance."
         )
         is_body = False
+    if is_body and not has_scene(root):
+        warn_without_scene([str(path)])
+        return None
     colliders, below = [], []
     predicate = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded)
     for prim in Usd.PrimRange(root, predicate):
@@ -203,7 +207,8 @@ def _velocities(
     axes = to_world[:3, :3] / np.linalg.norm(to_world[:3, :3], axis=1, keepdims=True)
     return (
         linear @ to_world[:3, :3] * units.meters if len(linear) == count else None,
-        np.radians(angular) @ axes if len(angular) == count else None,
+        # Where the instancer is mirrored, what turns one way in it turns the other way in the world.
+        np.radians(angular) @ axes * np.sign(np.linalg.det(axes)) if len(angular) == count else None,
     )
 
 

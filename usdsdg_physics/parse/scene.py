@@ -1,6 +1,6 @@
 """Read UsdPhysics from a stage into a `Scene` of plain records in SI units."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from pxr import Sdf, Usd
@@ -17,7 +17,8 @@ from usdsdg_physics.parse.collision_filters import read_filtered_pairs
 from usdsdg_physics.parse.contact_reports import read_contact_report
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.jointed_bodies import hold_unsupported, mark_articulated, read_jointed_pairs, read_joints
-from usdsdg_physics.parse.materials import bound_materials
+from usdsdg_physics.parse.materials import bound_materials, warn_unbound
+from usdsdg_physics.parse.name_lists import listed
 from usdsdg_physics.parse.physics_prims import (
     find_physics_prims,
     warn_filled,
@@ -27,10 +28,11 @@ from usdsdg_physics.parse.physics_prims import (
 from usdsdg_physics.parse.point_instancers import prototype_paths, read_instances
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units, scaled_vector
-from usdsdg_physics.scene.records import Scene, Vec3
+from usdsdg_physics.scene.records import Body, Scene, Vec3
 from usdsdg_physics.scene.rigid_frames import split_together
 
 GRAVITY = 9.81  # m/s²
+FAR = 2.0**14  # m from the origin, from which on neighboring numbers of 32 bits are 2 mm apart
 _DEFAULT_TIME = Usd.TimeCode.Default()
 
 
@@ -61,6 +63,7 @@ def _parse(stage: Usd.Stage, hulls: HullCache, root: Sdf.Path, broken: Collectio
     animated, cache = {prim.GetPath() for prim in found.animated}, BodyXformCache(found.sampled)
     split_together([cache.GetLocalToWorldTransform(prim) for prim in found.bodies], units.meters)
     bodies = {str(prim.GetPath()): read_body(prim, cache, units) for prim in found.bodies}
+    _warn_far(bodies)
     joints = read_joints(found, cache, units, broken)
     if root == Sdf.Path.absoluteRootPath:
         bodies, joints = hold_unsupported(found, bodies, joints)
@@ -79,6 +82,8 @@ def _parse(stage: Usd.Stage, hulls: HullCache, root: Sdf.Path, broken: Collectio
         colliders |= instances.colliders
     warn_filled(hulls.take_filled())
     warn_no_collider(bodies, {collider.body for collider in colliders.values() if not collider.trigger})
+    if root == Sdf.Path.absoluteRootPath:
+        warn_unbound(found.loose_materials, (collider.material for collider in colliders.values()))
     forces = [read_force(prim, owner, cache, units) for prim, owner in found.forces]
     return Scene(
         bodies=bodies,
@@ -110,6 +115,18 @@ def _bounce_threshold(scene: Usd.Prim | None, units: Units) -> float:
     return speed * units.meters if speed > 0.0 else Scene.bounce_threshold
 
 
+def _warn_far(bodies: Mapping[str, Body]) -> None:
+    """Warn of bodies so far from the origin that rounding moves them by millimeters."""
+    reach = {path: max(map(abs, body.pose[:3])) for path, body in bodies.items()}
+    if far := [path for path, distance in reach.items() if distance > FAR]:
+        most = max(reach[path] for path in far)
+        warn_once(
+            f"positions have 32 bits here, as in PhysX: up to {most:.3g} m from the origin they are multiples of "
+            f"{1e3 * np.spacing(np.float32(most)):.2g} mm, so bodies there move in jumps: {listed(far)}. Move "
+            "the stage's content to the origin."
+        )
+
+
 def read_gravity(stage: Usd.Stage, scene: Usd.Prim | None, units: Units) -> Vec3:
     """Return gravity [m/s²]: the PhysicsScene's, or 9.81 against the stage's up axis."""
     down = np.zeros(3)
@@ -127,6 +144,11 @@ def read_gravity(stage: Usd.Stage, scene: Usd.Prim | None, units: Units) -> Vec3
     if np.isnan(magnitude) or magnitude == np.inf:  # that of the schema is -inf
         warn_once(
             f"{scene.GetPath()}: physics:gravityMagnitude is {magnitude}, so {GRAVITY:g} m/s² is used. Author a number."
+        )
+    elif -np.inf < magnitude < 0.0:
+        warn_once(
+            f"{scene.GetPath()}: physics:gravityMagnitude is {magnitude:g}, and numbers below 0 stand for that of the "
+            f"Earth, {GRAVITY:g} m/s². Author physics:gravityDirection to turn gravity around."
         )
     length = np.linalg.norm(direction)
     magnitude = GRAVITY if not np.isfinite(magnitude) or magnitude < 0 else float(magnitude) * units.meters

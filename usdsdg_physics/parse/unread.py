@@ -15,6 +15,7 @@ from usdsdg_physics.parse.misplaced import (
     partly_read,
     sampled_attribute,
 )
+from usdsdg_physics.parse.name_lists import listed
 from usdsdg_physics.parse.schema_table import (
     UNREAD_BUT_MET,
     Unread,
@@ -80,11 +81,6 @@ def warn_unread(prim: Usd.Prim, names: Iterable[str]) -> None:
         found = UnreadNames()
         found.visit_properties(prim, names)
         found.warn()
-
-
-def listed(names: list[str]) -> str:
-    """Return names for a sentence: five of them, and how many more there are."""
-    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
 
 
 def _differs(prim: Usd.Prim, name: str) -> bool:

@@ -23,10 +23,15 @@ from usdsdg_physics.solver.sweep_arrays import (
     Rows,
 )
 
-# Ratio of two masses from which more sweeps are needed until the lighter body carries the heavier one.
-HEAVIER = wp.constant(16.0)
-# That in stacks, where what lies on the heavier body presses, too.
-HEAVIER_IN_STACKS = wp.constant(6.0)
+# Ratio of two masses from which more sweeps are needed until the lighter body carries the heavier one; no ratio is a
+# whole number, so that rounding does not decide.
+HEAVIER = wp.constant(15.9)
+# That in stacks, where what lies on the heavier body presses, too; and where each lies on a lighter one, of which
+# `burden_class` counts the contacts.
+HEAVIER_IN_STACKS = wp.constant(5.9)
+HEAVIER_IN_EACH = wp.constant(2.9)
+MANY_CONTACTS = wp.constant(8)  # of two boxes that each lie on a lighter one
+COUNTED = wp.constant(4)  # what a contact adds to a number whose rest is 2, 1 or 0
 
 
 @wp.func
@@ -47,7 +52,7 @@ def gather(rows: Rows, islands: Islands, at: int, kind: int, row: int, island: i
     set_integer(islands.numbers, at + 3, wp.max(dof_b, 0))
     if kind < FREE_FRICTION:
         if dof_a >= 0 and dof_b >= 0:
-            islands.burdened[island] = wp.max(islands.burdened[island], carries_heavier(rows, row))
+            islands.burdened[island] = with_burden(islands.burdened[island], carries_heavier(rows, row))
         islands.numbers[at + AFTER_HEADER] = rows.free_inverse_diagonal[0, row]
         return gather_row(rows, islands, at + CONTACT_ROW, row)
     islands.numbers[at + AFTER_HEADER] = rows.free_mu[0, row]
@@ -58,7 +63,10 @@ def gather(rows: Rows, islands: Islands, at: int, kind: int, row: int, island: i
 
 @wp.func
 def carries_heavier(rows: Rows, row: int):
-    """Return whether one of the two bodies of a contact lies on the other, and is heavier: 2, 1 in stacks, or 0."""
+    """Return whether one of the two bodies of a contact lies on the other, and is heavier.
+
+    The number is 2, 1 in stacks, `COUNTED` in stacks of many such contacts, or 0.
+    """
     inverse_a = float(0.0)
     inverse_b = float(0.0)
     weight = float(0.0)  # positive where gravity presses body A on body B
@@ -69,9 +77,25 @@ def carries_heavier(rows: Rows, row: int):
         weight -= normal * rows.gravity[0][k]
     below = wp.where(weight > 0.0, inverse_b, inverse_a)
     above = wp.where(weight > 0.0, inverse_a, inverse_b)
-    if not wp.abs(weight) > 0.5 * wp.length(rows.gravity[0]) or not below > HEAVIER_IN_STACKS * above:
+    if not wp.abs(weight) > 0.5 * wp.length(rows.gravity[0]) or not below > HEAVIER_IN_EACH * above:
         return 0
+    if not below > HEAVIER_IN_STACKS * above:
+        return COUNTED
     return wp.where(below > HEAVIER * above, 2, 1)
+
+
+@wp.func
+def with_burden(before: int, found: int):
+    """Return the number of an island with what `carries_heavier` found at one more contact."""
+    if found == COUNTED:
+        return before + COUNTED
+    return before - before % COUNTED + wp.max(before % COUNTED, found)
+
+
+@wp.func
+def burden_class(burden: int):
+    """Return 2 where a light body carries a much heavier one, 1 where it does in a stack, or 0."""
+    return wp.max(burden % COUNTED, wp.where(burden >= MANY_CONTACTS * COUNTED, 1, 0))
 
 
 @wp.func

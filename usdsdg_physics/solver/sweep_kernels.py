@@ -17,7 +17,7 @@ from newton._src.solvers.steel.friction_patches import WARP_DETERMINISM_OFF
 from usdsdg_physics.solver.dense_rows import clamp_dense, limit_dense, solve_dense, solve_dense_friction
 from usdsdg_physics.solver.find_units import find_root, find_units, join, last_node, visit
 from usdsdg_physics.solver.free_rows import limit_free, sweep_free
-from usdsdg_physics.solver.gather_units import gather
+from usdsdg_physics.solver.gather_units import burden_class, gather
 from usdsdg_physics.solver.sweep_arrays import (
     DENSE_FRICTION,
     DENSE_LIMIT,
@@ -90,6 +90,7 @@ def arrange_rows(rows: Rows, clamps: int, islands: Islands):
     islands.count[0] = found
     for n in range(nodes):
         units = islands.latest[n]
+        islands.burdened[n] = burden_class(islands.burdened[n])
         if units > MOST_UNITS or (islands.burdened[n] == 1 and units <= STACK_UNITS):
             islands.burdened[n] = 0
 

@@ -111,6 +111,7 @@ class _Instancer:
         axes = self._right[:3, :3]
         turn = axes / np.linalg.norm(axes, axis=1, keepdims=True)
         self._write_velocities("velocities", velocities[self._rows, :3] / self._meters @ axes)
+        turn *= np.sign(np.linalg.det(turn))
         self._write_velocities("angularVelocities", np.degrees(velocities[self._rows, 3:]) @ turn)
 
     def moved(self) -> set[int]:

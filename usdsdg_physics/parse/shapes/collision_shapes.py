@@ -10,7 +10,7 @@ from pxr import Usd
 from usdsdg.errors import warn_once
 from usdsdg_physics.parse.attributes import value, warn_if_varying
 from usdsdg_physics.parse.shapes.convex_decomposition import Splitting
-from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache, is_flat
+from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, MIN_THICKNESS, HullCache, is_flat
 from usdsdg_physics.scene.records import Shape, ShapeKind, Solid
 from usdsdg_physics.scene.rigid_frames import rotation_quat, split_scale
 from usdsdg_physics.scene.volume_integrals import VolumeIntegrals, of_primitive
@@ -230,7 +230,13 @@ def _bounding_box(prim: Usd.Prim, points: np.ndarray, matrix: np.ndarray, hulls:
         corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
         return _hull(prim, corners, matrix, hulls)
     scale, rotation, _ = parts
-    half = np.maximum((high - low) / 2.0 * np.abs(scale), 1e-4 * np.abs(high - low).max() * np.abs(scale).max())
+    half = (high - low) / 2.0 * np.abs(scale)
+    if (half < MIN_THICKNESS * half.max()).any():
+        half = np.maximum(half, MIN_THICKNESS * half.max())
+        warn_once(
+            f"{prim.GetPath()} is flat, so its bounding box has no volume; the collider is made 0.1% of its size "
+            "thick. Model it with a thickness to choose another."
+        )
     middle = np.append((low + high) / 2.0, 1.0) @ matrix
     return _shape("box", half, rotation, middle[:3])
 

@@ -19,7 +19,7 @@ SPLITTING_LABEL = "splitting meshes into convex parts"
 # Newton's own limit; its narrow phase visits every vertex of a hull in each support query.
 MAX_HULL_VERTICES = 64
 # Relative to the largest extent. A flatter hull has no mass to speak of and a contact normal of noise.
-_MIN_THICKNESS = 1e-3
+MIN_THICKNESS = 1e-3
 # Part of the volume of its hull that a mesh may leave empty without a word.
 _EMPTY = 0.01
 # Hulls that a process keeps, about 4 kB each: the next stage mostly has the same assets.
@@ -84,7 +84,7 @@ class HullCache:
             if hull.is_flat:
                 warn_once(
                     f"{prim_path or 'a mesh'} is flat, so its convex hull has no volume; the collider is made "
-                    f"{_MIN_THICKNESS:.1%} of its size thick. Model it with a thickness to choose another.",
+                    f"{MIN_THICKNESS:.1%} of its size thick. Model it with a thickness to choose another.",
                     key=f"flat hull {prim_path}",
                 )
         return self._hulls[key]
@@ -191,7 +191,7 @@ def _thickened(points: np.ndarray) -> np.ndarray:
     extent = spread.max(axis=0) - spread.min(axis=0)
     largest = float(extent.max()) or 1e-3
     for axis, size in zip(axes.T, extent):
-        if size < _MIN_THICKNESS * largest:
-            offset = axis * (_MIN_THICKNESS * largest - size) / 2.0
+        if size < MIN_THICKNESS * largest:
+            offset = axis * (MIN_THICKNESS * largest - size) / 2.0
             points = np.concatenate([points - offset, points + offset])
     return points

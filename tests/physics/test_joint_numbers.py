@@ -1,0 +1,61 @@
+"""Numbers of joints that contradict each other or that nothing has are named, with what counts in their place."""
+
+from __future__ import annotations
+
+import pytest
+from pxr import UsdPhysics
+
+from tests.physics.mechanisms import drive, free_axes, joint, limit
+from tests.physics.scenes import add, new_stage, playing, position, warnings_of
+
+
+@pytest.mark.parametrize(
+    ("kind", "text"),
+    [
+        (UsdPhysics.RevoluteJoint, "the lower limit of rotX, 30 degrees, is above the upper one, -30, so the joint"),
+        (UsdPhysics.PrismaticJoint, "the lower limit of transX, 30 units, is above the upper one, -30, so the joint"),
+    ],
+)
+def test_limits_in_the_wrong_order_are_named(kind, text):
+    stage = new_stage()
+    add(stage, "/World/box")
+    made = joint(stage, "/World/joint", kind, "", "/World/box", (0, 0, 0))
+    limit(made, -30.0, 30.0)
+    assert not warnings_of(stage)
+    limit(made, 30.0, 30.0)
+    assert not warnings_of(stage)
+    limit(made, 30.0, -30.0)
+    (message,) = warnings_of(stage)
+    assert message.startswith(f"/World/joint: {text}")
+
+
+def test_locked_axes_of_a_general_joint_are_not_named():
+    stage = new_stage()
+    add(stage, "/World/box")
+    free_axes(joint(stage, "/World/joint", UsdPhysics.Joint, "", "/World/box", (0, 0, 0)), "rotX")
+    assert not warnings_of(stage)
+
+
+@pytest.mark.parametrize("gains", [{"stiffness": -5.0}, {"damping": -5.0}])
+def test_drives_that_push_away_are_named(gains):
+    stage = new_stage()
+    add(stage, "/World/box")
+    drive(joint(stage, "/World/joint", UsdPhysics.RevoluteJoint, "", "/World/box", (0, 0, 0)), "angular", **gains)
+    (message,) = warnings_of(stage)
+    (name,) = gains
+    assert message == (
+        f"/World/joint: drive:angular:physics:{name} is -5, so it counts as 0. Set a positive number, or 0."
+    )
+
+
+def test_a_least_distance_above_the_greatest_is_named_and_counts():
+    stage = new_stage()
+    ball = add(stage, "/World/ball", "Sphere", at=(0, 0, -0.7))
+    made = joint(stage, "/World/joint", UsdPhysics.DistanceJoint, "", "/World/ball", (0, 0, 0))
+    made.CreateLocalPos1Attr((0, 0, 0))
+    made.CreateMinDistanceAttr(0.5)
+    made.CreateMaxDistanceAttr(0.3)
+    (message,) = warnings_of(stage)
+    assert message.startswith("/World/joint: physics:minDistance is 0.5, which is above physics:maxDistance, 0.3, so")
+    playing(stage).advance(2.0)
+    assert position(ball) == pytest.approx([0, 0, -0.5], abs=5e-3)

@@ -1,0 +1,79 @@
+"""Physics materials on prims that are no Materials act where they are bound, as in PhysX; elsewhere they are named."""
+
+from __future__ import annotations
+
+import pytest
+from pxr import Sdf, Usd, UsdPhysics, UsdShade
+
+from tests.physics.scenes import add, new_stage, physics_material, playing, position, set_value, warnings_of
+
+
+def _ice(stage: Usd.Stage, path: str, kind: str) -> Usd.Prim:
+    """A prim with a material without friction, which it does not share with the other surface."""
+    prim = stage.DefinePrim(path, kind)
+    api = UsdPhysics.MaterialAPI.Apply(prim)
+    api.CreateStaticFrictionAttr(0.0)
+    api.CreateDynamicFrictionAttr(0.0)
+    prim.CreateAttribute("physxMaterial:frictionCombineMode", Sdf.ValueTypeNames.Token).Set("min")
+    return prim
+
+
+def _bind(prim: Usd.Prim, target: Usd.Prim, *, purpose: str = ":physics", strong: bool = False) -> None:
+    relation = prim.CreateRelationship(f"material:binding{purpose}")
+    relation.SetTargets([target.GetPath()])
+    if strong:
+        UsdShade.MaterialBindingAPI.SetMaterialBindingStrength(relation, UsdShade.Tokens.strongerThanDescendants)
+    UsdShade.MaterialBindingAPI.Apply(prim)
+
+
+def _sliding(stage: Usd.Stage, path: str = "/World/box") -> Usd.Prim:
+    add(stage, "/World/floor", at=(0, 0, -1), scale=(50, 50, 1), body=False)
+    box = add(stage, path, at=(0, 0, 0.1))
+    UsdPhysics.RigidBodyAPI(box).CreateVelocityAttr((2, 0, 0))
+    return box
+
+
+@pytest.mark.parametrize("purpose", [":physics", ""])
+@pytest.mark.parametrize("kind", ["Material", "Xform", "Scope", ""])
+def test_a_material_of_any_type_acts_where_it_is_bound(kind, purpose):
+    stage = new_stage()
+    box = _sliding(stage)
+    _bind(box, _ice(stage, "/World/ice", kind), purpose=purpose)
+    assert not warnings_of(stage)
+    playing(stage).advance(0.5)
+    assert position(box)[0] == pytest.approx(1.0, abs=0.01)
+
+
+def test_the_nearest_binding_counts_unless_one_above_is_stronger():
+    for strong, distance in ((False, 1.0), (True, 0.2)):
+        stage = new_stage()
+        stage.DefinePrim("/World/group", "Xform")
+        box = _sliding(stage, "/World/group/box")
+        rough = physics_material(stage, "/World/rough", friction=1.0).GetPrim()
+        rough.CreateAttribute("physxMaterial:frictionCombineMode", Sdf.ValueTypeNames.Token).Set("max")
+        _bind(stage.GetPrimAtPath("/World/group"), rough, strong=strong)
+        _bind(box, _ice(stage, "/World/ice", "Xform"))
+        playing(stage).advance(0.5)
+        assert position(box)[0] == pytest.approx(distance, abs=0.02)
+
+
+def test_one_that_is_changed_while_playing_acts():
+    stage = new_stage()
+    box = _sliding(stage)
+    ice = _ice(stage, "/World/ice", "Xform")
+    _bind(box, ice)
+    engine = playing(stage)
+    engine.advance(0.25)
+    set_value(ice, "physics:dynamicFriction", 0.5)
+    set_value(ice, "physics:staticFriction", 0.5)
+    engine.advance(1.0)
+    assert position(box)[0] == pytest.approx(0.5 + 2.0**2 / (2 * 0.5 * 9.81), abs=0.02)
+
+
+def test_one_that_is_not_bound_is_named():
+    stage = new_stage()
+    box = add(stage, "/World/box")
+    UsdPhysics.MaterialAPI.Apply(box).CreateDynamicFrictionAttr(0.1)
+    physics_material(stage, "/World/material", friction=0.1)
+    (message,) = warnings_of(stage)
+    assert "these are bound to none: /World/box. Apply PhysicsMaterialAPI to a Material" in message
