@@ -46,6 +46,17 @@ def usable_cores() -> int:
     return os.cpu_count() or 1
 
 
+def hold_standard_descriptors() -> None:
+    """Open the null device in the place of standard input, output and error, as far as they are closed.
+
+    The next files that are opened would have their numbers, and libraries print into 1 and 2.
+    """
+    descriptor = os.open(os.devnull, os.O_RDWR)
+    while descriptor <= 2:  # each is the lowest that is free
+        descriptor = os.open(os.devnull, os.O_RDWR)
+    os.close(descriptor)
+
+
 def around_fork(*, before: Callable[[], None] | None = None, in_child: Callable[[], None] | None = None) -> None:
     """Have functions called when this process forks, until it ends; nothing where processes do not fork."""
     if hasattr(os, "register_at_fork"):

@@ -1,8 +1,12 @@
 """usdsdg as a library: scripts in a process of their own that only import usdsdg."""
 
 import os
+import shlex
 import subprocess
+import sys
 import textwrap
+
+import pytest
 
 from tests import forked
 
@@ -134,3 +138,25 @@ def test_importing_usdsdg_imports_no_engine_or_cli(tmp_path):
         print([name for name in ("warp", "newton", "usdsdg.demo", "click", "usdsdg.cli") if name in sys.modules])
     """
     assert python(tmp_path, script, fresh=True).stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("closed", ["2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
+def test_a_program_whose_standard_streams_are_closed_writes_its_files(tmp_path, closed):
+    """As services and programs without a console have it: there is no `sys.stderr`, and 0 to 2 are free for files."""
+    path = tmp_path / "script.py"
+    light = "rep.create.light(light_type='Dome')\n"
+    numbers = f"open({str(tmp_path / 'number')!r}, 'w').write(str(open(__file__).fileno()))\n"
+    path.write_text(f"OUT = {str(tmp_path / 'out')!r}\n{HEAD}\n{numbers}{light}{CAMERA}rep.orchestrator.run(2)\n")
+    command = f"exec {shlex.join([sys.executable, str(path)])} {closed}"
+    assert subprocess.run(["sh", "-c", command], cwd=tmp_path, timeout=120, check=False).returncode == 0
+    assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2
+    assert int((tmp_path / "number").read_text()) > 2
+
+
+@pytest.mark.parametrize("stream", ["None", "type('Lines', (), {'write': lambda self, text: len(text)})()"])
+def test_a_program_may_replace_standard_error(tmp_path, stream):
+    light = "rep.create.light(light_type='Dome')\n"
+    replaced = f"import sys\nsys.stderr = {stream}\n"
+    back = "sys.stderr = sys.__stderr__  # which Python flushes at its end\n"
+    python(tmp_path, replaced + light + CAMERA + "rep.orchestrator.run(num_frames=2)\n" + back)
+    assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2

@@ -17,6 +17,7 @@ from weakref import WeakValueDictionary
 from pxr import Usd, UsdUtils
 
 from usdsdg import errors
+from usdsdg.operating_system import hold_standard_descriptors
 from usdsdg.session.new_stages import NewStage
 from usdsdg.stage import assets, usd_threads
 from usdsdg.stage.assets import anchors, objects
@@ -274,4 +275,5 @@ def _exit_as_failed() -> None:
 
 
 atexit.register(_exit_as_failed)
+hold_standard_descriptors()
 usd_threads.prepare_forks()

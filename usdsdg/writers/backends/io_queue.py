@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import sys
 import threading
 import weakref
 from collections import deque
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from usdsdg.errors import UsdsdgError, WriterError, counted
 from usdsdg.operating_system import around_fork
 from usdsdg.session.endings.failures import tell
+from usdsdg.session.progress import print_safely
 from usdsdg.session.session import current
 from usdsdg.writers.backends.job import Job
 
@@ -327,7 +327,7 @@ class IoQueue:
                 current().failed_at_exit = True
             except KeyboardInterrupt:
                 lost = counted(self.stop(), "file was", "files were")
-                print(f"error: interrupted; {lost} not written", file=sys.stderr)
+                print_safely(f"error: interrupted; {lost} not written")
                 current().failed_at_exit = True
                 return
         current().close_run()
