@@ -15,6 +15,7 @@ from usdsdg.operating_system import around_fork
 from usdsdg.session.endings.failures import tell
 from usdsdg.session.progress import print_safely
 from usdsdg.session.session import current
+from usdsdg.session.turns import turns
 from usdsdg.writers.backends.job import Job
 
 if TYPE_CHECKING:
@@ -278,6 +279,7 @@ class IoQueue:
             worker.start()
 
     def _work(self) -> None:
+        turns.exempt_thread()  # a frame waits for its jobs
         while True:
             with self._changed:
                 while not self._ready and len(self._workers) <= self._threads:
