@@ -9,6 +9,7 @@ import textwrap
 import pytest
 
 from tests import forked
+from usdsdg.verify.verify import verify
 
 HEAD = """
 import usdsdg as rep
@@ -138,6 +139,40 @@ def test_importing_usdsdg_imports_no_engine_or_cli(tmp_path):
         print([name for name in ("warp", "newton", "usdsdg.demo", "click", "usdsdg.cli") if name in sys.modules])
     """
     assert python(tmp_path, script, fresh=True).stdout.strip() == "[]"
+
+
+FUNCTION = """
+import multiprocessing
+
+def square(number):
+    return number * number
+
+"""
+CALL = """
+process = multiprocessing.get_context("spawn").Process(target=square, args=(2,))
+process.start()
+process.join()
+print("exit code", process.exitcode)
+"""
+
+
+def test_processes_that_import_the_program_again_do_not_replace_its_frames(tmp_path):
+    """Without a seed each process draws others; on macOS and Windows all processes are started so."""
+    light = "rep.create.light(light_type='Dome')\n"
+    done = python(tmp_path, light + CAMERA + "rep.orchestrator.run(num_frames=2)\n" + FUNCTION + CALL, fresh=True)
+    assert done.stdout.splitlines()[-1] == "exit code 1"
+    assert "DatasetInTheWay: multiprocessing has started this process" in done.stderr
+    assert "if __name__ == '__main__':" in done.stderr
+    assert not verify(tmp_path / "out").faults
+
+
+def test_processes_that_import_a_guarded_program_run_its_functions(tmp_path):
+    """A scene and a writer may be made at the top level, as long as nothing is captured there."""
+    guard = "if __name__ == '__main__':\n"
+    captured = textwrap.indent("rep.orchestrator.run(num_frames=2)\n" + CALL, "    ")
+    light = "rep.create.light(light_type='Dome')\n"
+    done = python(tmp_path, light + CAMERA + FUNCTION + guard + captured, fresh=True)
+    assert done.stdout.splitlines()[-1] == "exit code 0"
 
 
 @pytest.mark.parametrize("closed", ["2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
