@@ -15,6 +15,8 @@ from typing import Any
 
 __version__ = "0.2.0"
 
+_FOREIGN = ("omni", "carb", "isaacsim", "usdrt")
+
 
 def _working_folder() -> str:
     """Return the working directory; "" if it was removed."""
@@ -79,6 +81,22 @@ def _announce_schemas() -> None:
     os.environ["PXR_PLUGINPATH_NAME"] = os.pathsep.join([*(f"{each}/" for each in folders), *filter(None, [before])])
 
 
+class _ForeignNames:
+    """Says, where names of Omniverse are imported that nothing has brought, what brings them."""
+
+    @staticmethod
+    def find_spec(name: str, path: Any = None, target: Any = None) -> None:
+        """Raise an error with a remedy for an import; programs that only ask whether there is a module get None."""
+        asks = sys._getframe(2).f_code.co_name  # behind the loop over the finders
+        if path is None and name in _FOREIGN and asks == "_find_and_load_unlocked":
+            raise ModuleNotFoundError(
+                f"No module named {name!r}. Run the program with `usdsdg run` to have the names of Omniverse and Isaac "
+                "Sim. A notebook, and any other program, has them after `import usdsdg.compat; "
+                "usdsdg.compat.install()`.",
+                name=name,
+            )
+
+
 def _show_in_notebooks() -> None:
     """Let IPython, where it runs, show stages as trees."""
     if "IPython" in sys.modules:
@@ -89,6 +107,7 @@ def _show_in_notebooks() -> None:
 
 _announce_schemas()
 _show_in_notebooks()
+sys.meta_path.append(_ForeignNames)
 if os.environ.get("EAGER_IMPORT"):
     for _name in __all__:
         __getattr__(_name)

@@ -16,4 +16,4 @@ __all__ = [
     "StoreBackend", "get", "io_queue", "register", "unregister",
 ]  # fmt: skip
 
-name_parameters(globals())
+name_parameters(globals(), without_turns=None)

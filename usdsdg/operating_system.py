@@ -46,6 +46,26 @@ def usable_cores() -> int:
     return os.cpu_count() or 1
 
 
+def hold_standard_descriptors() -> None:
+    """Open the null device in the place of standard input, output and error, as far as they are closed.
+
+    The next files that are opened would have their numbers, and libraries print into 1 and 2.
+    """
+    descriptor = os.open(os.devnull, os.O_RDWR)
+    while descriptor <= 2:  # each is the lowest that is free
+        descriptor = os.open(os.devnull, os.O_RDWR)
+    os.close(descriptor)
+
+
+def is_importing_main_again() -> bool:
+    """Return whether multiprocessing has started this process without a fork, and imports the program's file now.
+
+    It does so to have the functions of that file; what the file runs at its top level runs here once more.
+    """
+    module = sys.modules.get("multiprocessing.process")
+    return module is not None and getattr(module.current_process(), "_inheriting", False)
+
+
 def around_fork(*, before: Callable[[], None] | None = None, in_child: Callable[[], None] | None = None) -> None:
     """Have functions called when this process forks, until it ends; nothing where processes do not fork."""
     if hasattr(os, "register_at_fork"):

@@ -3,7 +3,7 @@
 import asyncio
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from numbers import Real
 from typing import Any
 
@@ -14,6 +14,7 @@ from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.values import whole_number
 from usdsdg.errors import GraphError
 from usdsdg.session.settings_store import get_settings
+from usdsdg.session.turns import turn_of_task, turns
 
 __all__ = [
     "Orchestrator", "OrchestratorError", "Status", "StatusCallback", "get_is_paused", "get_is_started",
@@ -24,6 +25,9 @@ __all__ = [
 ]  # fmt: skip
 
 PAUSED_SECONDS = 0.001
+_ENDED = object()
+# They only look, also while another thread captures.
+_STATUS = ("get_is_paused", "get_is_started", "get_is_stopped", "get_orchestrator", "get_status")
 
 
 def step(
@@ -57,10 +61,14 @@ def step(
 async def step_async(
     rt_subframes: int = -1, pause_timeline: bool = True, delta_time: float | None = None, wait_for_render: bool = True
 ) -> None:
-    """Run `step` in a coroutine; other tasks run before and after the frame, not during it."""
-    await asyncio.sleep(0)
-    step(rt_subframes, pause_timeline, delta_time, wait_for_render)
-    await asyncio.sleep(0)
+    """Run `step` in a coroutine; other tasks run before and after the frame, not during it.
+
+    Of several tasks that capture at once each goes on before the next frame, so that annotators have its own.
+    """
+    async with turn_of_task():
+        await asyncio.sleep(0)
+        step(rt_subframes, pause_timeline, delta_time, wait_for_render)
+        await asyncio.sleep(0)
 
 
 def preview() -> None:
@@ -89,6 +97,7 @@ def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
     """
     for _ in _run(num_frames, start_timeline):
         get_app().run_ready_tasks()
+        turns.give_way()
         if get_is_paused():
             # Only a task can resume; sleep to leave it the processor.
             time.sleep(PAUSED_SECONDS)
@@ -99,14 +108,21 @@ run_until_complete = run
 
 async def run_async(num_frames: int | None = None, start_timeline: bool = False) -> None:
     """Run `run` in a coroutine; other tasks run between the frames."""
-    for _ in _run(num_frames, start_timeline):
-        await asyncio.sleep(0)
+    frames = _run(num_frames, start_timeline)
+    try:
+        while True:
+            async with turn_of_task():
+                if next(frames, _ENDED) is _ENDED:
+                    return
+            await asyncio.sleep(0)
+    finally:
+        frames.close()
 
 
 run_until_complete_async = run_async
 
 
-def _run(num_frames: int | None, start_timeline: bool) -> Iterator[None]:
+def _run(num_frames: int | None, start_timeline: bool) -> Generator[None]:
     if num_frames is not None:
         _check_whole("num_frames", num_frames, least=0)
     return get_orchestrator().run(num_frames, start_timeline)
@@ -212,4 +228,5 @@ def register_status_callback(callback: Callable[[Status], None]) -> StatusCallba
     return handle
 
 
-name_parameters(globals())
+# A run takes turns by frames, so that other threads can look at it, pause and stop it.
+name_parameters(globals(), without_turns=("run", "run_until_complete", *_STATUS))

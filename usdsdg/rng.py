@@ -82,4 +82,4 @@ def generator_of(rng: ReplicatorRNG | np.random.Generator) -> np.random.Generato
     return generator
 
 
-name_parameters(globals())
+name_parameters(globals(), without_turns=None)

@@ -159,4 +159,4 @@ def _matrix(xform: np.ndarray) -> np.ndarray:
     return np.reshape(xform, (3, 3))
 
 
-name_parameters(globals())
+name_parameters(globals(), without_turns=None)

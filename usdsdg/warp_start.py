@@ -9,7 +9,7 @@ import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -104,7 +104,7 @@ def _start_without_driver() -> None:
 @contextmanager
 def _lines_held_back(start: bytes) -> Iterator[None]:
     """Hold back what is written to the descriptor of standard error, then write it but for lines that begin so."""
-    sys.stderr.flush()
+    _flush_stderr()
     try:
         real = os.dup(2)
     except OSError:  # closed
@@ -115,13 +115,21 @@ def _lines_held_back(start: bytes) -> Iterator[None]:
         try:
             yield
         finally:
-            sys.stderr.flush()
+            _flush_stderr()
             os.dup2(real, 2)
             os.close(real)
             held.seek(0)
             for line in held:
                 if not line.startswith(start):
                     os.write(2, line)
+
+
+def _flush_stderr() -> None:
+    """Write what `sys.stderr` holds back, where a program without a console has one, and it can be flushed."""
+    flush = getattr(sys.stderr, "flush", None)
+    with suppress(OSError, ValueError):  # its reader has gone, or it is closed
+        if flush is not None:
+            flush()
 
 
 def _loads(name: str) -> bool:

@@ -5,6 +5,7 @@ import asyncio
 import pytest
 
 from usdsdg.app.app import get_app
+from usdsdg.errors import Unsupported
 from usdsdg.graph import evaluate
 from usdsdg.session import engines
 from usdsdg.session.session import current
@@ -293,3 +294,15 @@ def test_a_task_that_never_wakes_up_does_not_delay_the_end(monkeypatch):
     loop._loop._ready.clear()
     loop.close()
     assert not task.done()
+
+
+def test_a_coroutine_is_not_run_to_its_end_within_a_loop_but_awaited():
+    async def work() -> int:
+        return 5
+
+    async def cell() -> int:
+        with pytest.raises(Unsupported, match=r"`await .*work\(\.\.\.\)`"):
+            get_app().run_until_complete(work())
+        return await work()
+
+    assert asyncio.run(cell()) == 5

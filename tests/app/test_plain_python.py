@@ -1,10 +1,15 @@
 """usdsdg as a library: scripts in a process of their own that only import usdsdg."""
 
 import os
+import shlex
 import subprocess
+import sys
 import textwrap
 
+import pytest
+
 from tests import forked
+from usdsdg.verify.verify import verify
 
 HEAD = """
 import usdsdg as rep
@@ -134,3 +139,59 @@ def test_importing_usdsdg_imports_no_engine_or_cli(tmp_path):
         print([name for name in ("warp", "newton", "usdsdg.demo", "click", "usdsdg.cli") if name in sys.modules])
     """
     assert python(tmp_path, script, fresh=True).stdout.strip() == "[]"
+
+
+FUNCTION = """
+import multiprocessing
+
+def square(number):
+    return number * number
+
+"""
+CALL = """
+process = multiprocessing.get_context("spawn").Process(target=square, args=(2,))
+process.start()
+process.join()
+print("exit code", process.exitcode)
+"""
+
+
+def test_processes_that_import_the_program_again_do_not_replace_its_frames(tmp_path):
+    """Without a seed each process draws others; on macOS and Windows all processes are started so."""
+    light = "rep.create.light(light_type='Dome')\n"
+    done = python(tmp_path, light + CAMERA + "rep.orchestrator.run(num_frames=2)\n" + FUNCTION + CALL, fresh=True)
+    assert done.stdout.splitlines()[-1] == "exit code 1"
+    assert "DatasetInTheWay: multiprocessing has started this process" in done.stderr
+    assert "if __name__ == '__main__':" in done.stderr
+    assert not verify(tmp_path / "out").faults
+
+
+def test_processes_that_import_a_guarded_program_run_its_functions(tmp_path):
+    """A scene and a writer may be made at the top level, as long as nothing is captured there."""
+    guard = "if __name__ == '__main__':\n"
+    captured = textwrap.indent("rep.orchestrator.run(num_frames=2)\n" + CALL, "    ")
+    light = "rep.create.light(light_type='Dome')\n"
+    done = python(tmp_path, light + CAMERA + FUNCTION + guard + captured, fresh=True)
+    assert done.stdout.splitlines()[-1] == "exit code 0"
+
+
+@pytest.mark.parametrize("closed", ["2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
+def test_a_program_whose_standard_streams_are_closed_writes_its_files(tmp_path, closed):
+    """As services and programs without a console have it: there is no `sys.stderr`, and 0 to 2 are free for files."""
+    path = tmp_path / "script.py"
+    light = "rep.create.light(light_type='Dome')\n"
+    numbers = f"open({str(tmp_path / 'number')!r}, 'w').write(str(open(__file__).fileno()))\n"
+    path.write_text(f"OUT = {str(tmp_path / 'out')!r}\n{HEAD}\n{numbers}{light}{CAMERA}rep.orchestrator.run(2)\n")
+    command = f"exec {shlex.join([sys.executable, str(path)])} {closed}"
+    assert subprocess.run(["sh", "-c", command], cwd=tmp_path, timeout=120, check=False).returncode == 0
+    assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2
+    assert int((tmp_path / "number").read_text()) > 2
+
+
+@pytest.mark.parametrize("stream", ["None", "type('Lines', (), {'write': lambda self, text: len(text)})()"])
+def test_a_program_may_replace_standard_error(tmp_path, stream):
+    light = "rep.create.light(light_type='Dome')\n"
+    replaced = f"import sys\nsys.stderr = {stream}\n"
+    back = "sys.stderr = sys.__stderr__  # which Python flushes at its end\n"
+    python(tmp_path, replaced + light + CAMERA + "rep.orchestrator.run(num_frames=2)\n" + back)
+    assert len(list((tmp_path / "out").glob("rgb_*.png"))) == 2

@@ -11,6 +11,27 @@ def run(code: str) -> str:
     return done.stdout.strip()
 
 
+def test_an_import_without_them_says_what_brings_them_and_a_question_is_answered():
+    printed = run(
+        """
+        import usdsdg
+        from importlib.util import find_spec
+        for name in ("omni.usd", "carb", "isaacsim.core.api", "usdrt"):
+            try:
+                __import__(name)
+            except ModuleNotFoundError as error:
+                print(error.name, "usdsdg.compat.install()" in str(error), "`usdsdg run`" in str(error))
+        print(find_spec("omni"), find_spec("carb"))
+        import usdsdg.compat; usdsdg.compat.install()
+        import omni.usd, carb, isaacsim.core.api, usdrt
+        """
+    )
+    assert printed.splitlines() == [
+        *(f"{name} True True" for name in ("omni", "carb", "isaacsim", "usdrt")),
+        "None None",
+    ]
+
+
 def test_both_names_import_the_same_module():
     assert (
         run(

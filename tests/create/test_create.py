@@ -252,6 +252,28 @@ def test_a_new_layer_has_the_prims_of_a_script_and_is_cleared_by_the_next_run(st
     ]  # fmt: skip
 
 
+def test_a_script_that_runs_again_after_frames_has_the_same_paths_and_draws(stage):
+    """As a cell of a notebook, or a test of a suite that keeps its stage."""
+    own = stage.DefinePrim("/Replicator/Mine/Kept", "Xform")  # of the user, in the root layer
+    seen = []
+    for _ in range(2):
+        with new_layer.new_layer():
+            cubes = rep.create.cube(count=2)
+            with rep.trigger.on_frame():
+                rep.modify.pose(position=rep.distribution.uniform((0, 0, 0), (1, 1, 1)), input_prims=cubes)
+        rep.set_global_seed(3)
+        rep.orchestrator.step()
+        rep.orchestrator.step()
+        rep.orchestrator.stop()
+        places = [prim.GetAttribute("xformOp:translate").Get() for prim in cubes.get_output_prims()["prims"]]
+        seen.append((cubes.prims, places))
+    assert seen[0] == seen[1]
+    assert seen[0][0] == ("/Replicator/Cube_Xform", "/Replicator/Cube_Xform_01")
+    assert own.IsValid()
+    with new_layer.new_layer():
+        assert [prim.GetName() for prim in stage.GetPrimAtPath("/Replicator").GetAllChildren()] == ["Mine"]
+
+
 def test_an_error_in_a_layer_is_raised(stage):
     with pytest.raises(GraphError, match="count is -1"), new_layer.new_layer():
         rep.create.cube(count=-1)

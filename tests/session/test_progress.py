@@ -1,7 +1,9 @@
 """Lines of progress: none of short tasks, one now and then of long ones, and the end."""
 
+import contextlib
 import io
 import itertools
+import os
 import sys
 
 import pytest
@@ -67,3 +69,36 @@ def test_lines_become_rarer_the_longer_a_task_takes(clock):
 def test_the_environment_turns_it_off(monkeypatch, value, kind):
     monkeypatch.setenv(VARIABLE, value)
     assert type(progress.reporter_of_library()) is kind
+
+
+class WithoutFlush:
+    """A stream that only writes, as logging windows of applications have it."""
+
+    def __init__(self) -> None:
+        self.text = ""
+
+    def write(self, text: str) -> None:
+        self.text += text
+
+
+def test_a_stream_that_cannot_be_flushed_gets_the_lines(monkeypatch):
+    stream = WithoutFlush()
+    monkeypatch.setattr(sys, "stderr", stream)
+    LineReporter().say("one")
+    assert stream.text == "[usdsdg] one\n"
+
+
+def test_lines_that_nobody_can_read_are_lost_and_the_run_goes_on(monkeypatch, capsys):
+    reading, writing = os.pipe()
+    os.close(reading)
+    with pytest.raises(BrokenPipeError):
+        os.write(writing, b"SIGPIPE is ignored, as in programs of Python")
+    closed = io.StringIO()
+    closed.close()
+    pipe = open(writing, "w", encoding="utf-8", buffering=1)  # noqa: SIM115 - its end has no reader
+    for stream in (pipe, closed, None):
+        monkeypatch.setattr(sys, "stderr", stream)
+        LineReporter().say("one")
+    with contextlib.suppress(BrokenPipeError):
+        pipe.close()
+    assert capsys.readouterr().out == ""

@@ -87,6 +87,24 @@ def test_a_stream_shows_what_the_writer_of_the_script_writes(tmp_path):
     assert [row[2]["rgb"] for row in rows] == expected
 
 
+# Takes a sample late, so that the job waits with the next ones, and asks usdsdg for something before it takes another.
+CALLS = """
+import sys, time
+import usdsdg as rep
+from usdsdg import stream
+samples = stream.frames(sys.argv[1], ["rgb"], arguments=["4"])
+next(samples)
+time.sleep(3)
+rep.annotators.get("rgb")
+print(len(list(samples)))
+"""
+
+
+def test_who_takes_samples_may_call_usdsdg_between_them(tmp_path):
+    done = forked.run(["-c", CALLS, str(SCENE)], cwd=tmp_path)
+    assert done.stdout.splitlines()[-1:] == ["3"], done.stderr
+
+
 def test_a_stream_that_is_closed_early_leaves_the_process_as_it_was(tmp_path):
     common = {"job": str(SCENE), "annotators": ["rgb"], "arguments": ["4"], "seed": 3}
     (first, _), (again, _), (failed, failure) = streams(

@@ -22,6 +22,7 @@ from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, ArgumentError, Unsupported
 from usdsdg.session.replicator_version import OLD, replicator_version
 from usdsdg.session.session import current
+from usdsdg.session.turns import in_turn
 
 
 class Annotator:
@@ -126,8 +127,6 @@ class Annotator:
             annotation = augmentation.run(annotation, frame, key=key, device=device)
         self._latest = annotation
         return annotation
-
-    # For notebooks
 
     def held(self) -> Annotation | None:
         """Return the latest annotation, in NumPy arrays that must not be written into; None before the first frame."""
@@ -249,6 +248,7 @@ class Annotator:
         if self in current().annotators:
             current().annotators.remove(self)
 
+    @in_turn
     def get_data(
         self, device: str | None = None, do_array_copy: bool = False, use_legacy_structure: bool = True
     ) -> Any:

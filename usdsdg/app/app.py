@@ -12,11 +12,13 @@ from typing import Any
 
 from usdsdg import listeners
 from usdsdg.app.script_loop import ScriptLoop
+from usdsdg.errors import Unsupported
 from usdsdg.graph.evaluate import graph
 from usdsdg.session import engines
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
+from usdsdg.session.turns import in_turn
 
 
 class App:
@@ -33,6 +35,7 @@ class App:
         self._loop: ScriptLoop | None = None
 
     # --- updates ---
+    @in_turn
     def update(self) -> None:
         """Run one application update; a playing timeline advances by one time code."""
         timeline = get_timeline()
@@ -168,7 +171,17 @@ class App:
             loop.close()
 
     def run_until_complete(self, work: Coroutine[Any, Any, Any]) -> Any:
-        """Run one coroutine to its end, with updates while it awaits them, and return its result."""
+        """Run one coroutine to its end, with updates while it awaits them, and return its result.
+
+        Raises:
+            Unsupported: an event loop runs on this thread, as in coroutines and in notebooks.
+        """
+        if asyncio._get_running_loop() is not None:
+            work.close()
+            raise Unsupported(
+                f"{work.__qualname__} cannot be run to its end within an event loop, as of a coroutine or a notebook: "
+                f"`await {work.__qualname__}(...)` there"
+            )
         return self.open_loop().run_until_complete(work)
 
     def open_loop(self) -> ScriptLoop:

@@ -5,7 +5,7 @@ exposed, in sub-frames if motion blur is on → labels are rendered → annotato
 """
 
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 
 from pxr import Usd
@@ -31,6 +31,7 @@ from usdsdg.session.progress import FRAMES, report
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import captures_motion_blur, captures_on_play, get_settings
 from usdsdg.session.timeline import get_timeline
+from usdsdg.session.turns import in_turn, turns
 from usdsdg.stage import assets
 from usdsdg.writers.journal.run import get_run
 
@@ -50,6 +51,7 @@ class Orchestrator:
         self._start_unseen = False
         self._frames_of_run = 0  # captured since it started
         self._runs = False  # whether `run` or a playing timeline captures, not single steps
+        self._run: object = None  # stands for the `run` that has begun last, until it ends
         self._last: int | None = None  # frame before which the current `run` ends; None: triggers end it
         self.frames_without_end: int | None = None  # of a run that nothing ends; None: an error
 
@@ -64,7 +66,7 @@ class Orchestrator:
     # --- one frame ---
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         """Capture one frame; see `usdsdg.orchestrator.step` for the arguments."""
-        with whole_frame(), device_memory():
+        with turns, whole_frame(), device_memory():
             if current().worlds is not None:
                 self._step_worlds(rt_subframes, current().worlds)
                 return
@@ -231,8 +233,12 @@ class Orchestrator:
             self._set_status(Status.STARTED)
             get_timeline().release()
 
-    def run(self, num_frames: int | None, start_timeline: bool) -> Iterator[None]:
+    def run(self, num_frames: int | None, start_timeline: bool) -> Generator[None]:
         """Capture frames and yield after each, until the run has ended or has been stopped."""
+        if self._run is not None and self.status is not Status.STOPPED:
+            raise OrchestratorError(
+                "orchestrator.run: another run captures frames already; await it, or end it with orchestrator.stop()."
+            )
         timeline = get_timeline()
         timeline.release()
         if start_timeline:
@@ -252,18 +258,25 @@ class Orchestrator:
         self._last = last if num_frames is not None else None
         others = FramesOfOthers(self._capture, self._is_unseen)
         self._start_unseen = True
+        this = self._run = object()
         frames_remain = _triggers_remain if num_frames is None else lambda: self.captures < last and not _all_ended()
         try:
-            while frames_remain():
-                if self.status is not Status.PAUSED:
-                    with self._running():
-                        self._pass_over_others(others)
-                        self.step(-1, False, None)
+            has_begun = False
+            while True:
+                with turns:  # in which other threads pause and stop
+                    if has_begun and (self.status is Status.STOPPED or self._run is not this):
+                        return
+                    if not frames_remain():
+                        break
+                    if self.status is not Status.PAUSED:
+                        with self._running():
+                            self._pass_over_others(others)
+                            self.step(-1, False, None)
+                    has_begun = True
                 yield
-                if self.status is Status.STOPPED:
-                    return
         finally:
-            self._last, self._capture.expected_frames = None, expected_before
+            if self._run is this:
+                self._run, self._last, self._capture.expected_frames = None, None, expected_before
         if num_frames is None:
             made = get_run().own_frames(self.captures)
             report(FRAMES, made, made)
@@ -306,6 +319,7 @@ class Orchestrator:
         current().observations.previews += 1
         evaluate.graph().evaluate(time=get_timeline().get_elapsed_time(), preview=True)
 
+    @in_turn
     def finish(self) -> None:
         """Wait for all files, then notify writers that the last frame has been written; raises the first failure.
 

@@ -15,7 +15,8 @@ def new_layer(name: str | None = None) -> Iterator[Sdf.Layer]:
     """Author into an anonymous sublayer with the display name `name` ("Replicator" by default) while the block runs.
 
     A layer of that name from an earlier block is cleared first, and the graph and all render products are removed, so
-    that a script can be run again on the same stage. Errors inside are raised (Replicator only logs them).
+    that a script can be run again on the same stage: its prims get the same paths, and what is drawn for them is the
+    same. Errors inside are raised (Replicator only logs them).
     """
     stage, title = current_stage(), "Replicator" if name is None else name
     layer = _existing(stage, title)
@@ -23,7 +24,9 @@ def new_layer(name: str | None = None) -> Iterator[Sdf.Layer]:
         layer = Sdf.Layer.CreateAnonymous(title)
         stage.GetRootLayer().subLayerPaths.insert(0, layer.identifier)
     else:
+        prims = _defined_in(layer)
         layer.Clear()
+        _remove_values(stage, prims)
         graph().reset()
         render_products.reset()
     with Usd.EditContext(stage, layer):
@@ -36,3 +39,36 @@ def _existing(stage: Usd.Stage, title: str) -> Sdf.Layer | None:
         if layer is not None and layer.anonymous and layer.GetDisplayName() == title:
             return layer
     return None
+
+
+def _defined_in(layer: Sdf.Layer) -> list[Sdf.Path]:
+    """Return the prims that a layer defines, parents first."""
+    found: list[Sdf.Path] = []
+
+    def note(path: Sdf.Path) -> None:
+        if path.IsPrimPath() and layer.GetPrimAtPath(path).specifier == Sdf.SpecifierDef:
+            found.append(path)
+
+    layer.Traverse(Sdf.Path.absoluteRootPath, note)
+    return sorted(found)
+
+
+def _remove_values(stage: Usd.Stage, prims: list[Sdf.Path]) -> None:
+    """Remove the values that frames have written for prims that are gone: else their paths would stay taken."""
+    for layer in {stage.GetRootLayer(), stage.GetSessionLayer(), stage.GetEditTarget().GetLayer()}:
+        with Sdf.ChangeBlock():
+            for path in prims:
+                if layer.GetPrimAtPath(path) and _only_overrides(layer, path):
+                    del layer.GetPrimAtPath(path.GetParentPath()).nameChildren[path.name]
+
+
+def _only_overrides(layer: Sdf.Layer, path: Sdf.Path) -> bool:
+    """Return whether a layer neither defines a prim nor anything below it."""
+    specifiers = []
+
+    def note(each: Sdf.Path) -> None:
+        if each.IsPrimPath():
+            specifiers.append(layer.GetPrimAtPath(each).specifier)
+
+    layer.Traverse(path, note)
+    return all(each == Sdf.SpecifierOver for each in specifiers)

@@ -5,25 +5,29 @@ from __future__ import annotations
 import functools
 import inspect
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType
 from typing import Any
 
 from usdsdg.arguments.misplaced import explaining
 from usdsdg.arguments.near_arguments import near_arguments
+from usdsdg.session.turns import in_turn
 
 _MARK = "_names_parameters"
 
 
-def name_parameters(module: dict[str, Any]) -> None:
+def name_parameters(module: dict[str, Any], *, without_turns: Sequence[str] | None = ()) -> None:
     """Let the public functions of a family's module name near misses of keyword arguments that they do not have.
+
+    Calls of several threads run one after the other (`session.turns`).
 
     The module says of names that it does not have where they are.
 
     Python's TypeError stays a TypeError: only its message is another. Functions keep their signature, documentation and
     name; where they are defined they are replaced too, so that they can be pickled. A call costs one call more.
 
-    module: globals, at the end of the module.
+    module: globals, at the end of the module. without_turns: names of functions of which threads may call several at
+    once; None: of all.
     """
     here = module["__name__"]
     module.setdefault("__getattr__", explaining(module))
@@ -34,7 +38,8 @@ def name_parameters(module: dict[str, Any]) -> None:
             continue
         if listed is None and value.__module__ != here:
             continue  # it was only imported
-        naming = _naming(value)
+        takes_turns = without_turns is not None and name not in without_turns
+        naming = _naming(in_turn(value) if takes_turns and not inspect.iscoroutinefunction(value) else value)
         origin = vars(sys.modules[value.__module__])
         if origin.get(value.__name__) is value:
             origin[value.__name__] = naming

@@ -11,7 +11,8 @@ from usdsdg.annotators.requirements import Requirements, requirements
 from usdsdg.capture.records import frames as frame_records
 from usdsdg.capture.records.pictures import AOVS as RECORDED_AOVS
 from usdsdg.capture.tap import Tap, history_of
-from usdsdg.errors import Unsupported, warn_once
+from usdsdg.errors import DatasetInTheWay, Unsupported, warn_once
+from usdsdg.operating_system import is_importing_main_again
 from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.session.session import current
 from usdsdg.writers.base import Writer, attached_writers
@@ -84,6 +85,12 @@ class Requests:
         """Keep the writers that are due, apart from those whose files of this frame are not this process's to make."""
         if not due:
             return
+        if is_importing_main_again():
+            raise DatasetInTheWay(
+                "multiprocessing has started this process, and imports the program's file in it, which captures frames "
+                "at its top level: they would replace those of the process that has started it. Put what the program "
+                "runs below `if __name__ == '__main__':`, and leave above it the functions that other processes call."
+            )
         run, folders = get_run(), [frame_records.folder_of(writer) for writer in due]
         for writer, folder in zip(due, folders):
             if folder is not None:

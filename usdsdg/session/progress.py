@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from contextlib import suppress
 from typing import Protocol, TextIO
 
 from usdsdg.operating_system import obeys_terminal_sequences
@@ -73,9 +74,20 @@ class LineReporter:
         return last + min(max(LINE_INTERVAL, (last - started) / 10), LONGEST_INTERVAL)
 
     def say(self, line: str) -> None:
-        print(f"[usdsdg] {line}", file=self._stream or sys.stderr, flush=True)
+        print_safely(f"[usdsdg] {line}", self._stream)
 
     def close(self) -> None: ...
+
+
+def print_safely(line: str, stream: TextIO | None = None) -> None:
+    """Print a line to `stream`, else to `sys.stderr`; it is lost where nobody can read it, and the run goes on.
+
+    That is so in a program without a console, where there is no `sys.stderr`, and where the reader of a pipe has gone.
+    """
+    stream = stream or sys.stderr
+    if stream is not None:
+        with suppress(OSError, ValueError):  # a closed file raises a ValueError
+            print(line, file=stream, flush=hasattr(stream, "flush"))
 
 
 def described(done: int, total: int | None, elapsed: float) -> str:

@@ -11,6 +11,7 @@ from pxr import Gf, Usd, UsdGeom, UsdRender
 
 from usdsdg import errors
 from usdsdg.session.session import current
+from usdsdg.session.turns import in_turn
 from usdsdg.stage.cameras.tiled_sensors import Tiles
 
 # Limits of the renderer and of file formats: the longest side, and a few hundred bytes of memory for each pixel.
@@ -154,6 +155,7 @@ class HydraTexture:
         """Return the path of its UsdRender prim, which is in the session layer."""
         return self.path
 
+    @in_turn
     def destroy(self) -> None:
         """Remove the product and its prim; attached writers and annotators receive no more frames of it.
 

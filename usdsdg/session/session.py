@@ -8,6 +8,7 @@ import importlib
 import logging
 import os
 import sys
+import threading
 from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
@@ -17,6 +18,7 @@ from weakref import WeakValueDictionary
 from pxr import Usd, UsdUtils
 
 from usdsdg import errors
+from usdsdg.operating_system import hold_standard_descriptors
 from usdsdg.session.new_stages import NewStage
 from usdsdg.stage import assets, usd_threads
 from usdsdg.stage.assets import anchors, objects
@@ -44,6 +46,15 @@ def _tell_of_demo_assets() -> None:
 def _part(factory: str) -> Any:
     """Return a lazy member: its first use imports and calls `factory`, given as "module:name"."""
     return cached_property(lambda _session: _imported(factory)())
+
+
+class _OpenBlocks(threading.local):
+    """What `with` blocks of a thread are open: see `usdsdg.graph.node`. Another thread is in none of them."""
+
+    def __init__(self) -> None:
+        self.triggers: list[Any] = []
+        self.groups: list[tuple[str, ...]] = []
+        self.lines: list[str] = []
 
 
 class Session:
@@ -88,10 +99,7 @@ class Session:
         self.has_viewport = False  # every stage gets the cameras of the application's viewport
         self.stage_listeners: list[Callable[[Usd.Stage], None]] = []  # of a stage that has become the current one
         self.closing_listeners: list[Callable[[Usd.Stage], None]] = []  # of one that is about to be replaced
-        # The `with` blocks that are open now, innermost last: see `usdsdg.graph.node`.
-        self.open_triggers: list[Any] = []
-        self.open_groups: list[tuple[str, ...]] = []
-        self.source_lines: list[str] = []
+        self._blocks = _OpenBlocks()
         self.render_products: dict[str, Any] = {}  # HydraTexture by prim path, oldest first
         self.annotators: list[Any] = []  # attached by users, in the order of attaching
         self.writers: list[Any] = []  # attached, in the order of attaching
@@ -126,6 +134,21 @@ class Session:
             lambda file, label: _imported("usdsdg.meshes.for_stage:converted_for_stage")(file, label)
         )
         assets.set_mirror_factory(lambda url: _imported("usdsdg.mirror.root_mirror:RootMirror")(url))
+
+    @property
+    def open_triggers(self) -> list[Any]:
+        """The triggers whose `with` blocks are open on this thread, innermost last."""
+        return self._blocks.triggers
+
+    @property
+    def open_groups(self) -> list[tuple[str, ...]]:
+        """The prims whose `with` blocks are open on this thread, innermost last."""
+        return self._blocks.groups
+
+    @property
+    def source_lines(self) -> list[str]:
+        """The lines of `graph.node.made_at` on this thread, innermost last."""
+        return self._blocks.lines
 
     @cached_property
     def timeline(self) -> Timeline:
@@ -276,4 +299,5 @@ def _exit_as_failed() -> None:
 
 
 atexit.register(_exit_as_failed)
+hold_standard_descriptors()
 usd_threads.prepare_forks()

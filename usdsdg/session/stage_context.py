@@ -10,6 +10,7 @@ from usdsdg import errors, listeners
 from usdsdg.session import new_stages, stage_times
 from usdsdg.session.new_stages import NewStage
 from usdsdg.session.session import current
+from usdsdg.session.turns import in_turn
 from usdsdg.stage import assets, flatten, schemas
 from usdsdg.stage.cameras import viewport_cameras
 from usdsdg.stage.usd_errors import reason
@@ -23,6 +24,7 @@ def current_stage() -> Usd.Stage:
     return new_stage() if stage is None else stage
 
 
+@in_turn
 def new_stage() -> Usd.Stage:
     """Create a stage in memory and make it current: Z up, meters, 60 time codes per second, /World.
 
@@ -64,6 +66,7 @@ def stage_at_start() -> Usd.Stage:
     return new_stage()
 
 
+@in_turn
 def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
     """Open a file and make it the current stage; `path` may be a URL under the assets root.
 
@@ -101,6 +104,7 @@ def _root_layer() -> Sdf.Layer | None:
     return stage.GetRootLayer() if stage is not None else None
 
 
+@in_turn
 def set_stage(stage: Usd.Stage) -> Usd.Stage:
     """Make `stage` the current one, reset the state of the previous one, and call the `on_new_stage` callbacks.
 
@@ -174,6 +178,7 @@ def save_stage(path: str | os.PathLike[str]) -> Path:
     return flatten.write_layer(snapshot(file.parent), file)
 
 
+@in_turn
 def snapshot(folder: Path) -> Sdf.Layer:
     """Return the current stage as one layer, with asset paths relative to `folder`."""
     current().orchestrator.author_run(current_stage())

@@ -7,6 +7,8 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import Any, Generic, TypeVar
 
+from usdsdg.session.turns import turns
+
 Item = TypeVar("Item")
 
 # Without a timeout Ctrl-C would not interrupt the wait on every platform.
@@ -51,7 +53,8 @@ class HandOver(Generic[Item]):
     def _put(self, item: Item) -> None:
         while not self._closing.is_set():
             try:
-                self._items.put(item, timeout=POLL_SECONDS)
+                with turns.set_aside():  # within a frame; who takes the item may call usdsdg before
+                    self._items.put(item, timeout=POLL_SECONDS)
                 return
             except queue.Full:
                 continue

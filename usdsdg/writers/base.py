@@ -12,6 +12,7 @@ from usdsdg.annotators.render_products import existing_products, render_product_
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import InvalidWriterError, Unsupported, WriterError, called_for_script
 from usdsdg.session.session import current
+from usdsdg.session.turns import in_turn
 from usdsdg.writers import counters
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.class_file import ClassFile
@@ -130,6 +131,7 @@ class Writer(ABC):
         self.parameters = dict(kwargs)
         self.__init__(**kwargs)
 
+    @in_turn
     def attach(self, render_products: Any, trigger: Any = ON_FRAME) -> None:
         """Receive the frames of `render_products` (handles, paths, or a list) from now on.
 
@@ -165,6 +167,7 @@ class Writer(ABC):
         """As `attach`."""
         self.attach(render_products, trigger)
 
+    @in_turn
     def detach(self) -> None:
         """Receive no more frames, and forget the last payload; queued files are still written."""
         for annotator in self.get_attached_annotators():
@@ -174,6 +177,7 @@ class Writer(ABC):
         if self in current().writers:
             current().writers.remove(self)
 
+    @in_turn
     def detach_from(self, render_products: Any) -> None:
         """Receive no more frames of `render_products`; without remaining products the writer is detached."""
         removed = render_product_paths(render_products)
@@ -274,6 +278,7 @@ class Writer(ABC):
 
     # Data
 
+    @in_turn
     def get_data(self) -> dict[str, Any] | None:
         """Return the last payload; None before the first, and when it is detached."""
         current().wait_for_pictures()

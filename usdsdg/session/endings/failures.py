@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-
 from usdsdg.errors import UsdsdgError, described
+from usdsdg.session.progress import print_safely
 from usdsdg.session.session import current
 
 
@@ -22,4 +21,4 @@ def tell(error: UsdsdgError, when: str = "") -> None:
     if error.cause in told or said in told:
         return
     told.add(error.cause or said)
-    print(f"error: {when}{said}", file=sys.stderr)
+    print_safely(f"error: {when}{said}")

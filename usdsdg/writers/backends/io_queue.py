@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import sys
 import threading
 import weakref
 from collections import deque
@@ -14,7 +13,9 @@ from typing import TYPE_CHECKING, Any
 from usdsdg.errors import UsdsdgError, WriterError, counted
 from usdsdg.operating_system import around_fork
 from usdsdg.session.endings.failures import tell
+from usdsdg.session.progress import print_safely
 from usdsdg.session.session import current
+from usdsdg.session.turns import turns
 from usdsdg.writers.backends.job import Job
 
 if TYPE_CHECKING:
@@ -278,6 +279,7 @@ class IoQueue:
             worker.start()
 
     def _work(self) -> None:
+        turns.exempt_thread()  # a frame waits for its jobs
         while True:
             with self._changed:
                 while not self._ready and len(self._workers) <= self._threads:
@@ -327,7 +329,7 @@ class IoQueue:
                 current().failed_at_exit = True
             except KeyboardInterrupt:
                 lost = counted(self.stop(), "file was", "files were")
-                print(f"error: interrupted; {lost} not written", file=sys.stderr)
+                print_safely(f"error: interrupted; {lost} not written")
                 current().failed_at_exit = True
                 return
         current().close_run()
