@@ -31,12 +31,10 @@ def width_values(prim: Usd.Prim, widths: Primvar) -> np.ndarray:
         return values
     outside = (widths.indices < 0) | (widths.indices >= len(values))
     if outside.any():
-        entries = errors.counted(
-            int(outside.sum()), "entry of primvars:widths:indices is", "entries of primvars:widths:indices are"
-        )
+        entries = errors.counted(int(outside.sum()), "entry", "entries")
         errors.warn_once(
-            f"{prim.GetPath()}: {entries} outside of its {errors.counted(len(values), 'width')}; the first one is used "
-            f"there. Correct primvars:widths:indices."
+            f"{prim.GetPath()}: {entries} of primvars:widths:indices outside of its "
+            f"{errors.counted(len(values), 'width')}; the first one is used there. Correct primvars:widths:indices."
         )
     return values[np.where(outside, 0, widths.indices)]
 

@@ -146,8 +146,8 @@ def warn_of_lone_subset(subset: Usd.Prim) -> None:
     binding = subset.GetRelationship("material:binding")
     if binding and binding.HasAuthoredTargets():
         errors.warn_once(
-            f"{subset.GetPath()}: its material does not count, since subsets of faces are those of a Mesh that is their "
-            f"parent, and {subset.GetParent().GetPath()} is none. Move it, or bind its material there."
+            f"{subset.GetPath()}: its material does not count, since subsets of faces are those of a Mesh that is "
+            f"their parent, and {subset.GetParent().GetPath()} is none. Move it, or bind its material there."
         )
 
 

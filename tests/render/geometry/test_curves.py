@@ -318,7 +318,7 @@ def test_indices_of_widths_that_name_none_take_the_first_one(kind, bad):
     widths = UsdGeom.PrimvarsAPI(prim).CreatePrimvar("widths", Sdf.ValueTypeNames.FloatArray, "vertex")
     widths.Set([0.5, 2.0])
     widths.SetIndices([1, bad, 1])
-    with pytest.warns(UserWarning, match=r"/Hair: 1 entry of primvars:widths:indices is outside of its 2 widths"):
+    with pytest.warns(UserWarning, match=r"/Hair: 1 entry of primvars:widths:indices outside of its 2 widths"):
         surface = (tessellate_points if kind == "Points" else tessellate_curves)(prim, DEFAULT, Skinning())
     widths.SetIndices([1, 0, 1])
     expected = (tessellate_points if kind == "Points" else tessellate_curves)(prim, DEFAULT, Skinning())

@@ -563,9 +563,7 @@ def test_subsets_whose_parent_is_no_mesh_are_named(kind):
     subset.CreateFamilyNameAttr("materialBind")
     subset.CreateIndicesAttr([0])
     bind(subset, add_material(stage, "/Looks/Red"))
-    with pytest.warns(
-        UserWarning, match="/Mesh/Other/part: its material does not count, .* /Mesh/Other is none"
-    ):
+    with pytest.warns(UserWarning, match="/Mesh/Other/part: its material does not count, .* /Mesh/Other is none"):
         assert base_colors(extract(stage), 0) == [[0.5, 0.5, 0.5]]
 
 
