@@ -178,8 +178,8 @@ def _warn_of_shape(shape: UsdSkel.SkinningQuery, skeleton: Usd.Prim) -> None:
     if shape.HasJointInfluences():
         prim = shape.GetPrim()
         warn_once(
-            f"{prim.GetPath()}: joints of {skeleton.GetPath()} do not move a {prim.GetTypeName()}, so it stays where it "
-            f"is authored. Convert it to a Mesh."
+            f"{prim.GetPath()}: joints of {skeleton.GetPath()} do not move a {prim.GetTypeName()}, so it stays where "
+            f"it is authored. Convert it to a Mesh."
         )
 
 
@@ -236,7 +236,7 @@ def _for_normals(matrix: Gf.Matrix4d) -> Gf.Matrix3d:
 
 
 def _skeleton_to_mesh(skeleton: Usd.Prim, mesh: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
-    """Return the matrix (4, 4) from the skeleton's frame to the mesh's; identity if the mesh's is singular, or broken."""
+    """Return the matrix (4, 4) from the skeleton's frame to the mesh's; identity if the mesh's is singular or broken."""
     cache = UsdGeom.XformCache(time)
     root = UsdSkel.Root.Find(mesh).GetPrim()
     try:
