@@ -236,7 +236,7 @@ def _for_normals(matrix: Gf.Matrix4d) -> Gf.Matrix3d:
 
 
 def _skeleton_to_mesh(skeleton: Usd.Prim, mesh: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
-    """Return the matrix (4, 4) from the skeleton's frame to the mesh's; identity if the mesh's is singular or broken."""
+    """Return the matrix (4, 4) from the skeleton's frame to the mesh's; identity if there is no inverse of that one."""
     cache = UsdGeom.XformCache(time)
     root = UsdSkel.Root.Find(mesh).GetPrim()
     try:
