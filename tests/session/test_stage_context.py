@@ -21,6 +21,8 @@ from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.stage.assets import anchors
 from usdsdg.stage.schemas import physx
 
+POINTER = b"version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 17497\n"
+
 pytestmark = pytest.mark.usefixtures("stage")
 
 
@@ -88,6 +90,12 @@ def test_opening_a_missing_file_is_an_error():
             "a.usd",
             b"hello",
             "a.usd cannot be opened as a stage: it is no USD file, which begins with #usda or PXR-USDC$",
+        ),
+        ("a.usd", POINTER, "a.usd cannot be opened as a stage: it only points to a file in Git LFS; .*pull$"),
+        (
+            "a.usda",
+            POINTER,
+            "a.usda cannot be opened as a stage: it only points to a file in Git LFS; .*pull$",
         ),
         ("a.usdz", b"PK", "a.usdz is damaged: File is not a zip file"),
     ],

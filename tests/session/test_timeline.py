@@ -6,7 +6,7 @@ import pytest
 from pxr import Usd
 
 from usdsdg.errors import BadValue
-from usdsdg.session.stage_context import new_stage
+from usdsdg.session.stage_context import new_stage, open_stage
 from usdsdg.session.timeline import get_timeline, stage_time
 
 pytestmark = pytest.mark.usefixtures("stage")
@@ -79,6 +79,14 @@ def test_a_time_that_has_no_time_stamp_is_an_error(seconds):
     with pytest.raises(BadValue, match="set_current_time"):
         get_timeline().set_current_time(seconds)
     assert get_timeline().get_current_time() == 0.0
+
+
+def test_frames_of_older_files_are_a_range(tmp_path):
+    file = tmp_path / "old.usda"
+    file.write_text("#usda 1.0\n(\n    startFrame = 48\n    endFrame = 72\n    timeCodesPerSecond = 24\n)\n")
+    open_stage(file)
+    assert range_of(get_timeline()) == (2.0, 3.0)
+    assert get_timeline().get_current_time() == 2.0
 
 
 def test_a_range_of_a_stage_that_has_no_time_stamps_is_an_error():

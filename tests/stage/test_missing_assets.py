@@ -114,6 +114,16 @@ def test_what_a_found_asset_refers_to_in_vain_is_a_warning(tmp_path):
         assets.check_missing(stage)
 
 
+@pytest.mark.parametrize("name", ["pointer.usd", "pointer.usda"])
+def test_references_to_pointers_of_git_lfs_are_told_as_such(tmp_path, name):
+    assets.set_on_missing(assets.OnMissing.SKIP)
+    (tmp_path / name).write_text("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 17497\n")
+    stage = Usd.Stage.CreateInMemory()
+    stage.DefinePrim("/a").GetReferences().AddReference(str(tmp_path / name))
+    with pytest.warns(UsdsdgWarning, match=f"/a refers to .*{name}, which cannot be opened: it only points to a"):
+        assets.check_missing(stage)
+
+
 @pytest.mark.parametrize("units", [1.0, 0.01])
 def test_a_stand_in_is_a_labeled_box_of_half_a_meter_with_a_material(units):
     assets.set_on_missing(assets.OnMissing.STAND_IN)

@@ -93,7 +93,9 @@ def open_stage(path: str | os.PathLike[str]) -> Usd.Stage:
         stage = Usd.Stage.Open(layer)
         stage.Reload()  # sublayers and references that earlier stages have left open
     except Tf.ErrorException as failure:
-        raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {reason(failure)}") from failure
+        why = assets.not_a_file_of_its_own(file)
+        why = f"it {why}" if why else reason(failure)
+        raise errors.AssetUnreadable(f"{file} cannot be opened as a stage: {why}") from failure
     stage_times.of_stage(stage)  # or the stage before it were gone
     assets.redirect(stage)
     return set_stage(stage)

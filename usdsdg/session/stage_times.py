@@ -46,7 +46,9 @@ def of_stage(stage: Usd.Stage) -> StageTimes:
             f"{_file(stage)}: startTimeCode and endTimeCode {codes} are more than {MOST_SECONDS:g} s from 0 at "
             f"timeCodesPerSecond {rate}. Author others."
         )
-    return StageTimes(rate, *(codes if stage.HasAuthoredMetadata("endTimeCode") else (None, None)))
+    # Older files say startFrame and endFrame, which only the second asks for, as a pair.
+    has_end = stage.HasAuthoredMetadata("endTimeCode") or stage.HasAuthoredTimeCodeRange()
+    return StageTimes(rate, *(codes if has_end else (None, None)))
 
 
 def set_rate(stage: Usd.Stage, rate: float) -> None:

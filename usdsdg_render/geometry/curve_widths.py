@@ -24,6 +24,21 @@ def read_widths(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar:
     return Primvar(values, np.zeros(0, np.int32), "constant" if len(values) == 1 else str(interpolation or "vertex"))
 
 
+def width_values(prim: Usd.Prim, widths: Primvar) -> np.ndarray:
+    """Return widths by their indices; where these are out of range the first one, with a warning."""
+    values = np.asarray(widths.values, np.float64)
+    if not len(widths.indices):
+        return values
+    outside = (widths.indices < 0) | (widths.indices >= len(values))
+    if outside.any():
+        entries = errors.counted(int(outside.sum()), "entry", "entries")
+        errors.warn_once(
+            f"{prim.GetPath()}: {entries} of primvars:widths:indices outside of its "
+            f"{errors.counted(len(values), 'width')}; the first one is used there. Correct primvars:widths:indices."
+        )
+    return values[np.where(outside, 0, widths.indices)]
+
+
 def element_widths(
     prim: Usd.Prim, widths: Primvar, curves: np.ndarray, vertices: np.ndarray, varying_counts: np.ndarray
 ) -> tuple[np.ndarray, str]:
@@ -37,7 +52,7 @@ def element_widths(
     Returns:
         ((C, V) widths, "vertex"), ((C, E) widths, "varying") or ((C, 1) widths, "constant").
     """
-    values = widths.values[widths.indices] if len(widths.indices) else widths.values
+    values = width_values(prim, widths)
     first_varying = np.cumsum(varying_counts) - varying_counts
     rows = {
         "uniform": curves[:, None],
@@ -51,7 +66,7 @@ def element_widths(
         )
         rows = np.zeros((len(curves), 1), np.int64)
     kind = widths.interpolation if rows.shape[1] > 1 else "constant"
-    return np.asarray(values, np.float64)[rows], kind
+    return values[rows], kind
 
 
 def interpolate_linearly(values: np.ndarray, segment: np.ndarray, t: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from pxr import Usd, UsdGeom
 from usdsdg import errors
 from usdsdg_render.geometry.curve_widths import element_widths, interpolate_linearly, read_widths, sample_widths
 from usdsdg_render.geometry.mesh_source import Primvar, read_array, read_points
+from usdsdg_render.geometry.nurbs import drawn_range
 from usdsdg_render.usd.tokens import token
 
 # Rows: powers 1, t, t2, t3 of the parameter; columns: the four vertices of a segment.
@@ -20,6 +21,9 @@ BASES = {
     "bspline": np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6.0,
     "catmullRom": np.array([[0, 2, 0, 0], [-1, 0, 1, 0], [2, -5, 4, -1], [-1, 3, -3, 1]]) / 2.0,
 }
+
+
+_OR_WEIGHTS = ", or its weights give no points"
 
 
 class Polylines(NamedTuple):
@@ -70,7 +74,8 @@ def read_polylines(prim: Usd.Prim, time: Usd.TimeCode, points: np.ndarray | None
     if lost:
         errors.warn_once(
             f"{prim.GetPath()}: {errors.counted(lost, 'curve is', 'curves are')} not drawn, since points or widths of "
-            f"it are NaN or infinite, or no width is > 0. Correct them."
+            f"it are NaN or infinite, or no width is > 0{_OR_WEIGHTS if prim.HasAttribute('pointWeights') else ''}. "
+            f"Correct them."
         )
     return [each for each in kept if len(each.points)]
 
@@ -223,20 +228,20 @@ def _sample_nurbs(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int)
     polylines: list[Polylines] = []
     for curve, row in zip(group.numbers, group.vertices):
         order, count = int(orders[curve]), len(row)
-        if order < 2 or count < order:
-            _warn_too_short(prim, count, max(order, 2))
-            continue
         curve_knots = knots[first_knot[curve] : first_knot[curve] + count + order].astype(np.float64)
-        low, high = curve_knots[order - 1], curve_knots[count]
-        if ranges is not None and len(ranges) > curve:
-            low, high = max(low, ranges[curve][0]), min(high, ranges[curve][1])
+        own_range = None if ranges is None or len(ranges) <= curve else np.asarray(ranges[curve], np.float64)
+        drawn = drawn_range(str(prim.GetPath()), order, curve_knots, count, own_range)
+        if drawn is None:
+            continue
+        low, high = drawn
         parameters = np.linspace(low, high, steps * (count - order + 1) + 1)
         weight = np.ones(count) if weights is None or len(weights) < len(curves.points) else weights[row]
         widths, kind = element_widths(prim, curves.widths, np.array([curve]), row[None], ends)
         at_vertices = widths[0] if kind == "vertex" else np.full(count, widths[0, 0])
         rows = np.column_stack([curves.points[row], at_vertices, np.ones(count)]) * weight[:, None]
         homogeneous = BSpline(curve_knots, rows, order - 1)(np.clip(parameters, low, high))
-        samples = homogeneous[:, :4] / homogeneous[:, 4:]
+        with np.errstate(divide="ignore", invalid="ignore"):  # weights of zero; `_drawable` looks at what comes of them
+            samples = homogeneous[:, :4] / homogeneous[:, 4:]
         if kind == "varying":
             samples[:, 3] = np.interp(np.linspace(0, 1, len(samples)), np.linspace(0, 1, widths.shape[1]), widths[0])
         polylines.append(Polylines(samples[None, :, :3], samples[None, :, 3] / 2.0, False, np.array([curve]), steps))

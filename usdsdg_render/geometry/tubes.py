@@ -8,7 +8,7 @@ from pxr import Usd
 from usdsdg import errors
 from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg_render.geometry.curve_steps import most_doublings, wanted_doublings
-from usdsdg_render.geometry.curve_widths import read_widths
+from usdsdg_render.geometry.curve_widths import read_widths, width_values
 from usdsdg_render.geometry.curves import Polylines, count_segments, read_polylines
 from usdsdg_render.geometry.mesh_source import read_points
 from usdsdg_render.geometry.subdivision.rules import INFINITE, ControlMesh, refine
@@ -63,7 +63,7 @@ def tessellate_points(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) ->
         errors.warn_once(f"{prim.GetPath()}: there are no points, so nothing is drawn. Author them or remove the prim.")
         return None
     widths = read_widths(prim, time)
-    values = np.asarray(widths.values[widths.indices] if len(widths.indices) else widths.values, np.float64)
+    values = width_values(prim, widths)
     if widths.interpolation == "constant" or len(values) < len(centers):
         if widths.interpolation != "constant":
             errors.warn_once(

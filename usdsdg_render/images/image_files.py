@@ -173,7 +173,8 @@ def _decoded(path: str) -> tuple[np.ndarray, int]:
             image.load()
             return _from_pillow(image)
     except UnidentifiedImageError:
-        raise errors.AssetUnreadable(f"{path}: it is no image of a format that is read") from None
+        why = assets.not_a_file_of_its_own(path) or "is no image of a format that is read"
+        raise errors.AssetUnreadable(f"{path}: it {why}") from None
     except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as error:
         raise errors.AssetUnreadable(f"{path}: {error}") from error
 

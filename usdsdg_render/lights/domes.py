@@ -15,7 +15,7 @@ from pxr import Usd
 from usdsdg import errors
 from usdsdg.stage.poses.transforms import up_axis
 from usdsdg_render.images import image_files
-from usdsdg_render.lights.light_rows import warn_of_filters
+from usdsdg_render.lights.light_rows import warn_of_ignored
 from usdsdg_render.lights.light_textures import layout_of, linear_rgb, resample, to_latlong
 from usdsdg_render.lights.light_values import emitted_color, light_number, light_value
 from usdsdg_render.lights.linking import is_linked
@@ -92,7 +92,7 @@ def _layout(prim: Usd.Prim) -> str:
 
 def _warn_of_unsupported(prim: Usd.Prim) -> None:
     """Warn of inputs that are not supported on a dome."""
-    warn_of_filters(prim)
+    warn_of_ignored(prim)
     if light_value(prim, "shadow:enable", True) is False:
         errors.warn_once(f"{prim.GetPath()}: a dome light always casts shadows; inputs:shadow:enable is ignored.")
     if is_linked(prim):

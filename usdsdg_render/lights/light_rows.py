@@ -63,7 +63,7 @@ def read_light(
     row["specular"] = max(light_number(prim, "specular", 1.0), 0.0)
     visible = prim.GetAttribute("visibleInPrimaryRay")
     row["visible"] = 0 if visible and visible.Get() is False else 1
-    warn_of_filters(prim)
+    warn_of_ignored(prim)
     _warn_of_shear(prim, local_to_world, scale)
     with np.errstate(over="ignore", invalid="ignore"):
         if kind == structs.LIGHT_DISTANT:
@@ -224,8 +224,18 @@ def _warn_of_shear(prim: Usd.Prim, local_to_world: np.ndarray, scale: np.ndarray
         )
 
 
-def warn_of_filters(prim: Usd.Prim) -> None:
-    """Warn that light filters are not supported."""
+def warn_of_ignored(prim: Usd.Prim) -> None:
+    """Warn of light filters, and of inputs that are connected to others, from which no value is read."""
+    connected = [
+        attribute.GetName()
+        for attribute in prim.GetAuthoredAttributes()
+        if attribute.HasAuthoredConnections() and attribute.GetName().startswith("inputs:")
+    ]
+    if connected:
+        errors.warn_once(
+            f"{prim.GetPath()}: connections of lights are not supported: of {', '.join(connected)} the light's own "
+            f"value is used. Author it there, and remove the connection."
+        )
     filters = prim.GetRelationship("light:filters")
     if filters and filters.HasAuthoredTargets():
         errors.warn_once(f"{prim.GetPath()}: light:filters are not supported and are ignored. Remove them.")

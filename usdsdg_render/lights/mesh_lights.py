@@ -5,6 +5,7 @@ from dataclasses import replace
 from pxr import Usd, UsdLux
 
 from usdsdg import errors
+from usdsdg_render.lights.light_rows import warn_of_ignored
 from usdsdg_render.lights.light_values import emitted_color, light_value
 from usdsdg_render.materials.shading import Input, Material
 
@@ -19,6 +20,7 @@ def is_light(prim: Usd.Prim) -> bool:
 def emissive_material(material: Material, prim: Usd.Prim) -> Material:
     """Return the emissive material of a mesh light, by its light:materialSyncMode."""
     color = emitted_color(prim)
+    warn_of_ignored(prim)
     emission = BLACK if color is None else tuple(color.tolist())
     if light_value(prim, "normalize", False):
         errors.warn_once(

@@ -104,7 +104,7 @@ class Material:
 
 def _primvar(prim: Usd.Prim, wanted: PrimvarInput, time: Usd.TimeCode) -> tuple[float, ...]:
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(wanted.primvar)
-    value = primvar.Get(time) if primvar else None
+    value = primvar.ComputeFlattened(time) if primvar else None
     width = len(wanted.fallback)
     try:
         array = np.atleast_1d(np.asarray(value, np.float64))

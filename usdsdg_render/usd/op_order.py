@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from pxr import Usd, UsdGeom, Vt
+from pxr import Usd, Vt
 
 from usdsdg.errors import warn_once
 
-_RESET, _INVERSE = UsdGeom.XformOpTypes.resetXformStack, "!invert!"
+_INVERSE = "!invert!"
 
 
 def warn_of_lost_ops(prim: Usd.Prim) -> None:
@@ -17,7 +17,9 @@ def warn_of_lost_ops(prim: Usd.Prim) -> None:
     attribute = prim.GetAttribute("xformOpOrder")
     order: Any = attribute.Get() if attribute else None
     if isinstance(order, Vt.TokenArray) and len(order):  # files may declare another type
-        lost = [op for op in order if op != _RESET and not prim.HasAttribute(op.removeprefix(_INVERSE))]
+        # USD rejects all ops where one has another name than these, which is told where they are read.
+        named = [op for op in order if op.removeprefix(_INVERSE).startswith("xformOp:")]
+        lost = [op for op in named if not prim.HasAttribute(op.removeprefix(_INVERSE))]
         if lost:
             warn_once(
                 f"{prim.GetPath()}: its xformOpOrder names {', '.join(lost)}, which it does not have, so that is left "

@@ -141,6 +141,16 @@ def is_material_subset(subset: Usd.Prim) -> bool:
     return False
 
 
+def warn_of_lone_subset(subset: Usd.Prim) -> None:
+    """Warn of a material of faces that belong to no mesh."""
+    binding = subset.GetRelationship("material:binding")
+    if binding and binding.HasAuthoredTargets():
+        errors.warn_once(
+            f"{subset.GetPath()}: its material does not count, since subsets of faces are those of a Mesh that is "
+            f"their parent, and {subset.GetParent().GetPath()} is none. Move it, or bind its material there."
+        )
+
+
 def warn_unsupported(prim: Usd.Prim) -> None:
     """Warn of a gprim or light of an unsupported type."""
     kind = prim.GetTypeName()

@@ -18,6 +18,7 @@ from usdsdg_render.usd.prim_kinds import (
     kind_of,
     purpose_of,
     schemas_of,
+    warn_of_lone_subset,
     warn_of_visibility,
     warn_unsupported,
 )
@@ -188,8 +189,11 @@ class StageTree:
             while ancestors and ancestors[-1].depth >= depth:
                 ancestors.pop()
             if kind == prim_kinds.SUBSET:
-                if ancestors and ancestors[-1].kind == prim_kinds.MESH and is_material_subset(prim):
-                    self.subsets.setdefault(ancestors[-1].path, []).append(prim)
+                if is_material_subset(prim):
+                    if ancestors and ancestors[-1].kind == prim_kinds.MESH and ancestors[-1].depth == depth - 1:
+                        self.subsets.setdefault(ancestors[-1].path, []).append(prim)
+                    else:
+                        warn_of_lone_subset(prim)
                 continue
             if kind == prim_kinds.SHADING or self._is_hidden(prim, path):
                 iterator.PruneChildren()

@@ -122,7 +122,8 @@ def local_matrix(cache: UsdGeom.XformCache, prim: Usd.Prim, sampled: bool) -> tu
     except Tf.ErrorException as failure:
         cache.Clear()  # else it would give a matrix without the ops that it rejected, when it is asked again
         errors.warn_once(
-            f"{prim.GetPath()}: its xformOps cannot be read: {reason(failure)}. Correct xformOpOrder and its ops."
+            f"{prim.GetPath()}: its xformOps cannot be read: {reason(failure).rstrip('.')}; what it places is not "
+            f"drawn. Correct xformOpOrder and its ops."
         )
         return Gf.Matrix4d(*[math.nan] * 16), False
     if sampled:

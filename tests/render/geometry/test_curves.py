@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 import trimesh
-from pxr import Gf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from scipy.interpolate import BSpline, CubicHermiteSpline
 
+from usdsdg.annotators.bounds.balls import read_balls
 from usdsdg.errors import UsdsdgWarning, forget_warnings
 from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg_render.geometry.curves import read_polylines
@@ -14,6 +15,16 @@ from usdsdg_render.sync.extract import SceneExtractor
 
 DEFAULT = Usd.TimeCode.Default()
 ZIGZAG = np.array([(0, 0, 0), (1, 2, 0), (3, -1, 1), (4, 1, 0), (6, 0, 2), (7, 3, 0), (9, 0, 0)], float)
+
+
+# A cubic of four vertices.
+NURBS = {
+    "kind": "NurbsCurves",
+    "vertices": ZIGZAG[:4],
+    "order": [4],
+    "knots": [0, 0, 0, 0, 1, 1, 1, 1],
+    "ranges": [Gf.Vec2d(0, 1)],
+}
 
 
 def make(kind="BasisCurves", vertices=ZIGZAG, counts=None, widths=(0.2,), interpolation="constant", **attributes):
@@ -274,6 +285,13 @@ def test_they_come_into_the_scene_like_every_gprim():
         ({"widths": [1, 2], "interpolation": "vertex", "type": "linear"}, "too few for the curves"),
         ({"kind": "HermiteCurves"}, "tangents"),
         ({"kind": "NurbsCurves", "order": [3], "knots": [0, 1]}, "knots do not fit"),
+        ({**NURBS, "knots": [0, 0, 0, 1, 0, 1, 1, 1]}, r"knots are \[0.0, .*\] is not drawn. .* do not decrease"),
+        ({**NURBS, "knots": [0, 0, 0, 0, np.nan, 1, 1, 1]}, "knots are .*nan.* is not drawn"),
+        ({**NURBS, "knots": [0] * 8}, "first and the last of the curve differ"),
+        ({**NURBS, "order": [1]}, "order 1 is not drawn. Correct order"),
+        ({**NURBS, "order": [5], "knots": list(range(9))}, "order 5 with 4 vertices is not drawn"),
+        ({**NURBS, "ranges": [Gf.Vec2d(2, 3)]}, r"ranges \(2.0, 3.0\) name no part .* from 0 to 1; all of it is drawn"),
+        ({**NURBS, "pointWeights": [0.0] * 4}, "1 curve is not drawn, .* or its weights give no points"),
         ({"normals": [Gf.Vec3f(0, 0, 1)] * 7, "type": "linear"}, "ribbons"),
         ({"kind": "Points", "widths": None}, "no widths"),
         ({"kind": "Points", "widths": [1, 2], "interpolation": "vertex"}, "too few for 7 points"),
@@ -291,6 +309,22 @@ def test_what_cannot_be_drawn_is_named(changes, said):
     stage, _ = make(**changes)
     with pytest.warns(UserWarning, match=f"/Hair.*{said}"):
         SceneExtractor(stage).update()
+
+
+@pytest.mark.parametrize("kind", ["BasisCurves", "Points"])
+@pytest.mark.parametrize("bad", [-1, 2])
+def test_indices_of_widths_that_name_none_take_the_first_one(kind, bad):
+    _, prim = make(kind, ZIGZAG[:3], widths=None, **({"type": "linear"} if kind == "BasisCurves" else {}))
+    widths = UsdGeom.PrimvarsAPI(prim).CreatePrimvar("widths", Sdf.ValueTypeNames.FloatArray, "vertex")
+    widths.Set([0.5, 2.0])
+    widths.SetIndices([1, bad, 1])
+    with pytest.warns(UserWarning, match=r"/Hair: 1 entry of primvars:widths:indices outside of its 2 widths"):
+        surface = (tessellate_points if kind == "Points" else tessellate_curves)(prim, DEFAULT, Skinning())
+    widths.SetIndices([1, 0, 1])
+    expected = (tessellate_points if kind == "Points" else tessellate_curves)(prim, DEFAULT, Skinning())
+    assert np.array_equal(surface.points, expected.points)
+    widths.SetIndices([1, bad, 1])
+    assert read_balls(prim, DEFAULT, Skinning())[1].max() == 1.0
 
 
 def test_broken_points_and_widths_leave_the_others():

@@ -270,6 +270,7 @@ def test_a_point_light_with_normalize_keeps_its_power():
     [
         (lambda p: UsdLux.ShapingAPI.Apply(p).CreateShapingIesFileAttr("a.ies"), "ies:file names a.ies"),
         (lambda p: UsdLux.LightAPI(p).GetFiltersRel().AddTarget("/Filter"), "light:filters"),
+        (lambda p: UsdLux.LightAPI(p).GetIntensityAttr().AddConnection("/Knob.outputs:out"), "of inputs:intensity the"),
         (lambda p: UsdLux.ShadowAPI.Apply(p).CreateShadowColorAttr(Gf.Vec3f(-1, 0, 0)), "shadow:color"),
     ],
 )

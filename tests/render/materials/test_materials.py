@@ -421,6 +421,10 @@ def test_primvars_of_the_gprim_are_inputs():
     row = extractor.scene.materials[extractor.scene.material_slots[0]]
     np.testing.assert_allclose(row["base_color"], (0.1, 0.2, 0.3), rtol=1e-6)
     assert (row["roughness"], row["metallic"]) == (0.5, 0.25)
+    UsdGeom.PrimvarsAPI(ball).GetPrimvar("rough").SetIndices([1, 1, 1])
+    extractor.update()
+    row = extractor.scene.materials[extractor.scene.material_slots[0]]
+    assert row["roughness"] == 0.75, "values that no index names do not count"
     group.GetAttribute("primvars:tint").Set(Gf.Vec3f(0.9, 0.8, 0.7))
     extractor.update()
     row = extractor.scene.materials[extractor.scene.material_slots[0]]

@@ -327,3 +327,10 @@ def test_tiles_are_textures_in_one_table(tmp_path):
     stamp = image_files.modified(use.file)
     save(tmp_path / "t.1014.png", np.zeros((2, 2, 3), np.uint8))
     assert image_files.modified(use.file) != stamp
+
+
+def test_a_pointer_of_git_lfs_is_told_as_such(tmp_path):
+    file = tmp_path / "pointer.png"
+    file.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 17497\n")
+    with pytest.raises(errors.AssetUnreadable, match=r"pointer\.png: it only points to a file in Git LFS"):
+        image_files.read(str(file))

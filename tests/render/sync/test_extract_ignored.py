@@ -34,6 +34,16 @@ def test_ops_that_the_order_names_and_the_prim_lacks_are_told():
         extract(stage)
 
 
+def test_ops_with_names_that_usd_rejects_are_told_once():
+    stage, cube = box()
+    order(cube, "translate")
+    with pytest.warns(UsdsdgWarning) as told:
+        assert not len(extract(stage).instances)
+    texts = [str(each.message) for each in told if issubclass(each.category, UsdsdgWarning)]
+    assert any("/Box: its xformOps cannot be read" in text and "what it places is not drawn" in text for text in texts)
+    assert not any("is left out" in text or ".." in text for text in texts)
+
+
 def test_ops_without_an_order_are_told_and_an_empty_order_is_one(recwarn):
     stage, cube = box()
     cube.GetPrim().CreateAttribute("xformOp:translate", TRANSLATE, False).Set(Gf.Vec3d(1, 0, 0))

@@ -554,6 +554,19 @@ def test_subsets_whose_material_does_not_count_are_named(family, element, faces,
         assert base_colors(extract(stage), 0) == [[0.5, 0.5, 0.5]]
 
 
+@pytest.mark.parametrize("kind", ["Xform", "BasisCurves"])
+def test_subsets_whose_parent_is_no_mesh_are_named(kind):
+    stage = make_stage()
+    add_mesh(stage, "/Mesh")
+    stage.DefinePrim("/Mesh/Other", kind)
+    subset = UsdGeom.Subset.Define(stage, "/Mesh/Other/part")
+    subset.CreateFamilyNameAttr("materialBind")
+    subset.CreateIndicesAttr([0])
+    bind(subset, add_material(stage, "/Looks/Red"))
+    with pytest.warns(UserWarning, match="/Mesh/Other/part: its material does not count, .* /Mesh/Other is none"):
+        assert base_colors(extract(stage), 0) == [[0.5, 0.5, 0.5]]
+
+
 def test_subsets_that_overlap_are_named():
     stage = make_stage()
     mesh = add_mesh(stage, "/Mesh")

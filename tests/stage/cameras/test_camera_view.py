@@ -294,3 +294,12 @@ def test_a_camera_scaled_to_zero(stage):
     author_pose(camera.GetPrim(), scale=(0, 1, 1))
     with pytest.raises(RenderError, match="scale of zero"):
         camera_view.read_camera(stage, "/World/cam", RESOLUTION)
+
+
+@pytest.mark.parametrize("path", ["/World", "/World/cam"])
+def test_a_camera_whose_xform_ops_usd_rejects_is_refused(stage, path):
+    UsdGeom.Xform.Define(stage, "/World")
+    make(stage)
+    stage.GetPrimAtPath(path).CreateAttribute("xformOpOrder", Sdf.ValueTypeNames.TokenArray, False).Set(["translate"])
+    with pytest.raises(RenderError, match="/World/cam gives no image: its xformOps, or those above it, cannot be read"):
+        camera_view.read_camera(stage, "/World/cam", RESOLUTION)

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom, UsdSkel
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
 
 from tests.stage.geometry.characters import LENGTH, RINGS, SIDES, add_blend_shape, add_character
+from usdsdg.errors import UsdsdgWarning
 from usdsdg.stage.geometry.skinning import Skinning
 
 CODES = (0.0, 6.0, 12.0, 19.5, 24.0)
@@ -178,3 +179,24 @@ def test_a_missing_skel_root_is_named():
     stage.GetPrimAtPath("/Character").SetTypeName("Xform")
     with pytest.warns(UserWarning, match="/Character/Body.*SkelRoot"):
         assert Skinning().skin(mesh.GetPrim(), Usd.TimeCode(0)) is None
+
+
+def test_shapes_with_joints_are_named():
+    stage = Usd.Stage.CreateInMemory()
+    mesh = add_character(stage)
+    shape = UsdGeom.Cube.Define(stage, f"{UsdSkel.Root.Find(mesh.GetPrim()).GetPath()}/Hat").GetPrim()
+    api = UsdSkel.BindingAPI.Apply(shape)
+    api.CreateJointIndicesPrimvar(True, 1).Set([0])
+    api.CreateJointWeightsPrimvar(True, 1).Set([1.0])
+    api.CreateSkeletonRel().SetTargets(UsdSkel.BindingAPI(mesh).GetSkeletonRel().GetTargets())
+    with pytest.warns(UsdsdgWarning, match=f"{shape.GetPath()}: joints of .* do not move a Cube"):
+        assert not Skinning().is_skinned(shape)
+
+
+def test_ops_that_usd_rejects_above_a_character_are_named():
+    stage = Usd.Stage.CreateInMemory()
+    mesh = add_character(stage).GetPrim()
+    root = UsdSkel.Root.Find(mesh).GetPrim()
+    root.CreateAttribute("xformOpOrder", Sdf.ValueTypeNames.TokenArray, False).Set(["constant"])
+    with pytest.warns(UsdsdgWarning, match=f"{mesh.GetPath()}: its place in .* cannot be read: Invalid xform op"):
+        assert Skinning().skin(mesh, Usd.TimeCode(0.0)) is not None

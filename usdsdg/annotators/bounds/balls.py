@@ -27,11 +27,14 @@ def read_balls(prim: Usd.Prim, time: Usd.TimeCode, skinning: Skinning) -> tuple[
 
 
 def _widths(prim: Usd.Prim, time: Usd.TimeCode, count: int) -> np.ndarray:
-    """Return the diameters (count,); `primvars:widths` wins over `widths`."""
+    """Return the diameters (count,); `primvars:widths` wins over `widths`. Indices out of range take the first one."""
     primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("widths")
-    values = primvar.ComputeFlattened(time) if primvar and primvar.HasAuthoredValue() else None
+    values = primvar.Get(time) if primvar and primvar.HasAuthoredValue() else None
     attribute = prim.GetAttribute("widths") if not values else primvar.GetAttr()
+    indices = np.asarray(primvar.GetIndices(time) or () if values else (), np.int64)
     values = np.asarray(values or attribute.Get(time) or [_DEFAULT_WIDTH], np.float64)
+    if len(indices):
+        values = values[np.where((indices < 0) | (indices >= len(values)), 0, indices)]
     is_points = prim.IsA(UsdGeom.Points)
     if len(values) >= count and (is_points or attribute.GetMetadata("interpolation") in (None, "vertex")):
         return values[:count]

@@ -19,6 +19,7 @@ _TEXT = b"#usda"
 _LAYERS = (".usd", ".usda", ".usdc")
 _TEXTS, _DEEPEST = (".usd", ".usda"), 4000
 _POINTER = b"version https://git-lfs"
+_ONLY_POINTS = "only points to a file in Git LFS; get the file itself with git lfs pull"
 
 
 def check_regular(path: str) -> None:
@@ -62,14 +63,14 @@ def not_a_file_of_its_own(file: str | os.PathLike[str]) -> str:
         return ""
     if not start:
         return "is an empty file"
-    return "only points to a file in Git LFS; get the file itself with git lfs pull" if start == _POINTER else ""
+    return _ONLY_POINTS if start == _POINTER else ""
 
 
 def why_no_layer(path: str) -> str:
     """Return why USD opens a file as no layer, where it tells no reason itself."""
     if not path.lower().endswith(PACKAGE):
         with open(path, "rb") as file:
-            return _why_no_usd(file.read(len(_CRATE)))
+            return _why_no_usd(file.read(len(_POINTER)))
     with zipfile.ZipFile(path) as package:
         first = next(iter(package.namelist()), None)
         if first is None:
@@ -77,7 +78,7 @@ def why_no_layer(path: str) -> str:
         if not first.lower().endswith(_LAYERS):
             return f"it is a package of which the first file, {first}, is no USD file"
         with package.open(first) as file:
-            return f"{first} in it is no layer: {_why_no_usd(file.read(len(_CRATE)))}"
+            return f"{first} in it is no layer: {_why_no_usd(file.read(len(_POINTER)))}"
 
 
 def _why_no_usd(start: bytes) -> str:
@@ -86,6 +87,8 @@ def _why_no_usd(start: bytes) -> str:
         return "it is empty"
     if start.startswith((_CRATE, _TEXT)):
         return "it is cut off"
+    if start == _POINTER:
+        return f"it {_ONLY_POINTS}"
     return f"it is no USD file, which begins with {_TEXT.decode()} or {_CRATE.decode()}"
 
 

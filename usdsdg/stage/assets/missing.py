@@ -10,6 +10,7 @@ from pxr import Usd
 
 from usdsdg import errors
 from usdsdg.stage.assets import dependencies, lookup, mesh_files, stand_ins
+from usdsdg.stage.assets.file_checks import not_a_file_of_its_own
 
 
 class MissingAssets(errors.AssetNotFound):
@@ -114,10 +115,12 @@ def check_missing(stage: Usd.Stage) -> None:
     dependencies.redirect(stage)
     own = {layer.identifier for layer in stage.GetLayerStack()}
     for each in dependencies.missing_dependencies(stage):
+        pointer = not_a_file_of_its_own(each.asset_path)
+        why = f"it {pointer}." if pointer else each.why
         if _on_missing is OnMissing.ERROR and each.layer in own and "<" not in each.asset_path:
-            note_missing(each.asset_path, f"{each.where} refers to it: {each.why}")
+            note_missing(each.asset_path, f"{each.where} refers to it: {why}")
         else:
-            errors.warn_once(f"{each.where} refers to {each.asset_path}, which cannot be opened: {each.why}")
+            errors.warn_once(f"{each.where} refers to {each.asset_path}, which cannot be opened: {why}")
     for message in (*dependencies.cycles(stage), *dependencies.lost_variants(stage)):
         errors.warn_once(message)
     raise_missing()

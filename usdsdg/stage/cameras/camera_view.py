@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg.stage.cameras.ignored_attributes import warn_of_clipping_planes
@@ -14,6 +14,7 @@ from usdsdg.stage.cameras.lens_attributes import LensParameters, read_lens, undo
 from usdsdg.stage.cameras.lenses import LENS_MODELS, LINEAR_PROJECTIONS, make_lens
 from usdsdg.stage.paths import prim_at
 from usdsdg.stage.poses.transforms import as_array, local_to_world, meters_per_unit
+from usdsdg.stage.usd_errors import reason
 
 # Apertures are in tenths of a stage unit.
 _APERTURE_UNIT = 0.1
@@ -225,7 +226,7 @@ def read_camera(
         prim_path=str(prim.GetPath()),
         width=width,
         height=height,
-        local_to_world=_rigid(prim, as_array(local_to_world(prim, time))),
+        local_to_world=_rigid(prim, _placed(prim, time)),
         clipping_range=(near, far),
         projection_type=projection_type,
         lens_parameters=lens_parameters,
@@ -235,6 +236,16 @@ def read_camera(
     )
     _check(view)
     return view
+
+
+def _placed(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
+    try:
+        return as_array(local_to_world(prim, time))
+    except Tf.ErrorException as failure:
+        raise errors.RenderError(
+            f"the camera {prim.GetPath()} gives no image: its xformOps, or those above it, cannot be read: "
+            f"{reason(failure).rstrip('.')}. Correct xformOpOrder and its ops"
+        ) from failure
 
 
 def _number(prim: Usd.Prim, name: str, value: Any) -> float:

@@ -7,10 +7,11 @@ influences per point or for the whole mesh. Results are in the mesh's own frame,
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.usd_errors import reason
 
 # Properties and prim types that define how meshes are skinned, or the poses of joints.
 SKEL_PREFIXES = ("skel:", "primvars:skel:")
@@ -137,6 +138,9 @@ class Skinning:
             prims = [binding.GetSkeleton().GetPrim(), *([animation.GetPrim()] if animation else [])]
             parts = tuple(prim.GetPath() for prim in prims)
             for mesh in binding.GetSkinningTargets():
+                if not mesh.GetPrim().IsA(UsdGeom.PointBased):
+                    _warn_of_shape(mesh, prims[0])
+                    continue
                 found[mesh.GetPrim().GetPath()] = _Binding(skeleton, prims[0], mesh, parts)
         return found
 
@@ -167,6 +171,16 @@ class Skinning:
         offsets = Vt.Vec3fArray.FromNumpy(np.zeros((len(points), 3), np.float32))
         query.ComputeDeformedPoints(*active, where, _normal_offsets(query), offsets)
         return normals + np.array(offsets)[vertices]
+
+
+def _warn_of_shape(shape: UsdSkel.SkinningQuery, skeleton: Usd.Prim) -> None:
+    """Warn of a shape with joints, which is not moved."""
+    if shape.HasJointInfluences():
+        prim = shape.GetPrim()
+        warn_once(
+            f"{prim.GetPath()}: joints of {skeleton.GetPath()} do not move a {prim.GetTypeName()}, so it stays where "
+            f"it is authored. Convert it to a Mesh."
+        )
 
 
 def _affects_skinning(stage: Usd.Stage, path: Sdf.Path, names: set[str], roots: list[Sdf.Path]) -> bool:
@@ -222,10 +236,17 @@ def _for_normals(matrix: Gf.Matrix4d) -> Gf.Matrix3d:
 
 
 def _skeleton_to_mesh(skeleton: Usd.Prim, mesh: Usd.Prim, time: Usd.TimeCode) -> np.ndarray:
-    """Return the matrix (4, 4) from the skeleton's frame to the mesh's; identity if the mesh's is singular."""
+    """Return the matrix (4, 4) from the skeleton's frame to the mesh's; identity if there is no inverse of that one."""
     cache = UsdGeom.XformCache(time)
     root = UsdSkel.Root.Find(mesh).GetPrim()
-    transforms = [cache.GetLocalToWorldTransform(prim) for prim in (skeleton, mesh)]
+    try:
+        transforms = [cache.GetLocalToWorldTransform(prim) for prim in (skeleton, mesh)]
+    except Tf.ErrorException as failure:
+        warn_once(
+            f"{mesh.GetPath()}: its place in {skeleton.GetPath()} cannot be read: {reason(failure).rstrip('.')}. "
+            f"Correct the xformOpOrder and xformOps of both, and of what is above them."
+        )
+        return np.eye(4)
     if skeleton.GetPath().HasPrefix(root.GetPath()):
         # Relative to the root, so that copies of a character are bit-identical wherever they are.
         relative = [cache.ComputeRelativeTransform(prim, root) for prim in (skeleton, mesh)]

@@ -100,9 +100,10 @@ def _control_mesh(
     values = source.points.astype(np.float64)
     uvs = source.uvs
     if uvs is not None and uvs.interpolation == "vertex":
-        at_vertices = uvs.values[uvs.indices] if len(uvs.indices) else uvs.values
-        if len(at_vertices) >= len(values):
-            values = np.concatenate([values, at_vertices[: len(values)]], axis=1)
+        rows = uvs.indices if len(uvs.indices) else np.arange(len(uvs.values))
+        rows = rows[: len(values)]
+        if len(rows) == len(values) and rows.min() >= 0 and rows.max() < len(uvs.values):
+            values = np.concatenate([values, uvs.values[rows]], axis=1)
     values = np.where(np.isfinite(values), values, 0.0)
     control = ControlMesh(values, np.zeros(len(values)), counts, indices, np.zeros(len(indices)))
     if source.scheme == "bilinear":

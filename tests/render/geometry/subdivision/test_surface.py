@@ -182,6 +182,16 @@ def test_flat_texture_coordinates_stay_flat(interpolation, rule):
     np.testing.assert_allclose(prototype.uvs[compared], expected[compared], atol=1e-6)
 
 
+@pytest.mark.parametrize("interpolation", ["vertex", "varying", "faceVarying"])
+@pytest.mark.parametrize("bad", [-1, 99])
+def test_indices_of_texture_coordinates_that_name_none_are_told(interpolation, bad):
+    _, mesh = open_grid()
+    indices = [0] * (len(mesh.GetFaceVertexIndicesAttr().Get()) if interpolation == "faceVarying" else 25)
+    add_uvs(mesh, [(0, 0), (1, 0)], interpolation, [*indices[:-1], bad])
+    with pytest.warns(UserWarning, match=f"the {interpolation} texture coordinates .* too few for the mesh"):
+        assert not prototype_of(mesh).uvs.any()
+
+
 def test_texture_seams_stay_seams():
     """Every face of the cube is the whole image: no corner between two faces mixes their coordinates."""
     _, mesh = make_cube(level=2)
