@@ -16,6 +16,7 @@ from usdsdg.capture.later_pictures import CopiedPictures, LaterPictures, later_p
 from usdsdg.capture.observing import observe
 from usdsdg.capture.output import WriterOutput, append_to_journals
 from usdsdg.capture.pictures_ahead import PicturesAhead
+from usdsdg.capture.records.frames import note_keypoints
 from usdsdg.capture.records.stages import StageMoment, StageRecords
 from usdsdg.capture.render_settings import RenderMode
 from usdsdg.capture.requests import Requests, count_unwanted
@@ -118,6 +119,9 @@ class Capture:
         _compute(frames)
         self._skip(frames)
         handed = [self._output.payload(writer, frames) for writer in self._requests.writers]
+        if handed:
+            for path, each in frames.items():
+                note_keypoints(each, self._requests.made_of(path))
         self._begin_pictures()  # after payloads: in a GPU's stream their copies would wait until pictures are traced
         for writer, payload in zip(self._requests.writers, handed, strict=True):
             self._output.write(writer, payload, frames, self._requests, self._moment)
