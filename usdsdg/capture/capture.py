@@ -172,6 +172,7 @@ class Capture:
     def _skip(self, frames: Mapping[str, Frame]) -> None:
         if self._requests.skipped_filters:
             self._labeled_prim_reader().survey(self._requests.skipped_filters)
+        current().observations.goes_on |= any(each.is_made for each in self._requests.skipped)
         for skipped in self._requests.skipped:
             self._output.skip(skipped, frames)
 

@@ -27,6 +27,9 @@ class Skipped:
 
     writer: Writer
     is_made: bool  # before the run went on
+    key: str = ""  # its name among the writers of the frame
+    folder: str | None = None
+    number: int = 0  # of the frame
 
 
 def writer_key(writer: Writer, due: Sequence[Writer]) -> str:
@@ -106,7 +109,7 @@ class Requests:
                 self._recorded.update(writer.render_products)
             if is_wanted:
                 continue
-            skipped = Skipped(writer, run.is_made(folder, number))
+            skipped = Skipped(writer, run.is_made(folder, number), self.keys[id(writer)][0], folder, number)
             self.skipped.append(skipped)
             enabled = {product.path for product in products() if product.updates_enabled}
             for path in writer.render_products:

@@ -45,6 +45,7 @@ class Run:
         self.portion: Portion | None = None
         self.growth: Growth | None = None  # lets a run with fewer frames be gone on with
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
+        self.ends_early = False  # because of an error, Ctrl-C or a signal
         self.counts_only = False  # frames are counted here, and made by other processes
         self.shares_out = False  # other processes make the frames
         self.captures = 0  # at which a writer was due
@@ -239,6 +240,11 @@ class Run:
         if claimed is None or number < claimed.end:
             return {}
         return claimed.journal.contents.states.pop(writer, {})
+
+    def is_behind(self, folder: str) -> bool:
+        """Return whether the run goes on in a folder, and ends before it has come to all frames that are there."""
+        claimed = self._folders.get(folder)
+        return self.ends_early and claimed is not None and claimed.goes_on and self.captures < claimed.end
 
     def is_wanted_soon(self, folder: str | None, number: int, ahead: int) -> bool:
         """Return whether a writer's files of a capture, or of one of so many that follow it, are to be made."""
