@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 
 import pytest
 
 import usdsdg as rep
 from tests.capture.part_runs import cut, differences, run
+from usdsdg.errors import UsdsdgWarning
 from usdsdg.session.stage_context import new_stage
 from usdsdg.writers.journal.folders import Mode
 
@@ -55,3 +57,24 @@ def test_a_folder_that_is_behind_gets_the_bytes_that_it_would_have(whole, tmp_pa
         cut(folder / name, 2)
     run(script, folder, mode=Mode.RESUME)
     assert not differences(folder, whole)
+
+
+@pytest.mark.parametrize(
+    ("lost", "frames"),
+    [("yolo/metadata.txt", 2), ("yolo/data.yaml", 4), ("voc/.usdsdg/classes.json", 4), ("voc/labelmap.txt", 4)],
+)
+def test_files_about_all_frames_that_are_not_made_again_are_named(whole, tmp_path, lost, frames):
+    folder = shutil.copytree(whole, tmp_path / "out")
+    name = lost.partition("/")[0]
+    if frames < 4:
+        cut(folder / name, frames)
+    (folder / lost).unlink()
+    with pytest.warns(UsdsdgWarning, match=f"missing or changed: {re.escape(lost.partition('/')[2])} about all frames"):
+        run(script, folder, mode=Mode.RESUME)
+
+
+def test_no_file_is_named_where_all_are_there(whole, tmp_path, recwarn):
+    folder = shutil.copytree(whole, tmp_path / "out")
+    cut(folder / "yolo", 2)
+    run(script, folder, mode=Mode.RESUME)
+    assert not [each for each in recwarn if "missing or changed" in str(each.message)]
