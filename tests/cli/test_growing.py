@@ -8,7 +8,7 @@ from tests.sampled_cases import in_soak
 from usdsdg.scenarios import growth
 from usdsdg.scenarios.jobs import load_job
 from usdsdg.writers.growth import more_frames_of_option
-from usdsdg.writers.journal.recipe import GENERATE, RUN, Recipe, keep_source, source_of
+from usdsdg.writers.journal.recipe import GENERATE, RUN, Recipe, Source, source_of
 
 SCRIPT = """
 import sys
@@ -131,7 +131,7 @@ def test_an_edited_configuration_is_compared_with_the_copy_beside_the_data(tmp_p
     text = (ROOT / "configs/object_based.yaml").read_text()
     file.write_text(f"{text}\n# as it was\n")
     before = Recipe(GENERATE, source_of(file), arguments=["num_frames=2"], device="cpu")
-    keep_source(tmp_path, file)
+    Source.read(file).keep(tmp_path)
     file.write_text(text)
     now = Recipe(GENERATE, source_of(file), arguments=["num_frames=3"], device="cpu")
     compare = growth.of_job(file, *load_job(file, ["num_frames=3"]))

@@ -198,3 +198,28 @@ def test_frames_that_the_dataset_does_not_have_are_an_error(made, frames, named)
     assert done.returncode == 1
     assert done.stderr.strip() == f"error: --frames: {made} does not have {named}; it has 6 frames, from 0 to 5"
     assert not done.stdout
+
+
+EDITED = """
+import sys
+from pathlib import Path
+import omni.replicator.core as rep
+if ".usdsdg" not in __file__:  # as its author may, who prepares the next run meanwhile
+    Path(__file__).write_text("raise SystemExit(7)")
+rep.create.cube()
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir=sys.argv[1], bounding_box_2d_tight=True)
+writer.attach(rep.create.render_product(rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)), (32, 24)))
+rep.orchestrator.step()
+"""
+
+
+def test_a_script_that_is_edited_while_it_runs_is_kept_as_it_began(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(EDITED)
+    done = run(["-m", "usdsdg", "run", "-q", str(script), str(tmp_path / "out")], fresh=True)
+    assert done.returncode == 0, done.stderr
+    assert script.read_text() != EDITED
+    assert (tmp_path / "out/.usdsdg/source/script.py").read_text() == EDITED
+    done = reproduce(tmp_path / "out")
+    assert done.returncode == 0, done.stderr + done.stdout

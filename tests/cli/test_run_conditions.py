@@ -99,6 +99,26 @@ def test_black_pictures_without_labels_end_with_remarks(tmp_path):
     assert "remark: no label is in view in all 2 pictures" in done.stderr
 
 
+def test_a_run_that_goes_on_is_not_judged_by_its_last_pictures(tmp_path):
+    script = """
+        import omni.replicator.core as rep
+        cube = rep.create.cube(semantics=[("class", "cube")])
+        rep.create.light(light_type="Dome")
+        view = rep.create.render_product(rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)), (32, 24))
+        # Motion vectors, for which the last frame is rendered again: another one may follow.
+        options = {"output_dir": "OUTPUT", "motion_vectors": True, "bounding_box_2d_tight": True}
+        rep.writers.get("BasicWriter", options, view)
+        for visible in (True, False):
+            with cube:
+                rep.modify.visibility(visible)
+            rep.orchestrator.step(delta_time=0.0)
+    """
+    for options in ((), ("--resume",)):
+        done = run(tmp_path, script, *options)
+        assert done.returncode == 0, done.stderr
+        assert "remark: no label" not in done.stderr
+
+
 def test_a_script_finds_the_stage_that_was_opened_and_its_mapped_references(tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "cube.usda").write_text('#usda 1.0\n( defaultPrim = "C" )\ndef Cube "C" {}\n')

@@ -17,6 +17,7 @@ from usdsdg.capture.later_pictures import CopiedPictures, LaterPictures, later_p
 from usdsdg.capture.observing import observe
 from usdsdg.capture.output import WriterOutput, append_to_journals, in_spite_of_failures
 from usdsdg.capture.pictures_ahead import PicturesAhead
+from usdsdg.capture.records.frames import note_keypoints
 from usdsdg.capture.records.stages import StageMoment, StageRecords
 from usdsdg.capture.render_settings import RenderMode
 from usdsdg.capture.requests import Requests, count_unwanted
@@ -124,6 +125,9 @@ class Capture:
         _compute(frames)
         self._skip(frames)
         handed = [self._output.payload(writer, frames) for writer in self._requests.writers]
+        if handed:
+            for path, each in frames.items():
+                note_keypoints(each, self._requests.made_of(path))
         self._begin_pictures()  # after payloads: in a GPU's stream their copies would wait until pictures are traced
         self.is_handed_over = True
         try:
@@ -181,6 +185,7 @@ class Capture:
     def _skip(self, frames: Mapping[str, Frame]) -> None:
         if self._requests.skipped_filters:
             self._labeled_prim_reader().survey(self._requests.skipped_filters)
+        current().observations.goes_on |= any(each.is_made for each in self._requests.skipped)
         for skipped in self._requests.skipped:
             self._output.skip(skipped, frames)
 

@@ -8,7 +8,7 @@ from typing import Any
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.payload import build_payload
 from usdsdg.capture.graph_outputs import graph_outputs
-from usdsdg.capture.records.frames import FrameRecords
+from usdsdg.capture.records.frames import FrameRecords, folder_of
 from usdsdg.capture.records.stages import StageMoment
 from usdsdg.capture.requests import Requests, Skipped
 from usdsdg.errors import called_for_script, watch_foreign
@@ -88,6 +88,10 @@ class WriterOutput:
         }
         receive = writer.receive_made if skipped.is_made else writer.receive_skipped
         receive({**graph_outputs(), "renderProducts": seen})
+        if skipped.is_made:  # after the last one the run may be over, and the writer makes files about all frames
+            kept = get_run().take_kept(skipped.folder, skipped.key, skipped.number + 1)
+            for name, value in kept.items():
+                setattr(writer, name, value)
 
     def _report_folder(self, writer: Writer) -> None:
         name, folder = type(writer).__name__, getattr(writer.backend, "output_dir", None)
@@ -132,12 +136,23 @@ def close_writers() -> None:
     """
     if current().tap is not None:
         return  # they were given no frame
-    in_spite_of_failures(*(partial(_end, each) for each in attached_writers()), current().io_queue.wait_until_done)
+    told = [partial(_end, writer) for writer in attached_writers() if not _would_lose_frames(writer)]
+    in_spite_of_failures(*told, current().io_queue.wait_until_done)
 
 
 def _end(writer: Writer) -> None:
     with called_for_script(f"at the last frame of {type(writer).__name__}"):
         writer.on_final_frame()
+
+
+def _would_lose_frames(writer: Writer) -> bool:
+    """Whether files about all frames of a script's own writer would lack frames that are there.
+
+    So it is where going on with a dataset ends early, as by Ctrl-C. Those of the project's writers have all frames.
+    """
+    owner = next(each for each in type(writer).__mro__ if "on_final_frame" in vars(each))
+    folder = folder_of(writer) if owner.__module__.partition(".")[0] != "usdsdg" else None
+    return folder is not None and get_run().is_behind(folder)
 
 
 def _of_other_causes(errors: list[Exception]) -> list[Exception]:

@@ -28,6 +28,9 @@ class Skipped:
 
     writer: Writer
     is_made: bool  # before the run went on
+    key: str = ""  # its name among the writers of the frame
+    folder: str | None = None
+    number: int = 0  # of the frame
 
 
 def writer_key(writer: Writer, due: Sequence[Writer]) -> str:
@@ -113,7 +116,7 @@ class Requests:
                 self._recorded.update(writer.render_products)
             if is_wanted:
                 continue
-            skipped = Skipped(writer, run.is_made(folder, number))
+            skipped = Skipped(writer, run.is_made(folder, number), self.keys[id(writer)][0], folder, number)
             self.skipped.append(skipped)
             enabled = {product.path for product in products() if product.updates_enabled}
             for path in writer.render_products:
@@ -122,7 +125,9 @@ class Requests:
                     self.skipped_filters |= dict.fromkeys(requirements(read).filters)
                     self._made.setdefault(path, []).extend(read if skipped.is_made else [])
                 ahead = max(map(history_of, read), default=0)
-                if not (ahead and run.is_wanted_soon(folder, number + 1, ahead - 1)):
+                # Those of other writers, too: their records have what this writer reads.
+                sharing = {each for other, each in zip(due, folders) if path in other.render_products}
+                if not (ahead and any(run.is_wanted_soon(each, number + 1, ahead - 1) for each in sharing)):
                     # Else a later frame is compared with what this one shows.
                     read = writer.annotators_to_skip() if not skipped.is_made else []
                 if read:
@@ -176,6 +181,10 @@ class Requests:
         """Whether any writer gets a record of its frames."""
         return bool(self._recorded)
 
+    def made_of(self, path: str) -> list[Annotator]:
+        """Return the annotators of the product at `path` that writers read whose files were made before."""
+        return self._made.get(path, [])
+
     def products(self) -> list[HydraTexture]:
         """Return the requested render products, oldest first."""
         return [product for product in products() if product.path in self.annotators]
@@ -187,7 +196,7 @@ class Requests:
     def requirements(self, path: str) -> Requirements:
         """Return what the annotators of the product at `path`, and the record of its frame, need rendered."""
         if path not in self._requirements:
-            self._requirements[path] = requirements([*self.annotators[path], *self._made.get(path, ())])
+            self._requirements[path] = requirements([*self.annotators[path], *self.made_of(path)])
         needs = self._requirements[path]
         if path in self._recorded and needs.aovs.difference(LIGHT_AOVS):
             return replace(needs, aovs=needs.aovs | RECORDED_AOVS)

@@ -10,6 +10,7 @@ class Observations:
         self.frames = 0  # captured with at least one annotator or writer, here or by another process
         self.pictures = 0  # color images
         self.label_frames = 0  # images of render products of which labels were requested
+        self.goes_on = False  # earlier frames were made before, and may have had light and labels
         self.light_seen = False  # a color image was not black
         self.label_seen = False  # a labeled prim was in view
         self.writers: list[str] = []  # type names of the writers that have been attached

@@ -265,3 +265,22 @@ def test_setup_writer_takes_the_configuration_of_isaac_sims_script(frame, tmp_pa
         assert meta["intrinsic_matrix"].tolist() == [[9, 0, 7], [0, 8, 6], [0, 0, 1]]
     finally:
         annotators.unregister_annotator("pose")
+
+
+@pytest.mark.parametrize("exact", [False, True])
+@pytest.mark.parametrize("own", [("apple,ripe", 9), ("ripe", 9)])
+def test_an_object_of_several_classes_is_of_one_class_in_all_files(tmp_path, exact, own):
+    stage = street()
+    add_labels(stage.GetPrimAtPath("/World/Pear"), {"class": ["apple", "ripe"]}, mode="replace")
+    own_name, own_index = own
+    indices = {**CLASSES, own_name: own_index}
+    frame = make_frame(stage, (64, 48))
+    write(tmp_path, frame, class_name_to_index_map=indices, exact=exact)
+    pixels = image(tmp_path, "000000-label.png")[frame.aovs["instance"] == frame.gprims.index("/World/Pear")]
+    (index,) = set(pixels.tolist())
+    name = {each: kind for kind, each in indices.items()}[index].lower()
+    assert name == (own_name if "," in own_name else "apple")
+    meta = loadmat(tmp_path / VIDEO / "000000-meta.mat")
+    assert sorted(set(meta["cls_indexes"].ravel().tolist())) == sorted({7, index})
+    lines = (tmp_path / VIDEO / "000000-box.txt").read_text().splitlines()
+    assert {line.split()[0] for line in lines} == {"apple", name}

@@ -13,6 +13,7 @@ from tests.writers.formats.test_polygons import filled
 from usdsdg import annotators, writers
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
+from usdsdg.verify import verify
 from usdsdg.writers.formats.splits import Splits
 
 PRODUCT = "/Render/HydraTextures/rp1"
@@ -196,6 +197,23 @@ def test_oriented_boxes_enclose_masks(stage, tmp_path):
         assert number in (cube[0], plain[0])
     turned = plain[1].reshape(4, 2) * (64, 48)
     assert np.ptp(turned[:, 0]) > 1.2 * np.linalg.norm(turned[0] - turned[1])  # by 45 degrees
+
+
+def test_an_oriented_box_across_the_picture_is_no_larger_than_it(stage, tmp_path):
+    create = rep.functional.create
+    create.cube(position=(0, 0, 0), scale=(20, 0.6, 0.1), rotation=(0, 0, 45), semantics={"class": "bar"})
+    writer = rep.WriterRegistry.get("YoloWriter")
+    writer.initialize(output_dir=str(tmp_path), task="obb")
+    camera = create.camera(position=(0, 0, 5), look_at=(0, 0.0001, 0))
+    writer.attach(rep.create.render_product(camera, (96, 96)))
+    rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    ((_, corners),) = lines(tmp_path / "labels/train/000000.txt")
+    polygon = corners.reshape(4, 2)
+    # Ultralytics' `verify_image_label` refuses a picture where these are above 1.01.
+    assert np.ptp(polygon, axis=0).max() <= 1.0
+    assert np.linalg.norm(polygon - np.roll(polygon, -1, axis=0), axis=1).max() > 1.2  # still along the diagonal
+    assert not verify(tmp_path).faults
 
 
 @pytest.mark.parametrize(

@@ -30,10 +30,11 @@ KEYPOINT = np.dtype(
 
 
 _NO_NAMES: Mapping[str, Any] = {"keypointNames": [], "primPaths": []}  # info before the first frame
+NAME = "keypoints"
 PRIMS = "keypoint prims"  # what a frame's memo calls them
 
 
-@define("keypoints", aovs=["instance"], params={**LABEL_PARAMS, "tolerance": 0.005}, dtype=KEYPOINT, info=_NO_NAMES)
+@define(NAME, aovs=["instance"], params={**LABEL_PARAMS, "tolerance": 0.005}, dtype=KEYPOINT, info=_NO_NAMES)
 def keypoints(frame: Frame, params: Params) -> Annotation:
     """Keypoints that `functional.modify.keypoints` has set on prims, in the picture.
 

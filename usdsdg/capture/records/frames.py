@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.class_table import ClassTable, ids_are_stable
 from usdsdg.annotators.frame import PIXELS, Frame
+from usdsdg.annotators.kinds.keypoints import NAME as KEYPOINTS_ANNOTATOR
 from usdsdg.annotators.kinds.keypoints import PRIMS as KEYPOINTS
 from usdsdg.annotators.labeled_prims import Selection
 from usdsdg.capture.records.pictures import pictures_of
@@ -176,6 +178,12 @@ class _Content:
         edits = self._moment.layer if self._moment is not None and self._moment.edits else b""
         moment = {"seconds": numerator / denominator, "capture": first.index, "edits": edits}
         return frame_record.encode(FrameRecord(**self._facts, **moment, products=products))
+
+
+def note_keypoints(frame: Frame, annotators: Iterable[Annotator]) -> None:
+    """Read the keypoints of a frame for its records, where annotators would have that are not computed."""
+    if any(each.template_name == KEYPOINTS_ANNOTATOR for each in annotators):
+        frame.derive(KEYPOINTS, frame.labeled_prims.read_keypoints)
 
 
 def _put(path: str, content: _Content, arrays: Any, backend_instance: BaseBackend) -> None:

@@ -185,7 +185,10 @@ def _finish_after_failure(code: int) -> bool:
 
     code: the exit code, if Ctrl-C or a signal comes again.
     """
+    from usdsdg.session.session import current
+
     progress.use(progress.SilentReporter())
+    current().run.ends_early = True
     try:
         try:
             finish_files()

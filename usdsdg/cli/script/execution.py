@@ -91,8 +91,10 @@ def _program(script: Path, namespace: dict[str, Any]) -> CodeType:
 
     namespace: of the script; it gets the names that the editor of Isaac Sim has for it.
     """
+    from usdsdg.writers.journal.run import get_run
+
     # Of bytes Python reads the encoding itself: a mark of the byte order, or a comment such as `coding: latin-1`.
-    tree = ast.parse(script.read_bytes(), str(script))
+    tree = ast.parse(get_run().content_of(script), str(script))
     _check_names(script)
     _check_assets(script, tree)
     namespace.update({name: importlib.import_module(name) for name in _names_of_the_editor(tree)})

@@ -12,6 +12,8 @@ def remarks() -> list[str]:
     if not seen.frames:
         return _of_no_frame()
     found = []
+    if seen.goes_on:
+        return found  # the pictures that were made now are not those of the run
     if seen.pictures and not seen.light_seen:
         found.append(
             f"{_all(seen.pictures, 'picture')} black: no light reaches what the camera sees, or the camera is inside "

@@ -16,6 +16,7 @@ from usdsdg.errors import counted
 from usdsdg.record import CLASSES
 from usdsdg.verify.checks.compare import differs, of_pixels, text
 from usdsdg.writers.formats.shapes.polygons import without_holes
+from usdsdg.writers.formats.yolo.oriented import fitted
 from usdsdg.writers.formats.yolo.yolo_files import DESCRIPTION, NAME
 
 BOXES = "bounding_box_2d_tight_fast"
@@ -112,7 +113,10 @@ def _objects(
         index: each for index, each in enumerate(truth.things(truth.filter_of(BOXES))) if truth.is_visible_enough(each)
     }
     rectangles = {index: _rectangle(members == index) for index in things} if is_oriented else {}
-    ends = {index: _extent(rectangles[index]) if is_oriented else _edges(each) for index, each in things.items()}
+    ends = {
+        index: _extent(fitted(rectangles[index], truth.product.size)) if is_oriented else _edges(each)
+        for index, each in things.items()
+    }
     size = np.array([truth.product.size, truth.product.size], float).ravel()
 
     def off(index: int, box: np.ndarray, name: str | None) -> float:
@@ -179,7 +183,15 @@ def _rectangle(mask: np.ndarray) -> np.ndarray:
 
 
 def _oriented(seen: Seen, file: str, thing: Thing, corners: np.ndarray, mask: np.ndarray, least: np.ndarray) -> Faults:
-    """An oriented box is a rectangle around the pixels of its object, and no smaller one exists."""
+    """An oriented box is a rectangle around the pixels of its object, and no smaller one exists.
+
+    One that is larger than the picture has its corners in it.
+    """
+    inside = fitted(least, (mask.shape[1], mask.shape[0]))
+    if inside is not least:
+        if np.abs(_extent(corners) - _extent(inside)).max() > _NEAR or _area(corners) < _area(inside) * (1 - _NEAR):
+            yield Fault(file, seen.name, f"the oriented box of {thing.path} [pixels]", text(inside), text(corners))
+        return
     what, sides = f"the oriented box of {thing.path}", np.roll(corners, -1, axis=0) - corners
     lengths = np.linalg.norm(sides, axis=1)
     turns = np.abs((sides * np.roll(sides, -1, axis=0)).sum(axis=1))
@@ -198,6 +210,12 @@ def _oriented(seen: Seen, file: str, thing: Thing, corners: np.ndarray, mask: np
     )
     if abs(area - smallest) > _NEAR * (lengths[0] + lengths[1]):
         yield Fault(file, seen.name, f"the area of {what} [pixels]", f"{smallest:.2f}", f"{area:.2f}")
+
+
+def _area(corners: np.ndarray) -> float:
+    """Return the area of a polygon (N, 2)."""
+    (x, y), (next_x, next_y) = corners.T, np.roll(corners, -1, axis=0).T
+    return abs(float((x * next_y - next_x * y).sum())) / 2
 
 
 def _outline(seen: Seen, file: str, thing: Thing, corners: np.ndarray, mask: np.ndarray) -> Faults:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 from usdsdg.errors import WriterError, counted, warn_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.writers.journal import journal, lines, recipe
+from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.place import PARTS, FolderPlace, Place
+from usdsdg.writers.journal.spool_hashes import AGGREGATES
 
 _PART = re.compile(r"^\..*\.part$")  # files that a process was writing when it died
 
@@ -58,11 +61,31 @@ def warn_of_lost(place: Place, listed: Path) -> None:
         if not _has_size(place.path / name, size)
     ]
     if lost:
-        what = f"{lost[0]} and {counted(len(lost) - 1, 'more file')}" if len(lost) > 1 else lost[0]
         warn_once(
-            f"{place.name}: missing or changed: {what} of frames that were made before, which going on does not make "
-            "again. usdsdg verify lists them, and usdsdg repair makes them again once the run has ended."
+            f"{place.name}: missing or changed: {_first_of(lost)} of frames that were made before, which going on does "
+            "not make again. usdsdg verify lists them, and usdsdg repair makes them again once the run has ended."
         )
+
+
+def warn_of_lost_about_all(place: Place, shared: Mapping[str, FileFacts]) -> None:
+    """Warn of files about all frames that are missing or of another size once a run that went on is whole."""
+    if not isinstance(place, FolderPlace):
+        return
+    spools = f"{BESIDE}/{AGGREGATES}/"  # which have facts of their own
+    lost = [
+        name
+        for name, (size, _) in shared.items()
+        if not name.startswith(spools) and not _has_size(place.path / name, size)
+    ]
+    if lost:
+        warn_once(
+            f"{place.name}: missing or changed: {_first_of(lost)} about all frames, which going on has not made again. "
+            "usdsdg repair makes them again."
+        )
+
+
+def _first_of(names: Sequence[str]) -> str:
+    return f"{names[0]} and {counted(len(names) - 1, 'more file')}" if len(names) > 1 else names[0]
 
 
 def _has_size(path: Path, size: int) -> bool:

@@ -15,7 +15,13 @@ from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.locks import Locked
 from usdsdg.stores.whole_file import not_writable, write_whole
 from usdsdg.writers.journal import journal, lines, recipe
-from usdsdg.writers.journal.earlier_files import remove_files, remove_run, remove_unfinished, warn_of_lost
+from usdsdg.writers.journal.earlier_files import (
+    remove_files,
+    remove_run,
+    remove_unfinished,
+    warn_of_lost,
+    warn_of_lost_about_all,
+)
 from usdsdg.writers.journal.facts import ASSETS, Facts, changed_assets, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.grown import Growth, advice
@@ -198,6 +204,8 @@ class DatasetFolder:
                 written = made.write(self.path)
                 kept = {name: facts for name, facts in spools.items() if not name.startswith(f"{ONCE}/")}
                 self.journal.close(complete=complete, recipe=written, kept=kept, spools=kept if complete else spools)
+                if complete and self.goes_on:
+                    warn_of_lost_about_all(self.place, contents.shared)
                 if complete:
                     shutil.rmtree(self.aggregates / ONCE, ignore_errors=True)
                     shutil.rmtree(self.path / JOINED, ignore_errors=True)

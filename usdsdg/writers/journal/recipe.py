@@ -175,16 +175,29 @@ def _class_names(table: bytes | None) -> dict[str, list[str]]:
         return {}
 
 
-def keep_source(folder: Path, source: Path) -> str | None:
-    """Keep a copy of a script or configuration beside the data; return its path there, None if it is too large.
+@dataclass(frozen=True)
+class Source:
+    """A script or configuration as it was when the run began, which its file may be no more at the first frame."""
 
-    Raises:
-        OutputNotWritable: it cannot be written.
-    """
-    if source.suffix.lower() not in _TEXTS or source.stat().st_size > _LARGEST:
-        return None
-    write_whole(folder / SOURCE / source.name, source.read_bytes())
-    return f"{SOURCE}/{source.name}"
+    file: Path
+    content: bytes | None  # None: it is no text, or too large to be kept beside the data
+
+    @classmethod
+    def read(cls, file: Path) -> Source:
+        """Read a file. The script may leave the working folder, so that its path becomes absolute."""
+        is_kept = file.suffix.lower() in _TEXTS and file.stat().st_size <= _LARGEST
+        return cls(file.absolute(), file.read_bytes() if is_kept else None)
+
+    def keep(self, folder: Path) -> str | None:
+        """Keep a copy beside the data in a folder; return its path there, None where its content is not known.
+
+        Raises:
+            OutputNotWritable: it cannot be written.
+        """
+        if self.content is None:
+            return None
+        write_whole(folder / SOURCE / self.file.name, self.content)
+        return f"{SOURCE}/{self.file.name}"
 
 
 def read(folder: Path, *, overwriting: str = "--overwrite") -> dict[str, Any] | None:

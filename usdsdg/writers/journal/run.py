@@ -27,7 +27,7 @@ from usdsdg.writers.journal.frames import FileFacts, FrameFiles, FramesInHand
 from usdsdg.writers.journal.grown import Growth
 from usdsdg.writers.journal.place import Place, place_of
 from usdsdg.writers.journal.portion import Portion
-from usdsdg.writers.journal.recipe import SCRIPT, Recipe, source_of
+from usdsdg.writers.journal.recipe import SCRIPT, Recipe, Source, source_of
 
 # Arguments of writers that say where files go.
 _PLACES = ("output_dir", "backend", "s3_bucket", "s3_region", "s3_endpoint")
@@ -40,11 +40,12 @@ class Run:
 
     def __init__(self) -> None:
         self.recipe: Recipe | None = None
-        self._source: Path | None = None
+        self._source: Source | None = None
         self.mode = Mode.REPLACE
         self.portion: Portion | None = None
         self.growth: Growth | None = None  # lets a run with fewer frames be gone on with
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
+        self.ends_early = False  # because of an error, Ctrl-C or a signal
         self.counts_only = False  # frames are counted here, and made by other processes
         self.shares_out = False  # other processes make the frames
         self.captures = 0  # at which a writer was due
@@ -76,9 +77,13 @@ class Run:
         frames be gone on with.
         """
         self.recipe, self.mode, self.portion = recipe, mode, portion
-        # The script may leave the working folder before its first frame.
-        self._source = source.absolute() if source is not None else None
+        self._source = Source.read(source) if source is not None else None
         self.growth = growth
+
+    def content_of(self, file: Path) -> bytes:
+        """Return the content of a file; of the configuration or script, that with which the run began."""
+        kept = self._source.content if self._source is not None and self._source.file == file.absolute() else None
+        return file.read_bytes() if kept is None else kept
 
     # Folders
 
@@ -166,7 +171,7 @@ class Run:
                 if self.mode is Mode.RESUME and (there := len(claimed.journal.contents.frames)):
                     have = counted(there, "frame, which is", "frames, which are")
                     say_once(f"{place.name} has {have} not made again")
-                if self._source is not None and (kept := recipe_file.keep_source(place.path, self._source)):
+                if self._source is not None and (kept := self._source.keep(place.path)):
                     claimed.note_shared(kept, facts_of(place.path / kept))
             return self._folders.get(folder)
 
@@ -235,6 +240,11 @@ class Run:
         if claimed is None or number < claimed.end:
             return {}
         return claimed.journal.contents.states.pop(writer, {})
+
+    def is_behind(self, folder: str) -> bool:
+        """Return whether the run goes on in a folder, and ends before it has come to all frames that are there."""
+        claimed = self._folders.get(folder)
+        return self.ends_early and claimed is not None and claimed.goes_on and self.captures < claimed.end
 
     def is_wanted_soon(self, folder: str | None, number: int, ahead: int) -> bool:
         """Return whether a writer's files of a capture, or of one of so many that follow it, are to be made."""
@@ -357,7 +367,7 @@ class Run:
             self._is_main_script_known = True
             if (script := _main_script()) is not None:
                 self.recipe = Recipe(SCRIPT, source_of(script), arguments=sys.argv[1:])
-                self._source = script
+                self._source = Source.read(script)
         if self.recipe is not None and not self.recipe.device:
             self.recipe.device = devices.renderer_device_kind()
         return self.recipe is not None

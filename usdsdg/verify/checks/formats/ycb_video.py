@@ -33,7 +33,7 @@ def check(seen: Seen) -> Faults:
     if seen.truth is not None and indices is not None:
         if label is not None:
             yield from _labels(seen, file, label, indices, seen.truth)
-        yield from _boxes(seen, seen.truth)
+        yield from _boxes(seen, indices, seen.truth)
         if meta is not None and seen.truth.camera is not None:
             yield from _poses(seen, meta, indices, seen.truth, seen.truth.camera)
     if "inverse depth" in seen.extra and seen.truth is not None:
@@ -53,8 +53,9 @@ def _indices(seen: Seen) -> dict[str, int] | None:
     return {str(name).lower(): int(index) for name, index in given.items()}
 
 
-def _class(thing: Thing) -> str:
-    return (thing.labels.get("class") or ",".join(thing.labels.values())).split(",")[0]
+def _class(thing: Thing, indices: dict[str, int]) -> str:
+    whole = thing.labels.get("class") or ",".join(thing.labels.values())
+    return whole if whole in indices else whole.split(",")[0]
 
 
 def _labels(seen: Seen, file: str, label: np.ndarray, indices: dict[str, int], truth: Truth) -> Faults:
@@ -66,17 +67,18 @@ def _labels(seen: Seen, file: str, label: np.ndarray, indices: dict[str, int], t
     if label.shape != members.shape:
         yield Fault(file, seen.name, "has another size", str(members.shape), str(label.shape))
         return
-    own = [indices.get(each.labels.get("class", ""), indices.get(_class(each), 0)) for each in things]
+    own = [indices.get(_class(each, indices), 0) for each in things]
     expected = np.array([*own, 0, 0])[np.where(members < 0, len(own), members)]
     if (label != expected).any():
         yield Fault(file, seen.name, f"the index of the class differs in {of_pixels(label != expected)}")
 
 
-def _boxes(seen: Seen, truth: Truth) -> Faults:
+def _boxes(seen: Seen, indices: dict[str, int], truth: Truth) -> Faults:
     """The lines are the boxes of what is visible."""
     for file, lines in seen.lines:
         things = [each for each in truth.things(truth.filter_of(_TIGHT)) if each.visible]
-        expected = Counter(f"{'_'.join(_class(each).split())} {' '.join(map(str, each.box or ()))}" for each in things)
+        names = ("_".join(_class(each, indices).split()) for each in things)
+        expected = Counter(f"{name} {' '.join(map(str, each.box or ()))}" for name, each in zip(names, things))
         found = Counter(" ".join(fields) for fields in lines)
         for line in expected - found:
             yield Fault(file, seen.name, f"the box `{line}` is missing")
@@ -111,7 +113,7 @@ def _inverse_depth(seen: Seen, file: str, image: np.ndarray, truth: Truth) -> Fa
 def _poses(seen: Seen, meta: Meta, indices: dict[str, int], truth: Truth, camera: CameraView) -> Faults:
     """The objects are the visible ones of known classes, each with its pose and center."""
     key = truth.filter_of(_BOXES if meta.exact else _NODE)
-    left = [each for each in truth.things(key) if each.visible and _class(each) in indices]
+    left = [each for each in truth.things(key) if each.visible and _class(each, indices) in indices]
     matrix = truth.record.parameters.get("intrinsic_matrix")
     own = np.array([[camera.fx, 0, camera.cx - 0.5], [0, camera.fy, camera.cy - 0.5], [0, 0, 1]])
     if meta.exact and differs(meta.matrix, own, relative=1e-7):
@@ -124,7 +126,7 @@ def _poses(seen: Seen, meta: Meta, indices: dict[str, int], truth: Truth, camera
     if meta.factor != factor:
         yield Fault(meta.file, seen.name, "factor_depth", str(factor), str(meta.factor))
     for index, pose, center in zip(meta.indices.tolist(), meta.poses, meta.centers):
-        same = [each for each in left if indices[_class(each)] == index]
+        same = [each for each in left if indices[_class(each, indices)] == index]
         if not same:
             yield Fault(meta.file, seen.name, f"an object of class {index} is not visible, or listed too often")
             continue

@@ -236,7 +236,7 @@ class YCBVideoWriter(Writer):
                 picture = self._picture(kind, seen)
                 steps.append(partial(write_image, path=path(kind, f"{name}.{ending}"), data=picture))
         if self._has_boxes:
-            steps.append(partial(write_text, path=path(TIGHT, "box.txt"), text=box_lines(seen[TIGHT])))
+            steps.append(partial(write_text, path=path(TIGHT, "box.txt"), text=box_lines(seen[TIGHT], self._indices)))
         if meta is not None:
             steps.append(partial(write_bytes, path=path("", "meta.mat"), data=mat_file(meta)))
         return steps

@@ -9,7 +9,7 @@ from usdsdg.errors import Unsupported, warn_once
 from usdsdg.writers.formats.shapes.camera_projection import camera_matrix
 from usdsdg.writers.formats.shapes.opencv_frame import TO_OPENCV, opencv_position, opencv_rotation
 from usdsdg.writers.formats.ycb_video.ycb_models import Models
-from usdsdg.writers.formats.ycb_video.ycb_pictures import first_class
+from usdsdg.writers.formats.ycb_video.ycb_pictures import class_of
 
 BOXES, CAMERA, INSTANCES, DEPTH = (
     "bounding_box_3d", "camera_params", "instance_segmentation_fast", "distance_to_image_plane",
@@ -28,7 +28,7 @@ class _Posed(NamedTuple):
 def node_meta(poses: Mapping[str, Any], indices: Mapping[str, int]) -> dict[str, np.ndarray]:
     """Return classes, poses and centers of an annotation `pose` as it has them."""
     rows = poses["data"]
-    names = [first_class(poses["idToLabels"][str(row["semanticId"])]) for row in rows]
+    names = [class_of(poses["idToLabels"][str(row["semanticId"])], indices) for row in rows]
     known = np.array([_is_known(name, indices) for name in names], bool)
     count = int(known.sum())
     matrices = rows["prims_to_desired_camera"][known].astype(np.float64)
@@ -81,7 +81,7 @@ def _objects(
     visible = set(np.unique(seen[INSTANCES]["data"]).tolist())
     found = []
     for row, path, instance in zip(boxes["data"], boxes["primPaths"], boxes["bboxIds"].tolist(), strict=True):
-        name = first_class(boxes["idToLabels"][str(row["semanticId"])])
+        name = class_of(boxes["idToLabels"][str(row["semanticId"])], indices)
         if instance in visible and _is_known(name, indices):
             rotation, position = models.place(path, name, row["transform"], meters)
             turned, moved = opencv_rotation(rotation, view), opencv_position(position, view) * meters

@@ -11,7 +11,7 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.poses.transforms import as_array, inverse, local_to_world, meters_per_unit
 from usdsdg.writers.formats.bop.bop_models import Stretches, model_of, warn_of_deformation
 from usdsdg.writers.formats.bop.shape_edits import ShapeEdits
-from usdsdg.writers.formats.ycb_video.ycb_pictures import first_class
+from usdsdg.writers.formats.ycb_video.ycb_pictures import class_of
 
 _SAME = 1e-4  # meters by which points of equal shapes may differ; transforms are 32-bit in payloads
 
@@ -42,7 +42,7 @@ class Models:
         if edited := set(self._edits.take({path for path, _, _ in self._compared})):
             self._compared = {each for each in self._compared if each[0] not in edited}
         for each in prims.read():
-            name = first_class(each.labels)
+            name = class_of(each.labels, indices)
             if name in indices:
                 self._note(each.name, name, self._stretches.note(each.name, each.local_to_world) * meters)
 

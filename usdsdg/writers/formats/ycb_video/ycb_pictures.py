@@ -43,16 +43,16 @@ def label_picture(segmentation: Mapping[str, Any], indices: Mapping[str, int]) -
     ids, table = segmentation["data"], segmentation["idToLabels"]
     index_of = np.zeros(max((int(key) for key in table), default=0) + 1, np.uint8)
     for key, labels in table.items():
-        index_of[int(key)] = indices.get(labels.get("class", ""), indices.get(first_class(labels), 0))
+        index_of[int(key)] = indices.get(class_of(labels, indices), 0)
     return index_of[ids]
 
 
-def box_lines(boxes: Mapping[str, Any]) -> str:
+def box_lines(boxes: Mapping[str, Any], indices: Mapping[str, int]) -> str:
     """Return a line for each box: its class, first and last column and row, as `class x1 y1 x2 y2`."""
     lines = []
     for row in boxes["data"]:
         corners = " ".join(str(int(row[side])) for side in ("x_min", "y_min", "x_max", "y_max"))
-        lines.append(f"{_without_blanks(first_class(boxes['idToLabels'][str(row['semanticId'])]))} {corners}\n")
+        lines.append(f"{_without_blanks(class_of(boxes['idToLabels'][str(row['semanticId'])], indices))} {corners}\n")
     return "".join(lines)
 
 
@@ -64,6 +64,7 @@ def _without_blanks(name: str) -> str:
     return short
 
 
-def first_class(labels: Mapping[str, str]) -> str:
-    """Return the class of an object, the outermost where it has several."""
-    return str(labels.get("class") or ",".join(labels.values())).split(",")[0]
+def class_of(labels: Mapping[str, str], indices: Mapping[str, int]) -> str:
+    """Return the class of an object: where it has several, all of them if these have an index, else the outermost."""
+    whole = str(labels.get("class") or ",".join(labels.values()))
+    return whole if whole in indices else whole.split(",")[0]

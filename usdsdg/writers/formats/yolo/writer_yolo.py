@@ -22,6 +22,7 @@ from usdsdg.writers.formats.shapes.polygons import joined, outlines, without_hol
 from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
 from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.formats.yolo import yolo_files as files
+from usdsdg.writers.formats.yolo.oriented import fitted
 from usdsdg.writers.latest import keep_latest
 from usdsdg.writers.options import CommonOptions, common_backend, common_labels, typed
 
@@ -190,8 +191,10 @@ class YoloWriter(Writer):
         return self._keypoints
 
     def _oriented(self, seen: Mapping[str, Any], row: Any, instance: int) -> np.ndarray:
-        """Return the corners of the oriented box [pixels]."""
-        return seen[OBB]["data"]["corners"][np.flatnonzero(np.asarray(seen[OBB]["bboxIds"]) == instance)[0]]
+        """Return the corners of the oriented box [pixels], as `fitted` has them."""
+        height, width = seen[INSTANCES]["data"].shape
+        corners = seen[OBB]["data"]["corners"][np.flatnonzero(np.asarray(seen[OBB]["bboxIds"]) == instance)[0]]
+        return fitted(corners, (width, height))
 
     def _box(self, seen: Mapping[str, Any], row: Any, instance: int) -> Sequence[tuple[float, float]]:
         """Return center and size [pixels]; the annotator's x_max and y_max are inclusive."""
