@@ -258,9 +258,14 @@ def test_who_was_interrupted_while_it_waited_to_have_the_turn_back_leaves_it_to_
 
     monkeypatch.setattr(turns, "_tell", interrupt)
     thread = threading.Thread(target=other)
-    with pytest.raises(KeyboardInterrupt), turns, turns, turns.set_aside():
-        thread.start()
-        assert has_it.wait(SECONDS)
+
+    def give_away() -> None:
+        with turns, turns, turns.set_aside():
+            thread.start()
+            assert has_it.wait(SECONDS)
+
+    with pytest.raises(KeyboardInterrupt):
+        give_away()
     assert turns._depth == 1
     may_end.set()
     thread.join(SECONDS)
@@ -324,7 +329,6 @@ FORK_IN_TURN = """
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes do not fork here")
 def test_a_process_forked_within_a_call_has_the_turn_until_the_call_ends():
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", textwrap.dedent(FORK_IN_TURN)], capture_output=True, text=True, timeout=120
-    )
+    program = textwrap.dedent(FORK_IN_TURN)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
     assert done.stdout.strip() == "0", done.stderr
