@@ -187,11 +187,17 @@ class _Notices:
         readers = [reader for known in self._readers if (reader := known()) is not None and not reader.is_muted]
         if not readers:
             return  # reading its paths is most of what a notice costs, and a physics step changes a thousand of them
-        resynced = list(notice.GetResolvedAssetPathsResyncedPaths())
+        changed, resynced = notice.GetChangedInfoOnlyPaths(), list(notice.GetResolvedAssetPathsResyncedPaths())
         reapplied: list[Sdf.Path] = []
-        for path in notice.GetResyncedPaths():
-            (reapplied if notice.GetChangedFields(path) == ["apiSchemas"] else resynced).append(path)
-        edits = _Edits(self._one_list(notice.GetChangedInfoOnlyPaths()), resynced, reapplied)
+        others = resynced
+        if found := notice.GetResyncedPaths():
+            # Prims of which nothing but opinions came or went: a layer was cleared, added or removed. Then a notice
+            # says nothing of the properties at and below prims to which schemas were applied there.
+            if not any(map(Sdf.Path.IsAbsoluteRootOrPrimPath, changed)):
+                others = reapplied
+            for path in found:
+                (others if notice.GetChangedFields(path) == ["apiSchemas"] else resynced).append(path)
+        edits = _Edits(self._one_list(changed), resynced, reapplied)
         for reader in readers:
             reader.record(edits)
 
