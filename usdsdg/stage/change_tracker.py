@@ -189,14 +189,13 @@ class _Notices:
             return  # reading its paths is most of what a notice costs, and a physics step changes a thousand of them
         changed, resynced = notice.GetChangedInfoOnlyPaths(), list(notice.GetResolvedAssetPathsResyncedPaths())
         reapplied: list[Sdf.Path] = []
-        others = resynced
         if found := notice.GetResyncedPaths():
-            # Prims of which nothing but opinions came or went: a layer was cleared, added or removed. Then a notice
-            # says nothing of the properties at and below prims to which schemas were applied there.
-            if not any(map(Sdf.Path.IsAbsoluteRootOrPrimPath, changed)):
-                others = reapplied
+            # Prims that have lost or got specs without a value: a layer was cleared, added or removed. A notice says
+            # nothing of what that changed at and below prims to which the layer applies schemas.
+            is_of_layer = any(map(Sdf.Path.IsAbsoluteRootOrPrimPath, changed))
             for path in found:
-                (others if notice.GetChangedFields(path) == ["apiSchemas"] else resynced).append(path)
+                is_alone = not is_of_layer and notice.GetChangedFields(path) == ["apiSchemas"]
+                (reapplied if is_alone else resynced).append(path)
         edits = _Edits(self._one_list(changed), resynced, reapplied)
         for reader in readers:
             reader.record(edits)
