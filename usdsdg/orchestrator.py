@@ -99,7 +99,7 @@ def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
         get_app().run_ready_tasks()
         turns.give_way()
         if get_is_paused():
-            # Only a task can resume; sleep to leave it the processor.
+            # Only a task or another thread can resume; sleep to leave it the processor.
             time.sleep(PAUSED_SECONDS)
 
 

@@ -79,6 +79,45 @@ def test_kernels_of_programs_without_checksums_are_loaded(tmp_path):
     assert "compiled again" in run(tmp_path)[1]
 
 
+def test_kernels_that_another_process_removes_as_damaged_meanwhile_are_compiled_again(monkeypatch):
+    cache.compile_what_is_damaged()
+    removed = []
+
+    def remove(file: str, *, is_new: bool) -> None:
+        if not removed:
+            removed.append(shutil.rmtree(Path(file).parent))
+
+    monkeypatch.setattr(cache, "check_sum", remove)
+
+    @wp.kernel(module="unique")
+    def nine(numbers: wp.array[int]):
+        numbers[wp.tid()] = 9
+
+    numbers = wp.zeros(1, dtype=int, device="cpu")
+    wp.launch(nine, 1, [numbers], device="cpu")
+    assert numbers.numpy().tolist() == [9]
+    assert removed
+
+
+def test_an_error_of_a_kernel_is_that_of_its_compilation(monkeypatch):
+    cache.compile_what_is_damaged()
+    raised = []
+
+    def build(*_: object) -> None:
+        raised.append(True)
+        raise RuntimeError("no such function")
+
+    monkeypatch.setattr(wp.Module, "_run_codegen", build)
+
+    @wp.kernel(module="unique")
+    def eight(numbers: wp.array[int]):
+        numbers[wp.tid()] = 8
+
+    with pytest.raises(RuntimeError, match=r"^no such function$"):
+        wp.launch(eight, 1, [wp.zeros(1, dtype=int, device="cpu")], device="cpu")
+    assert len(raised) == 1
+
+
 def test_a_disk_without_room_is_named_before_anything_compiles(monkeypatch):
     wp.init()
     usage = shutil.disk_usage(wp.config.kernel_cache_dir)._replace(free=3_000_000)

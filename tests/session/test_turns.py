@@ -244,6 +244,35 @@ def test_a_frame_that_waits_for_another_thread_lets_it_call():
         assert turns._depth == 0
 
 
+def test_who_was_interrupted_while_it_waited_to_have_the_turn_back_leaves_it_to_the_other(monkeypatch):
+    monkeypatch.setattr(turns_module, "PATIENCE", 0.01)
+    turns, has_it, may_end = Turns(), threading.Event(), threading.Event()
+
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    def other() -> None:
+        with turns:
+            has_it.set()
+            may_end.wait(SECONDS)
+
+    monkeypatch.setattr(turns, "_tell", interrupt)
+    thread = threading.Thread(target=other)
+
+    def give_away() -> None:
+        with turns, turns, turns.set_aside():
+            thread.start()
+            assert has_it.wait(SECONDS)
+
+    with pytest.raises(KeyboardInterrupt):
+        give_away()
+    assert turns._depth == 1
+    may_end.set()
+    thread.join(SECONDS)
+    with turns:
+        assert turns._depth == 1
+
+
 FORK = """
     import multiprocessing, threading, time
     import usdsdg as rep
@@ -272,4 +301,34 @@ def test_a_forked_process_has_its_turns_whoever_had_them():
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", textwrap.dedent(FORK)], capture_output=True, text=True, timeout=120
     )
+    assert done.stdout.strip() == "0", done.stderr
+
+
+FORK_IN_TURN = """
+    import os, threading
+    from usdsdg.session.turns import turns
+
+    def other():
+        with turns:
+            entered.append(True)
+
+    entered = []
+    with turns, turns:
+        child = os.fork()
+        if not child:
+            thread = threading.Thread(target=other)
+            thread.start()
+            thread.join(0.2)
+            assert not entered
+    if not child:
+        thread.join(60)
+        os._exit(0 if entered else 1)
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes do not fork here")
+def test_a_process_forked_within_a_call_has_the_turn_until_the_call_ends():
+    program = textwrap.dedent(FORK_IN_TURN)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120)
     assert done.stdout.strip() == "0", done.stderr

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import os
 import shutil
+import threading
 import zlib
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
 
 # With less free space [bytes] nothing is compiled: where LLVM finds a disk full, it ends the process.
 LEAST_SPACE = 8_000_000
+# To load a module: processes that find it damaged at once may each remove what another one has compiled since.
+MOST_ATTEMPTS = 3
+_made = threading.local()  # `is_there`: whether the module that the thread loads was in the cache, or was compiled
 _DAMAGED = "kernels are damaged"  # key of the warning, one for all of them
 _OTHER_FOLDER = "name another folder for them: export WARP_CACHE_PATH=FOLDER"
 
@@ -67,7 +72,9 @@ def compile_what_is_damaged() -> None:
         module: wp.Module, device: Any = None, output_dir: Any = None, output_name: str | None = None,
         *others: Any, **named: Any,
     ) -> bool:  # fmt: skip
+        _made.is_there = False
         is_compiled = make(module, device, output_dir, output_name, *others, **named)
+        _made.is_there = True
         if output_dir is not None and output_name is not None and wp.config.cache_kernels:
             check_sum(os.path.join(output_dir, output_name), is_new=is_compiled)
         return is_compiled
@@ -76,16 +83,19 @@ def compile_what_is_damaged() -> None:
     def load_or_compile(
         module: wp.Module, device: Any, block_dim: int | None = None, *others: Any, **named: Any
     ) -> Any:
-        try:
-            return load(module, device, block_dim, *others, **named)
-        except Exception as error:  # of the linker, of JSON or of the driver; compiling tells whether it was the file
-            block = module.options["block_dim"] if block_dim is None else block_dim
-            if isinstance(error, OSError):
-                raise _not_writable(module, block, error) from error
-            if others or named or not is_cached(module, wp.get_device(device), block):
-                raise
-            _remove(str(_folder(module, block)), error)
-            return load(module, device, block_dim)
+        for attempt in itertools.count(1):
+            try:
+                return load(module, device, block_dim, *others, **named)
+            except Exception as error:  # of the linker, of JSON or of the driver; compiling tells if it was the file
+                block = module.options["block_dim"] if block_dim is None else block_dim
+                is_last = attempt == MOST_ATTEMPTS or others or named or not getattr(_made, "is_there", False)
+                if isinstance(error, OSError) and (is_last or not isinstance(error, FileNotFoundError)):
+                    raise _not_writable(module, block, error) from error
+                folder = _folder(module, block)
+                if is_last or folder is None:
+                    raise
+                if is_cached(module, wp.get_device(device), block):  # else another process has removed it meanwhile
+                    _remove(folder, error)
 
     wp.Module.load, wp.Module._compile = load_or_compile, compile_or_check
 
@@ -130,8 +140,10 @@ def _folder(module: wp.Module, block: int) -> str | None:
 
 
 def _remove(folder: str, why: Exception) -> None:
+    aside = f"{folder}_damaged_p{os.getpid()}_t{threading.get_ident()}"
     try:
-        shutil.rmtree(folder)
+        os.rename(folder, aside)  # removed file by file, other processes would find a part of it
+        shutil.rmtree(aside, ignore_errors=True)
     except FileNotFoundError:  # another process has found it damaged as well
         pass
     except OSError as error:

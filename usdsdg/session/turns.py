@@ -33,15 +33,20 @@ class Turns:
 
     def __init__(self) -> None:
         self._exempt = threading.local()
-        self._forget()
-
-    def _forget(self) -> None:
-        """Begin anew, as in a forked process, in which the thread that has the turn may not exist."""
         self._lock = threading.RLock()
         self._owner: int | None = None  # the thread that has it
         self._holder = ""  # its name, or that of the one before
         self._depth = 0  # how often it has taken it
         self._taken = self._waiting = 0  # how often it was taken by any; threads that wait
+
+    def _begin_in_child(self) -> None:
+        """Begin anew in a forked process: it has the thread that forked alone, which keeps the turn if it has it."""
+        self._lock = threading.RLock()
+        self._taken = self._waiting = 0
+        if self._owner != threading.get_ident():
+            self._owner, self._depth = None, 0
+        for _ in range(self._depth):
+            self._lock.acquire()
 
     def __enter__(self) -> None:
         if getattr(self._exempt, "value", False):
@@ -58,7 +63,8 @@ class Turns:
         self._owner, self._holder = threading.get_ident(), threading.current_thread().name
 
     def __exit__(self, *_: object) -> None:
-        if not getattr(self._exempt, "value", False):
+        # A thread that was interrupted while it waited to have the turn back, after `set_aside`, does not have it.
+        if not getattr(self._exempt, "value", False) and self._owner == threading.get_ident():
             self._depth -= 1
             if not self._depth:
                 self._owner = None
@@ -95,7 +101,7 @@ class Turns:
 
 
 turns = Turns()
-around_fork(in_child=turns._forget)
+around_fork(in_child=turns._begin_in_child)
 
 
 def in_turn(function: Callable[P, R]) -> Callable[P, R]:

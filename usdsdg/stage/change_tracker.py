@@ -187,11 +187,16 @@ class _Notices:
         readers = [reader for known in self._readers if (reader := known()) is not None and not reader.is_muted]
         if not readers:
             return  # reading its paths is most of what a notice costs, and a physics step changes a thousand of them
-        resynced = list(notice.GetResolvedAssetPathsResyncedPaths())
+        changed, resynced = notice.GetChangedInfoOnlyPaths(), list(notice.GetResolvedAssetPathsResyncedPaths())
         reapplied: list[Sdf.Path] = []
-        for path in notice.GetResyncedPaths():
-            (reapplied if notice.GetChangedFields(path) == ["apiSchemas"] else resynced).append(path)
-        edits = _Edits(self._one_list(notice.GetChangedInfoOnlyPaths()), resynced, reapplied)
+        if found := notice.GetResyncedPaths():
+            # Prims that have lost or got specs without a value: a layer was cleared, added or removed. A notice says
+            # nothing of what that changed at and below prims to which the layer applies schemas.
+            is_of_layer = any(map(Sdf.Path.IsAbsoluteRootOrPrimPath, changed))
+            for path in found:
+                is_alone = not is_of_layer and notice.GetChangedFields(path) == ["apiSchemas"]
+                (reapplied if is_alone else resynced).append(path)
+        edits = _Edits(self._one_list(changed), resynced, reapplied)
         for reader in readers:
             reader.record(edits)
 

@@ -25,6 +25,7 @@ class MaterialEntry:
     material: Material | None  # None: its surface shader is missing or unknown
     network: Network
     shared_as: tuple | None
+    path: Sdf.Path  # at which it was read: the prims of the network are those below, also for others that have it
     users: int = 0  # paths that have it
 
 
@@ -115,7 +116,9 @@ class MaterialLibrary:
                 self._handles.note(map(prim.AppendProperty, names), UNREAD)
                 continue
             entries = [(path, self._by_path[path]) for path in found]
-            if not entries or any(entry.users > 1 or entry.material is None for _, entry in entries):
+            if not entries or any(
+                entry.users > 1 or entry.path != path or entry.material is None for path, entry in entries
+            ):
                 others.add(prim)
                 continue
             for path, entry in entries:
@@ -157,8 +160,9 @@ class MaterialLibrary:
     def _is_unread_shader(self, path: Sdf.Path) -> bool:
         """Whether a shader without readers belongs to a material that was read without it."""
         if path not in self._unread:
-            entry = next((self._by_path[each] for each in path.GetPrefixes() if each in self._by_path), None)
-            is_read = entry is not None and entry.material is not None
+            owner = next((each for each in path.GetPrefixes() if each in self._by_path), None)
+            entry = None if owner is None else self._by_path[owner]
+            is_read = entry is not None and entry.material is not None and entry.path == owner
             self._unread[path] = is_read and self._stage.GetPrimAtPath(path).GetTypeName() == "Shader"
         return self._unread[path]
 
@@ -202,7 +206,7 @@ def _read(prim: Usd.Prim, specs: tuple, before: Material | None) -> MaterialEntr
         material = before
     own = prim.GetPath()
     closed = all(path.HasPrefix(own) for path in network.visited) and not any(map(_has_arcs, Usd.PrimRange(prim)))
-    return MaterialEntry(material, network, specs if closed else None)
+    return MaterialEntry(material, network, specs if closed else None, own)
 
 
 def _has_arcs(prim: Usd.Prim) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg_render.sync.extract import SceneExtractor
 
@@ -91,6 +91,33 @@ def test_poses_are_those_of_a_new_extraction(edit, stage):
     for k in range(3):
         move(stage, 10 + k)
         assert_fresh(extractor, stage)
+
+
+LAYER_EDITS = {
+    "cleared": lambda stage, layer: layer.Clear(),
+    "replaced": lambda stage, layer: layer.TransferContent(Sdf.Layer.CreateAnonymous()),
+    "removed": lambda stage, layer: stage.GetRootLayer().subLayerPaths.__delitem__(0),
+    "muted": lambda stage, layer: stage.MuteLayer(layer.identifier),
+}
+
+
+@pytest.mark.parametrize("edit", LAYER_EDITS)
+def test_poses_of_a_layer_that_applies_schemas_too_go_with_it(edit, stage):
+    """Schemas that do not matter to an image, on the prim that is moved and on one above another."""
+    inner = UsdGeom.Sphere.Define(stage, f"{BALLS[1]}/inner")
+    inner.AddTranslateOp().Set((0, 0, 1))
+    layer = Sdf.Layer.CreateAnonymous()
+    stage.GetRootLayer().subLayerPaths.insert(0, layer.identifier)
+    stage.SetEditTarget(layer)
+    for path in BALLS:
+        UsdPhysics.CollisionAPI.Apply(stage.GetPrimAtPath(path))
+    for op in (translate(stage), inner.GetTranslateOp().GetAttr()):
+        op.Set(FROM_STRONGER)
+    extractor = SceneExtractor(stage)
+    assert_fresh(extractor, stage)
+    LAYER_EDITS[edit](stage, layer)
+    assert_fresh(extractor, stage)
+    assert extractor.scene.instances.local_to_world[0, 3, :3].tolist() == [1, 2, 3]
 
 
 def test_a_stronger_spec_may_get_its_value_later(stage, weak):

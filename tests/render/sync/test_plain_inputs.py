@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -171,3 +172,41 @@ def test_materials_that_were_one_are_edited_apart(stage):
         for name in ("/World/a0", "/World/b0")[: 1 + k % 2]:
             set_input(stage.GetPrimAtPath(f"{name}/Look"), "diffuse_color_constant", color)
         assert_fresh(extractor, stage)
+
+
+@pytest.fixture
+def references():
+    """A stage of three references to an asset with a ball and its material."""
+    asset = Usd.Stage.CreateInMemory()
+    asset.SetDefaultPrim(UsdGeom.Xform.Define(asset, "/Thing").GetPrim())
+    material = define_mdl(asset, "/Thing/Look", "OmniPBR.mdl")
+    set_input(material.GetPrim(), "diffuse_color_constant", AUTHORED["diffuse_color_constant"])
+    ball = UsdGeom.Sphere.Define(asset, "/Thing/Ball")
+    UsdShade.MaterialBindingAPI.Apply(ball.GetPrim()).Bind(material)
+    stage = Usd.Stage.CreateInMemory()
+    for k in range(3):
+        stage.DefinePrim(f"/World/t{k}").GetReferences().AddReference(asset.GetRootLayer().identifier)
+    yield stage
+    del asset  # which keeps its layer
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
+def test_each_reference_of_an_asset_has_its_own_color(order, references):
+    extractor = SceneExtractor(references)
+    assert_fresh(extractor, references)
+    for k in range(3):
+        for n in order:
+            color = (0.1 * n, 0.2 * k, 0.5)
+            set_input(references.GetPrimAtPath(f"/World/t{n}/Look"), "diffuse_color_constant", color)
+            assert_fresh(extractor, references)
+
+
+def test_a_reference_does_not_get_the_color_of_one_whose_material_is_not_bound_any_more(references):
+    extractor = SceneExtractor(references)
+    assert_fresh(extractor, references)
+    for n in (0, 1):
+        UsdShade.MaterialBindingAPI(references.GetPrimAtPath(f"/World/t{n}/Ball")).UnbindAllBindings()
+        assert_fresh(extractor, references)
+    for n in range(3):
+        set_input(references.GetPrimAtPath(f"/World/t{n}/Look"), "diffuse_color_constant", (0.1 * n, 0.2, 0.5))
+        assert_fresh(extractor, references)
