@@ -140,3 +140,8 @@ def test_the_blur_keeps_the_mean_and_spreads_a_point():
     blurred = _blurred(image, 3)
     assert blurred.sum() == pytest.approx(81.0)
     assert blurred[4, 4] > blurred[4, 3] > blurred[3, 3] > 0 == blurred[4, 2]
+
+
+def test_times_of_the_gpu_alone_are_not_recorded():
+    with pytest.warns(UserWarning, match="gpu_frametime is ignored"):
+        BaseIsaacBenchmark("gpu", gpu_frametime=True)

@@ -12,6 +12,7 @@ from typing import Any
 
 from usdsdg import listeners
 from usdsdg.app.script_loop import ScriptLoop
+from usdsdg.app.window_wait import WindowWait
 from usdsdg.errors import Unsupported
 from usdsdg.graph.evaluate import graph
 from usdsdg.session import engines
@@ -32,6 +33,8 @@ class App:
         self._updates = 0
         self._started = time.perf_counter()
         self._running = True
+        self._window_wait = WindowWait()
+        self._frames_at_question = 0
         self._loop: ScriptLoop | None = None
 
     # --- updates ---
@@ -100,7 +103,13 @@ class App:
         return self._updates
 
     def is_running(self) -> bool:
-        """True until `close`."""
+        """True until `close`, or until a script with a limit of frames only waits for its window to be closed."""
+        frames, before = current().observations.frames, self._frames_at_question
+        self._frames_at_question = frames
+        idle = frames == before and not get_timeline().is_playing() and not self.has_other_tasks()
+        ends = current().orchestrator.frames_without_end is not None
+        if self._running and self._window_wait.is_over(self._updates, idle=idle, ends=ends):
+            self.close()
         return self._running
 
     def subscribe_closing(self, listener: Callable[[], None]) -> Callable[[], None]:
@@ -165,7 +174,7 @@ class App:
         loop = self.open_loop()
         try:
             script()
-            loop.run_until_done(self.is_running)
+            loop.run_until_done(lambda: self._running)
         finally:
             self._loop = None
             loop.close()

@@ -10,7 +10,7 @@ AUTOMATIC = 0
 
 
 def replicator_version() -> int:
-    """Return 4 or 6: the setting `/usdsdg/replicator/version`, or, where that is 0, what the script's imports tell.
+    """Return 4 or 6: the setting `/usdsdg/replicator/version`, or, where that is 0, what the script tells.
 
     Version 4 is that of Isaac Sim 4, in which colorized segmentation is uint32 (H, W), one packed RGBA per pixel.
 
@@ -24,5 +24,5 @@ def replicator_version() -> int:
 
 
 def note_old_import() -> None:
-    """Note that the script has imported a module that only Isaac Sim 4 has."""
+    """Note that the script has imported a module that only Isaac Sim 4 has, or reads colors as that gives them."""
     current().imported_version = OLD

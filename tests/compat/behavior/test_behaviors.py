@@ -11,7 +11,9 @@ from usdsdg.app.app import get_app
 from usdsdg.compat.carb.eventdispatcher import get_eventdispatcher
 from usdsdg.compat.isaacsim.replicator.behavior import behaviors
 from usdsdg.compat.isaacsim.replicator.behavior.utils import behavior_utils, scene_utils
+from usdsdg.compat.omni.behavior.scripting import core
 from usdsdg.compat.omni.behavior.scripting.core import get_script_manager
+from usdsdg.compat.omni.kit.commands import execute
 from usdsdg.session.timeline import get_timeline
 
 
@@ -162,6 +164,33 @@ def test_variables_go_with_the_script(stage):
     prim.GetAttribute("omni:scripting:scripts").Set(Sdf.AssetPathArray())
     get_app().update()
     assert not [name for name in prim.GetPropertyNames() if name.startswith("exposedVar")]
+
+
+@pytest.mark.parametrize(
+    ("apply", "remove"),
+    [
+        (
+            lambda: core.ApplyScriptingAPICommand(paths=["/World/A"]).do(),
+            lambda: core.RemoveScriptingAPICommand(paths=["/World/A"]).do(),
+        ),
+        (
+            lambda: execute("ApplyScriptingAPICommand", paths=[Sdf.Path("/World/A")]),
+            lambda: execute("RemoveScriptingAPICommand", paths=[Sdf.Path("/World/A")]),
+        ),
+    ],
+)
+def test_commands_let_a_prim_name_its_scripts(stage, apply, remove):
+    prim = stage.DefinePrim("/World/A", "Cube")
+    apply()
+    assert "OmniScriptingAPI" in prim.GetMetadata("apiSchemas").GetAddedOrExplicitItems()
+    file = inspect.getfile(behaviors.LocationRandomizer)
+    prim.GetAttribute("omni:scripting:scripts").Set(Sdf.AssetPathArray([file]))
+    get_app().update()
+    assert [name for name in prim.GetPropertyNames() if name.startswith("exposedVar")]
+    remove()
+    get_app().update()
+    assert not prim.HasAttribute("omni:scripting:scripts")
+    assert "OmniScriptingAPI" not in prim.GetMetadata("apiSchemas").GetAddedOrExplicitItems()
 
 
 def test_parameters_are_set_when_the_script_has_exposed_them(stage):

@@ -180,6 +180,29 @@ def test_commands_and_interfaces_read_the_same(world, box):
     assert np.abs(raw["impulse"].sum(axis=0)) == pytest.approx([0, 0, 2 * G * DT], abs=0.01)
 
 
+def test_sensors_that_are_asked_once_have_read_since_a_command_made_them(world, box):
+    execute("IsaacSensorCreateContactSensor", path="/touch", parent="/World/box")
+    execute("IsaacSensorCreateImuSensor", path="/imu", parent="/World/box")
+    world.reset()
+    for _ in range(60):
+        world.step()
+    assert _sensor.acquire_contact_sensor_interface().get_sensor_reading("/World/box/touch").in_contact
+    assert _sensor.acquire_imu_sensor_interface().get_sensor_reading("/World/box/imu").is_valid
+
+
+def test_sensors_of_the_stage_read_from_the_play_after_an_interface_was_taken(world, box, stage):
+    interface = _sensor.acquire_contact_sensor_interface()
+    sensor = stage.DefinePrim("/World/box/touch", "IsaacContactSensor")
+    sensor.GetAttribute("threshold").Set(Gf.Vec2f(0, 1000))
+    stage.DefinePrim("/World/nowhere", "IsaacContactSensor")
+    world.reset()
+    for _ in range(60):
+        world.step()
+    assert interface.get_sensor_reading("/World/box/touch").in_contact
+    with pytest.raises(BadPrim, match="/World/nowhere"):
+        interface.get_sensor_reading("/World/nowhere")
+
+
 def test_sensors_need_a_body(world, stage):
     UsdGeom.Cube.Define(stage, "/World/still")
     with pytest.raises(BadPrim, match="/World/still is no collider"):

@@ -17,6 +17,7 @@ from typing import Any
 
 from click.exceptions import Exit
 
+from usdsdg.cli.script.packed_colors import reads_packed_colors
 from usdsdg.errors import UsdsdgError
 
 
@@ -91,12 +92,15 @@ def _program(script: Path, namespace: dict[str, Any]) -> CodeType:
 
     namespace: of the script; it gets the names that the editor of Isaac Sim has for it.
     """
+    from usdsdg.session.replicator_version import note_old_import
     from usdsdg.writers.journal.run import get_run
 
     # Of bytes Python reads the encoding itself: a mark of the byte order, or a comment such as `coding: latin-1`.
     tree = ast.parse(get_run().content_of(script), str(script))
     _check_names(script)
     _check_assets(script, tree)
+    if reads_packed_colors(tree):
+        note_old_import()
     namespace.update({name: importlib.import_module(name) for name in _names_of_the_editor(tree)})
     # Editors and notebooks of Isaac Sim let a script await at its top level. Annotations are strings in this file only.
     return compile(tree, str(script), "exec", flags=ast.PyCF_ALLOW_TOP_LEVEL_AWAIT, dont_inherit=True)

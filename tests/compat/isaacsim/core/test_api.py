@@ -66,6 +66,21 @@ def test_rendering_takes_time_and_holds_physics(world):
         world.set_simulation_dt(rendering_dt=0)
 
 
+def test_a_physics_step_of_no_length_holds_physics_at_steps(world):
+    ball = objects.DynamicSphere("/World/ball", position=(0, 0, 5))
+    world.reset()
+    time, height = world.current_time, ball.get_world_pose()[0][2]
+    world.set_simulation_dt(physics_dt=0.0, rendering_dt=1 / 60)
+    for render in (True, False):
+        world.step(render=render)
+    assert ball.get_world_pose()[0][2] == height
+    assert world.get_physics_dt() == 0.0
+    world.set_simulation_dt(physics_dt=1 / 60)
+    world.step()
+    assert ball.get_world_pose()[0][2] < height
+    assert world.current_time > time
+
+
 def test_callbacks_have_names(world):
     heard = []
     world.add_physics_callback("mine", heard.append)

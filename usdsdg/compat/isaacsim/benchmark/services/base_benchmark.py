@@ -127,6 +127,7 @@ class BaseIsaacBenchmark(_Phases):
         report_generation: Whether `stop` prints a summary.
         workflow_metadata: {"metadata": [{"name": ..., "data": ...}, ...]}, which every phase gets.
         recorders: Names of recorders; None for DEFAULT_RECORDERS. Unknown names are left out, with a warning.
+        gpu_frametime: Of Isaac Sim 5; ignored, with a warning.
     """
 
     def __init__(
@@ -136,7 +137,11 @@ class BaseIsaacBenchmark(_Phases):
         report_generation: bool = True,
         workflow_metadata: dict[str, Any] | None = None,
         recorders: list[str] | None = None,
+        *,
+        gpu_frametime: bool = False,
     ) -> None:
+        if gpu_frametime:
+            warn_once("BaseIsaacBenchmark: gpu_frametime is ignored; times of app updates include those of the GPU")
         self._begin(benchmark_name, backend_type, report_generation, workflow_metadata, recorders)
 
     def set_phase(

@@ -139,6 +139,8 @@ class SimulationContext:
     def set_simulation_dt(self, physics_dt: float | None = None, rendering_dt: float | None = None) -> None:
         """Set the lengths of physics steps and app updates [s]; what is not given stays.
 
+        With `physics_dt` 0 `step` takes no physics steps.
+
         Raises:
             Unsupported: `rendering_dt` is 0.
             ValueError: a length is negative.
@@ -189,10 +191,16 @@ class SimulationContext:
         self.play()
 
     def step(self, render: bool = True, update_fabric: bool = False) -> None:
-        """Run an app update with its physics; without `render` take one physics step if the timeline plays."""
-        if render:
+        """Run an app update with its physics; without `render` take one physics step if the timeline plays.
+
+        Where the length of physics steps was set to 0, there is none.
+        """
+        simulates = self.get_physics_dt() > 0.0
+        if render and simulates:
             get_app().update()
-        elif self.is_playing():
+        elif render:
+            self.render()
+        elif simulates and self.is_playing():
             simulation().step()
 
     def render(self) -> None:

@@ -86,10 +86,14 @@ _contact, _imu = ContactSensorInterface(), ImuSensorInterface()
 
 
 def acquire_contact_sensor_interface() -> ContactSensorInterface:
+    """Return what reads contact sensors; those of the stage read from the next play on."""
+    known_sensors().begin_at_play()
     return _contact
 
 
 def acquire_imu_sensor_interface() -> ImuSensorInterface:
+    """Return what reads sensors of motion; those of the stage read from the next play on."""
+    known_sensors().begin_at_play()
     return _imu
 
 

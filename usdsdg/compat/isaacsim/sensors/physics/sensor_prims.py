@@ -57,6 +57,15 @@ def define_imu_sensor(parent: str | None, path: str = "/Imu_Sensor", **values: A
     return define_sensor("IsaacImuSensor", path, parent, **values)
 
 
+def has_body_above(prim: Usd.Prim) -> bool:
+    """Return whether there is a rigid body above a sensor."""
+    try:
+        body_above(prim)
+    except BadPrim:
+        return False
+    return True
+
+
 def body_above(prim: Usd.Prim) -> Usd.Prim:
     """Return the nearest rigid body above a sensor.
 

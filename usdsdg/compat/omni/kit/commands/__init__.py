@@ -1,6 +1,6 @@
 """`omni.kit.commands`: commands by name, those that scripts use beside Replicator, and a script's own."""
 
-from usdsdg.compat.omni.kit.commands import materials, physics, prims, properties, sensors, transforms
+from usdsdg.compat.omni.kit.commands import materials, physics, prims, properties, scripting, sensors, transforms
 from usdsdg.compat.omni.kit.commands.registry import (
     Command,
     create,
@@ -15,5 +15,6 @@ from usdsdg.compat.omni.kit.commands.registry import (
 
 __all__ = [
     "Command", "create", "execute", "get_command_class", "get_commands", "get_commands_list", "materials", "physics",
-    "prims", "properties", "register", "register_all_commands_in_module", "sensors", "transforms", "unregister",
+    "prims", "properties", "register", "register_all_commands_in_module", "scripting", "sensors", "transforms",
+    "unregister",
 ]  # fmt: skip

@@ -11,7 +11,7 @@ from usdsdg.compat.omni.kit.commands import get_commands_list, registry
 _SUFFIX = "Command"
 
 
-def _made(name: str) -> type[registry.Command]:
+def class_of(name: str) -> type[registry.Command]:
     """Return the class of a command; its instances are what `create` makes, of positional arguments too."""
     parameters = list(inspect.signature(registry.function_of(name)).parameters)
 
@@ -29,7 +29,7 @@ def _made(name: str) -> type[registry.Command]:
 
 def __getattr__(name: str) -> type[registry.Command]:
     if name.endswith(_SUFFIX) and name.removesuffix(_SUFFIX) in get_commands_list():
-        globals()[name] = _made(name)
+        globals()[name] = class_of(name)
         return globals()[name]
     if name.startswith("__"):
         raise AttributeError(name)

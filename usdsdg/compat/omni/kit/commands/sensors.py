@@ -5,6 +5,7 @@ from __future__ import annotations
 from pxr import Gf, Usd
 
 from usdsdg.compat.isaacsim.sensors.physics import sensor_prims
+from usdsdg.compat.isaacsim.sensors.physics.known_sensors import known_sensors
 from usdsdg.compat.omni.kit.commands.registry import command
 
 
@@ -28,7 +29,9 @@ def create_contact_sensor(
         "threshold": Gf.Vec2f(min_threshold, max_threshold), "color": Gf.Vec4f(color or (1, 1, 1, 1)),
         "radius": radius, "sensorPeriod": sensor_period,
     }  # fmt: skip
-    return sensor_prims.define_contact_sensor(parent, path, attributes=values, translation=translation)
+    sensor = sensor_prims.define_contact_sensor(parent, path, attributes=values, translation=translation)
+    known_sensors().begin(sensor)
+    return sensor
 
 
 @command("IsaacSensorCreateImuSensor")
@@ -51,6 +54,8 @@ def create_imu_sensor(
         "sensorPeriod": sensor_period, "linearAccelerationFilterWidth": linear_acceleration_filter_size,
         "angularVelocityFilterWidth": angular_velocity_filter_size, "orientationFilterWidth": orientation_filter_size,
     }  # fmt: skip
-    return sensor_prims.define_imu_sensor(
+    sensor = sensor_prims.define_imu_sensor(
         parent, path, attributes=values, translation=translation, orientation=orientation
     )
+    known_sensors().begin(sensor)
+    return sensor
