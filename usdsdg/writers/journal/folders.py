@@ -370,14 +370,14 @@ def _check_room_for_part(path: Path, there: str, mode: Mode, portion: Portion, d
     journals = (each for each in (path / PARTS).glob(f"*/{NAME}") if each.stat().st_size)
     others = [each for each in journals if each.parent.name != portion.name]
     if (path / BESIDE / NAME).is_file() and journal.read(path / BESIDE / NAME).frames:
-        what = "a run that is not in parts"
+        what = "a run that is not in parts. "
     elif differences and (mode is Mode.OVERWRITE or (mode is Mode.REPLACE and others)):
-        what = "parts of another recipe" + "".join(f"\n  {each}" for each in differences) + "\n"
+        what = "parts of another recipe:\n  " + "\n  ".join(differences) + "\n"
     else:
         return
     raise DatasetInTheWay(
-        f"{there} has {what}, and a process that makes a part of a dataset would leave its files there. Choose another "
-        "output_dir, or remove this one first."
+        f"{there} has {what}A process that makes a part of a dataset would leave its files there. Choose another output_dir, "
+        "or remove this one first."
     )
 
 
