@@ -376,8 +376,8 @@ def _check_room_for_part(path: Path, there: str, mode: Mode, portion: Portion, d
     else:
         return
     raise DatasetInTheWay(
-        f"{there} has {what}A process that makes a part of a dataset would leave its files there. Choose another output_dir, "
-        "or remove this one first."
+        f"{there} has {what}A process that makes a part of a dataset would leave its files there. Choose another "
+        "output_dir, or remove this one first."
     )
 
 
