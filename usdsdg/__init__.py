@@ -29,6 +29,21 @@ def _working_folder() -> str:
 _STARTED_IN = _working_folder()  # before a script may leave it: paths that are printed are typed there
 
 
+def _main_source() -> tuple[str, bytes] | None:
+    """Return the path and content of the program that Python runs; None where it is no file of a usual size."""
+    file = getattr(sys.modules.get("__main__"), "__file__", None)
+    try:
+        if not file or not file.endswith(".py") or os.stat(file).st_size > 1 << 20:
+            return None
+        with open(file, "rb") as opened:
+            return file, opened.read()
+    except OSError:
+        return None
+
+
+_MAIN_SOURCE = _main_source()  # of which a copy is kept beside the data: it may be edited before the first writer
+
+
 def _public_names() -> dict[str, tuple[str, str]]:
     """Map each public name to (module, name in it), as the stub imports them."""
     stub = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))

@@ -1,80 +1,157 @@
-"""Frames that fail, before anything of them is captured or in one of the writers, after which a script goes on."""
+"""Frames at which a writer fails, or that are interrupted, where the script goes on: what is whole counts."""
 
 from __future__ import annotations
 
-from typing import Any
+import json
 
 import pytest
 
 import usdsdg as rep
 from tests.capture.part_runs import run
-from usdsdg.capture.exposure import Exposure
-from usdsdg.errors import Unsupported
-from usdsdg.writers.base import Writer
-from usdsdg.writers.journal import journal
+from usdsdg.capture.capture import Capture
+from usdsdg.capture.output import WriterOutput
+from usdsdg.verify.integrity import integrity
+from usdsdg.writers.aggregates import finish_run
+from usdsdg.writers.journal.folders import Mode
 
 
-@pytest.mark.parametrize(("owner", "name"), [(Writer, "annotators_of"), (Exposure, "__init__")])
-def test_a_frame_that_fails_before_it_is_captured_ends(owner, name, tmp_path, monkeypatch):
-    def fail(*_):
-        raise Unsupported("not this frame")
+class Failing(rep.Writer):
+    """Writes a text for each frame, and a second one but for frame 1, at which it fails in between."""
 
-    def script(folder):
-        product = rep.create.render_product(rep.create.camera(position=(8, 0, 3), look_at=(0, 0, 0)), (32, 24))
-        for each in ("first", "second"):
-            writer = rep.writers.get("BasicWriter")
-            writer.initialize(output_dir=str(folder / each), bounding_box_2d_tight=True)
-            writer.attach(product)
-        rep.orchestrator.step()
-        with monkeypatch.context() as patch:
-            patch.setattr(owner, name, fail)
-            with pytest.raises(Unsupported, match="not this frame"):
-                rep.orchestrator.step()
-        rep.orchestrator.step()
-
-    run(script, tmp_path)
-    for each in ("first", "second"):
-        found = journal.read(tmp_path / each / ".usdsdg/journal.jsonl")
-        assert (found.frames, found.is_complete) == ({0}, False)
-
-
-class Counting(Writer):
-    """Keeps the times of the frames that it gets, by the numbers of their files; a time in `fails` stops it midway."""
-
-    def __init__(self, fails: tuple[float, ...] = ()) -> None:
-        self.annotators = ["ReferenceTime"]
-        self.fails = fails
+    def __init__(self, output_dir):
+        self.backend = rep.backends.get("DiskBackend", init_params={"output_dir": output_dir})
+        self.annotators = ["rgb"]
         self._frame_id = 0
-        self.files: list[tuple[int, float]] = []
 
-    def write(self, data: dict[str, Any]) -> None:
-        time = data["ReferenceTime"]["referenceTimeNumerator"] / 1e6
-        self.files.append((self._frame_id, time))
-        if time in self.fails:
-            raise KeyError("midway")
+    def write(self, data):
+        self.backend.write_blob(f"first_{self._frame_id}.txt", b"1")
+        if self._frame_id == 1:
+            raise ValueError("of the writer")
+        self.backend.write_blob(f"second_{self._frame_id}.txt", b"2")
         self._frame_id += 1
 
 
-class Scattered(Counting):
-    """Counts where the count cannot be read from the source alone."""
-
-    def write(self, data: dict[str, Any]) -> None:
-        super().write(data)
-        self.latest = data
-
-
-@pytest.mark.parametrize("kind", [Counting, Scattered])
-def test_no_writer_gets_a_frame_twice_where_another_one_fails(kind, stage):
-    product = rep.create.render_product(rep.create.camera(), (8, 8))
-    before, failing, after = kind(), kind(fails=(0.25,)), kind()
-    for writer in (before, failing, after):
+def attached(folder, kind=None):
+    rep.create.light(light_type="dome")
+    rep.create.cube(semantics=[("class", "cube")])
+    product = rep.create.render_product(rep.create.camera(position=(8, 0, 3), look_at=(0, 0, 0)), (32, 24))
+    first = rep.writers.get("BasicWriter")
+    first.initialize(output_dir=str(folder / "a"), rgb=True)
+    second = kind(str(folder / "b")) if kind is not None else rep.writers.get("BasicWriter")
+    if kind is None:
+        second.initialize(output_dir=str(folder / "b"), rgb=True)
+    for writer in (second, first):
         writer.attach(product)
-    rep.orchestrator.step(delta_time=0.25)
-    with pytest.raises(KeyError, match="midway") as raised:
-        rep.orchestrator.step(delta_time=0.25)
-    assert any("handed frame 1" in note for note in raised.value.__notes__)
-    rep.orchestrator.step(delta_time=0.25)
-    # The first frame shows the scene as it was set up, without the step.
-    expected = [(0, 0.0), (1, 0.25), (2, 0.5)]
-    assert (before.files, failing.files, after.files) == (expected, expected, expected)
-    assert {writer.num_written for writer in (before, failing, after)} == {3}
+
+
+def steps(count, error):
+    """Step, and go on after an error."""
+    for _ in range(count):
+        try:
+            rep.orchestrator.step()
+        except error:
+            continue
+
+
+def lines_of(folder):
+    return list(map(json.loads, (folder / ".usdsdg/journal.jsonl").read_text().splitlines()))
+
+
+def frames_of(folder):
+    """Return the files of writers that the journal lists, by frame."""
+    listed = {line["frame"]: line["files"] for line in lines_of(folder) if "frame" in line}
+    return {number: sorted(name for name in files if "/" not in name) for number, files in listed.items()}
+
+
+def faults_of(folder):
+    found = integrity.check(folder)
+    assert found is not None
+    return [fault.line() for fault in found.faults]
+
+
+def test_a_writer_that_fails_leaves_the_journals_of_others_whole_and_its_own_tells_of_the_error(tmp_path):
+    def script(folder):
+        attached(folder, Failing)
+        steps(4, ValueError)
+        rep.orchestrator.wait_until_complete()
+
+    run(script, tmp_path)
+    assert frames_of(tmp_path / "a") == {number: [f"rgb_{number:04}.png"] for number in range(4)}
+    assert faults_of(tmp_path / "a") == []
+    assert frames_of(tmp_path / "b")[1] == ["first_1.txt"]
+    assert list(frames_of(tmp_path / "b")) == [0, 1, 2, 3]
+    assert [fault for fault in faults_of(tmp_path / "b") if "unfinished" in fault] == []
+    assert "frame 1" in faults_of(tmp_path / "b")[0]
+    assert "Failing: ValueError: of the writer" in faults_of(tmp_path / "b")[0]
+
+
+def test_a_frame_at_which_the_run_ended_is_made_again(tmp_path):
+    def script(folder):
+        attached(folder, Failing)
+        with pytest.raises(ValueError, match="of the writer"):
+            steps(4, ())
+        finish_run(complete=False)
+
+    run(script, tmp_path)
+    assert list(frames_of(tmp_path / "b")) == [0]
+
+
+def test_a_frame_that_is_interrupted_before_writers_have_it_is_captured_again(tmp_path, monkeypatch):
+    expose, counts = Capture.expose, []
+
+    def interrupted(capture, mode):
+        counts.append(1)
+        if len(counts) == 2:
+            raise KeyboardInterrupt
+        expose(capture, mode)
+
+    def script(folder):
+        attached(folder)
+        steps(4, KeyboardInterrupt)
+        rep.orchestrator.wait_until_complete()
+
+    monkeypatch.setattr(Capture, "expose", interrupted)
+    run(script, tmp_path)
+    for name in "ab":
+        assert frames_of(tmp_path / name) == {number: [f"rgb_{number:04}.png"] for number in range(3)}
+        assert faults_of(tmp_path / name) == []
+
+
+def test_a_frame_that_is_interrupted_while_it_is_handed_over_counts_where_it_is_whole(tmp_path, monkeypatch):
+    write, counts = WriterOutput.write, []
+
+    def interrupted(output, *args):
+        counts.append(1)
+        if len(counts) == 4:
+            raise KeyboardInterrupt
+        write(output, *args)
+
+    def script(folder):
+        attached(folder)
+        steps(4, KeyboardInterrupt)
+        rep.orchestrator.wait_until_complete()
+
+    monkeypatch.setattr(WriterOutput, "write", interrupted)
+    run(script, tmp_path)
+    assert frames_of(tmp_path / "b") == {number: [f"rgb_{number:04}.png"] for number in range(4)}
+    assert faults_of(tmp_path / "b") == []
+    assert frames_of(tmp_path / "a") == {number: [f"rgb_{number:04}.png"] * (number != 1) for number in range(4)}
+    assert "it was interrupted" in faults_of(tmp_path / "a")[0]
+
+
+def test_going_on_after_a_frame_that_has_failed_makes_the_later_ones(tmp_path):
+    def script(folder):
+        attached(folder, Failing)
+        steps(4, ValueError)
+        rep.orchestrator.wait_until_complete()
+
+    run(script, tmp_path / "whole")
+    run(script, tmp_path / "again")
+    journal = tmp_path / "again/b/.usdsdg/journal.jsonl"
+    # As kill -9 leaves it: without the last frames and the closing line.
+    journal.write_text("".join(journal.read_text().splitlines(keepends=True)[:-3]))
+    for number in (2, 3):
+        (tmp_path / f"again/b/first_{number}.txt").unlink()
+    run(script, tmp_path / "again", mode=Mode.RESUME)
+    assert frames_of(tmp_path / "again/b") == frames_of(tmp_path / "whole/b")
+    assert (tmp_path / "again/b/first_3.txt").exists()

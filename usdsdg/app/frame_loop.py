@@ -4,6 +4,8 @@ The order of one frame: triggers and events write the stage → timeline and phy
 exposed, in sub-frames if motion blur is on → labels are rendered → annotators compute → writers write.
 """
 
+import sys
+import threading
 import weakref
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
@@ -67,6 +69,8 @@ class Orchestrator:
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         """Capture one frame; see `usdsdg.orchestrator.step` for the arguments."""
         with turns, whole_frame(), device_memory():
+            if get_run().ends_early and threading.current_thread() is not threading.main_thread():
+                sys.exit()  # this thread alone: its frames would be in no journal
             if current().worlds is not None:
                 self._step_worlds(rt_subframes, current().worlds)
                 return

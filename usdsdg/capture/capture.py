@@ -113,7 +113,10 @@ class Capture:
         if not self._requests.annotators:
             if self._requests.is_recorded:
                 self._stages_of_record().follow()
+            self.is_handed_over = True
             self._skip({})
+            if self._files is not None:
+                self._files.due.clear()  # the products of these writers are off
             current().observations.frames += bool(self._requests.skipped)
             current().observations.unseen += not self._requests.skipped
             self._end_files()
@@ -123,13 +126,14 @@ class Capture:
         frames = self._frames(frame, seconds)
         observe(self._requests, frames)
         _compute(frames)
-        self._skip(frames)
         handed = [self._output.payload(writer, frames) for writer in self._requests.writers]
+        self._skip(frames)
         if handed:
             for path, each in frames.items():
                 note_keypoints(each, self._requests.made_of(path))
         self._begin_pictures()  # after payloads: in a GPU's stream their copies would wait until pictures are traced
         self.is_handed_over = True
+        before = [writer.num_written for writer in self._requests.writers]
         try:
             in_spite_of_failures(
                 *(
@@ -138,6 +142,9 @@ class Capture:
                 )
             )
         finally:
+            for writer, payload, count in zip(self._requests.writers, handed, before, strict=True):
+                if payload is not None and writer.num_written == count:  # Ctrl-C came before
+                    self._output.miss(writer)
             self._remember(frames)
         if (tap := current().tap) is not None:
             tap.take(frames, self._requests.tapped, number=self.frames_before + frame)
@@ -151,12 +158,16 @@ class Capture:
 
     def give_up(self) -> None:
         """End a frame that has begun and is not finished, because of an error."""
-        self._end_files(failed=True)
+        if self.is_handed_over:
+            self._end_files()
+        else:
+            self._requests.take_back()
+            self._files = None
 
-    def _end_files(self, *, failed: bool = False) -> None:
+    def _end_files(self) -> None:
         """Let the frame be whole once its files are written; it has none where all products are off."""
         if self._files is not None:
-            self._files.release(failed=failed)
+            self._files.release()
             self._files = None
 
     def pass_over(self, frame: int) -> None:

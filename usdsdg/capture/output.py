@@ -15,6 +15,7 @@ from usdsdg.errors import called_for_script, watch_foreign
 from usdsdg.session.progress import report, say_once
 from usdsdg.session.render_products import products
 from usdsdg.session.session import current
+from usdsdg.writers import counters
 from usdsdg.writers.base import Writer, attached_writers
 from usdsdg.writers.journal.run import get_run
 
@@ -55,6 +56,7 @@ class WriterOutput:
         moment: the stage at this frame, for the record.
         """
         attached = _attached(writer, frames)
+        key, folder = requests.keys[id(writer)]
         if payload is not None:
             number, frame = writer.num_written, next(iter(attached.values())).index
             amodal = {path: requests.requirements(path).amodal_masks for path in attached}
@@ -65,12 +67,21 @@ class WriterOutput:
                     writer.receive(payload)
                 except Exception as error:
                     error.add_note(f"(raised when {type(writer).__name__} was handed frame {frame})")
+                    if requests.files is not None and folder is not None:
+                        said = f"{type(writer).__name__}: {type(error).__name__}: {error}"
+                        requests.files.why.setdefault(folder, said)
                     watch_foreign(error)
                     raise
                 self._records.write(writer, attached, moment, number=number, files=tuple(files), amodal=amodal)
-            key, folder = requests.keys[id(writer)]
             if writer.kept and requests.files is not None and folder is not None:
                 requests.files.keep(folder, key, {name: getattr(writer, name) for name in writer.kept})
+        if requests.files is not None and folder is not None:
+            requests.files.arrive(folder)
+
+    def miss(self, writer: Writer) -> None:
+        """Let a writer count a frame that it was not handed, as handing over was interrupted."""
+        writer.pass_over()
+        counters.count(writer)
 
     def skip(self, skipped: Skipped, frames: Mapping[str, Frame]) -> None:
         """Tell a writer of a frame whose files it need not make, so that it counts it.

@@ -54,6 +54,7 @@ class Requests:
     # By product path, those of writers whose files were made before: a frame is rendered as it was for them, since the
     # records of the others have what was rendered.
     _made: dict[str, list[Annotator]] = field(default_factory=dict)
+    _number: int | None = None  # of the frame among those of the run, where writers are due
     _requirements: dict[str, Requirements] = field(default_factory=dict)  # of `annotators`, where asked for
 
     @classmethod
@@ -79,10 +80,15 @@ class Requests:
                 for path in writer.render_products:
                     requests._add(path, writer.annotators_of(path), type(writer).__name__)
         except BaseException:
-            if requests.files is not None:  # or the journal would wait for this frame
-                requests.files.release(failed=True)
+            requests.take_back()
             raise
         return requests
+
+    def take_back(self) -> None:
+        """Let the frame be one that has not begun, as no writer has had it: the next one has its number."""
+        if self._number is not None:
+            get_run().take_back(self._number, self.files)
+            self._number = self.files = None
 
     def _share_out(self, due: list[Writer]) -> None:
         """Keep the writers that are due, apart from those whose files of this frame are not this process's to make."""
@@ -98,6 +104,7 @@ class Requests:
         for writer, folder in zip(due, folders):
             if folder is not None:
                 note_writer(folder, writer.turn, type(writer))
+        self._number = run.captures
         number, wanted = run.begin_frame(folders)
         self.writers = [writer for writer, is_wanted in zip(due, wanted) if is_wanted]
         self.keys = {id(writer): (writer_key(writer, due), folder) for writer, folder in zip(due, folders)}
@@ -107,7 +114,7 @@ class Requests:
         if self.writers:
             self.files = run.hand(number)
             for folder in (folder for folder, is_wanted in zip(folders, wanted) if is_wanted and folder):
-                self.files.touch(folder)
+                self.files.expect(folder)
         for writer, folder, is_wanted in zip(due, folders, wanted):
             if not run.is_made(folder, number):
                 for name, value in run.take_kept(folder, self.keys[id(writer)][0], number).items():

@@ -49,6 +49,14 @@ def counted(writer: Any) -> Iterator[None]:
         writer.num_written += 1
 
 
+def count(writer: Any) -> None:
+    """Count a frame that a writer misses."""
+    for name, step in _steps(type(writer)).items():
+        if isinstance(value := vars(writer).get(name), int):
+            setattr(writer, name, value + step)
+    writer.num_written += 1
+
+
 def _steps(kind: type) -> Mapping[str, int]:
     try:
         return counters(kind)

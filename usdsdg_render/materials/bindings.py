@@ -1,12 +1,13 @@
 """Material bindings as UsdShade computes them, collections included."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from pxr import Sdf, Usd, UsdShade
 
 from usdsdg import errors
 
 BINDING = "material:binding"
+FULL = f"{BINDING}:full"
 
 
 def bound_materials(prims: Sequence[Usd.Prim]) -> list[Usd.Prim | None]:
@@ -14,14 +15,38 @@ def bound_materials(prims: Sequence[Usd.Prim]) -> list[Usd.Prim | None]:
     if not prims:
         return []
     api = UsdShade.MaterialBindingAPI
-    found = [material.GetPrim() for material in api.ComputeBoundMaterials(prims, UsdShade.Tokens.full)[0]]
+    materials, winners = api.ComputeBoundMaterials(prims, UsdShade.Tokens.full)
+    found = [material.GetPrim() for material in materials]
     unbound = [k for k, prim in enumerate(found) if not prim]
     if unbound:
-        preview = api.ComputeBoundMaterials([prims[k] for k in unbound], UsdShade.Tokens.preview)[0]
-        for k, material in zip(unbound, preview):
-            found[k] = material.GetPrim()
+        preview, of_preview = api.ComputeBoundMaterials([prims[k] for k in unbound], UsdShade.Tokens.preview)
+        for k, material, winner in zip(unbound, preview, of_preview):
+            found[k], winners[k] = material.GetPrim(), winner
         _warn_of_missing([prims[k] for k in unbound if not found[k]])
+    _warn_of_passed_over((prim, winner) for prim, winner in zip(prims, winners) if winner)
     return [prim if prim else None for prim in found]
+
+
+def _warn_of_passed_over(bound: Iterable[tuple[Usd.Prim, Usd.Relationship]]) -> None:
+    """Warn of direct bindings to nothing in whose place those of another purpose count; `bound`: prims with these."""
+    seen: set[tuple[str, Sdf.Path]] = set()
+    for prim, winner in bound:
+        name = winner.GetName().replace(f"{BINDING}:collection", BINDING)
+        if name.startswith(FULL):
+            continue
+        # The purpose comes first: a material of purpose full of the root is before others of the prim itself.
+        for before in (FULL, BINDING) if name.startswith(f"{BINDING}:preview") else (FULL,):
+            _warn_from(prim, before, seen)
+
+
+def _warn_from(prim: Usd.Prim, name: str, seen: set[tuple[str, Sdf.Path]]) -> None:
+    """Warn of a binding to nothing, by its name, of the prim and those above it."""
+    while prim and (name, path := prim.GetPath()) not in seen:
+        seen.add((name, path))
+        binding = prim.GetRelationship(name)
+        if binding and (fault := _fault(binding)):
+            errors.warn_once(f"{path}: {fault}; another binding counts in its place. Correct {name}.")
+        prim = prim.GetParent()
 
 
 def _warn_of_missing(unbound: list[Usd.Prim]) -> None:

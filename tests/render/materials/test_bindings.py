@@ -50,3 +50,40 @@ def test_missing_materials_of_a_purpose_are_named(purpose):
     ball.CreateRelationship(f"material:binding:{purpose}", False).SetTargets(["/Looks/Gone"])
     with pytest.warns(UserWarning, match=f"/Ball: its material /Looks/Gone .* Correct material:binding:{purpose}"):
         assert bound_materials([ball]) == [None]
+
+
+def bound_twice(first, second, *, on_child):
+    """A ball that two bindings name materials for, the second one of the child or of its parent."""
+    stage = Usd.Stage.CreateInMemory()
+    group, ball = UsdGeom.Xform.Define(stage, "/Group").GetPrim(), UsdGeom.Sphere.Define(stage, "/Group/Ball").GetPrim()
+    UsdShade.Material.Define(stage, RED)
+    for prim, (name, target) in ((group, first), (ball if on_child else group, second)):
+        UsdShade.MaterialBindingAPI.Apply(prim)
+        prim.CreateRelationship(name, False).SetTargets([target])
+    return stage, ball
+
+
+GONE = Sdf.Path("/Looks/Gone")
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "on_child", "named"),
+    [
+        (("material:binding", RED), ("material:binding:full", GONE), False, "/Group: .*material:binding:full"),
+        (("material:binding:full", GONE), ("material:binding", RED), True, "/Group: .*material:binding:full"),
+        (("material:binding:preview", RED), ("material:binding", GONE), True, "/Group/Ball: .*material:binding"),
+    ],
+)
+def test_a_missing_material_in_whose_place_another_binding_counts_is_named(first, second, on_child, named):
+    stage, ball = bound_twice(first, second, on_child=on_child)
+    said = ": its material /Looks/Gone does not exist; another .*Correct "
+    with pytest.warns(UserWarning, match=named.replace(": .*", said)):
+        assert [prim.GetPath() for prim in bound_materials([ball]) if prim] == [RED]
+    assert stage
+
+
+def test_a_missing_material_that_another_binding_precedes_is_not_named(recwarn):
+    stage, ball = bound_twice(("material:binding", GONE), ("material:binding:full", RED), on_child=True)
+    assert [prim.GetPath() for prim in bound_materials([ball]) if prim] == [RED]
+    assert stage
+    assert not list(recwarn)

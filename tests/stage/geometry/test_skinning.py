@@ -107,6 +107,17 @@ def test_blend_shapes_are_applied_before_the_joints(between):
     np.testing.assert_allclose(end, [0, -length * np.sqrt(0.5), LENGTH / 2 - 0.25 + length * np.sqrt(0.5)], atol=1e-6)
 
 
+def test_blend_shapes_without_names_are_left_out_as_by_usdskel():
+    stage = Usd.Stage.CreateInMemory()
+    mesh = add_character(stage)
+    add_blend_shape(stage, mesh, between=False)
+    UsdSkel.BindingAPI(mesh.GetPrim()).GetBlendShapesAttr().Set([])
+    with pytest.warns(UserWarning, match="/Character/Body: its skel:blendShapes is empty"):
+        found = Skinning().skin(mesh.GetPrim(), Usd.TimeCode(4))
+    UsdSkel.BakeSkinning(UsdSkel.Root(stage.GetPrimAtPath("/Character")))
+    assert np.allclose(found.points, mesh.GetPointsAttr().Get(4), atol=1e-5)
+
+
 def test_invalid_blend_shapes_are_left_out_completely():
     stage = Usd.Stage.CreateInMemory()
     mesh = add_character(stage)

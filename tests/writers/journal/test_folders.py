@@ -14,6 +14,7 @@ from tests import forked
 from usdsdg.errors import DatasetInTheWay, OutputNotWritable, UsdsdgError, UsdsdgWarning, forget_warnings
 from usdsdg.stores import locks
 from usdsdg.stores.locks import FileLock, Locked
+from usdsdg.writers.journal import merge
 from usdsdg.writers.journal.folders import DatasetFolder, Mode, shared_lock
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.place import FolderPlace
@@ -113,6 +114,17 @@ def test_a_part_is_not_mixed_with_an_earlier_run(tmp_path, mode, portion):
     with pytest.raises(DatasetInTheWay, match="remove"):
         run(tmp_path, mode if portion is None else Mode.OVERWRITE, Portion(0, 1), frames=(0,), **facts)
     assert {path: path.read_bytes() for path in before} == before
+
+
+def test_a_part_of_another_recipe_of_a_script_is_refused_beside_others_and_replaces_itself_alone(tmp_path):
+    run(tmp_path, Mode.REPLACE, Portion(0, 2), frames=(0, 1), arguments=["cube"])
+    for arguments in (["ball"], ["cone"]):
+        run(tmp_path, Mode.REPLACE, Portion(0, 2), frames=(0, 1), arguments=arguments)
+    with pytest.raises(DatasetInTheWay, match=r'arguments: \["cone"\] there, \["cube"\] now'):
+        run(tmp_path, Mode.REPLACE, Portion(2, 4), frames=(2, 3), arguments=["cube"])
+    assert not (tmp_path / "2.png").exists()
+    run(tmp_path, Mode.REPLACE, Portion(2, 4), frames=(2, 3), arguments=["cone"])
+    assert merge.join(FolderPlace(tmp_path)) == 4
 
 
 @pytest.mark.parametrize("name", ["a file", "a file/below", "x" * 300])

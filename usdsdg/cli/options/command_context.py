@@ -117,7 +117,7 @@ def command_context(
             _exit_with_error(error)
         except Exit as ended:
             if ended.exit_code:
-                _finish_after_failure(ended.exit_code)
+                _finish_after_failure(ended.exit_code, reached_end=isinstance(ended, ReachedEnd))
             raise
         except KeyboardInterrupt as interrupt:
             _exit_interrupted(interrupt, keeps_files)
@@ -180,20 +180,28 @@ def _unreadable(error: Exception) -> UsdsdgError:
     )
 
 
-def _finish_after_failure(code: int) -> bool:
+class ReachedEnd(Exit):
+    """A command has an exit code for its failure, but all of its frames: its run has come to its end."""
+
+
+def _finish_after_failure(code: int, *, reached_end: bool = False) -> bool:
     """End the run for its writers, which may have files to close; print what fails, and return whether nothing did.
 
-    code: the exit code, if Ctrl-C or a signal comes again.
+    code: the exit code, if Ctrl-C or a signal comes again. reached_end: all frames of the run are there.
     """
     from usdsdg.session.session import current
+    from usdsdg.session.turns import turns
 
     progress.use(progress.SilentReporter())
-    current().run.ends_early = True
+    current().run.ends_early = not reached_end
+    is_whole = False
     try:
-        try:
-            finish_files()
-        finally:
-            _close_run(complete=False)
+        with turns:  # after the frame of another thread, which gets no more of them
+            try:
+                finish_files()
+                is_whole = reached_end
+            finally:
+                _close_run(complete=is_whole)
         return True
     except UsdsdgError as error:
         tell(error, "at the end of the run: ")

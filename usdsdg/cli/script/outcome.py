@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from click.exceptions import Exit
+from usdsdg.cli.options.command_context import ReachedEnd
 
 
 @contextmanager
@@ -15,7 +15,7 @@ def reported_outcome() -> Iterator[None]:
 
     Raises:
         MissingAssets: assets were missing, and the body did not end with this error.
-        Exit: with code 1, since the script caught an error of a writer, of physics or of an asset.
+        ReachedEnd: with code 1, since the script caught an error of a writer, of physics or of an asset.
     """
     from usdsdg.cli.script.remarks import remarks
     from usdsdg.errors import take_swallowed
@@ -40,7 +40,7 @@ def reported_outcome() -> Iterator[None]:
             f"{' '.join(swallowed[0].split())} (--lenient ends with code 0)",
             file=sys.stderr,
         )
-        raise Exit(1)
+        raise ReachedEnd(1)
 
 
 def _print_missing() -> None:

@@ -154,7 +154,14 @@ class Skinning:
         if weights is None:
             return normals
         mapper = binding.mesh.GetBlendShapeMapper()
-        own = mapper.Remap(weights, Vt.FloatArray(), 1) if mapper else weights
+        if not mapper:
+            if len(weights):
+                warn_once(
+                    f"{prim.GetPath()}: its skel:blendShapes is empty, so the shapes of skel:blendShapeTargets have no "
+                    "names, and are left out. Name them as the animation does."
+                )
+            return normals
+        own = mapper.Remap(weights, Vt.FloatArray(), 1)
         query = UsdSkel.BlendShapeQuery(UsdSkel.BindingAPI(prim))
         active = query.ComputeSubShapeWeights(own)
         where = query.ComputeBlendShapePointIndices()

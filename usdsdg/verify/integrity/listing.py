@@ -118,6 +118,9 @@ def _read_lines(file: IO[bytes], name: str, listing: Listing, recipe_hash: str |
             if lines.FRAME in line:
                 numbers.append(line[lines.FRAME])
                 _add(listing, line[lines.FILES], str(line[lines.FRAME]))
+                if why := line.get(lines.FAILED):
+                    said = f"a writer did not get to its end, so files may be missing: {why}"
+                    listing.faults.append(Fault(name, str(line[lines.FRAME]), said))
             _add(listing, line.get(lines.SHARED, {}), "all")
     listing.is_damaged |= bool(damaged)
     listing.is_cut_off = damaged == [place]  # which a run that goes on drops

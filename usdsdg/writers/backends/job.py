@@ -46,7 +46,8 @@ class Job:
     def end(self, *, failed: bool) -> None:
         """Note that it has run, or never will."""
         if self.held is not None:
-            self.held.release(failed=failed)
+            backend = getattr(self.owner, "backend", self.owner)  # a writer's, or the owner itself
+            self.held.release(failed=failed, folder=getattr(backend, "output_dir", None))
 
     def wait_for(self, earlier: Job) -> None:
         """Run only after `earlier`, which has not ended."""

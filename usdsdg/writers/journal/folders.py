@@ -103,7 +103,8 @@ class DatasetFolder:
                 remove_unfinished(path if portion is None else home)
                 self._go_on_with_spools()
                 warn_of_lost(place, home / NAME)
-            if recipe.read(path) is None:
+            there = recipe.read(path)
+            if there is None or (portion is not None and wanted.differences(there)):  # its own part was replaced
                 wanted.write(path)
             if portion is not None:
                 wanted.write_identity(home)
@@ -330,7 +331,7 @@ def check(
         return
     differences = wanted.differences(earlier)
     if portion is not None and mode is not Mode.RESUME:
-        _check_room_for_part(path, there, mode, is_other=bool(differences))
+        _check_room_for_part(path, there, mode, portion, differences)
     if mode is Mode.OVERWRITE:
         return
     name = earlier.get("source", {}).get("name", "?") if isinstance(earlier.get("source"), dict) else "?"
@@ -364,16 +365,18 @@ def _overwriting(wanted: Recipe) -> str:
     return f"usdsdg run --overwrite {shlex.quote(wanted.source['name'])}" if wanted.command == SCRIPT else "--overwrite"
 
 
-def _check_room_for_part(path: Path, there: str, mode: Mode, *, is_other: bool) -> None:
-    """Check that a part would not be mixed with a run that is no part: a process of a part removes that part alone."""
+def _check_room_for_part(path: Path, there: str, mode: Mode, portion: Portion, differences: list[str]) -> None:
+    """Check that a part would not be mixed with another run: a process of a part removes that part alone."""
+    journals = (each for each in (path / PARTS).glob(f"*/{NAME}") if each.stat().st_size)
+    others = [each for each in journals if each.parent.name != portion.name]
     if (path / BESIDE / NAME).is_file() and journal.read(path / BESIDE / NAME).frames:
-        what = "a run that is not in parts"
-    elif is_other and mode is Mode.OVERWRITE:
-        what = "parts of another recipe"
+        what = "a run that is not in parts. "
+    elif differences and (mode is Mode.OVERWRITE or (mode is Mode.REPLACE and others)):
+        what = "parts of another recipe:\n  " + "\n  ".join(differences) + "\n"
     else:
         return
     raise DatasetInTheWay(
-        f"{there} has {what}, and a process that makes a part of a dataset would leave its files there. Choose another "
+        f"{there} has {what}A process that makes a part of a dataset would leave its files there. Choose another "
         "output_dir, or remove this one first."
     )
 

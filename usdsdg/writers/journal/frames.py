@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
@@ -21,8 +21,11 @@ class FrameFiles:
     number: int  # over all captures of the run, from 0
     folders: dict[str, dict[str, FileFacts]] = field(default_factory=dict)  # by folder and path below it
     states: dict[str, dict[str, object]] = field(default_factory=dict)  # by folder: of writers, by their names there
+    due: Counter[str] = field(default_factory=Counter)  # writers by folder that have not been given it in full
+    why: dict[str, str] = field(default_factory=dict)  # by folder: the error of a writer there
     holds: int = 1  # open jobs, and the capture itself
-    has_failed: bool = False
+    lacking: set[str] = field(default_factory=set)  # folders without a file that could not be written
+    is_taken_back: bool = False  # it ended before any writer had it
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     def hold(self) -> None:
@@ -30,16 +33,34 @@ class FrameFiles:
         with self._lock:
             self.holds += 1
 
-    def release(self, *, failed: bool = False) -> None:
-        """End what `hold` has begun. failed: a file is missing, so it will never be whole."""
+    def release(self, *, failed: bool = False, folder: str | None = None) -> None:
+        """End what `hold` has begun.
+
+        failed: a file is missing, so it will never be whole. folder: in which the file is missing; others: in all.
+        """
         with self._lock:
-            self.has_failed |= failed  # first: whoever finds that nothing waits looks at it
+            if failed:  # first: whoever finds that nothing waits looks at it
+                self.lacking |= {folder} if folder is not None and folder in self.folders else self.folders.keys()
             self.holds -= 1
+
+    def take_back(self) -> None:
+        """End it as if it had not begun: no writer has had it."""
+        self.is_taken_back = True
+        self.release()
 
     def touch(self, folder: str) -> dict[str, FileFacts]:
         """Return its files in a folder, to which it belongs from now on."""
         with self._lock:
             return self.folders.setdefault(folder, {})
+
+    def expect(self, folder: str) -> None:
+        """Tell that a writer is to write it to a folder; `arrive` follows when the writer has."""
+        self.touch(folder)
+        self.due[folder] += 1
+
+    def arrive(self, folder: str) -> None:
+        """Tell that a writer has written it, or scheduled that."""
+        self.due[folder] -= 1
 
     def note(self, folder: str, path: str, facts: FileFacts) -> None:
         """Tell that a file of it has been written."""
@@ -51,22 +72,31 @@ class FrameFiles:
         """Tell what a writer keeps after this frame; writer: its key."""
         self.states.setdefault(folder, {})[writer] = values
 
+    def failure(self, folder: str) -> str:
+        """Return why a writer has not written all of it to a folder; "" if all have."""
+        return self.why.get(folder, "it was interrupted") if self.due[folder] > 0 else ""
+
     @property
     def has_ended(self) -> bool:
         """Whether nothing of it waits to be written: it is whole, or never will be."""
         return self.holds == 0
 
 
+Told = tuple[FrameFiles, str]  # a frame, and a folder in which it is whole
+
+
 class FramesInHand:
     """The captured frames that are not in the journal yet, oldest first.
 
-    A frame that will never be whole, as a script caught an error of a writer and went on, keeps all later ones of its
-    folders out of their journals, which then end before it; those of other folders are whole as if it had not been.
+    Where a file of a frame could not be written, the journal of its folder ends before it, so that going on makes it
+    again. Where a writer failed and the script went on, the frame counts with the files that it has, once a later one
+    is whole, or the run is. Other folders are as if it had not been.
     """
 
     def __init__(self) -> None:
         self._frames: deque[FrameFiles] = deque()
-        self._whole: list[FrameFiles] = []
+        self._whole: list[Told] = []
+        self._failed: list[Told] = []  # by a writer; the script has not gone on yet
         self._lacking: set[str] = set()  # folders of frames that will never be whole
         self._lock = threading.Lock()
 
@@ -77,13 +107,13 @@ class FramesInHand:
             self._frames.append(frame)
         return frame
 
-    def whole(self) -> list[FrameFiles]:
+    def whole(self) -> list[Told]:
         """Return the frames that are whole, up to the first one that may still become so; they stay until `forget`."""
         with self._lock:
             self._sort_out()
             return list(self._whole)
 
-    def forget(self, frames: Collection[FrameFiles]) -> None:
+    def forget(self, frames: Collection[Told]) -> None:
         """Remove frames that `whole` has returned, which are in the journals."""
         with self._lock:
             self._whole = [each for each in self._whole if each not in frames]
@@ -94,16 +124,30 @@ class FramesInHand:
             self._sort_out()
             return len(self._whole)
 
+    def accept_failed(self) -> None:
+        """Let frames at which a writer failed count, since the run is whole: the script went on after the last one."""
+        with self._lock:
+            self._sort_out()
+            self._whole += self._failed
+            self._failed = []
+
     def lacks(self, folder: str) -> bool:
         """Return whether a folder lacks a frame that was begun: it has failed, or has not ended."""
         with self._lock:
             self._sort_out()
-            return folder in self._lacking or bool(self._frames)
+            failed = any(each == folder for _, each in self._failed)
+            return failed or folder in self._lacking or bool(self._frames)
 
     def _sort_out(self) -> None:
         while self._frames and self._frames[0].has_ended:
             frame = self._frames.popleft()
-            if frame.has_failed or not self._lacking.isdisjoint(frame.folders):
-                self._lacking |= frame.folders.keys()
-            else:
-                self._whole.append(frame)
+            if frame.is_taken_back:
+                continue
+            self._lacking |= frame.lacking
+            for folder in (each for each in frame.folders if each not in self._lacking):
+                if frame.failure(folder):
+                    self._failed.append((frame, folder))
+                    continue
+                self._whole += [each for each in self._failed if each[1] == folder]
+                self._failed = [each for each in self._failed if each[1] != folder]
+                self._whole.append((frame, folder))

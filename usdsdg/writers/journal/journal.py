@@ -1,12 +1,12 @@
 """The journal of a dataset: a line for every frame that is whole on disk, with the sizes and hashes of its files.
 
 `.usdsdg/journal.jsonl` has, in the order of frames, {"frame": number, "files": {path: [size, sha256]}}, also with
-"state" where a writer has one. Lines of {"shared": {path: [size, sha256]}} tell of files that belong to no frame, also
-with "facts" that the recipe gets in the end, and with "spools", how each spool begins, by its path below its folder.
-`close` leaves one such line, the first one, and a closing line, the last one, with "frames", how many there are, and
-"complete"; of a part also "first", the frame at which writers are due for the first time. "lines", the SHA-256 of the
-lines before it, and "recipe", that of the recipe, tell whether these are as the run wrote them. A run that goes on
-appends to it, until it is closed again.
+"state" where a writer has one, and with "failed", the error of a writer after which the script went on. Lines of
+{"shared": {path: [size, sha256]}} tell of files that belong to no frame, also with "facts" that the recipe gets in the
+end, and with "spools", how each spool begins, by its path below its folder. `close` leaves one such line, the first
+one, and a closing line, the last one, with "frames", how many there are, and "complete"; of a part also "first", the
+frame at which writers are due for the first time. "lines", the SHA-256 of the lines before it, and "recipe", that of
+the recipe, tell whether these are as the run wrote them. A run that goes on appends to it, until it is closed again.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 FRAME, FILES, STATE, SHARED, FRAMES, COMPLETE = "frame", "files", "state", "shared", "frames", "complete"
-LINES, RECIPE, FACTS, SPOOLS, FIRST = "lines", "recipe", "facts", "spools", "first"
+LINES, RECIPE, FACTS, SPOOLS, FIRST, FAILED = "lines", "recipe", "facts", "spools", "first", "failed"
 
 
 def parsed_record(data: bytes) -> dict[str, Any] | None:
@@ -35,6 +35,8 @@ def is_sound(line: dict[str, Any]) -> bool:
     if FRAMES in line:
         return is_count(line[FRAMES]) and is_count(line.get(FIRST, 0)) and _are_files(line.get(SHARED))
     if FRAME in line:
+        if not isinstance(line.get(FAILED, ""), str):
+            return False
         return is_count(line[FRAME]) and _are_files(line.get(FILES)) and _are_files(line.get(SHARED, {}))
     return _are_files(line.get(SHARED))
 

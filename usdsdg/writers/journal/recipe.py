@@ -188,6 +188,12 @@ class Source:
         is_kept = file.suffix.lower() in _TEXTS and file.stat().st_size <= _LARGEST
         return cls(file.absolute(), file.read_bytes() if is_kept else None)
 
+    def facts(self) -> dict[str, str]:
+        """Return its name and the SHA-256 of its content."""
+        if self.content is None:
+            return source_of(self.file)
+        return {"name": self.file.name, "sha256": hashlib.sha256(self.content).hexdigest()}
+
     def keep(self, folder: Path) -> str | None:
         """Keep a copy beside the data in a folder; return its path there, None where its content is not known.
 

@@ -25,9 +25,10 @@ from usdsdg.writers.journal.facts import SETTINGS, WRITERS, AssetFacts, plain, s
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.frames import FileFacts, FrameFiles, FramesInHand
 from usdsdg.writers.journal.grown import Growth
+from usdsdg.writers.journal.main_script import main_script, started_source
 from usdsdg.writers.journal.place import Place, place_of
 from usdsdg.writers.journal.portion import Portion
-from usdsdg.writers.journal.recipe import SCRIPT, Recipe, Source, source_of
+from usdsdg.writers.journal.recipe import SCRIPT, Recipe, Source
 
 # Arguments of writers that say where files go.
 _PLACES = ("output_dir", "backend", "s3_bucket", "s3_region", "s3_endpoint")
@@ -255,6 +256,13 @@ class Run:
         self.made += 1
         return self._in_hand.begin(number)
 
+    def take_back(self, number: int, frame: FrameFiles | None) -> None:
+        """Undo `begin_frame` and `hand` of the last capture, of which no writer was told: it will be captured again."""
+        self.captures = number
+        if frame is not None:
+            self.made -= 1
+            frame.take_back()
+
     def note(self, folder: str, path: str, facts: FileFacts, frame: FrameFiles | None) -> None:
         """Tell that a file has been written; frame: to which it belongs, if to one."""
         claimed = self._folders.get(folder)
@@ -300,7 +308,7 @@ class Run:
         failures = []
         for name, folder in tuple(self._folders.items()):  # other threads may claim folders meanwhile
             folder.note_assets(self._known_assets)
-            new = [each for each in frames if name in each.folders and not folder.journal.has(each.number)]
+            new = [each for each, where in frames if where == name and not folder.journal.has(each.number)]
             try:
                 if new and name not in self._ended:
                     folder.append([_line(each, name) for each in new])
@@ -323,6 +331,8 @@ class Run:
             return
         self._is_closed = True
         failures = []
+        if complete:
+            self._in_hand.accept_failed()
         try:
             self.append()
         except UsdsdgError as error:
@@ -365,9 +375,9 @@ class Run:
     def _has_recipe(self) -> bool:
         if self.recipe is None and not self._is_main_script_known:
             self._is_main_script_known = True
-            if (script := _main_script()) is not None:
-                self.recipe = Recipe(SCRIPT, source_of(script), arguments=sys.argv[1:])
-                self._source = Source.read(script)
+            if (script := main_script()) is not None:
+                self._source = started_source(script)
+                self.recipe = Recipe(SCRIPT, self._source.facts(), arguments=sys.argv[1:])
         if self.recipe is not None and not self.recipe.device:
             self.recipe.device = devices.renderer_device_kind()
         return self.recipe is not None
@@ -375,18 +385,8 @@ class Run:
 
 def _line(frame: FrameFiles, folder: str) -> dict[str, object]:
     line: dict[str, object] = {lines.FRAME: frame.number, lines.FILES: dict(sorted(frame.folders[folder].items()))}
+    line |= {lines.FAILED: why} if (why := frame.failure(folder)) else {}
     return line | ({lines.STATE: states} if (states := frame.states.get(folder)) else {})
-
-
-def _main_script() -> Path | None:
-    """Return the script that Python runs; None in notebooks, in tests, and for installed programs."""
-    main = getattr(sys.modules.get("__main__"), "__file__", None)
-    if not main or not main.endswith(".py") or not os.path.isfile(main):
-        return None
-    script = Path(main).resolve()
-    if any(script.is_relative_to(Path(each).resolve()) for each in (sys.prefix, sys.base_prefix)):
-        return None
-    return None if script.name == "__main__.py" else script  # that of `python -m` of a package
 
 
 def get_run() -> Run:

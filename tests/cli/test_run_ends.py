@@ -1,0 +1,84 @@
+"""The journals of runs whose script catches an error, or that Ctrl-C ends while threads capture."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+
+from tests.cli.datasets import run
+
+SCENE = """
+import os, sys, threading, time
+import omni.replicator.core as rep
+rep.create.light(light_type="dome")
+rep.create.cube(semantics=[("class", "person")])
+product = rep.create.render_product(rep.create.camera(position=(0, -6, 2), look_at=(0, 0, 0)), (32, 24))
+writer = rep.writers.get("CocoWriter")
+writer.initialize(output_dir=sys.argv[1] + "/coco")
+writer.attach(product)
+"""
+
+CATCHING = (
+    SCENE
+    + """
+class Failing(rep.Writer):
+    def __init__(self):
+        self.backend = rep.backends.get("DiskBackend", init_params={"output_dir": sys.argv[1] + "/own"})
+        self.annotators, self._frame_id = ["rgb"], 0
+    def write(self, data):
+        self.backend.write_blob(f"{self._frame_id}.txt", b"1")
+        if self._frame_id == 1:
+            raise ValueError("of the writer")
+        self._frame_id += 1
+Failing().attach(product)
+for _ in range(3):
+    try:
+        rep.orchestrator.step()
+    except ValueError:
+        pass
+"""
+)
+
+THREADS = (
+    SCENE
+    + """
+def many():
+    for _ in range(3000):
+        rep.orchestrator.step()
+rep.orchestrator.step()
+for _ in range(3):
+    threading.Thread(target=many, daemon=True).start()
+threading.Timer(1.0, lambda: os.kill(os.getpid(), int(sys.argv[2]))).start()
+many()
+"""
+)
+
+
+def started(tmp_path, source, *arguments):
+    script = tmp_path / "script.py"
+    script.write_text(source)
+    return run(["-m", "usdsdg", "run", "-q", str(script), str(tmp_path / "out"), *arguments], fresh=True)
+
+
+def verified(folder):
+    return run(["-m", "usdsdg", "verify", "--files", str(folder)]).stdout
+
+
+def test_a_run_whose_script_caught_an_error_of_a_writer_came_to_its_end(tmp_path):
+    done = started(tmp_path, CATCHING)
+    assert done.returncode == 1
+    assert "the script caught an error and went on" in done.stderr
+    assert ": 0 faults" in verified(tmp_path / "out/coco")
+    told = verified(tmp_path / "out/own")
+    assert "frame 1: a writer did not get to its end, so files may be missing: Failing: ValueError" in told
+    assert "unfinished" not in told
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_threads_get_no_frames_once_a_signal_ends_the_run(tmp_path, number):
+    done = started(tmp_path, THREADS, str(int(number)))
+    assert done.returncode == 128 + number, done.stderr
+    told = verified(tmp_path / "out/coco").splitlines()
+    assert "the run is unfinished" in told[0]
+    assert ": 1 fault;" in told[-1]
