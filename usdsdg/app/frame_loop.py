@@ -15,6 +15,7 @@ from pxr import Usd
 from usdsdg import listeners, rng
 from usdsdg.app.app import get_app
 from usdsdg.app.frames_of_others import FramesOfOthers
+from usdsdg.app.run_ends import all_ended, triggers_remain, triggers_that_end
 from usdsdg.app.saved_graph import author_run
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.capture.capture import Capture
@@ -86,7 +87,7 @@ class Orchestrator:
         self._start_if_stopped()
         count = count if self._last is None else max(1, min(count, self._last - self.captures))
         try:
-            if self._runs and (ending := _triggers_that_end(self._last)):
+            if self._runs and (ending := triggers_that_end(self._last)):
                 count = frames_until_exhausted(ending, self.captures, count)
             return PicturesAhead(self.captures, count)
         except Unsupported as error:
@@ -263,7 +264,7 @@ class Orchestrator:
         others = FramesOfOthers(self._capture, self._is_unseen)
         self._start_unseen = True
         this = self._run = object()
-        frames_remain = _triggers_remain if num_frames is None else lambda: self.captures < last and not _all_ended()
+        frames_remain = triggers_remain if num_frames is None else lambda: self.captures < last and not all_ended()
         try:
             has_begun = False
             while True:
@@ -373,35 +374,6 @@ class Orchestrator:
         for callback in sorted(self.status_callbacks, key=lambda each: each.number):
             with called_for_script("a status callback of the orchestrator"):
                 callback.function(status)
-
-
-def _all_ended() -> bool:
-    """Return whether there are triggers, all of which have reached their `max_execs`."""
-    triggers = evaluate.graph().triggers
-    return bool(triggers) and all(trigger.max_execs and trigger.exhausted for trigger in triggers)
-
-
-def _triggers_that_end(last: int | None) -> list[evaluate.Trigger]:
-    """Return the triggers that end a run when all of them have reached their limits; `last` is the end of its frames.
-
-    Beside a number of frames, triggers without a limit fire until that is reached.
-    """
-    triggers = evaluate.graph().triggers
-    limited = [trigger for trigger in triggers if trigger.max_execs]
-    return limited if last is None or len(limited) == len(triggers) else []
-
-
-def _triggers_remain() -> bool:
-    """Return whether a trigger has not reached its `max_execs` yet.
-
-    Raises:
-        OrchestratorError: there are such triggers, but none of them can fire any more.
-    """
-    remaining = [trigger for trigger in evaluate.graph().triggers if trigger.max_execs and not trigger.exhausted]
-    reasons = [trigger.blocked() for trigger in remaining]
-    if remaining and all(reasons):
-        raise OrchestratorError(f"orchestrator.run: nothing ends the run: {'; '.join(reasons)}. Or give num_frames.")
-    return bool(remaining)
 
 
 def get_orchestrator() -> Orchestrator:

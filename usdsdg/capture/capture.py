@@ -32,7 +32,8 @@ from usdsdg.stage.cameras.camera_reader import CameraReader
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
 from usdsdg.stage.world_values import WorldValues
-from usdsdg.writers.base import attached_writers, set_global_seed
+from usdsdg.writers.base import attached_writers
+from usdsdg.writers.global_seed import set_global_seed
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.run import get_run
 

@@ -5,7 +5,7 @@ from usdsdg.errors import InvalidWriterError, OutputNotWritable, WriterError, Wr
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend, set_disk_root
 from usdsdg.writers.backends.group import BackendDispatch, BackendGroup
-from usdsdg.writers.base import Writer, attached_writers, detach_all, set_global_seed
+from usdsdg.writers.base import Writer, attached_writers, detach_all
 from usdsdg.writers.formats import (
     DEFAULT_WRITERS,
     BasicWriter,
@@ -24,6 +24,7 @@ from usdsdg.writers.formats import (
     YCBVideoWriter,
     YoloWriter,
 )
+from usdsdg.writers.global_seed import set_global_seed
 from usdsdg.writers.registry import (
     WriterRegistry,
     get,

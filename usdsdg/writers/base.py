@@ -17,6 +17,7 @@ from usdsdg.writers import counters
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.class_file import ClassFile
 from usdsdg.writers.files import write_json
+from usdsdg.writers.global_seed import global_seed
 from usdsdg.writers.options import check_names, named_only
 
 # Write at every captured frame.
@@ -33,16 +34,6 @@ def detach_all() -> None:
     """Detach every writer, as for a new stage."""
     for writer in attached_writers():
         writer.detach()
-
-
-def set_global_seed(seed: int | None) -> None:
-    """Set the seed that metadata.txt records."""
-    current().metadata_seed = seed
-
-
-def global_seed() -> int | None:
-    """Return the seed of the run; None before its first frame."""
-    return current().metadata_seed
 
 
 class Writer(ABC):

@@ -11,7 +11,6 @@ import numpy as np
 from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.stage_context import current_stage
-from usdsdg.writers import base
 from usdsdg.writers.aggregate_writer import AggregateWriter
 from usdsdg.writers.backends.group import BackendDispatch
 from usdsdg.writers.files import checked_image_format, checked_padding, write_image
@@ -23,6 +22,7 @@ from usdsdg.writers.formats.coco.coco_file import CocoFiles
 from usdsdg.writers.formats.coco.files import ImageFiles, Names, PlainNames, ReplicatorNames, id_of_seed, sequence_of
 from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
 from usdsdg.writers.formats.splits import Splits
+from usdsdg.writers.global_seed import global_seed
 from usdsdg.writers.options import label_params, typed
 
 _SEMANTIC_TYPES = ["class", "coco", "stuff", "thing"]
@@ -184,7 +184,7 @@ class CocoWriter(AggregateWriter):
             on_stage = partial(coco_keypoints.on_stage, current_stage(), self._label_filter)
             self._keypoints.find(self._categories, on_stage)
         if not self._plain:
-            self.dataset_id = self.dataset_id or id_of_seed(base.global_seed())
+            self.dataset_id = self.dataset_id or id_of_seed(global_seed())
         sequence = "" if self._plain else sequence_of(data.get("trigger_outputs") or {})
         if sequence != self._sequence:
             self._sequence, self._frame_id = sequence, 0

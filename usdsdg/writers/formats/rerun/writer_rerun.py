@@ -15,11 +15,12 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.transforms import up_axis
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
-from usdsdg.writers.base import Writer, global_seed
+from usdsdg.writers.base import Writer
 from usdsdg.writers.files import BlobSink, checked_padding, write_bytes
 from usdsdg.writers.formats.rerun.rerun_chunks import Moment, chunks, rrd_bytes
 from usdsdg.writers.formats.rerun.rerun_entities import BOXES_2D, BOXES_3D, CAMERA, DEPTH, MASKS, RGB, entities
 from usdsdg.writers.formats.rerun.rerun_extra import rerun
+from usdsdg.writers.global_seed import global_seed
 from usdsdg.writers.journal.run import get_run
 from usdsdg.writers.options import typed
 

@@ -1,0 +1,33 @@
+"""When the triggers of a graph end a run: those with `max_execs`, once they have reached it."""
+
+from usdsdg.app.status import OrchestratorError
+from usdsdg.graph import evaluate
+
+
+def all_ended() -> bool:
+    """Return whether there are triggers, all of which have reached their `max_execs`."""
+    triggers = evaluate.graph().triggers
+    return bool(triggers) and all(trigger.max_execs and trigger.exhausted for trigger in triggers)
+
+
+def triggers_that_end(last: int | None) -> list[evaluate.Trigger]:
+    """Return the triggers that end a run when all of them have reached their limits; `last` is the end of its frames.
+
+    Beside a number of frames, triggers without a limit fire until that is reached.
+    """
+    triggers = evaluate.graph().triggers
+    limited = [trigger for trigger in triggers if trigger.max_execs]
+    return limited if last is None or len(limited) == len(triggers) else []
+
+
+def triggers_remain() -> bool:
+    """Return whether a trigger has not reached its `max_execs` yet.
+
+    Raises:
+        OrchestratorError: there are such triggers, but none of them can fire any more.
+    """
+    remaining = [trigger for trigger in evaluate.graph().triggers if trigger.max_execs and not trigger.exhausted]
+    reasons = [trigger.blocked() for trigger in remaining]
+    if remaining and all(reasons):
+        raise OrchestratorError(f"orchestrator.run: nothing ends the run: {'; '.join(reasons)}. Or give num_frames.")
+    return bool(remaining)
