@@ -89,7 +89,7 @@ def test_the_commands_are_named_for_what_was_written(written, tmp_path, monkeypa
     assert commands() == both(tmp_path / "all")
     write_pose(tmp_path / "all" / "older", 0, [MUG])
     assert commands() == [*both(f"'{tmp_path / 'all' / 'a b'}'"), *both(tmp_path / "all" / "c")]
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("usdsdg._STARTED_IN", str(tmp_path))  # where the commands will be typed
     assert commands() == [*both("'all/a b'"), *both("all/c")]
     assert capsys.readouterr().out == ""  # which has results alone
 

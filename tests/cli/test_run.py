@@ -331,7 +331,7 @@ FAILING = """
 def test_all_writers_are_told_of_the_end_of_a_run_that_fails(tmp_path, error, told):
     done = run(tmp_path, FAILING.replace("ERROR", error), expect=1)
     assert told in done.stderr
-    assert done.stdout.splitlines() == ["closed after 2 frames", "closed after 1 frames"]
+    assert done.stdout.splitlines() == ["closed after 2 frames", "closed after 2 frames"]
 
 
 def test_what_fails_at_the_end_of_a_run_that_failed_is_told_as_well(tmp_path):
