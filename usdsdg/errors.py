@@ -200,7 +200,7 @@ def described(error: BaseException) -> str:
 
 
 class MissingName:
-    """Message of the AttributeError for a name that a module does not have, made when somebody reads it.
+    """Message of the AttributeError for a missing name of a module; near names are searched when it is formatted.
 
     Python asks a package for names on its way to submodules, while the modules that know better are being imported.
     """

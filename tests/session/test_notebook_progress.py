@@ -5,7 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from usdsdg.session import notebook_progress, progress
+from usdsdg.session import progress
+from usdsdg.session.reporters import notebook_progress
 
 
 class Notebook:

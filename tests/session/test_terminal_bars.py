@@ -12,9 +12,10 @@ import pytest
 
 from tests.session.clock import Clock
 from tests.signaled import started
-from usdsdg.session import progress, terminal_bars
+from usdsdg.session import progress
 from usdsdg.session.progress import FRAMES, described
-from usdsdg.session.terminal_bars import LONGEST_BAR, SHORTEST_BAR, BarReporter, LinesAbove
+from usdsdg.session.reporters import terminal_bars
+from usdsdg.session.reporters.terminal_bars import LONGEST_BAR, SHORTEST_BAR, BarReporter, LinesAbove
 
 COLUMNS = 80
 

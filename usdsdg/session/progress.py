@@ -7,9 +7,9 @@ from contextlib import suppress
 from typing import Protocol, TextIO
 
 from usdsdg.operating_system import obeys_terminal_sequences
-from usdsdg.session.notebook_progress import NotebookReporter, notebook
+from usdsdg.session.reporters.notebook_progress import NotebookReporter, notebook
+from usdsdg.session.reporters.terminal_bars import BarReporter
 from usdsdg.session.session import current
-from usdsdg.session.terminal_bars import BarReporter
 
 FIRST_LINE = 1.0  # seconds that a task takes before anything is said of it
 LINE_INTERVAL, LONGEST_INTERVAL = 5.0, 60.0  # seconds between plain lines of one task, more the longer it takes
@@ -80,7 +80,7 @@ class LineReporter:
 
 
 def print_safely(line: str, stream: TextIO | None = None) -> None:
-    """Print a line to `stream`, else to `sys.stderr`; it is lost where nobody can read it, and the run goes on.
+    """Print a line to `stream`, by default `sys.stderr`; a closed, broken or missing stream is no error.
 
     That is so in a program without a console, where there is no `sys.stderr`, and where the reader of a pipe has gone.
     """

@@ -15,7 +15,7 @@ from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_v
 from usdsdg_physics.parse.body_transforms import BodyXformCache
 from usdsdg_physics.parse.colliders import collider_shapes, frame_from_prim
 from usdsdg_physics.parse.forces import read_force
-from usdsdg_physics.parse.joints import read_joint
+from usdsdg_physics.parse.joints.joints import read_joint
 from usdsdg_physics.parse.materials import bound_materials
 from usdsdg_physics.parse.point_instancers import read_instances
 from usdsdg_physics.parse.scene import read_gravity

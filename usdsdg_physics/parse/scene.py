@@ -16,7 +16,12 @@ from usdsdg_physics.parse.colliders import read_collider, read_moving_collider
 from usdsdg_physics.parse.collision_filters import read_filtered_pairs
 from usdsdg_physics.parse.contact_reports import read_contact_report
 from usdsdg_physics.parse.forces import read_force
-from usdsdg_physics.parse.jointed_bodies import hold_unsupported, mark_articulated, read_jointed_pairs, read_joints
+from usdsdg_physics.parse.joints.jointed_bodies import (
+    hold_unsupported,
+    mark_articulated,
+    read_jointed_pairs,
+    read_joints,
+)
 from usdsdg_physics.parse.materials import bound_materials, warn_unbound
 from usdsdg_physics.parse.name_lists import listed
 from usdsdg_physics.parse.physics_prims import (

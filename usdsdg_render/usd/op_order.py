@@ -17,7 +17,7 @@ def warn_of_lost_ops(prim: Usd.Prim) -> None:
     attribute = prim.GetAttribute("xformOpOrder")
     order: Any = attribute.Get() if attribute else None
     if isinstance(order, Vt.TokenArray) and len(order):  # files may declare another type
-        # USD rejects all ops where one has another name than these, which is told where they are read.
+        # Other names are left to `transforms.local_matrix`: with one of them USD rejects xformOpOrder as a whole.
         named = [op for op in order if op.removeprefix(_INVERSE).startswith("xformOp:")]
         lost = [op for op in named if not prim.HasAttribute(op.removeprefix(_INVERSE))]
         if lost:

@@ -61,15 +61,14 @@ class TransformHierarchy:
         Returns:
             Whether nodes may be taken for `moved` at the next call; if not, none of them was movable.
         """
-        rest = changed - movable
-        holds = self._moved_prims.holds(moved, changed)
-        found = self._moved_prims.read(prims, [*moved, *movable]) if holds else None
+        kept = [*moved, *movable]
+        found = self._moved_prims.read(prims, kept) if self._moved_prims.holds(moved, changed) else None
         if found is None:
             self._moved_prims.forget()
-            rest = changed.union(moved)
+            kept = []
         else:
-            self._take(prims, [*moved, *movable], found)
-        self.update(prims, sorted(rest))
+            self._take(prims, kept, found)
+        self.update(prims, sorted(changed.union(moved).difference(kept)))
         return found is not None
 
     def update(self, prims: Sequence[Usd.Prim], nodes: list[int]) -> None:

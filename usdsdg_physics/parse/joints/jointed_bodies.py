@@ -11,8 +11,8 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
 from usdsdg_physics.parse.attributes import value
-from usdsdg_physics.parse.gears import couple, coupled_bodies, is_gear
-from usdsdg_physics.parse.joints import is_supported, joint_bodies, read_joint
+from usdsdg_physics.parse.joints.gears import couple, coupled_bodies, is_gear
+from usdsdg_physics.parse.joints.joints import is_supported, joint_bodies, read_joint
 from usdsdg_physics.parse.name_lists import listed
 from usdsdg_physics.parse.physics_prims import PhysicsPrims
 from usdsdg_physics.parse.units import Units

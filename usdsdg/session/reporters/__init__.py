@@ -1,0 +1,1 @@
+"""How progress is shown: as bars on a terminal, in a notebook."""

@@ -1,0 +1,1 @@
+"""Read joints, what they couple, and which bodies they hold."""
