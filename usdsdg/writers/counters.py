@@ -40,10 +40,7 @@ def counted(writer: Any) -> Iterator[None]:
     try:
         yield
     except BaseException:
-        for name, step in _steps(type(writer)).items():
-            value = vars(writer).get(name)
-            if isinstance(value, int) and value == before.get(name):
-                setattr(writer, name, value + step)
+        _advance(writer, before)
         raise
     finally:
         writer.num_written += 1
@@ -51,10 +48,16 @@ def counted(writer: Any) -> Iterator[None]:
 
 def count(writer: Any) -> None:
     """Count a frame that a writer misses."""
-    for name, step in _steps(type(writer)).items():
-        if isinstance(value := vars(writer).get(name), int):
-            setattr(writer, name, value + step)
+    _advance(writer, vars(writer))
     writer.num_written += 1
+
+
+def _advance(writer: Any, before: Mapping[str, Any]) -> None:
+    """Advance a writer's counters by one frame that have the values of `before`, by their names."""
+    for name, step in _steps(type(writer)).items():
+        value = vars(writer).get(name)
+        if isinstance(value, int) and value == before.get(name):
+            setattr(writer, name, value + step)
 
 
 def _steps(kind: type) -> Mapping[str, int]:
