@@ -10,6 +10,8 @@ import weakref
 from collections.abc import Callable, Coroutine
 from typing import Any
 
+from usdsdg.session.turns import in_turn
+
 # Time that cancelled tasks have to clean up at the end.
 CLEAN_UP_SECONDS = 2.0
 
@@ -58,6 +60,7 @@ class ScriptLoop:
             self._loop.run_until_complete(self._wake_up)
         self._raise_remaining()
 
+    @in_turn  # frames of other threads let the loop run
     def close(self) -> None:
         """Cancel the remaining tasks, let them clean up, and close the loop, as `asyncio.run` does at its end."""
         remaining = asyncio.all_tasks(self._loop)
