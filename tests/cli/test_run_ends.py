@@ -82,3 +82,44 @@ def test_threads_get_no_frames_once_a_signal_ends_the_run(tmp_path, number):
     told = verified(tmp_path / "out/coco").splitlines()
     assert "the run is unfinished" in told[0]
     assert ": 1 fault;" in told[-1]
+
+
+CUT_OFF = (
+    SCENE
+    + """
+class Interrupted(rep.Writer):
+    def __init__(self):
+        self.backend = rep.backends.get("DiskBackend", init_params={"output_dir": sys.argv[1] + "/own"})
+        self.annotators = ["rgb"]
+    def write(self, data):
+        self.backend.write_blob(f"{threading.current_thread().name}{time.monotonic_ns()}.txt", b"1")
+        if threading.current_thread() is threading.main_thread() and others.is_set():
+            raise KeyboardInterrupt
+others = threading.Event()
+Interrupted().attach(product)
+def many():
+    while True:
+        rep.orchestrator.step()
+        others.set()
+for _ in range(3):
+    threading.Thread(target=many, daemon=True).start()
+others.wait()
+try:
+    rep.orchestrator.step()
+except KeyboardInterrupt:
+    if sys.argv[2] == "end":
+        raise
+    others.clear()
+    others.wait()
+    sys.exit(3)
+"""
+)
+
+
+@pytest.mark.parametrize(("script", "code"), [("end", 130), ("go on", 3)])
+def test_threads_wait_until_an_interrupted_frame_has_ended_the_run(tmp_path, script, code):
+    done = started(tmp_path, CUT_OFF, script)
+    assert done.returncode == code, done.stderr
+    told = verified(tmp_path / "out/own")
+    assert ("it was interrupted" in told) == (script == "go on")
+    assert "the run is unfinished" in told  # its exit code tells that it failed

@@ -29,6 +29,7 @@ from usdsdg.graph import evaluate
 from usdsdg.graph.firings import frames_until_exhausted
 from usdsdg.session import stage_context
 from usdsdg.session.device_memory import device_memory
+from usdsdg.session.endings.interrupted_frame import InterruptedFrame
 from usdsdg.session.endings.termination import whole_frame
 from usdsdg.session.progress import FRAMES, report
 from usdsdg.session.session import current
@@ -48,6 +49,7 @@ class Orchestrator:
         self._initialized = False  # since the stage was made or `stop`
         self._next_subframes = 0
         self._capture = Capture()
+        self._interrupted = InterruptedFrame()
         self.status_callbacks: weakref.WeakSet[StatusCallback] = weakref.WeakSet()
         self._captured_callbacks: list[Callable[[], None]] = []
         self._requested_subframes = self._frames_of_last_run = 0
@@ -69,7 +71,7 @@ class Orchestrator:
     # --- one frame ---
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         """Capture one frame; see `usdsdg.orchestrator.step` for the arguments."""
-        with turns, whole_frame(), device_memory():
+        with turns, self._interrupted.noticed(), whole_frame(), device_memory():
             if get_run().ends_early and threading.current_thread() is not threading.main_thread():
                 sys.exit()  # this thread alone: its frames would be in no journal
             if current().worlds is not None:
