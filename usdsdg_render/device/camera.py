@@ -77,6 +77,7 @@ def views_of(rows: np.ndarray, device: str) -> Views:
     record.cameras = uploaded(rows, Camera, device)
     record.width, record.height = (int(rows[0][name]) for name in ("width", "height"))
     record.bands = -(-record.height // BAND)
+    record.are_pinholes = bool(((rows["lens_kind"] == kernel.NONE) & (rows["orthographic"] == 0)).all())
     return record
 
 

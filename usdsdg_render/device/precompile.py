@@ -8,7 +8,7 @@ from usdsdg.image_files.run_kernels import deflate_runs
 from usdsdg.kernels.compilation import THREADS, ModuleLoad, Progress, load_modules
 from usdsdg.parallel import CUDA_BLOCK, available_threads
 from usdsdg_render.bvh import build, compress, forest
-from usdsdg_render.kernels.labels import label_kernels, parts
+from usdsdg_render.kernels.labels import label_kernels, label_tiles, parts
 from usdsdg_render.kernels.path import cpu_path, tone_map, wavefront, wavelet_denoiser
 from usdsdg_render.kernels.scene import instance_transforms
 
@@ -85,6 +85,8 @@ def module_loads(target: wp.Device, *, everything: bool = False) -> list[ModuleL
         ModuleLoad(wavelet_denoiser.atrous_pass.module, target, block, 1.0),
         ModuleLoad(tone_map.tone_map_pixels.module, target, block, 0.3),
     ]
+    if not cuda:
+        loads.append(ModuleLoad(label_tiles.label_tiles.module, target, block, 1.0))
     if everything:
         loads.append(ModuleLoad(parts.tell_parts_apart.module, target, block, 3.0))
     # Transforms of instances are set, BVHs built and images compressed on the CPU for either device.

@@ -22,6 +22,7 @@ from usdsdg_render.kernels.labels.label_kernels import (
     label_materials,
     label_pixels,
 )
+from usdsdg_render.kernels.labels.label_tiles import TILE, label_tiles, tile_memory
 from usdsdg_render.kernels.labels.lens_motion import label_lens_motion
 from usdsdg_render.kernels.labels.motion import PreviousFrame
 from usdsdg_render.kernels.labels.views import Views
@@ -99,7 +100,11 @@ def render_views(
     previous = PreviousFrame() if previous is None else previous
     if reads & {PIXEL, *_ASKED}:
         asked = sum(int(flag) for group, flag in _ASKED.items() if group in reads)
-        launch(label_pixels, 4, previous, meters_per_unit, asked, mode)
+        inputs = (previous, meters_per_unit, asked, mode)
+        if device == "cpu" and images.are_pinholes:
+            _launch_tiles(device_scene.tables, images, *inputs, addresses, threads)
+        else:
+            launch(label_pixels, 4, *inputs)
     if MATERIAL in reads:
         launch(label_materials, 4, mode)
     if HEMISPHERE in reads:
@@ -107,3 +112,18 @@ def render_views(
     if have_lens:
         launch(label_lens_motion, 4, previous, mode, out=made[_MOTION])
     return made
+
+
+def _launch_tiles(tables: Any, images: Views, *inputs: Any) -> None:
+    """Write the AOVs of `label_pixels` on a CPU; inputs: those of `label_tiles`, its output, and the threads."""
+    *given, out, threads = inputs
+    shape = len(images.cameras) * -(-images.height // TILE), -(-images.width // TILE)
+    launch_rows(
+        label_tiles,
+        shape,
+        [tables, images, *given, tile_memory(shape[0])],
+        [out],
+        device="cpu",
+        threads=threads,
+        band_rows=2,
+    )

@@ -96,7 +96,49 @@ def camera_ray(camera: Camera, column: float, row: float, lens: wp.vec2):
     )
 
 
+@wp.func_native(
+    """
+#if !defined(__CUDA_ARCH__)
+#pragma clang fp contract(off)
+#endif
+const auto& m = rotation.data;
+const float length = sqrtf(x * x + y * y + 1.0f);
+const float dx = x / length, dy = y / length, dz = -1.0f / length;
+wp::vec_t<4, float> ray;
+ray[0] = m[0][0] * dx + m[0][1] * dy + m[0][2] * dz;
+ray[1] = m[1][0] * dx + m[1][1] * dy + m[1][2] * dz;
+ray[2] = m[2][0] * dx + m[2][1] * dy + m[2][2] * dz;
+ray[3] = length;
+return ray;
+"""
+)
+def direction_and_length(rotation: wp.mat33, x: float, y: float) -> wp.vec4: ...
+
+
+@wp.func
+def center_ray(camera: Camera, column: float, row: float):
+    """Return the ray of a pinhole camera through a point of the image [pixels] and the center of the lens.
+
+    `put_pixel_rays` computes the same bits for many pixels.
+    """
+    made = direction_and_length(camera.rotation, (column - camera.cx) / camera.fx, (camera.cy - row) / camera.fy)
+    return Ray(
+        origin=camera.origin,
+        direction=wp.vec3(made[0], made[1], made[2]),
+        tmin=camera.near * made[3],
+        tmax=camera.far * made[3],
+    )
+
+
+@wp.func
+def is_pinhole(camera: Camera):
+    """Return whether rays through the center of the lens start at one point, and no lens model bends them."""
+    return camera.lens_kind == NONE and camera.orthographic == 0
+
+
 @wp.func
 def pixel_ray(camera: Camera, x: int, y: int):
     """Return the ray through the center of a pixel and the center of the lens."""
+    if is_pinhole(camera):
+        return center_ray(camera, float(x) + PIXEL_CENTER, float(y) + PIXEL_CENTER)
     return camera_ray(camera, float(x) + PIXEL_CENTER, float(y) + PIXEL_CENTER, wp.vec2(0.0))

@@ -36,6 +36,7 @@ __all__ = [
     "label_hemispheres",
     "label_materials",
     "label_pixels",
+    "write_label",
 ]
 
 AovImages = struct_of_images(__name__)
@@ -52,6 +53,33 @@ write_hemisphere = writer(AovImages, HEMISPHERE, tables=SceneTables, ray=Ray, su
 miss_pixel = miss_writer(AovImages, HIT, SURFACE)
 miss_material = miss_writer(AovImages, MATERIAL)
 miss_hemisphere = miss_writer(AovImages, HEMISPHERE)
+
+
+@wp.func
+def write_label(
+    out: AovImages,
+    v: int,
+    y: int,
+    x: int,
+    tables: SceneTables,
+    camera: Camera,
+    ray: Ray,
+    hit: Hit,
+    previous: PreviousFrame,
+    meters_per_unit: float,
+    asked: int,
+):
+    """Write the AOVs of a pixel that need neither materials nor more rays."""
+    write_pixel(out, v, y, x, hit, tables.first_instance)
+    if asked & WITH_MOTION:
+        write_motion(out, v, y, x, tables, camera, ray, hit, previous)
+    if hit.instance < 0:
+        miss_pixel(out, v, y, x)
+        return
+    if asked & WITH_HIT:
+        write_hit(out, v, y, x, tables, camera, ray, hit, meters_per_unit)
+    if asked & WITH_SURFACE:
+        write_surface(out, v, y, x, tables, ray, hit, surface_at(tables, hit, ray.direction))
 
 
 @wp.kernel(enable_backward=False, module=LABELS)
@@ -73,16 +101,7 @@ def label_pixels(
     camera = views.cameras[v]
     tables = in_world(tables, camera.world)
     ray, hit = trace_pixel_center(tables, camera, x, y, mode)
-    write_pixel(out, v, y, x, hit, tables.first_instance)
-    if asked & WITH_MOTION:
-        write_motion(out, v, y, x, tables, camera, ray, hit, previous)
-    if hit.instance < 0:
-        miss_pixel(out, v, y, x)
-        return
-    if asked & WITH_HIT:
-        write_hit(out, v, y, x, tables, camera, ray, hit, meters_per_unit)
-    if asked & WITH_SURFACE:
-        write_surface(out, v, y, x, tables, ray, hit, surface_at(tables, hit, ray.direction))
+    write_label(out, v, y, x, tables, camera, ray, hit, previous, meters_per_unit, asked)
 
 
 @wp.kernel(enable_backward=False, module=LABELS)

@@ -15,6 +15,7 @@ class Views:
     width: wp.int32
     height: wp.int32
     bands: wp.int32  # of one image
+    are_pinholes: wp.int32  # 1 = the rays of each camera start at one point, and no lens bends them
 
 
 @wp.func
