@@ -70,20 +70,33 @@ def launch_rows(
 
     import warp as wp
 
-    def band(first_row: int, rows: int) -> None:
-        wp.launch(
+    def launch(rows: int, first_row: int, *, record: bool = False) -> Any:
+        return wp.launch(
             kernel,
             dim=(rows, *shape[1:]),
             inputs=[*inputs, first_row],
             outputs=outputs,
             device=device,
             block_dim=CUDA_BLOCK,
+            record_cmd=record,
         )
 
+    recorded = threading.local()
+
+    def band(first_row: int, rows: int) -> None:
+        # Packing the arguments takes longer than many a band: a thread does it once.
+        if not hasattr(recorded, "launch"):
+            recorded.launch = launch(rows, first_row, record=True)
+        recorded.launch.set_dim((rows, *shape[1:]))
+        recorded.launch.set_param_at_index(len(inputs), first_row)
+        recorded.launch.launch()
+
+    if 0 in shape:
+        return
     if device == "cpu":
         for_bands(shape[0], band, band_rows=band_rows, threads=threads)
-    elif shape[0] > 0:
-        band(0, shape[0])
+    else:
+        launch(shape[0], 0)
 
 
 def cheap_rows(width: int) -> int:

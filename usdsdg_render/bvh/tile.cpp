@@ -1,12 +1,12 @@
-// Body of trace_tile and trace_columns_in_instance on a CPU: the closest hits of the 64 rays of a tile of pixels, which start
-// at one point; tile.py sets ONE_INSTANCE and BY_COLUMNS.
+// Body of trace_tile and trace_tile_in_instance on a CPU: hits of the rays of 8 x 8 pixels, which start at one point.
+// tile.py sets ONE_INSTANCE: whether a ray hits one of its triangles counts then, and not which is the closest.
 //
-// The rays are in `rows`, up to eight, of eight rays each, for which one instruction does the work of all. A row is one of
-// an 8 x 8 tile; with BY_COLUMNS the tile is one row of the image, and a row here is eight of its columns. The tree is traversed once for the tile: a node is
-// entered where its box meets the pyramid of the tile, and a triangle is tested with those rows that it may reach. The
-// test is that of traverse.cpp, operation by operation, so hits have the same bits. What differs is the order in which
-// triangles are met: a ray to which two hits are equally near, up to rounding, is marked as undecided, and the caller
-// traces it by itself. So are all rays of a tile whose pyramid rounding leaves without a volume.
+// One instruction does the work of the eight rays of a row. The tree is traversed once for the tile: a node is entered
+// where its box meets the pyramid of the tile, and a triangle is tested with those rows that it may reach. The test is
+// that of traverse.cpp, operation by operation, so hits have the same bits. What differs is the order in which triangles
+// are met, and which boxes: a ray to which two hits are equally near, or that passes along an edge, up to rounding, is
+// marked as undecided, and the caller traces it by itself. So are all rays of a tile whose pyramid rounding leaves without
+// a volume.
 {
 #pragma clang fp contract(off)
 typedef float float8 __attribute__((ext_vector_type(8)));
@@ -18,8 +18,8 @@ constexpr int ROWS = 8;
 constexpr int FINISHED = -2147483647 - 1;
 // Rounding of a sum of three products, relative to their magnitudes, with a margin.
 constexpr float ROUNDING = 1e-6f;
-// Where the first and the last pixel center of a row are in it, and by how many rows the extent of a triangle is widened.
-constexpr float FIRST_CENTER = BY_COLUMNS ? 1.0f / 16.0f : 0.5f, LAST_CENTER = 1.0f - FIRST_CENTER, ROW_MARGIN = 0.1f;
+// By how many rows the extent of a triangle is widened.
+constexpr float ROW_MARGIN = 0.1f;
 
 struct Entry {
     float t;
@@ -45,7 +45,7 @@ int8* const undecided = best_triangle + ROWS;
 const float* const corners = (const float*)(undecided + ROWS);
 float8 best_error[ROWS];  // by which the distance of the hit may be rounded
 float row_far[ROWS], tile_far = 0.0f;  // up to where hits count
-for (int g = 0; g < rows; ++g) {
+for (int g = 0; g < ROWS; ++g) {
     best_t[g] = tmax[g];
     best_u[g] = best_v[g] = best_error[g] = 0.0f;
     best_instance[g] = best_triangle[g] = -1;
@@ -54,7 +54,7 @@ for (int g = 0; g < rows; ++g) {
     tile_far = tile_far > row_far[g] ? tile_far : row_far[g];
 }
 auto leave_undecided = [&]() {
-    for (int g = 0; g < rows; ++g) undecided[g] = -1;
+    for (int g = 0; g < ROWS; ++g) undecided[g] = -1;
 };
 if (!ONE_INSTANCE && tlas.instance_count == 0)
     return;
@@ -72,7 +72,7 @@ float8 local_x[ROWS], local_y[ROWS], local_z[ROWS];
 auto set_planes = [&](Frame& f, const float8* x, const float8* y, const float8* z, float q[4][3]) -> bool {
     float8 inverse[ROWS], low_depth = 3e38f, high_depth = 0.0f;
     float8 spread_x = 0.0f, spread_y = 0.0f, spread_z = 0.0f;
-    for (int g = 0; g < rows; ++g) {
+    for (int g = 0; g < ROWS; ++g) {
         const float8 in_x = x[g] * f.depth[0], in_y = y[g] * f.depth[1], in_z = z[g] * f.depth[2];
         const float8 depth = in_x + in_y + in_z, error = ROUNDING * (absolute(in_x) + absolute(in_y) + absolute(in_z));
         low_depth = smaller(low_depth, depth - error);
@@ -98,7 +98,7 @@ auto set_planes = [&](Frame& f, const float8* x, const float8* y, const float8* 
         if (width < 0)
             n[0] = -n[0], n[1] = -n[1], n[2] = -n[2], width = -width;
         float8 least = 3e38f;
-        for (int g = 0; g < rows; ++g)
+        for (int g = 0; g < ROWS; ++g)
             least = smaller(least, (x[g] * n[0] + y[g] * n[1] + z[g] * n[2]) * inverse[g]);
         // All rays are inside by more than rounding: where they are not, the plane is moved out.
         float terms = 0.0f;
@@ -109,14 +109,14 @@ auto set_planes = [&](Frame& f, const float8* x, const float8* y, const float8* 
         shift = shift > 0.0f ? shift : 0.0f;
         for (int i = 0; i < 3; ++i) f.normals[k][i] = n[i] + shift * f.depth[i];
         if (k == 0)
-            f.first_row = shift, f.rows_of_side = (float)rows / width;
+            f.first_row = shift, f.rows_of_side = (float)ROWS / width;
     }
     return true;
 };
 
 Frame world_frame, local_frame;
 float8 finite = 0.0f;
-for (int g = 0; g < rows; ++g) finite += 0.0f * (world_x[g] + world_y[g] + world_z[g]);
+for (int g = 0; g < ROWS; ++g) finite += 0.0f * (world_x[g] + world_y[g] + world_z[g]);
 for (int i = 0; i < 3; ++i) {
     world_frame.origin[i] = origin[i], world_frame.depth[i] = forward[i];
     finite += 0.0f * origin[i];
@@ -143,7 +143,7 @@ auto enter = [&](int index) -> bool {
         local_frame.depth[i] = to_world[0][i] * forward[0] + to_world[1][i] * forward[1] + to_world[2][i] * forward[2];
     }
     has_class[0] = has_class[1] = has_class[2] = false;
-    for (int g = 0; g < rows; ++g) {
+    for (int g = 0; g < ROWS; ++g) {
         const float8 ex = world_x[g], ey = world_y[g], ez = world_z[g];
         const float8 dx = m[0][0] * ex + m[0][1] * ey + m[0][2] * ez;
         const float8 dy = m[1][0] * ex + m[1][1] * ey + m[1][2] * ez;
@@ -291,10 +291,10 @@ auto test_block = [&](const float* block, int instance) -> bool {
         first = smaller(first, row), last = larger(last, row);
     }
     const float8 margin = ROW_MARGIN + top_error / low * f.rows_of_side;
-    const float8 everywhere = 16.0f, last_row = (float)(rows - 1);
+    const float8 everywhere = 16.0f, last_row = (float)(ROWS - 1);
     const int8 in_front = low > zero;
-    first = in_front ? first - LAST_CENTER - margin : -everywhere;
-    last = in_front ? last - FIRST_CENTER + margin : everywhere;
+    first = in_front ? first - PIXEL_CENTER - margin : -everywhere;
+    last = in_front ? last - PIXEL_CENTER + margin : everywhere;
     first = __builtin_elementwise_ceil(larger(first, zero));
     last = __builtin_elementwise_floor(smaller(last, last_row));
     bool was_hit = false;
@@ -390,7 +390,7 @@ for (;;) {
         for (int left = leaf & 3; left > 0; --left, block += 80) was_hit |= test_block(block, entered);
         if (was_hit) {
             tile_far = row_far[0];
-            for (int g = 1; g < rows; ++g) tile_far = tile_far > row_far[g] ? tile_far : row_far[g];
+            for (int g = 1; g < ROWS; ++g) tile_far = tile_far > row_far[g] ? tile_far : row_far[g];
         }
     }
     do {

@@ -21,6 +21,7 @@ from usdsdg_render.device.camera import camera_array
 from usdsdg_render.device.device_scene import DeviceScene
 from usdsdg_render.kernels.labels import coverage as kernels
 from usdsdg_render.kernels.labels.coverage import BYTES, MaskWord
+from usdsdg_render.kernels.labels.coverage_tiles import fill_words_by_tiles, tile_memory
 from usdsdg_render.kernels.labels.screen_bounds import ANYWHERE, SIDES, bound_on_screen
 from usdsdg_render.labels import lens_bounds
 from usdsdg_render.labels.parts import DividedGprims
@@ -29,7 +30,9 @@ if TYPE_CHECKING:
     from usdsdg.stage.cameras.camera_view import CameraView
 
 WORDS_PER_BAND = 1024
+# Threads share the rows of an instance.
 ROW_PARTS = 16
+UNITS_PER_BAND = 16
 # Initial sums of a group, of no pixels: pixels, x_min, y_min, x_max, y_max, visible pixels.
 _NO_PIXELS = np.array([0, 1 << 30, 1 << 30, -1, -1, 0], np.int32)
 
@@ -71,7 +74,12 @@ class Coverage:
         # Of each tested entry; -1 for none.
         self._instances = np.append(divided.instances, -1)[tested]
         self._tested = self._array(tested, wp.int32)
-        self._words = self._fill_words(self._list_words(self._screen_bounds()), shown, mode)
+        bounds = self._screen_bounds()
+        words, counts, after = self._list_words(bounds)
+        if self._device == "cpu" and not divided.are_there:
+            self._words = self._fill_by_tiles(words, shown, mode, bounds, counts, after)
+        else:
+            self._words = self._fill_words(words, shown, mode)
         if members is not None:
             self._words = self._merge_groups(self._words, *members)
 
@@ -118,17 +126,32 @@ class Coverage:
         bounds[present, :2], bounds[present, 4:6] = rectangles[:, 2:], -rectangles[:, :2]
         return bounds
 
-    def _list_words(self, bounds: wp.array) -> wp.array:
-        """List the mask words within screen bounds, without their bits."""
-        # On a GPU, ROW_PARTS threads share the rows of an instance.
-        shape = (*bounds.shape[:2], 1 if self._device == "cpu" else ROW_PARTS)
+    def _list_words(self, bounds: wp.array) -> tuple[wp.array, wp.array, wp.array]:
+        """List the mask words within screen bounds, without their bits.
+
+        Returns:
+            the words; (views, tested, parts): how many each part of the rows has, and the running sums of that.
+        """
+        shape = (*bounds.shape[:2], ROW_PARTS)
         counts, after = self._empty(shape, wp.int32), self._empty(shape, wp.int32)
         none = self._empty(0, MaskWord)
         inputs = [*self._size, bounds]
         self._rows(kernels.list_mask_words, shape, [*inputs, self._empty((0, 0, 0), wp.int32)], [counts, none])
         words = self._empty(_running_sums(counts, after), MaskWord)
         self._rows(kernels.list_mask_words, shape, [*inputs, after], [counts, words])
-        return words
+        return words, counts, after
+
+    def _fill_by_tiles(
+        self, words: wp.array, shown: wp.array, mode: int, bounds: wp.array, counts: wp.array, after: wp.array
+    ) -> _Words:
+        """Trace the pixels of listed words by tiles and set their bits, on a CPU."""
+        covered, visible = (wp.zeros(len(words), dtype=wp.uint64, device="cpu") for _ in range(2))
+        memory = tile_memory(-(-counts.size // UNITS_PER_BAND))
+        inputs = [self._scene.tables, self._cameras, mode, shown, self._tested, bounds, counts, after, memory]
+        inputs.append(UNITS_PER_BAND)
+        outputs = [_bytes(covered), _bytes(visible)]
+        self._rows(fill_words_by_tiles, (counts.size,), inputs, outputs, band_rows=UNITS_PER_BAND)
+        return _Words(words, covered, visible)
 
     def _fill_words(self, words: wp.array, shown: wp.array, mode: int) -> _Words:
         """Trace the pixels of listed words and set their bits."""

@@ -14,7 +14,7 @@ from usdsdg.errors import RenderError
 from usdsdg.stage.geometry.pixel_masks import PixelMasks
 from usdsdg_render.device import view_batches
 from usdsdg_render.device.device_scene import DeviceScene
-from usdsdg_render.kernels.labels.coverage import LEFT_OUT
+from usdsdg_render.kernels.labels.coverage import LEFT_OUT, UNKNOWN
 from usdsdg_render.kernels.scene.visibility import BEHIND_GLASS, BY_THRESHOLD
 from usdsdg_render.labels import label_pass, sight
 from usdsdg_render.labels.aov import check_names
@@ -209,7 +209,7 @@ class LabelRenderer:
         if wide is None:
             return PixelMasks.nothing((view.height, view.width), len(groups)).coverage
         columns, rows = wide.margin
-        shown = np.full((1, wide.height, wide.width), -1, np.int32)
+        shown = np.full((1, wide.height, wide.width), UNKNOWN, np.int32)
         shown[:, rows : rows + view.height, columns : columns + view.width] = LEFT_OUT
         batch = LabelBatch(1, {"instance": wp.array(shown, dtype=wp.int32, device=self.device)})
         found = self._coverage([wide], groups, batch, self._divided(faces)).sums()[0, :, :5].astype(np.int64)

@@ -1,4 +1,4 @@
-"""The rays of a tile of pixels of a pinhole camera, for `trace_tile` and `trace_columns_in_instance`."""
+"""The rays of a tile of pixels of a pinhole camera, for `trace_tile` and `trace_tile_in_instance`."""
 
 # Code of Warp kernels is not Python to a type checker.
 # pyright: reportGeneralTypeIssues=false, reportInvalidTypeForm=false
@@ -17,13 +17,7 @@ _PIXEL_RAYS = Path(__file__).with_name("pixel_rays.cpp").read_text()
 
 @wp.func_native(f"{{\nconstexpr float PIXEL_CENTER = {float(pixels.PIXEL_CENTER)}f;\n{_PIXEL_RAYS}}}")
 def put_pixel_rays(
-    camera: Camera,
-    left: int,
-    top: int,
-    rows: int,
-    by_columns: int,
-    memory: wp.array3d(dtype=wp.float32),
-    tile: int,
+    camera: Camera, left: int, top: int, needed: wp.uint64, memory: wp.array3d(dtype=wp.float32), tile: int
 ): ...
 
 
@@ -38,37 +32,16 @@ def put_corner(camera: Camera, column: int, row: int, memory: wp.array3d(dtype=w
 
 
 @wp.func
-def put_tile(camera: Camera, left: int, top: int, memory: wp.array3d(dtype=wp.float32), tile: int):
-    """Put the rays of 8 x 8 pixels into the memory of a tile; some may be beyond the image."""
-    put_pixel_rays(camera, left, top, TILE, 0, memory, tile)
+def put_tile(camera: Camera, left: int, top: int, needed: wp.uint64, memory: wp.array3d(dtype=wp.float32), tile: int):
+    """Put the rays of 8 x 8 pixels into the memory of a tile; some may be beyond the image.
+
+    needed: a bit for each pixel, row by row; the rays of the others hit nothing.
+    """
+    put_pixel_rays(camera, left, top, needed, memory, tile)
     put_corner(camera, left, top, memory, tile, 0)
     put_corner(camera, left + TILE, top, memory, tile, 1)
     put_corner(camera, left + TILE, top + TILE, memory, tile, 2)
     put_corner(camera, left, top + TILE, memory, tile, 3)
-
-
-@wp.func
-def put_columns(
-    camera: Camera, left: int, row: int, needed: wp.uint64, memory: wp.array3d(dtype=wp.float32), tile: int
-):
-    """Put the rays of pixels of a row of the image into the memory of a tile, and return in how many rows they are.
-
-    needed: a bit for each of the pixels from `left` on; the rays of the others have no range and hit nothing.
-    """
-    rows = int(0)
-    for k in range(TILE):
-        if (needed >> wp.uint64(TILE * k)) & wp.uint64(255) != wp.uint64(0):
-            rows = k + 1
-    put_pixel_rays(camera, left, row, rows, 1, memory, tile)
-    for i in range(TILE * rows):
-        if (needed >> wp.uint64(i)) & wp.uint64(1) == wp.uint64(0):
-            memory[tile, TMAX, i] = -1.0
-    right = left + TILE * rows
-    put_corner(camera, left, row + 1, memory, tile, 0)
-    put_corner(camera, left, row, memory, tile, 1)
-    put_corner(camera, right, row, memory, tile, 2)
-    put_corner(camera, right, row + 1, memory, tile, 3)
-    return rows
 
 
 @wp.func

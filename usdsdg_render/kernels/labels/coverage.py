@@ -18,8 +18,9 @@ from usdsdg_render.scene.structs import Camera, SceneTables
 
 WORD_PIXELS = wp.constant(pixel_masks.WORD_PIXELS)
 BYTES = wp.constant(8)  # of a word
-# Value of the instance AOV in pixels that no mask may have.
-LEFT_OUT = wp.constant(-2)
+# Values of the instance AOV: the ray hits nothing, so that it hits no instance that is alone either; a pixel that no
+# mask may have; what the ray hits is not known.
+NOTHING, LEFT_OUT, UNKNOWN = (wp.constant(-k) for k in (1, 2, 3))
 
 
 @wp.struct
@@ -60,6 +61,15 @@ def columns_of(bounds: wp.array(dtype=wp.float32), row: int, width: int):
     return first_center(left, width), first_center(right, width)
 
 
+@wp.func
+def rows_of_part(bounds: wp.array(dtype=wp.float32), height: int, part: int, parts: int):
+    """Return the rows [begin, end) of a part of screen bounds; all but the last have a multiple of eight rows."""
+    top = first_center(-bounds[5], height)
+    rows = wp.max(first_center(bounds[1], height) - top, 0)
+    tiles = (rows + 7) / 8
+    return top + 8 * (tiles * part / parts), top + wp.min(8 * (tiles * (part + 1) / parts), rows)
+
+
 @wp.kernel(enable_backward=False, module=LABELS)
 def list_mask_words(
     width: int,
@@ -74,14 +84,12 @@ def list_mask_words(
     v, k, part = wp.tid()
     v += first_view
     bounds = all_bounds[v, k]
-    top = first_center(-bounds[5], height)
-    rows = wp.max(first_center(bounds[1], height) - top, 0)
-    parts = counts.shape[2]
+    begin, end = rows_of_part(bounds, height, part, counts.shape[2])
     start = int(0)
     if after.shape[0] > 0:
         start = after[v, k, part] - counts[v, k, part]
     count = int(0)
-    for row in range(top + rows * part / parts, top + rows * (part + 1) / parts):
+    for row in range(begin, end):
         first, last = columns_of(bounds, row, width)
         if first < last:
             for column in range(first / WORD_PIXELS, (last - 1) / WORD_PIXELS + 1):
@@ -142,7 +150,7 @@ def fill_kernel(covers: wp.Function, module: Any) -> Any:
                 here = shown[word.image, word.row, x]
                 if here == entry:
                     seen = seen | bit
-                elif here != LEFT_OUT and covers(tables, parts, camera, x, word.row, entry, mode):
+                elif here != NOTHING and here != LEFT_OUT and covers(tables, parts, camera, x, word.row, entry, mode):
                     met = met | bit
             covered[s, b] = wp.uint8(met | seen)
             visible[s, b] = wp.uint8(seen)
