@@ -70,19 +70,24 @@ float8 local_x[ROWS], local_y[ROWS], local_z[ROWS];
 
 // Set the planes of a frame; q: the corners of the tile there. False: rounding leaves the pyramid without a volume.
 auto set_planes = [&](Frame& f, const float8* x, const float8* y, const float8* z, float q[4][3]) -> bool {
-    float8 inverse[ROWS], low_depth = 3e38f, high_depth = 0.0f;
+    // Depths and products are linear in the place in the image, so that their least values are those of the corners.
+    const int outer[2] = {0, ROWS - 1};
+    float8 inverse[2], low_depth = 3e38f, high_depth = 0.0f;
     float8 spread_x = 0.0f, spread_y = 0.0f, spread_z = 0.0f;
-    for (int g = 0; g < ROWS; ++g) {
-        const float8 in_x = x[g] * f.depth[0], in_y = y[g] * f.depth[1], in_z = z[g] * f.depth[2];
+    for (int g = 0; g < ROWS; ++g)
+        high_depth = larger(high_depth, x[g] * f.depth[0] + y[g] * f.depth[1] + z[g] * f.depth[2]);
+    for (int k = 0; k < 2; ++k) {
+        const float8 dx = x[outer[k]], dy = y[outer[k]], dz = z[outer[k]];
+        const float8 in_x = dx * f.depth[0], in_y = dy * f.depth[1], in_z = dz * f.depth[2];
         const float8 depth = in_x + in_y + in_z, error = ROUNDING * (absolute(in_x) + absolute(in_y) + absolute(in_z));
-        low_depth = smaller(low_depth, depth - error);
-        high_depth = larger(high_depth, depth + error);
-        inverse[g] = 1.0f / depth;
-        spread_x = larger(spread_x, absolute(x[g] * inverse[g]));
-        spread_y = larger(spread_y, absolute(y[g] * inverse[g]));
-        spread_z = larger(spread_z, absolute(z[g] * inverse[g]));
+        low_depth = smaller(low_depth, depth - 2.0f * error);
+        high_depth = larger(high_depth, depth + 2.0f * error);
+        inverse[k] = 1.0f / depth;
+        spread_x = larger(spread_x, absolute(dx * inverse[k]));
+        spread_y = larger(spread_y, absolute(dy * inverse[k]));
+        spread_z = larger(spread_z, absolute(dz * inverse[k]));
     }
-    const float reach = largest(high_depth);
+    const float reach = largest(high_depth) * (1.0f + 4.0f * ROUNDING);
     if (!(smallest(low_depth) > 0.0f) || !(reach < 3e38f))
         return false;
     f.per_depth = 1.0f / reach;
@@ -98,12 +103,14 @@ auto set_planes = [&](Frame& f, const float8* x, const float8* y, const float8* 
         if (width < 0)
             n[0] = -n[0], n[1] = -n[1], n[2] = -n[2], width = -width;
         float8 least = 3e38f;
-        for (int g = 0; g < ROWS; ++g)
-            least = smaller(least, (x[g] * n[0] + y[g] * n[1] + z[g] * n[2]) * inverse[g]);
+        for (int j = 0; j < 2; ++j) {
+            const float8 product = x[outer[j]] * n[0] + y[outer[j]] * n[1] + z[outer[j]] * n[2];
+            least = smaller(least, product * inverse[j]);
+        }
         // All rays are inside by more than rounding: where they are not, the plane is moved out.
         float terms = 0.0f;
         for (int i = 0; i < 3; ++i) terms += __builtin_fabsf(n[i]) * spread[i];
-        float shift = 4.0f * ROUNDING * terms - smallest(least);
+        float shift = 6.0f * ROUNDING * terms - smallest(least);
         if (!(width > 0.0f) || !(shift < 3e38f))
             return false;
         shift = shift > 0.0f ? shift : 0.0f;
