@@ -1,10 +1,12 @@
-"""Materials of GeomSubsets that scripts bind between frames: which faces labels show."""
+"""Materials and labels of GeomSubsets: which faces labels show, also of prototypes and after edits between frames."""
 
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdShade
 
 import usdsdg as rep
+from usdsdg.session.settings_store import get_settings
+from usdsdg.stage.semantics.labels import add_labels
 
 SIZE = (32, 32)
 
@@ -52,14 +54,19 @@ def subset(request, stage):
     return UsdShade.MaterialBindingAPI(subset)
 
 
-@pytest.fixture
-def seen(stage):
-    """A function that captures a frame and returns how many pixels on the left and on the right show the mesh."""
+def orthographic(stage):
+    """A camera above, with 8 pixels a unit."""
     camera = UsdGeom.Camera.Define(stage, "/Camera")
     camera.CreateProjectionAttr("orthographic")
     camera.CreateHorizontalApertureAttr(40.0)
     camera.AddTranslateOp().Set(Gf.Vec3d(0, 0, 10))
-    depth = rep.annotators.get("distance_to_camera").attach(rep.create.render_product("/Camera", SIZE))
+    return "/Camera"
+
+
+@pytest.fixture
+def seen(stage):
+    """A function that captures a frame and returns how many pixels on the left and on the right show the mesh."""
+    depth = rep.annotators.get("distance_to_camera").attach(rep.create.render_product(orthographic(stage), SIZE))
 
     def count():
         rep.orchestrator.step(delta_time=0.0)
@@ -84,3 +91,23 @@ def test_faces_show_the_material_that_is_bound_now(subset, seen, edit):
     assert seen() == (128, 128)
     subset.Bind(UsdShade.Material.Get(subset.GetPrim().GetStage(), "/Looks/Clear"))
     assert seen() == (128, 0)
+
+
+@pytest.fixture
+def _told_apart(stage):
+    get_settings().set("/syntheticdata/sensors/perSubsetSegmentation", True)
+    yield
+    get_settings().set("/syntheticdata/sensors/perSubsetSegmentation", False)
+
+
+@pytest.mark.usefixtures("_told_apart")
+def test_labels_of_subsets_count_in_prototypes_too(subset, stage):
+    subset.UnbindAllBindings()
+    add_labels(subset.GetPrim().GetParent(), {"class": ["left"]})
+    add_labels(subset.GetPrim(), {"class": ["right"]})
+    camera = orthographic(stage)
+    masks = rep.annotators.get("semantic_segmentation").attach(rep.create.render_product(camera, SIZE))
+    rep.orchestrator.step(delta_time=0.0)
+    data, names = masks.get_data()["data"], masks.get_data()["info"]["idToLabels"]
+    for half, label in ((data[8:24, 8:16], "left"), (data[8:24, 16:24], "left,right")):
+        assert {names[str(number)]["class"] for number in np.unique(half)} == {label}

@@ -25,6 +25,9 @@ ROW_SHAPES = {
     "orientationsf": (4,),
 }
 
+# Prims of prototypes may be classes or overs, so that they are drawn through point instancers only.
+_ACTIVE = Usd.TraverseInstanceProxies(Usd.PrimIsActive)
+
 
 class PointInstance(NamedTuple):
     """One gprim of one point instance."""
@@ -156,10 +159,10 @@ def _gprims_below(
     """The drawn gprims of a prototype, with matrices to the parent of its root."""
     cache = UsdGeom.XformCache(time)
     ancestors: list[tuple[int, np.ndarray, str]] = []  # (depth, matrix, purpose)
-    iterator = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)))
+    iterator = iter(Usd.PrimRange(root, _ACTIVE))
     for prim in iterator:
         kind = kind_of(prim)
-        if kind in (prim_kinds.SHADING, prim_kinds.SUBSET) or not prim.IsActive() or is_invisible(prim, time):
+        if kind in (prim_kinds.SHADING, prim_kinds.SUBSET) or is_invisible(prim, time):
             iterator.PruneChildren()
             continue
         depth = prim.GetPath().pathElementCount
@@ -183,7 +186,7 @@ def _gprims_below(
             for inner in expand(prim, time, roots, shared, instancers):
                 yield inner._replace(to_instancer=matrix_product(inner.to_instancer, matrix))
         elif kind in prim_kinds.GPRIMS:
-            children = prim.GetFilteredChildren(Usd.TraverseInstanceProxies()) if kind == prim_kinds.MESH else []
+            children = prim.GetFilteredChildren(_ACTIVE) if kind == prim_kinds.MESH else []
             subsets = [child for child in children if kind_of(child) == prim_kinds.SUBSET and is_material_subset(child)]
             yield PointInstance(str(prim.GetPath()), prim, subsets, matrix)
         elif kind in (prim_kinds.LIGHT, prim_kinds.DOME):
