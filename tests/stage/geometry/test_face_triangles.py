@@ -26,6 +26,7 @@ def mesh(polygon, *, hands="rightHanded"):
 
 def in_a_model(stage, prim, _):
     found = own_triangles(prim.GetPrim())
+    assert found is not None
     return found.points[found.faces]
 
 
