@@ -1,4 +1,4 @@
-"""Triangles of concave faces, which models, colliders, scattering and mesh files use: they cover the polygon, no more."""
+"""Triangles of concave faces in models, colliders, scattering and mesh files: they cover the polygon, no more."""
 
 import numpy as np
 import pytest
