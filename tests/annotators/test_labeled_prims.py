@@ -295,7 +295,10 @@ def test_two_instancers_share_a_prototype(forest):
     second.CreateProtoIndicesAttr([0])
     second.CreateIdsAttr([7])
     second.CreatePositionsAttr([Gf.Vec3f(0, 0, 100)])
-    entities = LabeledPrimReader(forest).read((*TREES, *TREES[:2]))
+    drawn = [("/World/Forest/Points", 7), ("/World/Forest/Points", 9), ("/World/Z", 7)]
+    names = [f"/World/Forest/Points/Tree/{part}[{path}:{id_}]" for path, id_ in drawn for part in ("Trunk", "Crown")]
+    entities = LabeledPrimReader(forest).read(names)
+    assert entities.prim_paths == tuple(names[1::2])
     assert [g for g in entities.groups] == [(1,), (3,), (5,)]
     np.testing.assert_allclose(entities.local_to_world[2][3], [0, 0, 106, 1], atol=1e-3)
 

@@ -124,8 +124,8 @@ def test_samples_are_read_at_the_time_of_each_play():
 
 
 def test_many_references_are_cut_into_triangles_once(monkeypatch):
-    calls, fans = [], mesh_triangles.fans
-    monkeypatch.setattr(mesh_triangles, "fans", lambda *arrays: calls.append(1) or fans(*arrays))
+    calls, made = [], mesh_triangles.face_triangles
+    monkeypatch.setattr(mesh_triangles, "face_triangles", lambda *arrays: calls.append(1) or made(*arrays))
     stage, hulls = new_stage(), HullCache()
     mesh(stage, "/Asset/mesh", BOX.vertices, BOX.faces)
     for index in range(5):

@@ -39,7 +39,7 @@ class Owner(NamedTuple):
     @property
     def name(self) -> str:
         """The prim path that annotators report."""
-        return str(self.path) + "".join(f"[{step.point}]" for step in self.steps)
+        return str(self.path) + "".join(step.name for step in self.steps)
 
 
 class LabeledStage:

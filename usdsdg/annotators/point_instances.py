@@ -1,11 +1,9 @@
 """Transforms and instancers of point-instanced gprims.
 
-The renderer lists a gprim of a point instance as `path[id]`, where path is that of the gprim in the prototype; nested
-instancers append theirs: `path[inner][outer]`. When several instancers share a prototype, equal entries follow the
-order of the instancers on the stage.
+The renderer lists a gprim of a point instance by a name of `point_names`.
 """
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -14,6 +12,7 @@ from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.geometry.point_ids import point_numbers
+from usdsdg.stage.geometry.point_names import Prototypes, PrototypeUse, point_name, split_name
 from usdsdg.stage.poses.transforms import as_array
 
 
@@ -23,6 +22,12 @@ class Step(NamedTuple):
     instancer: Sdf.Path
     prototype: Sdf.Path  # root of the prototype that the point instances
     point: int  # id of the point
+    is_shared: bool = False  # whether other instancers draw the prototype, too
+
+    @property
+    def name(self) -> str:
+        """What follows the path of a prim in the prototype."""
+        return point_name(self.instancer, self.point, is_shared=self.is_shared)
 
 
 # From the innermost instancer to the outermost; empty for gprims that are not point-instanced.
@@ -38,28 +43,26 @@ def find_steps(stage: Usd.Stage, gprims: Sequence[str]) -> list[Steps]:
     """Return the instancers and points of each gprim of the renderer's table."""
     if not any(gprim.endswith("]") for gprim in gprims):
         return [()] * len(gprims)
-    instancers = _instancers(stage)
-    seen: Counter[str] = Counter()
-    found = []
-    for gprim in gprims:
-        path, *points = gprim.replace("]", "").split("[")
-        found.append(_steps(Sdf.Path(path), [int(point) for point in points], instancers, seen[gprim]))
-        seen[gprim] += 1
-    return found
+    prototypes = Prototypes(stage)
+    return [_steps(*split_name(gprim), prototypes) for gprim in gprims]
 
 
 def first_points(stage: Usd.Stage, gprims: Sequence[str]) -> list[str]:
-    """Return the gprims with those in prototypes as instances of point 0, through nested instancers."""
-    instancers = _instancers(stage)
-    if not instancers:
+    """Return the gprims with those in prototypes as instances of point 0, once for each way that they are drawn."""
+    prototypes = Prototypes(stage)
+    if not prototypes.of:
         return list(gprims)
-    return [gprim + "[0]" * _depth(Sdf.Path(gprim), instancers, set()) for gprim in gprims]
+    return [
+        gprim + "".join(_point_name(prototypes, each, 0) for each in way)
+        for gprim in gprims
+        for way in _ways_to(Sdf.Path(gprim), prototypes, ())
+    ]
 
 
 def undefined_prototypes(stage: Usd.Stage) -> list[Usd.Prim]:
     """Return the roots of prototypes that a traversal of the stage leaves out, since they are classes or overs."""
-    roots = dict.fromkeys(prototype for _, prototype in _instancers(stage))
-    prims = [prim for prim in map(stage.GetPrimAtPath, Sdf.Path.RemoveDescendentPaths(list(roots))) if prim]
+    roots = list(Prototypes(stage).users)
+    prims = [prim for prim in map(stage.GetPrimAtPath, Sdf.Path.RemoveDescendentPaths(roots)) if prim]
     return [prim for prim in prims if prim.IsAbstract() or not prim.IsDefined()]
 
 
@@ -68,32 +71,38 @@ def every_point(stage: Usd.Stage, gprims: Sequence[str]) -> list[str]:
 
     Through nested instancers they are instances of the first point of the outer ones.
     """
-    instancers = _instancers(stage)
-    if not instancers:
+    prototypes = Prototypes(stage)
+    if not prototypes.of:
         return list(gprims)
-    return [
-        gprim + "".join(f"[{point}]" for point in points)
-        for gprim in gprims
-        for points in _points_through(stage, Sdf.Path(gprim), instancers, ())
-    ]
+    found = []
+    for gprim in gprims:
+        seen: set[PrototypeUse] = set()  # innermost prototypes
+        for way in _ways_to(Sdf.Path(gprim), prototypes, ()):
+            points = [_points_of(stage, *each) for each in way]
+            if not all(points) or not seen.isdisjoint(way[:1]):
+                continue
+            seen.update(way[:1])
+            outer = "".join(_point_name(prototypes, each, own[0]) for each, own in zip(way[1:], points[1:]))
+            inner = [_point_name(prototypes, way[0], point) for point in points[0]] if way else [""]
+            found += [gprim + each + outer for each in inner]
+    return found
 
 
-def _points_through(
-    stage: Usd.Stage, path: Sdf.Path, instancers: list[tuple[Sdf.Path, Sdf.Path]], inner: tuple[Sdf.Path, ...]
-) -> Iterator[tuple[int, ...]]:
-    """Yield the points that draw a prim, innermost first: all of the innermost instancer, one of each outer one.
+def _ways_to(path: Sdf.Path, prototypes: Prototypes, inner: tuple[Sdf.Path, ...]) -> Iterator[tuple[PrototypeUse, ...]]:
+    """Yield the prototypes through which a prim is drawn, innermost first.
 
     inner: the instancers that were gone through, which draw nothing in turn.
     """
-    drawn_by = [(i, p) for i, p in instancers if path.HasPrefix(p) and i not in inner]
-    if not drawn_by:
+    drawing = [pair for pair in prototypes.drawing(path) if pair[0] not in inner]
+    if not drawing:
         yield ()
-        return
-    nearest = max(p.pathElementCount for _, p in drawn_by)
-    for instancer, prototype in ((i, p) for i, p in drawn_by if p.pathElementCount == nearest):
-        outer = next(_points_through(stage, instancer, instancers, (*inner, instancer)), None)
-        if outer is not None:
-            yield from ((point, *outer) for point in _points_of(stage, instancer, prototype))
+    for pair in drawing:
+        instancer, _ = pair
+        yield from ((pair, *outer) for outer in _ways_to(instancer, prototypes, (*inner, instancer)))
+
+
+def _point_name(prototypes: Prototypes, prototype: PrototypeUse, point: int) -> str:
+    return point_name(prototype[0], point, is_shared=prototype in prototypes.shared)
 
 
 def _points_of(stage: Usd.Stage, path: Sdf.Path, prototype: Sdf.Path) -> list[int]:
@@ -105,39 +114,15 @@ def _points_of(stage: Usd.Stage, path: Sdf.Path, prototype: Sdf.Path) -> list[in
     return [point for point, index in zip(numbers, drawn) if index == place]
 
 
-def _depth(path: Sdf.Path, instancers: list[tuple[Sdf.Path, Sdf.Path]], seen: set[Sdf.Path]) -> int:
-    """Return how many instancers a gprim is drawn through; those that draw each other count once."""
-    drawn_by = [(i, p) for i, p in instancers if path.HasPrefix(p) and i not in seen]
-    if not drawn_by:
-        return 0
-    instancer, _ = max(drawn_by, key=lambda each: each[1].pathElementCount)
-    return 1 + _depth(instancer, instancers, {*seen, instancer})
-
-
-def _instancers(stage: Usd.Stage) -> list[tuple[Sdf.Path, Sdf.Path]]:
-    """Return (instancer, prototype root) of all point instancers, in stage order."""
-    everything = Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate))
-    return [
-        (prim.GetPath(), prototype)
-        for prim in everything
-        if prim.IsA(UsdGeom.PointInstancer)
-        for prototype in UsdGeom.PointInstancer(prim).GetPrototypesRel().GetForwardedTargets()
-    ]
-
-
-def _steps(path: Sdf.Path, points: list[int], instancers: list[tuple[Sdf.Path, Sdf.Path]], turn: int) -> Steps:
+def _steps(path: Sdf.Path, points: Sequence[tuple[Sdf.Path | None, int]], prototypes: Prototypes) -> Steps:
     steps: list[Step] = []
-    for point in points:
-        drawn_by = [(i, p) for i, p in instancers if path.HasPrefix(p)]
-        if not drawn_by:
+    for named, point in points:
+        drawing = [pair for pair in prototypes.drawing(path) if named in (None, pair[0])]
+        if not drawing:
             warn_once(f"{path}: no point instancer draws it, so its point instances have no label.")
             return ()
-        # The nearest prototype root; instancers that share it are assigned in turn.
-        nearest = max(p.pathElementCount for _, p in drawn_by)
-        sharing = [(i, p) for i, p in drawn_by if p.pathElementCount == nearest]
-        instancer, prototype = sharing[turn % len(sharing)]
-        steps.append(Step(instancer, prototype, point))
-        path = instancer
+        path, prototype = drawing[0]
+        steps.append(Step(path, prototype, point, named is not None))
     return tuple(steps)
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from usdsdg import errors
+from usdsdg.stage.geometry.triangulate import Triangles
 from usdsdg_render.geometry.mesh_source import MeshSource, Primvar
-from usdsdg_render.geometry.triangulate import Triangles
 
 DEFAULT_COLOR = 0.5  # of a gprim with displayOpacity only
 

@@ -3,12 +3,12 @@
 import numpy as np
 
 from usdsdg import errors
+from usdsdg.stage.geometry.triangulate import Triangles, triangulate
 from usdsdg_render.geometry.color_atlas import atlas_uvs
 from usdsdg_render.geometry.face_varying import face_varying_colors, face_varying_normals, face_varying_uvs
 from usdsdg_render.geometry.mesh_faces import UsableFaces, material_slots, usable_faces
 from usdsdg_render.geometry.mesh_source import MeshSource
 from usdsdg_render.geometry.subdivision.surface import refine_mesh
-from usdsdg_render.geometry.triangulate import Triangles, triangulate
 from usdsdg_render.scene.scene import Prototype
 
 # A triangle is degenerate if its height is less than this times its longest edge: in float32 it is a line.

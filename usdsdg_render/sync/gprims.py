@@ -7,6 +7,7 @@ import numpy as np
 from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import is_below
+from usdsdg.stage.geometry.point_names import Prototypes, PrototypeUse, prototypes_of
 from usdsdg_render.lights.mesh_lights import is_light
 from usdsdg_render.materials.display_color import DisplayColor, Shown
 from usdsdg_render.materials.material_table import AnyMaterial
@@ -99,6 +100,8 @@ class Gprims:
         self._users: dict[Sdf.Path, list[Gprim]] | None = None  # of materials; None must be found
         self._point_instances: dict[Sdf.Path, list[PointInstance]] = {}  # of each instancer
         self._prototypes: dict[Sdf.Path, set[Sdf.Path]] = {}  # prototype roots of each instancer, nested ones included
+        self._all_prototypes: Prototypes | None = None
+        self._has_other_instancers = True  # than `_all_prototypes` has
 
     @property
     def instancers_of(self) -> dict[Sdf.Path, list[Sdf.Path]]:
@@ -132,6 +135,8 @@ class Gprims:
         if dirty.bindings:
             for path, gprim in self.known.items():
                 gprim.is_bound = gprim.is_bound and not is_below(path, dirty.bindings)
+        if dirty.resynced:  # hidden instancers may have come or gone, too
+            self._has_other_instancers = True
         if stale := dirty.resynced | dirty.instancers:
             for path in [path for path in self._point_instances if is_below(path, stale)]:
                 del self._point_instances[path], self._prototypes[path]
@@ -191,6 +196,7 @@ class Gprims:
         self.forget_users()
         self.placements = Placements()
         drawn: dict[Sdf.Path, Gprim] = {}
+        shared = self._read_shared([tree.prims[node] for node in tree.of_kind(INSTANCER)])
         point_instances, self._point_instances = self._point_instances, {}
         for node in tree.of_kind(*GPRIMS, INSTANCER):
             if not tree.drawn[node]:
@@ -202,7 +208,7 @@ class Gprims:
                 continue
             if path not in point_instances:
                 prototypes = self._prototypes[path] = set()
-                point_instances[path] = expand(prim, tree.time, prototypes)
+                point_instances[path] = expand(prim, tree.time, prototypes, shared)
             self._point_instances[path] = point_instances[path]
             for instance in point_instances[path]:
                 source = instance.prim.GetPath()
@@ -213,6 +219,20 @@ class Gprims:
         self.drawn = list(drawn.values())
         if len(self.known) > 2 * len(drawn) + 64:
             self.known = drawn
+
+    def _read_shared(self, visible: Sequence[Usd.Prim]) -> frozenset[PrototypeUse]:
+        """Return the prototypes that several instancers draw; if they are other ones, points have other names."""
+        before = self._all_prototypes
+        known = before.of if before is not None and not self._has_other_instancers else {}
+        if before is not None and all(known.get(each.GetPath()) == prototypes_of(each) for each in visible):
+            return before.shared
+        self._has_other_instancers = False
+        self._all_prototypes = now = Prototypes(visible[0].GetStage()) if visible else None
+        shared = now.shared if now is not None else frozenset()
+        if before is not None and before.shared != shared:
+            self._point_instances.clear()
+            self._prototypes.clear()
+        return shared
 
     def _gprim(self, prim: Usd.Prim, path: Sdf.Path, subsets: list[Usd.Prim]) -> Gprim:
         gprim = self.known.get(path)

@@ -152,6 +152,8 @@ class DirtySetBuilder:
         elif part == "collections":  # any binding or light may refer to it
             dirty.bindings.add(ROOT)
             dirty.lights.add(ROOT)
+        elif part == "bindings":
+            dirty.bindings.update(map(self._owner, paths))
         elif part == "subsets":
             # The tree holds the material subsets of each mesh, so it must be traversed again.
             dirty.resynced.update(path.GetParentPath() for path in paths)

@@ -1,6 +1,6 @@
 """Expand a UsdGeomPointInstancer to the gprims that it draws, with their matrices."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +8,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg.stage.geometry.point_ids import point_numbers
+from usdsdg.stage.geometry.point_names import PrototypeUse, point_name, prototypes_of
 from usdsdg_render.usd import prim_kinds
 from usdsdg_render.usd.authored_values import as_array
 from usdsdg_render.usd.prim_kinds import is_invisible, is_material_subset, kind_of, purpose_of, warn_unsupported
@@ -24,28 +25,36 @@ ROW_SHAPES = {
     "orientationsf": (4,),
 }
 
+# Prims of prototypes may be classes or overs, so that they are drawn through point instancers only.
+_ACTIVE = Usd.TraverseInstanceProxies(Usd.PrimIsActive)
+
 
 class PointInstance(NamedTuple):
     """One gprim of one point instance."""
 
-    path: str  # path of the gprim in the prototype, then [id of the point instance]
+    path: str  # path of the gprim in the prototype, then the point, see `point_names`
     prim: Usd.Prim
     subsets: list[Usd.Prim]
     to_instancer: np.ndarray  # (4, 4) float64 gprim to instancer
 
 
 def source_path(path: str) -> str:
-    """Return the prim path of an entry of `Instances.paths`: a point instance's path without its [id]."""
+    """Return the prim path of an entry of `Instances.paths`: a point instance's path without its points."""
     return path.split("[", 1)[0]
 
 
 def expand(
-    instancer: Usd.Prim, time: Usd.TimeCode, roots: set[Sdf.Path], outer: tuple[Sdf.Path, ...] = ()
+    instancer: Usd.Prim,
+    time: Usd.TimeCode,
+    roots: set[Sdf.Path],
+    shared: Set[PrototypeUse],
+    outer: tuple[Sdf.Path, ...] = (),
 ) -> list[PointInstance]:
     """Return all gprims that a point instancer draws, in the order of its points; nested instancers included.
 
     Args:
         roots: receives the paths of the prototype roots, existing or not: the result depends on the prims at and below.
+        shared: prototypes that several instancers draw.
         outer: the instancers that have this one among their prototypes.
     """
     schema = UsdGeom.PointInstancer(instancer)
@@ -54,7 +63,8 @@ def expand(
     if not _has_equal_lengths(schema, time, len(indices)):
         return []
     _warn_of_point_colors(instancer)
-    prototypes = _prototypes(schema, time, roots, (*outer, instancer.GetPath()))
+    prototypes = _prototypes(schema, time, roots, shared, (*outer, instancer.GetPath()))
+    are_shared = [(instancer.GetPath(), root) in shared for root in prototypes_of(instancer)]
     matrices, mask = _matrices(schema, time)
     numbers = point_numbers(schema, len(indices), time)
     if (bad := (indices < 0) | (indices >= len(prototypes))).any():
@@ -70,11 +80,12 @@ def expand(
         points = drawn[indices[drawn] == kind]
         places[points] = np.arange(len(points))
         placed[kind] = [(gprim, matrix_product(gprim.to_instancer, matrices[points])) for gprim in prototypes[kind]]
-    return [
-        gprim._replace(path=f"{gprim.path}[{numbers[point]}]", to_instancer=to_instancer[place])
-        for point, kind, place in zip(drawn.tolist(), indices[drawn].tolist(), places[drawn].tolist())
-        for gprim, to_instancer in placed[kind]
-    ]
+    found = []
+    for point, kind, place in zip(drawn.tolist(), indices[drawn].tolist(), places[drawn].tolist()):
+        name = point_name(instancer.GetPath(), numbers[point], is_shared=are_shared[kind])
+        for gprim, to_instancer in placed[kind]:
+            found.append(gprim._replace(path=gprim.path + name, to_instancer=to_instancer[place]))
+    return found
 
 
 def _has_equal_lengths(schema: UsdGeom.PointInstancer, time: Usd.TimeCode, count: int) -> bool:
@@ -108,11 +119,15 @@ def _warn_of_point_colors(instancer: Usd.Prim) -> None:
 
 
 def _prototypes(
-    schema: UsdGeom.PointInstancer, time: Usd.TimeCode, roots: set[Sdf.Path], outer: tuple[Sdf.Path, ...]
+    schema: UsdGeom.PointInstancer,
+    time: Usd.TimeCode,
+    roots: set[Sdf.Path],
+    shared: Set[PrototypeUse],
+    outer: tuple[Sdf.Path, ...],
 ) -> list[list[PointInstance]]:
     """The gprims of each target of `prototypes`, with matrices to the parent of the target."""
     gprims = []
-    for path in schema.GetPrototypesRel().GetForwardedTargets():
+    for path in prototypes_of(schema.GetPrim()):
         roots.add(path)
         root = schema.GetPrim().GetStage().GetPrimAtPath(path)
         if not root:
@@ -120,7 +135,7 @@ def _prototypes(
                 f"{schema.GetPath()}: its prototype {path} does not exist, so nothing is drawn for it. Correct "
                 f"prototypes."
             )
-        gprims.append(list(_gprims_below(root, time, roots, outer)) if root else [])
+        gprims.append(list(_gprims_below(root, time, roots, shared, outer)) if root else [])
     return gprims
 
 
@@ -135,15 +150,19 @@ def _matrices(schema: UsdGeom.PointInstancer, time: Usd.TimeCode) -> tuple[np.nd
 
 
 def _gprims_below(
-    root: Usd.Prim, time: Usd.TimeCode, roots: set[Sdf.Path], instancers: tuple[Sdf.Path, ...]
+    root: Usd.Prim,
+    time: Usd.TimeCode,
+    roots: set[Sdf.Path],
+    shared: Set[PrototypeUse],
+    instancers: tuple[Sdf.Path, ...],
 ) -> Iterator[PointInstance]:
     """The drawn gprims of a prototype, with matrices to the parent of its root."""
     cache = UsdGeom.XformCache(time)
     ancestors: list[tuple[int, np.ndarray, str]] = []  # (depth, matrix, purpose)
-    iterator = iter(Usd.PrimRange(root, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)))
+    iterator = iter(Usd.PrimRange(root, _ACTIVE))
     for prim in iterator:
         kind = kind_of(prim)
-        if kind in (prim_kinds.SHADING, prim_kinds.SUBSET) or not prim.IsActive() or is_invisible(prim, time):
+        if kind in (prim_kinds.SHADING, prim_kinds.SUBSET) or is_invisible(prim, time):
             iterator.PruneChildren()
             continue
         depth = prim.GetPath().pathElementCount
@@ -164,10 +183,10 @@ def _gprims_below(
                     f"drawn there. Take it out of prototypes."
                 )
                 continue
-            for inner in expand(prim, time, roots, instancers):
+            for inner in expand(prim, time, roots, shared, instancers):
                 yield inner._replace(to_instancer=matrix_product(inner.to_instancer, matrix))
         elif kind in prim_kinds.GPRIMS:
-            children = prim.GetFilteredChildren(Usd.TraverseInstanceProxies()) if kind == prim_kinds.MESH else []
+            children = prim.GetFilteredChildren(_ACTIVE) if kind == prim_kinds.MESH else []
             subsets = [child for child in children if kind_of(child) == prim_kinds.SUBSET and is_material_subset(child)]
             yield PointInstance(str(prim.GetPath()), prim, subsets, matrix)
         elif kind in (prim_kinds.LIGHT, prim_kinds.DOME):

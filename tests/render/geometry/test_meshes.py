@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
+from usdsdg.stage.geometry.triangulate import clip_ears
 from usdsdg_render.geometry.mesh_source import read_mesh
 from usdsdg_render.geometry.meshes import build_prototype
-from usdsdg_render.geometry.triangulate import clip_ears
 
 DEFAULT = Usd.TimeCode.Default()
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]

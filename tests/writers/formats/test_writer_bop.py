@@ -314,3 +314,45 @@ def test_an_object_that_is_scaled_to_nothing_is_not_drawn_and_ends_nothing(stage
         folder = write(tmp_path, rep.create.render_product(camera, (32, 32)))
     assert len(table(folder, "scene_gt")["0"]) == 1
     assert json.loads((folder / "models" / "names.json").read_text()) == {"1": "box"}
+
+
+def test_models_of_concave_faces_and_tapered_shapes_are_their_masks(stage, tmp_path):
+    rep.settings.set_stage_meters_per_unit(0.01)
+    outline = [(-20, -20), (20, -20), (20, 0), (0, 0), (0, 20), (-20, 20)]
+    sheet = UsdGeom.Mesh.Define(stage, "/L")
+    sheet.CreatePointsAttr([(x - 30, 0, y) for x, y in outline])
+    sheet.CreateFaceVertexCountsAttr([6])
+    sheet.CreateFaceVertexIndicesAttr([1, 2, 3, 4, 5, 0])
+    rod, pill = UsdGeom.Cylinder_1.Define(stage, "/Rod"), UsdGeom.Capsule_1.Define(stage, "/Pill")
+    for shape, place, axis in ((rod, (20, 0, -15), "X"), (pill, (25, 0, 20), "Y")):
+        shape.CreateRadiusBottomAttr(12.0)
+        shape.CreateRadiusTopAttr(5.0)
+        shape.CreateHeightAttr(25.0)
+        shape.CreateAxisAttr(axis)
+        UsdGeom.XformCommonAPI(shape).SetTranslate(place)
+        UsdGeom.XformCommonAPI(shape).SetRotate((0, 0, 60))
+    for shape in (sheet, rod, pill):
+        add_labels(shape.GetPrim(), {"class": [shape.GetPrim().GetName()]})
+    camera = rep.functional.create.camera(position=(0, -200, 0), look_at=(0, 0, 0), clipping_range=(1, 100000))
+    folder = write(tmp_path, rep.create.render_product(camera, (WIDTH, HEIGHT)))
+    matrix = np.array(table(folder, "scene_camera")["0"]["cam_K"]).reshape(3, 3)
+    poses = table(folder, "scene_gt")["0"]
+    assert len(poses) == 3
+    for number, pose in enumerate(poses):
+        whole = picture(folder, f"mask/000000_{number:06d}.png") > 0
+        again = np.isfinite(drawn(folder, pose, matrix))
+        assert whole.sum() > 100
+        assert (again != whole).sum() <= max(3, 0.02 * whole.sum())
+
+
+def test_parts_without_faces_are_named(stage, tmp_path):
+    group = UsdGeom.Xform.Define(stage, "/Group")
+    add_labels(group.GetPrim(), {"class": ["lamp"]})
+    UsdGeom.Cube.Define(stage, "/Group/Cube")
+    wire = UsdGeom.BasisCurves.Define(stage, "/Group/Wire")
+    wire.CreatePointsAttr([(0, 0, 0), (0, 0, 3)])
+    wire.CreateCurveVertexCountsAttr([2])
+    wire.CreateTypeAttr("linear")
+    camera = rep.functional.create.camera(position=(0, -20, 0), look_at=(0, 0, 0))
+    with pytest.warns(UsdsdgWarning, match="/Group/Wire: BasisCurves have no faces, so that the model of /Group is"):
+        write(tmp_path, rep.create.render_product(camera, (WIDTH, HEIGHT)))

@@ -13,6 +13,7 @@ from usdsdg.errors import AssetUnreadable
 from usdsdg.meshes.model import MeshFile, Part
 from usdsdg.meshes.readers.usd_looks import Looks
 from usdsdg.stage import assets
+from usdsdg.stage.geometry.triangulate import triangulate
 from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 from usdsdg.stage.semantics.labels import get_labels
 
@@ -123,7 +124,7 @@ def _parts(mesh: UsdGeom.Mesh, looks: Looks) -> Iterator[Part]:
 
 
 def _triangles(mesh: UsdGeom.Mesh) -> _Faces:
-    """Split the faces of a mesh to fans of triangles, counterclockwise from outside."""
+    """Split the faces of a mesh to triangles, counterclockwise from outside."""
     counts = np.array(mesh.GetFaceVertexCountsAttr().Get(_FIRST) or (), np.int64)
     indices = np.array(mesh.GetFaceVertexIndicesAttr().Get(_FIRST) or (), np.int64)
     if len(counts) and (counts.min() < 0 or counts.sum() > len(indices)):
@@ -132,11 +133,11 @@ def _triangles(mesh: UsdGeom.Mesh) -> _Faces:
     kept = counts >= 3
     holes = np.array(mesh.GetHoleIndicesAttr().Get(_FIRST) or (), np.int64)
     kept[holes[(holes >= 0) & (holes < len(kept))]] = False
-    faces = np.repeat(np.flatnonzero(kept), counts[kept] - 2)
-    first = starts[faces]
-    fans = counts[kept] - 2
-    step = np.arange(len(faces)) - np.repeat(np.cumsum(fans) - fans, fans)
-    corners = np.stack([first, first + step + 1, first + step + 2], axis=-1).reshape(-1, 3)
+    points = np.array(mesh.GetPointsAttr().Get(_FIRST) or (), np.float64).reshape(-1, 3)
+    if (used := indices[: counts.sum()]).size and (used.min() < 0 or used.max() >= len(points)):
+        raise AssetUnreadable(f"{mesh.GetPath()}: faceVertexIndices name points that do not exist")
+    found = triangulate(points, counts[kept], indices, starts[kept])
+    corners, faces = found.face_vertices, np.flatnonzero(kept)[found.faces]
     if mesh.GetOrientationAttr().Get(_FIRST) == UsdGeom.Tokens.leftHanded:
         corners = corners[:, ::-1]
     return _Faces(indices[corners], corners, faces, len(counts))

@@ -11,7 +11,9 @@ def read_face_parts(mesh: Usd.Prim, time: Usd.TimeCode) -> tuple[tuple[Sdf.Path,
     without subsets have none, as have other prims.
     """
     geometry = UsdGeom.Mesh(mesh)
-    every = UsdGeom.Subset.GetAllGeomSubsets(geometry) if geometry else []
+    # Those of a mesh in a prototype may be in a class or an over, where UsdGeom finds none.
+    below = mesh.GetFilteredChildren(Usd.TraverseInstanceProxies(Usd.PrimIsActive)) if geometry else []
+    every = [UsdGeom.Subset(child) for child in below if child.IsA(UsdGeom.Subset)]
     subsets = [subset for subset in every if subset.GetElementTypeAttr().Get(time) == UsdGeom.Tokens.face]
     counts = geometry.GetFaceVertexCountsAttr().Get(time) if subsets else None
     if not counts:

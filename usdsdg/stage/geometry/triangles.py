@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from usdsdg.stage.geometry.fans import fans
+from usdsdg.stage.geometry.face_triangles import face_triangles
 from usdsdg.stage.poses.transforms import as_array
 
 # Sides of the polygons that approximate circles.
@@ -55,7 +55,7 @@ def triangles_below(
 ) -> list[TriangleInstance]:
     """Return the triangles of all gprims at and below `prims`, visible or not, also in instances and point instancers.
 
-    Meshes are read as their control cage; faces are triangulated as fans. faces_of: which of a mesh are read.
+    Meshes are read as their control cage; faces are triangulated. faces_of: which of a mesh are read.
     left_out: asked of all prims, also of those in prototypes.
     """
     cache = UsdGeom.XformCache(Usd.TimeCode.Default())
@@ -148,6 +148,23 @@ def _cone(size: Size) -> tuple[np.ndarray, np.ndarray]:
     return _revolved(np.array([(0, -half), (radius, -half), (0, half)]))
 
 
+def _tapered_cylinder(size: Size) -> tuple[np.ndarray, np.ndarray]:
+    half = size("height") / 2
+    return _revolved(np.array([(0, -half), (size("radiusBottom"), -half), (size("radiusTop"), half), (0, half)]))
+
+
+def _tapered_capsule(size: Size) -> tuple[np.ndarray, np.ndarray]:
+    """Return a frustum with a ball at each end that is tangent to it, as in UsdGeomCapsule_1's extent."""
+    bottom, top, height = size("radiusBottom"), size("radiusTop"), size("height")
+    if height == 0.0:
+        return _revolved(_arc(-90, 90) * max(bottom, top))
+    slope = (bottom - top) / height
+    tangent, widening = np.degrees(np.arctan(slope)), np.hypot(1.0, slope)
+    low, high = -height / 2 - bottom * slope, height / 2 - top * slope  # centers of the balls
+    ends = _arc(-90, tangent) * bottom * widening + (0, low), _arc(tangent, 90) * top * widening + (0, high)
+    return _revolved(np.concatenate(ends))
+
+
 def _arc(start: float, end: float) -> np.ndarray:
     angle = np.radians(np.linspace(start, end, round(abs(end - start) * SEGMENTS / 360) + 1))
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -165,7 +182,16 @@ def _revolved(profile: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return points, np.concatenate([lower, np.stack([here, following + SEGMENTS, here + SEGMENTS], axis=1)])
 
 
-_SHAPES = {"Cube": _cube, "Sphere": _sphere, "Cylinder": _cylinder, "Cone": _cone, "Capsule": _capsule, "Plane": _plane}
+_SHAPES = {
+    "Cube": _cube,
+    "Sphere": _sphere,
+    "Cylinder": _cylinder,
+    "Cylinder_1": _tapered_cylinder,
+    "Cone": _cone,
+    "Capsule": _capsule,
+    "Capsule_1": _tapered_capsule,
+    "Plane": _plane,
+}
 
 
 def _of_mesh(mesh: UsdGeom.Mesh, chosen: np.ndarray | None) -> Triangles | None:
@@ -174,7 +200,7 @@ def _of_mesh(mesh: UsdGeom.Mesh, chosen: np.ndarray | None) -> Triangles | None:
     indices = np.array(_value(mesh.GetFaceVertexIndicesAttr()) or (), np.int64)
     holes = np.array(_value(mesh.GetHoleIndicesAttr()) or (), np.int64)
     left_out = holes if chosen is None else np.concatenate([holes, np.flatnonzero(~chosen)])
-    faces = fans(points, counts, indices, left_out).triangles
+    faces = face_triangles(points, counts, indices, left_out).triangles
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         faces = faces[:, ::-1]
     faces = _with_area(points, faces)

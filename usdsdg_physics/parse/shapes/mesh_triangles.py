@@ -7,7 +7,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import counted, warn_once
-from usdsdg.stage.geometry.fans import fans
+from usdsdg.stage.geometry.face_triangles import face_triangles
 from usdsdg.stage.time_code import current_value
 
 # Of points and triangles that are kept; what was made first is forgotten then, and made again where it is needed.
@@ -43,7 +43,7 @@ class TrianglesCache:
         self._bytes = 0
 
     def read(self, prim: Usd.Prim) -> MeshTriangles:
-        """Return the triangles of a mesh; polygons become fans.
+        """Return the triangles of a mesh; polygons are triangulated.
 
         Faces that are holes are left out, as in images; those that name points which do not exist, and triangles at
         points that are not finite, with a warning.
@@ -90,7 +90,7 @@ def _digest(*arrays: np.ndarray) -> bytes:
 def _made(
     points: np.ndarray, counts: np.ndarray, indices: np.ndarray, holes: np.ndarray, left_handed: bool
 ) -> MeshTriangles:
-    found = fans(points, counts, indices, holes)
+    found = face_triangles(points, counts, indices, holes)
     triangles = found.triangles[:, ::-1] if left_handed else found.triangles
     if len(triangles):
         used = np.zeros(len(points), bool)

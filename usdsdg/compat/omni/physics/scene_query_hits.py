@@ -12,7 +12,7 @@ from pxr import Usd, UsdGeom, UsdShade
 from usdsdg.compat.carb import Float3
 from usdsdg.compat.physics_schema_tools import encodeSdfPath, sdfPathToInt
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage.geometry.fans import fans
+from usdsdg.stage.geometry.face_triangles import face_triangles
 from usdsdg.stage.physics.instances import prim_of, split_instance
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def usd_face(hit: RayHit) -> int:
         np.asarray(attribute.Get() or (), np.int64)
         for attribute in (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr(), mesh.GetHoleIndicesAttr())
     )
-    faces = fans(points, counts, indices, holes).faces
+    faces = face_triangles(points, counts, indices, holes).faces
     return int(faces[hit.face]) if hit.face < len(faces) else NO_INDEX
 
 

@@ -241,7 +241,14 @@ def _is_left_out(prims: LabeledSurvey, owner: Usd.Prim, prim: Usd.Prim) -> bool:
     if prim == owner:
         return False
     is_hidden = prim.IsA(UsdGeom.Imageable) and prim.GetAttribute("visibility").Get() == UsdGeom.Tokens.invisible
-    return is_hidden or prims.has_own_labels(prim)
+    if is_hidden or prims.has_own_labels(prim):
+        return True
+    if prim.IsA(UsdGeom.Curves) or prim.IsA(UsdGeom.Points):
+        warn_once(
+            f"{prim.GetPath()}: {prim.GetTypeName()} have no faces, so that the model of {owner.GetPath()} is without "
+            "them, and its masks are not. Convert them to a Mesh, or give them a label of their own."
+        )
+    return False
 
 
 def warn_of_deformation(writer: str, prims: LabeledSurvey, path: str) -> None:

@@ -1,21 +1,23 @@
-"""The faces of a mesh as fans of triangles, without those that cannot be used."""
+"""The faces of a mesh as triangles, without those that cannot be used."""
 
 from typing import NamedTuple
 
 import numpy as np
 
+from usdsdg.stage.geometry.triangulate import triangulate
 
-class Fans(NamedTuple):
+
+class FaceTriangles(NamedTuple):
     """Triangles of the faces of a mesh, and how many faces were left out."""
 
-    triangles: np.ndarray  # (T, 3) int64 into the points, in the order of the face's vertices
+    triangles: np.ndarray  # (T, 3) int64 into the points, turning as their faces do
     faces: np.ndarray  # (T,) int64 face of each
     holes: int  # faces that are holes
     beyond: int  # faces with vertices beyond the end of the indices
     outside: int  # faces that name points which do not exist
 
 
-def fans(points: np.ndarray, counts: np.ndarray, indices: np.ndarray, holes: np.ndarray) -> Fans:
+def face_triangles(points: np.ndarray, counts: np.ndarray, indices: np.ndarray, holes: np.ndarray) -> FaceTriangles:
     """Return the triangles of the faces that are no holes and have three or more existing vertices.
 
     Triangles at points that are not finite are left out.
@@ -38,15 +40,13 @@ def fans(points: np.ndarray, counts: np.ndarray, indices: np.ndarray, holes: np.
     is_hole = np.zeros(len(counts), bool)
     is_hole[holes[(holes >= 0) & (holes < len(counts))]] = True
     faces = np.flatnonzero(usable & ~is_hole)
-    sides = counts[faces] - 2
-    first = np.repeat(starts[faces], sides)
-    step = np.arange(sides.sum()) - np.repeat(np.cumsum(sides) - sides, sides)
-    triangles = indices[np.stack([first, first + step + 1, first + step + 2], axis=1)].astype(np.int64)
+    found = triangulate(points, counts[faces], indices, starts[faces])
+    triangles = indices[found.face_vertices].astype(np.int64)
     finite = np.asarray(np.isfinite(points).all(axis=1))
     kept = finite[triangles].all(axis=1)
-    return Fans(
+    return FaceTriangles(
         triangles[kept],
-        np.repeat(faces, sides)[kept],
+        faces[found.faces][kept],
         int((usable & is_hole).sum()),
         int(beyond.sum()),
         int(outside.sum()),

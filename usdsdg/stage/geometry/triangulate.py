@@ -19,7 +19,7 @@ def triangulate(points: np.ndarray, counts: np.ndarray, indices: np.ndarray, sta
     """Triangulate faces of three or more vertices each.
 
     Args:
-        points: (V, 3) finite.
+        points: (V, 3).
         counts: (F,) vertices of each face, >= 3.
         indices: face-vertex list.
         starts: (F,) where each face begins in `indices`.
@@ -32,7 +32,9 @@ def triangulate(points: np.ndarray, counts: np.ndarray, indices: np.ndarray, sta
         return fan
     face_vertices = fan.face_vertices
     first_of_face = np.cumsum(counts - 2) - (counts - 2)
-    for face, reflex in _concave_faces(points, counts, indices, starts, larger):
+    with np.errstate(invalid="ignore", over="ignore"):  # points that are not finite make no concave face
+        concave = _concave_faces(points, counts, indices, starts, larger)
+    for face, reflex in concave:
         begin, count = starts[face], counts[face]
         rows = slice(first_of_face[face], first_of_face[face] + count - 2)
         if count == 4:  # the diagonal from the reflex vertex lies inside

@@ -1,0 +1,57 @@
+"""Names of point instances: the path of a prim in a prototype, then the point, `path[7]`.
+
+Where several instancers draw a prototype the point is named after its instancer, too: `path[/World/Trees:7]`. Points of
+nested instancers follow each other from the inside, `path[flower][bed]`.
+"""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+from pxr import Sdf, Usd, UsdGeom
+
+PrototypeUse = tuple[Sdf.Path, Sdf.Path]  # point instancer, and a target of its `prototypes`
+
+
+def prototypes_of(instancer: Usd.Prim) -> tuple[Sdf.Path, ...]:
+    """Return the targets of `prototypes`."""
+    return tuple(UsdGeom.PointInstancer(instancer).GetPrototypesRel().GetForwardedTargets())
+
+
+class Prototypes:
+    """The prototypes of all point instancers of a stage, hidden ones too."""
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        everything = Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate))
+        self.of = {prim.GetPath(): prototypes_of(prim) for prim in everything if prim.IsA(UsdGeom.PointInstancer)}
+        self.users: dict[Sdf.Path, list[Sdf.Path]] = {}  # instancers in stage order
+        for instancer, roots in self.of.items():
+            for root in dict.fromkeys(roots):
+                self.users.setdefault(root, []).append(instancer)
+
+    def drawing(self, path: Sdf.Path) -> list[PrototypeUse]:
+        """Return the prototypes that a prim is in, nearest root first, without those that draw it through others."""
+        found: list[PrototypeUse] = []
+        while not path.IsAbsoluteRootPath():
+            found += [(instancer, path) for instancer in self.users.get(path, ())]
+            path = path.GetParentPath()
+            if path in self.of:  # what is below an instancer is drawn by it alone
+                break
+        return found
+
+    @cached_property
+    def shared(self) -> frozenset[PrototypeUse]:
+        """Those of which another instancer draws the same prims, as they are, contain or are in one of its own."""
+        drawing = map(self.drawing, self.users)
+        return frozenset(pair for pairs in drawing if len({each for each, _ in pairs}) > 1 for pair in pairs)
+
+
+def point_name(instancer: Sdf.Path, point: int, *, is_shared: bool) -> str:
+    """Return what follows the path of a prim in a prototype."""
+    return f"[{instancer}:{point}]" if is_shared else f"[{point}]"
+
+
+def split_name(name: str) -> tuple[Sdf.Path, Sequence[tuple[Sdf.Path | None, int]]]:
+    """Return the path of the prim, and the point of each instancer, with its path if it is named."""
+    path, *points = name.replace("]", "").split("[")
+    pairs = [point.rpartition(":") for point in points]
+    return Sdf.Path(path), [(Sdf.Path(instancer) if instancer else None, int(point)) for instancer, _, point in pairs]
