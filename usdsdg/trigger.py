@@ -56,7 +56,7 @@ def on_time(
 ) -> ReplicatorItem:
     """Fire when `interval` seconds of the timeline have passed since it last fired, or since the start.
 
-    It fires at the first frame that reaches that time; loops of the timeline do not reset it. The preview at
+    It fires for the first picture that shows that time; loops of the timeline do not reset it. The preview at
     initialization also runs the body, and does not count for `max_execs`: its draw is seen until the first firing.
 
     Args:

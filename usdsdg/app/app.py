@@ -46,7 +46,7 @@ class App:
         for listener in list(self._early_listeners):
             listener(dt)
         with timeline.before_picture(dt if timeline.is_playing() and timeline.is_auto_updating() else 0.0):
-            graph().evaluate(time=timeline.get_elapsed_time())
+            graph().evaluate(time=timeline.get_picture_elapsed_time())
         if timeline.is_playing() and timeline.is_auto_updating():
             self.advance(dt)
         self._updates += 1

@@ -108,7 +108,7 @@ class Orchestrator:
         self._requested_subframes = max(rt_subframes, 0)
         if ahead is None:
             with timeline.before_picture(self._until_picture(delta_time)):
-                fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_elapsed_time())
+                fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_picture_elapsed_time())
         else:
             ahead.show(self.captures)
             fired = []

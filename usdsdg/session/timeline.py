@@ -209,6 +209,13 @@ class Timeline:
             return self._wrapped(time) if self._looping else self._end
         return time
 
+    def get_picture_elapsed_time(self) -> float:
+        """As `get_picture_time`, without wrapping at loops: the time by which time triggers fire."""
+        ahead = self._until_picture
+        if not self._looping and self._end > self._start:
+            ahead = max(min(ahead, self._end - self.get_current_time()), 0.0)
+        return self.get_elapsed_time() + ahead
+
     def _wrapped(self, time: float) -> float:
         return self._start + (time - self._end) % (self._end - self._start)
 
