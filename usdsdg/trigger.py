@@ -58,6 +58,7 @@ def on_time(
 
     It fires for the first picture that shows that time; loops of the timeline do not reset it. The preview at
     initialization also runs the body, and does not count for `max_execs`: its draw is seen until the first firing.
+    A run that its last firing ends has no picture of that: only whole intervals are captured.
 
     Args:
         interval: seconds.

@@ -15,7 +15,7 @@ from pxr import Usd
 from usdsdg import listeners, rng
 from usdsdg.app.app import get_app
 from usdsdg.app.frames_of_others import FramesOfOthers
-from usdsdg.app.run_ends import all_ended, triggers_remain, triggers_that_end
+from usdsdg.app.run_ends import all_ended, ends_without_picture, triggers_remain, triggers_that_end
 from usdsdg.app.saved_graph import author_run
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.capture.capture import Capture
@@ -109,6 +109,8 @@ class Orchestrator:
         if ahead is None:
             with timeline.before_picture(self._until_picture(delta_time)):
                 fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_picture_elapsed_time())
+            if self._run is not None and self._last is None and ends_without_picture(fired):
+                return
         else:
             ahead.show(self.captures)
             fired = []
