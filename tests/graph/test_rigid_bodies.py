@@ -90,7 +90,7 @@ def test_a_reset_by_time_keeps_an_authored_velocity(ball):
 
 
 def test_a_velocity_drawn_at_each_reset_is_that_of_the_frames_up_to_the_next(ball):
-    with rep.trigger.on_time(interval=0.1, max_execs=2):
+    with rep.trigger.on_time(interval=0.1, max_execs=3):
         rep.physics.rigid_body(velocity=rep.distribution.uniform((1, 0, 0), (2, 0, 0)), input_prims=ball)
     speeds = speeds_of_frames(ball)
     drawn = sorted({round(speed, 4) for speed in speeds})

@@ -117,7 +117,7 @@ class Orchestrator:
         mode = render_mode(self._subframes(rt_subframes, fired))
         self._capture.begin(self.captures, ahead)
         try:
-            self._advance_and_expose(mode, self._duration(delta_time))
+            self._advance_and_expose(mode, self._duration(delta_time), evaluate.puts_bodies_back(fired))
             self._capture.finish(self.captures, timeline.get_current_time())
         except BaseException:
             self._capture.give_up()
@@ -154,18 +154,18 @@ class Orchestrator:
             callback()
         self._set_status(Status.STEPPED)
 
-    def _advance_and_expose(self, mode: RenderMode, duration: float) -> None:
+    def _advance_and_expose(self, mode: RenderMode, duration: float, bodies_wait: bool) -> None:
         """Advance timeline, and physics if it plays, by `duration` [s]; motion blur exposes sub-frames in between."""
         if mode.motion_blur and duration > 0.0:
             parts = mode.split(mode.sub_frames)
             self._capture.open_shutter()
             for part in parts:
-                get_app().advance(duration / len(parts))
+                get_app().advance(duration / len(parts), bodies_wait=bodies_wait)
                 self._capture.expose(part)
             return
         # The first captured frame shows the scene as it was set up.
         if duration > 0.0 and self.captures > 0:
-            get_app().advance(duration)
+            get_app().advance(duration, bodies_wait=bodies_wait)
         self._capture.expose(mode)
 
     def _duration(self, delta_time: float | None) -> float:
