@@ -39,7 +39,9 @@ class Timeline:
         self.latest_advance = 0.0  # seconds of the latest `advance`
         self._rate = DEFAULT_RATE  # time codes per second
         self._range_is_authored = False  # else a script set it, or it is the default
+        self._before_picture = False
         self._until_picture = 0.0  # seconds
+        self._shown_is_set = False  # whether the next advance leaves the time as it is
         self._stage_times: StageTimes | None = None  # those that rate and range have followed
         self._listeners: list[Callable[[str], None]] = []
 
@@ -187,8 +189,12 @@ class Timeline:
     def advance(self, seconds: float) -> None:
         """Advance the time by `seconds`; wrap or pause at the end."""
         self._follow_stage()
-        self._time += seconds
         self.latest_advance = seconds
+        if self._shown_is_set:  # the next picture shows the time that was set for it, even one beyond the end
+            self._shown_is_set = False
+            self._notify("tick")
+            return
+        self._time += seconds
         if self._end > self._start and self._time >= self._end:
             self._wrap_or_pause()
         self._notify("tick")
@@ -196,11 +202,21 @@ class Timeline:
     @contextmanager
     def before_picture(self, seconds: float) -> Iterator[None]:
         """Within, the time will be advanced by `seconds` before the next picture is taken."""
-        self._until_picture = seconds
+        self._until_picture, self._shown_is_set, self._before_picture = seconds, False, True
         try:
             yield
         finally:
-            self._until_picture = 0.0
+            self._until_picture, self._before_picture = 0.0, False
+
+    def show(self, seconds: float) -> None:
+        """Go to a time, which is that of the next picture where this is called in `before_picture`.
+
+        Raises:
+            BadValue: as `set_current_time`.
+        """
+        self.set_current_time(seconds)
+        if self._before_picture:
+            self._until_picture, self._shown_is_set = 0.0, True
 
     def get_picture_time(self) -> float:
         """Return the time at which the next picture is taken [s]."""
