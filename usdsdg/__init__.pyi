@@ -35,6 +35,7 @@ from .orchestrator import run_until_complete_async
 from .session.stage_context import current_stage as get_stage
 from .session.stage_context import new_stage, open_stage, save_stage
 from .tools import random_colours
+from .utils import viewport_manager as vp_manager
 from .writers import (
     BasicWriter,
     CocoWriter,
@@ -62,5 +63,5 @@ __all__ = [
     "get_stage", "new_stage", "open_stage", "save_stage", "get_graph", "preview", "open_dataset",
     # what runs it
     "orchestrator", "settings", "utils", "get_global_seed", "set_global_seed", "new_layer",
-    "run_until_complete_async", "errors", "example", "tools", "random_colours",
+    "run_until_complete_async", "errors", "example", "tools", "random_colours", "vp_manager",
 ]  # fmt: skip

@@ -56,8 +56,9 @@ def on_time(
 ) -> ReplicatorItem:
     """Fire when `interval` seconds of the timeline have passed since it last fired, or since the start.
 
-    It fires at the first frame that reaches that time; loops of the timeline do not reset it. The preview at
+    It fires for the first picture that shows that time; loops of the timeline do not reset it. The preview at
     initialization also runs the body, and does not count for `max_execs`: its draw is seen until the first firing.
+    A run that its last firing ends has no picture of that: only whole intervals are captured.
 
     Args:
         interval: seconds.
@@ -66,7 +67,8 @@ def on_time(
         rt_subframes: at least so many sub-frames at the capture that it fires for.
         enable_capture_on_play: Switch `orchestrator.set_capture_on_play` on, now; False leaves it as it is.
         reset_physics: At each firing, before the body runs, put all rigid bodies back to where they were when the
-            timeline began to play, as `functional.physics.reset` does.
+            timeline began to play, as `functional.physics.reset` does. The
+            picture shows them there, or where the body puts them; they move from the next frame on.
         max_execs: Maximum number of firings; 0: no limit.
 
     Raises:

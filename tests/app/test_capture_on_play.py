@@ -5,10 +5,13 @@ from __future__ import annotations
 import asyncio
 import gc
 
+import numpy as np
 import pytest
+from pxr import Gf, UsdGeom
 
 import usdsdg as rep
 from tests.app.counting import Counting
+from usdsdg import functional
 from usdsdg.app.app import get_app
 from usdsdg.app.frame_loop import get_orchestrator
 from usdsdg.app.status import Status
@@ -182,3 +185,37 @@ def test_bodies_fall_during_a_run(stage):
     rep.orchestrator.run_until_complete(num_frames=31)
     assert heights[0] == 5.0
     assert heights[-1] == pytest.approx(5 - 9.81 / 8, abs=0.05)
+
+
+@pytest.mark.parametrize(("setter", "unit"), [(rep.modify.time, 1.0), (rep.modify.frame, 60.0)])
+def test_pictures_show_the_time_that_was_drawn_for_them(stage, setter, unit):
+    """A cube that moves a meter per second is as far from the camera, at 100 m, as the drawn time says."""
+    cube = stage.DefinePrim("/World/moves", "Cube")
+    place = UsdGeom.Xformable(cube).AddTranslateOp()
+    for second in (0, 50):
+        place.Set(Gf.Vec3d(second, 0, 0), second * stage.GetTimeCodesPerSecond())
+    depth = rep.annotators.get("distance_to_image_plane")
+    depth.attach(rep.create.render_product(rep.create.camera(position=(100, 0, 0), look_at=(0, 0, 0)), (9, 9)))
+    times = [1.0, 0.5, get_timeline().get_end_time() + 3.0, 2.25]
+    with rep.trigger.on_frame():
+        setter(rep.distribution.sequence([time * unit for time in times]))
+    seen = []
+    for _ in times:
+        rep.orchestrator.step()
+        seen.append((get_timeline().get_current_time(), 99.0 - depth.get_data()[4, 4]))
+    assert np.array(seen) == pytest.approx(np.array([(time, time) for time in times]), abs=1e-4)
+
+
+def test_physics_goes_on_while_times_are_drawn(stage):
+    functional.physics.create_physics_scene()
+    cube = functional.create.cube(position=(0, 0, 10))
+    functional.physics.apply_rigid_body(cube)
+    rep.create.render_product(rep.create.camera(), (8, 8))
+    with rep.trigger.on_frame():
+        rep.modify.time(0.25)
+    for _ in range(7):
+        rep.orchestrator.step()
+    # Six steps of 1/60 s; the first frame shows the scene as it was set up.
+    fallen = 10 - cube.GetAttribute("xformOp:translate").Get()[2]
+    assert fallen == pytest.approx(9.81 / 3600 * 6 * 7 / 2, rel=1e-3)
+    assert get_timeline().get_current_time() == 0.25

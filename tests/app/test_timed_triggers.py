@@ -117,10 +117,51 @@ def test_a_run_fires_max_execs_times_after_the_preview(stage):
     finally:
         get_settings().set("/app/player/playSimulations", True)
     assert item.executions == 3
-    assert sizes[:30] == [1.0] * 30
-    assert sorted(set(sizes)) == [1.0, 2.0, 3.0, 4.0]
-    # It fired for the last frame, which ended the run.
-    assert sizes.count(4.0) == 1
+    # Each interval has as many frames as fit into it, and the third firing ended the run before another one began.
+    assert sizes == [1.0] * 30 + [2.0] * 30 + [3.0] * 30
+    assert size() == 4.0
+
+
+def test_a_writer_that_waits_for_the_last_firing_gets_its_picture():
+    class Counter(rep.Writer):
+        def __init__(self):
+            self.annotators, self.written = ["distance_to_camera"], 0
+
+        def write(self, data):
+            self.written += 1
+
+    product = rep.create.render_product(rep.create.camera(), (8, 8))
+    writers = Counter(), Counter()
+    writers[0].attach(product, trigger=rep.trigger.on_time(interval=0.1, max_execs=3))
+    rep.orchestrator.run_until_complete()
+    writers[1].attach(product)
+    assert [writer.written for writer in writers] == [3, 0]
+
+
+@pytest.mark.parametrize(("make", "shown"), [(rep.trigger.on_time, [30]), (rep.trigger.on_time_end, [29, 59])])
+def test_it_fires_for_the_pictures_that_show_its_time(make, shown):
+    seen, size = [], size_drawn(make(interval=0.5, max_execs=2))
+    end = get_orchestrator().on_captured(
+        lambda: seen.append((round(get_timeline().get_current_time() / FRAME), size()))
+    )
+    rep.orchestrator.run(start_timeline=True)
+    end()
+    assert [frame for (frame, value), (_, before) in zip(seen[1:], seen) if value != before] == shown
+    assert [frame for frame, _ in seen] == list(range(60))
+
+
+@pytest.mark.parametrize(("resets", "frames"), [(False, (14, 29, 44, 59)), (True, (14, 29, 14, 29))])
+def test_bodies_have_fallen_for_as_many_frames_as_the_picture_of_on_time_end_shows(stage, resets, frames):
+    cube, seen, size = falling(stage), [], size_drawn(rep.trigger.on_time_end(interval=0.25, max_execs=4))
+    if resets:
+        rep.trigger.on_time(interval=0.5, max_execs=2)
+    end = get_orchestrator().on_captured(lambda: seen.append((height(cube), size())))
+    rep.orchestrator.run(start_timeline=True)
+    end()
+    fallen = [10 - z for (z, value), (_, before) in zip(seen[1:], seen) if value != before]
+    # In steps of a frame g dt^2 n (n + 1) / 2 after n of them; 14 and 29 are the last before 0.25 and 0.5 s. These are
+    # the distances in Replicator's own test of a writer that waits for on_time_end.
+    assert fallen == pytest.approx([9.81 * FRAME**2 * n * (n + 1) / 2 for n in frames], rel=1e-3)
 
 
 @pytest.mark.parametrize("make", [rep.trigger.on_time, rep.trigger.on_time_end])
@@ -165,11 +206,11 @@ def test_physics_is_reset_at_each_firing(stage):
     with rep.trigger.on_time(interval=0.2, enable_capture_on_play=False):
         rep.modify.attribute("size", 1.0, attribute_type="double", input_prims="/Cube")
     heights = played(cube, 40)
-    first = heights[:12]
-    # The evaluation that fires comes before the step of its frame: the motion from there on repeats.
+    first = heights[:11]
+    # The twelfth update reaches 0.2 s: the cube is where it was at the start, and the motion from there on repeats.
     assert first == sorted(first, reverse=True)
-    assert heights[12:24] == first
-    assert heights[24:36] == first
+    assert heights[11:23] == [10.0, *first]
+    assert heights[23:35] == [10.0, *first]
 
 
 def test_draws_of_the_trigger_are_written_after_the_reset(stage):
@@ -177,9 +218,9 @@ def test_draws_of_the_trigger_are_written_after_the_reset(stage):
     with rep.trigger.on_time(interval=0.2, enable_capture_on_play=False):
         rep.modify.pose(position=rep.distribution.sequence([(0, 0, 20), (0, 0, 30)]), input_prims="/Cube")
     heights = played(cube, 30)
-    falls = np.array(heights[:12]) - 10
-    assert np.array(heights[12:24]) - 20 == pytest.approx(falls, abs=1e-4)
-    assert heights[24] == pytest.approx(30 + falls[0], abs=1e-4)
+    falls = np.array(heights[:11]) - 10
+    assert np.array(heights[12:23]) - 20 == pytest.approx(falls, abs=1e-4)
+    assert [heights[11], heights[23]] == [20.0, 30.0]
 
 
 def test_without_reset_physics_bodies_keep_falling(stage):

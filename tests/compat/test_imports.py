@@ -286,3 +286,19 @@ def test_importing_the_core_wrappers_loads_neither_warp_nor_newton_nor_scipy():
         )
         == "[]"
     )
+
+
+def test_the_product_of_the_viewport_is_not_destroyed_with_the_others():
+    run(
+        """
+        import usdsdg.compat; usdsdg.compat.install()
+        import omni.replicator.core as rep
+        from omni.kit.viewport.utility import get_active_viewport
+        from omni.replicator.core.scripts.utils import viewport_manager
+        viewport, own = get_active_viewport(), rep.create.render_product(rep.create.camera(), (8, 8))
+        path = viewport.get_render_product_path()
+        viewport_manager.destroy_hydra_textures()
+        stage = rep.get_stage()
+        assert stage.GetPrimAtPath(path) and not stage.GetPrimAtPath(own.path)
+        """
+    )

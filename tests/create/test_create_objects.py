@@ -100,7 +100,7 @@ def test_distributions_as_arguments_are_sampled_when_the_trigger_fires(stage, ki
             count=2,
         )  # fmt: skip
     np.testing.assert_array_equal(matrix(stage, item.prims[0]), np.eye(4))
-    for shown in ("invisible", "inherited"), ("invisible", "inherited"):
+    for shown in ("invisible", "invisible"), ("inherited", "inherited"):
         rep.utils.send_og_event("go")
         evaluate.graph().evaluate()
         for path, each in zip(item.prims, shown):
@@ -207,7 +207,7 @@ def test_each_number_of_a_lens_reaches_its_attribute(stage, argument):
 
 def test_numbers_of_a_lens_can_be_drawn(stage):
     with rep.trigger.on_custom_event("go"):
-        item = rep.create.camera(focal_length=rep.distribution.sequence([20, 30, 40]), count=2)
+        item = rep.create.camera(focal_length=rep.distribution.sequence([20, 30, 40], stride=2), count=2)
     seen = []
     for _ in range(2):
         rep.utils.send_og_event("go")

@@ -187,3 +187,19 @@ def test_a_single_number_is_an_error_of_the_project(stage, cameras):
         rep.create.render_product(cameras, 256)
     with pytest.raises(UsdsdgError, match=r"tile_resolution must be"):
         rep.create.render_product_tiled(cameras, 256)
+
+
+def test_scripts_destroy_all_render_products_at_once(stage):
+    cameras = [rep.create.camera() for _ in range(2)]
+    products = [rep.create.render_product(camera, (8, 8)) for camera in cameras]
+    annotator = rep.annotators.get("rgb")
+    annotator.attach(products[0])
+    paths = [product.path for product in products]
+    rep.vp_manager.destroy_hydra_textures("Replicator")
+    with pytest.raises(BadPrim, match="there is no render product"):
+        rep.annotators.get("rgb").attach(paths[1])
+    # The prim of a product that an annotator reads stays, so that no other one gets its path.
+    assert [bool(stage.GetPrimAtPath(path)) for path in paths] == [True, False]
+    assert rep.create.render_product(cameras[1], (8, 8)).path == paths[1]
+    rep.vp_manager.destroy_hydra_textures()
+    assert not stage.GetPrimAtPath(paths[1])

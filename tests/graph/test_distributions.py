@@ -63,10 +63,14 @@ def test_choice_draws_from_nested_distributions():
     assert 0.4 < (values < 1).mean() < 0.6
 
 
-def test_sequence_advances_by_the_number_of_prims():
+def test_each_execution_takes_one_item_of_a_sequence_for_all_prims():
     items = distribution.sequence(["a", "b", "c"])
-    assert items.sample("n", 0, ["/x", "/y"]) == ["a", "b"]
-    assert items.sample("n", 1, ["/x", "/y"]) == ["c", "a"]
+    assert [items.sample("n", execution, ["/x", "/y"]) for execution in range(4)] == [
+        ["a"] * 2,
+        ["b"] * 2,
+        ["c"] * 2,
+        ["a"] * 2,
+    ]
 
 
 def test_each_execution_takes_one_distribution_of_a_sequence_for_all_prims():
@@ -82,7 +86,9 @@ def test_each_execution_takes_one_distribution_of_a_sequence_for_all_prims():
 
 def test_a_shuffled_sequence_shows_every_item_once_per_cycle():
     items = distribution.sequence(list("abcdef"), ordered=False)
-    assert sorted(items.sample("n", 0, PRIMS[:6])) == list("abcdef")
+    cycles = [[items.sample("n", 6 * cycle + i, PRIMS[:1])[0] for i in range(6)] for cycle in range(2)]
+    assert [sorted(cycle) for cycle in cycles] == [list("abcdef")] * 2
+    assert cycles[0] != cycles[1]
 
 
 def test_combine_takes_one_axis_from_each():
@@ -115,11 +121,17 @@ def test_a_seed_replaces_the_global_one(make):
     assert drawn(None) != everyones
 
 
-@pytest.mark.parametrize(("stride", "expected"), [(None, "def"), (1, "bcd"), (0, "abc"), (5, "fab"), (-1, "fab")])
-def test_a_sequence_advances_by_its_stride(stride, expected):
+@pytest.mark.parametrize(
+    ("stride", "first", "second"),
+    [
+        (None, "aaa", "bbb"), (0, "aaa", "bbb"), (1, "aaa", "bbb"), (2, "aba", "cdc"), (3, "abc", "def"),
+        (5, "abc", "fab"), (-1, "aaa", "fff"),
+    ],
+)  # fmt: skip
+def test_a_sequence_takes_and_advances_by_its_stride(stride, first, second):
     items = distribution.sequence(list("abcdef"), stride=stride)
-    assert items.sample("n", 0, PRIMS[:3]) == ["a", "b", "c"]
-    assert items.sample("n", 1, PRIMS[:3]) == list(expected)
+    assert items.sample("n", 0, PRIMS[:3]) == list(first)
+    assert items.sample("n", 1, PRIMS[:3]) == list(second)
 
 
 def test_components_of_a_vector_are_uncorrelated():

@@ -44,7 +44,8 @@ def test_a_distribution_in_place_of_a_label_is_told_to_draw_pairs(stage, wrap):
 
 def test_labels_of_a_distribution_are_drawn_at_each_execution(stage):
     with rep.create.cube(semantics=[("class", "old"), ("shape", "cube")], count=3) as cubes:
-        rep.modify.semantics(rep.distribution.sequence(["class:a", ("class", "b"), {"class": "c"}]), mode="replace")
+        drawn = rep.distribution.sequence(["class:a", ("class", "b"), {"class": "c"}], stride=3)
+        rep.modify.semantics(drawn, mode="replace")
     evaluate.graph().evaluate()
     assert [each["class"] for each in labels_of(cubes)] == [["a"], ["b"], ["c"]]
     assert {each["shape"][0] for each in labels_of(cubes)} == {"cube"}

@@ -71,6 +71,26 @@ def test_a_sequence_of_patterns_over_a_group_shows_one_at_each_firing(stage, str
     assert seen == [[True, False], [False, True], [True, False]]
 
 
+def test_a_sequence_shows_or_hides_all_prims_of_a_group(stage):
+    with rep.trigger.on_custom_event("go"), rep.create.group([rep.create.cube(), rep.create.sphere()]) as group:
+        rep.modify.visibility(rep.distribution.sequence([True, False]))
+    seen = []
+    for _ in range(3):
+        fire()
+        seen.append(visibility_of(stage, group))
+    assert seen == [[True, True], [False, False], [True, True]]
+
+
+def test_a_sequence_along_one_axis_moves_all_prims_of_a_group(stage):
+    with rep.trigger.on_custom_event("go"), rep.create.cube(count=3, position=(0, 7, 0)) as cubes:
+        rep.modify.pose(position_x=rep.distribution.sequence([10, 20]), rotation_z=rep.distribution.uniform(0, 90))
+    for x in (10, 20, 10):
+        fire()
+        prims = [stage.GetPrimAtPath(path) for path in cubes.prims]
+        assert [prim.GetAttribute("xformOp:translate").Get() for prim in prims] == [(x, 7, 0)] * 3
+        assert len({prim.GetAttribute("xformOp:rotateXYZ").Get()[2] for prim in prims}) == 3
+
+
 def test_a_choice_of_patterns_is_one_for_the_group(stage):
     with rep.trigger.on_custom_event("go"), rep.create.cube(count=3) as cubes:
         rep.modify.visibility(rep.distribution.choice([[True, False, False], [False, True, True]]))
@@ -128,9 +148,9 @@ def test_a_variant_may_be_one_for_all_or_drawn(stage, shelves):
     with rep.trigger.on_custom_event("go"), shelves:
         rep.modify.variant("color", rep.distribution.sequence(["green", "blue", "red"]))
     fire()
-    assert selected(stage, shelves) == ["green", "blue"]
+    assert selected(stage, shelves) == ["green", "green"]
     fire()
-    assert selected(stage, shelves) == ["red", "green"]
+    assert selected(stage, shelves) == ["blue", "blue"]
 
 
 def test_of_a_list_of_variants_one_is_drawn_for_each_prim_at_each_firing(stage, shelves):
@@ -210,9 +230,9 @@ def test_materials_are_sampled_at_each_firing(stage):
     with rep.trigger.on_custom_event("go"), rep.create.cube(count=2) as cubes:
         rep.modify.material(rep.distribution.sequence(looks))
     fire()
-    assert bound(stage, cubes) == list(looks.prims[:2])
+    assert bound(stage, cubes) == [looks.prims[0]] * 2
     fire()
-    assert bound(stage, cubes) == [looks.prims[2], looks.prims[0]]
+    assert bound(stage, cubes) == [looks.prims[1]] * 2
 
 
 def test_binding_a_prim_that_is_not_a_material_raises_an_error(stage):

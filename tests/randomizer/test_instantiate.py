@@ -187,14 +187,18 @@ def test_point_instances_do_not_support_look_at(stage, files):
         evaluate.graph().evaluate()
 
 
-def test_assets_may_be_a_distribution(stage, files):
+@pytest.mark.parametrize(
+    ("stride", "expected"),
+    [(None, ["Cube", "Cube", "Sphere", "Sphere", "Cone", "Cone"]), (2, ["Cube", "Sphere", "Cone"] * 2)],
+)
+def test_assets_may_be_a_distribution(stage, files, stride, expected):
     with rep.trigger.on_custom_event("go"):
-        item = rep.randomizer.instantiate(rep.distribution.sequence(files), size=2)
+        item = rep.randomizer.instantiate(rep.distribution.sequence(files, stride=stride), size=2)
     seen = []
     for _ in range(3):
         fire()
         seen += kinds(stage, item)
-    assert seen == ["Cube", "Sphere", "Cone"] * 2
+    assert seen == expected
     with pytest.raises(GraphError, match="give weights to the distribution"):
         rep.randomizer.instantiate(rep.distribution.choice(files), size=2, weights=[1, 2, 3])
 
@@ -237,7 +241,7 @@ def test_instances_of_prims_of_the_stage_are_visible_whether_these_are_or_not(st
     cube = rep.create.cube(visible=visible, semantics=[("class", "cube")])
     row = rep.randomizer.instantiate(cube, size=3, mode=mode)
     with row:
-        rep.modify.pose(position=rep.distribution.sequence([(0, -2, 0), (0, 2, 0), (0, 0, 2)]))
+        rep.modify.pose(position=rep.distribution.sequence([(0, -2, 0), (0, 2, 0), (0, 0, 2)], stride=3))
     camera = rep.create.camera(position=(15, 0, 1), look_at=(0, 0, 1))
     masks = rep.annotators.get("instance_segmentation", init_params={"colorize": False})
     masks.attach(rep.create.render_product(camera, (96, 96)))
@@ -284,7 +288,7 @@ def test_objects_that_a_drawn_size_shows_again_are_posed_labeled_and_bodies(stag
         item = rep.randomizer.instantiate(files, size=rep.distribution.sequence([1, 3]))
         with item:
             rep.modify.semantics([("class", "toy")])
-            rep.modify.pose(position=rep.distribution.sequence([(1, 0, 0), (2, 0, 0), (3, 0, 0)]))
+            rep.modify.pose(position=rep.distribution.sequence([(1, 0, 0), (2, 0, 0), (3, 0, 0)], stride=3))
             rep.physics.rigid_body(velocity=(0, 0, 1))
     for count in (1, 3, 1, 3):
         fire()

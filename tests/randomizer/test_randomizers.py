@@ -203,7 +203,7 @@ def test_textures_are_scaled_rotated_and_projected(stage, images):
     cubes = rep.create.cube(count=2)
     with rep.trigger.on_custom_event("go"):
         rep.randomizer.texture(
-            rep.distribution.sequence(images), texture_scale=[(2, 3), (4, 5)],
+            rep.distribution.sequence(images, stride=2), texture_scale=[(2, 3), (4, 5)],
             texture_rotate=rep.distribution.uniform(30, 60), project_uvw=True, input_prims=cubes,
         )  # fmt: skip
     fire()

@@ -141,6 +141,7 @@ def test_plain_groups_are_values_for_later_ones(parsed):
             position:
               distribution.sequence:
                 items: heights
+                stride: 2
         """
     )
     evaluate.graph().evaluate()

@@ -152,3 +152,9 @@ def test_many_profiles_are_an_error(parsed, tmp_path):
     Path(tmp_path / "b.yaml").write_text("a: 1\n")
     with pytest.raises(ParserError, match="more than 8 profiles"):
         parsed(f"profiles: [{', '.join(['b.yaml'] * 9)}]\n")
+
+
+def test_a_description_for_another_extension_is_told(parsed):
+    described = "omni.replicator.object:\n  version: 0.4.4\n  num_frames: 3\n"
+    with pytest.raises(ParserError, match=r"line 1: this describes scenes for the extension omni\.replicator\.object"):
+        parsed(described)

@@ -14,7 +14,7 @@ from usdsdg import listeners
 from usdsdg.app.script_loop import ScriptLoop
 from usdsdg.app.window_wait import WindowWait
 from usdsdg.errors import Unsupported
-from usdsdg.graph.evaluate import graph
+from usdsdg.graph.evaluate import graph, puts_bodies_back
 from usdsdg.session import engines
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
@@ -46,9 +46,9 @@ class App:
         for listener in list(self._early_listeners):
             listener(dt)
         with timeline.before_picture(dt if timeline.is_playing() and timeline.is_auto_updating() else 0.0):
-            graph().evaluate(time=timeline.get_elapsed_time())
+            fired = graph().evaluate(time=timeline.get_picture_elapsed_time())
         if timeline.is_playing() and timeline.is_auto_updating():
-            self.advance(dt)
+            self.advance(dt, bodies_wait=puts_bodies_back(fired))
         self._updates += 1
         current().orchestrator.capture_on_play()
         for listener in list(self._listeners):
@@ -57,10 +57,11 @@ class App:
             waiter.set_result(None)
         self.run_ready_tasks()
 
-    def advance(self, seconds: float) -> None:
-        """Advance the timeline by `seconds`, and physics if the timeline plays."""
+    def advance(self, seconds: float, *, bodies_wait: bool = False) -> None:
+        """Advance the timeline by `seconds`, and physics if the timeline plays, unless `bodies_wait`."""
         timeline = get_timeline()
-        simulates = timeline.is_playing() and get_settings().get_as_bool("/app/player/playSimulations")
+        plays = timeline.is_playing() and get_settings().get_as_bool("/app/player/playSimulations")
+        simulates = plays and not bodies_wait
         timeline.advance(seconds)
         if simulates:
             engines.physics().advance(seconds, until=timeline.get_current_time())

@@ -15,7 +15,7 @@ from pxr import Usd
 from usdsdg import listeners, rng
 from usdsdg.app.app import get_app
 from usdsdg.app.frames_of_others import FramesOfOthers
-from usdsdg.app.run_ends import all_ended, triggers_remain, triggers_that_end
+from usdsdg.app.run_ends import all_ended, ends_without_picture, triggers_remain, triggers_that_end
 from usdsdg.app.saved_graph import author_run
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.capture.capture import Capture
@@ -108,14 +108,16 @@ class Orchestrator:
         self._requested_subframes = max(rt_subframes, 0)
         if ahead is None:
             with timeline.before_picture(self._until_picture(delta_time)):
-                fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_elapsed_time())
+                fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_picture_elapsed_time())
+            if self._run is not None and self._last is None and ends_without_picture(fired):
+                return
         else:
             ahead.show(self.captures)
             fired = []
         mode = render_mode(self._subframes(rt_subframes, fired))
         self._capture.begin(self.captures, ahead)
         try:
-            self._advance_and_expose(mode, self._duration(delta_time))
+            self._advance_and_expose(mode, self._duration(delta_time), evaluate.puts_bodies_back(fired))
             self._capture.finish(self.captures, timeline.get_current_time())
         except BaseException:
             self._capture.give_up()
@@ -152,18 +154,18 @@ class Orchestrator:
             callback()
         self._set_status(Status.STEPPED)
 
-    def _advance_and_expose(self, mode: RenderMode, duration: float) -> None:
+    def _advance_and_expose(self, mode: RenderMode, duration: float, bodies_wait: bool) -> None:
         """Advance timeline, and physics if it plays, by `duration` [s]; motion blur exposes sub-frames in between."""
         if mode.motion_blur and duration > 0.0:
             parts = mode.split(mode.sub_frames)
             self._capture.open_shutter()
             for part in parts:
-                get_app().advance(duration / len(parts))
+                get_app().advance(duration / len(parts), bodies_wait=bodies_wait)
                 self._capture.expose(part)
             return
         # The first captured frame shows the scene as it was set up.
         if duration > 0.0 and self.captures > 0:
-            get_app().advance(duration)
+            get_app().advance(duration, bodies_wait=bodies_wait)
         self._capture.expose(mode)
 
     def _duration(self, delta_time: float | None) -> float:

@@ -2,12 +2,29 @@
 
 from usdsdg.app.status import OrchestratorError
 from usdsdg.graph import evaluate
+from usdsdg.writers.base import attached_writers, trigger_of
+
+# The input of `on_time_end`, which fires for the last picture of an interval, and not for the first of the next one.
+ON_LAST_FRAME = "triggerOnLastFrame"
 
 
 def all_ended() -> bool:
     """Return whether there are triggers, all of which have reached their `max_execs`."""
     triggers = evaluate.graph().triggers
     return bool(triggers) and all(trigger.max_execs and trigger.exhausted for trigger in triggers)
+
+
+def ends_without_picture(fired: list[evaluate.Trigger]) -> bool:
+    """Return whether a run ends with the end of a time trigger's last interval, of which the next has no picture.
+
+    A writer that waits for one of the triggers that fired gets its picture.
+    """
+    begun = [trigger for trigger in fired if trigger.kind == "OgnOnTime" and not trigger.node.inputs.get(ON_LAST_FRAME)]
+    if not any(trigger.exhausted for trigger in begun):
+        return False
+    limited = [trigger for trigger in evaluate.graph().triggers if trigger.max_execs]
+    waited_for = [trigger_of(writer) for writer in attached_writers()]
+    return all(trigger.exhausted for trigger in limited) and not any(trigger in waited_for for trigger in fired)
 
 
 def triggers_that_end(last: int | None) -> list[evaluate.Trigger]:

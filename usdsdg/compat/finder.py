@@ -51,7 +51,6 @@ ALIASES = (
     *(
         (f"omni.replicator.core{part}", f"usdsdg.compat.omni.replicator.{name}")
         for name, parts in (
-            ("viewport_manager", (".scripts.utils.viewport_manager", ".utils.viewport_manager")),
             ("io_queue", (".scripts.backends.io_queue", ".backends.io_queue")),
             ("annotator_utils", (".scripts.utils.annotator_utils", ".utils.annotator_utils")),
         )

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 EDITION = 4
 PARTS_EDITION = 1
 GRID_EDITION = 1
+EXAMPLES_EDITION = 1
 _GRID = "default_environment.usd"
 
 
@@ -41,6 +42,17 @@ def machine_parts() -> str:
         AssetError: the cache folder cannot be written.
     """
     return _built(f"parts-{_release()}-{PARTS_EDITION}", _write_parts, "demo parts", "name a folder of your own meshes")
+
+
+def example_assets() -> str:
+    """Return the folder of the assets of `rep.example`, one USD file each; built on first use.
+
+    Raises:
+        AssetError: the cache folder cannot be written.
+    """
+    return _built(
+        f"examples-{_release()}-{EXAMPLES_EDITION}", _write_examples, "example assets", "name files of your own"
+    )
 
 
 def grid_environment() -> str:
@@ -92,6 +104,13 @@ def _write_parts(folder: Path) -> None:
 
     for name, make in machine_parts.PARTS.items():
         usd_writer.write_asset(folder / f"{name}.usd", make())
+
+
+def _write_examples(folder: Path) -> None:
+    from usdsdg.demo.props.color_variants import write_color_variants
+
+    _write_parts(folder)
+    write_color_variants(folder / "variant.usd")
 
 
 def _write_grid(folder: Path) -> None:

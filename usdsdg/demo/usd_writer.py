@@ -12,7 +12,7 @@ from usdsdg.demo.shapes.surface import Surface, joined
 
 def write_asset(path: Path, asset: Asset) -> None:
     """Write an asset to a `.usd` file (meters, Z up), and its textures to the folder `textures` beside it."""
-    stage = _new_stage(path, asset.kind)
+    stage = new_stage(path, asset.kind)
     root = stage.GetDefaultPrim()
     material_scope = UsdGeom.Scope.Define(stage, root.GetPath().AppendChild("Looks")).GetPath()
     materials = {
@@ -29,7 +29,7 @@ def write_asset(path: Path, asset: Asset) -> None:
 
 def write_physics_variant(path: Path, sibling: Path, mass: float) -> None:
     """Write a layer that references `sibling` as a rigid body of `mass` [kg] with convex-hull colliders."""
-    stage = _new_stage(path, Kind.Tokens.component)
+    stage = new_stage(path, Kind.Tokens.component)
     root = stage.GetDefaultPrim()
     root.GetReferences().AddReference(os.path.relpath(sibling, path.parent).replace(os.sep, "/"))
     UsdPhysics.RigidBodyAPI.Apply(root)
@@ -46,7 +46,8 @@ def valid_name(path: Path) -> str:
     return Tf.MakeValidIdentifier(path.stem if not path.stem[0].isdigit() else f"_{path.stem}")
 
 
-def _new_stage(path: Path, kind: str) -> Usd.Stage:
+def new_stage(path: Path, kind: str) -> Usd.Stage:
+    """Make a file (meters, Z up) whose default prim, an Xform of that kind, has the name of the file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)

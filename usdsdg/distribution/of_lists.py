@@ -115,9 +115,10 @@ class Sequence_(_Listed):
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> Any:
         if self._has_distributions:
             return self._taken(consumer, execution).sample(f"{consumer}/sequence", execution, prims)
-        first = execution * (len(prims) if self._stride is None else self._stride)
-        positions = [first + i for i in range(len(prims))]
-        return [self._items[self._index(consumer, position)] for position in positions]
+        step = self._stride or 1
+        # As many items as the stride are taken at once; prims beyond them begin again with the first of these.
+        taken = [self._items[self._index(consumer, execution * step + i)] for i in range(min(len(prims), max(step, 1)))]
+        return [taken[row % len(taken)] for row in range(len(prims))]
 
     def named_parts(self, consumer: str, execution: int, prims: Sequence[str]) -> dict[str, Any]:
         if not (found := self._no_rows(prims)):
@@ -126,7 +127,7 @@ class Sequence_(_Listed):
 
     def _taken(self, consumer: str, execution: int) -> Distribution:
         """Return the distribution of which all prims draw."""
-        return self._items[self._index(consumer, execution * (1 if self._stride is None else self._stride))]
+        return self._items[self._index(consumer, execution * (self._stride or 1))]
 
     def _index(self, consumer: str, position: int) -> int:
         cycle, index = divmod(position, len(self._items))
@@ -187,13 +188,13 @@ def choice(
 def sequence(
     items: Any, ordered: bool = True, seed: int | None = -1, name: str | None = None, stride: int | None = None
 ):
-    """Cycle through `items`, one for each prim, advancing by `stride` at each execution.
+    """Cycle through `items`: each execution takes the next one, for all prims, or the next `stride`, one for each prim.
 
     Args:
         items: Values, or an item, whose prims are the values. Of distributions, each execution takes one, from which
             the values of all prims are drawn.
         ordered: False shuffles each cycle.
-        stride: By default the number of prims, 1 for distributions.
+        stride: How many items an execution takes; None, 0: one. Lists of truth values, one for each prim, are one item.
         seed: Seed of the shuffle, as in `uniform`, as is `name`.
 
     Raises:

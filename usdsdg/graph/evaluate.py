@@ -71,6 +71,11 @@ class TriggerContext:
     preview: bool = False
 
 
+def puts_bodies_back(fired: list[Trigger]) -> bool:
+    """Return whether a trigger that fired has reset physics: the picture shows bodies where its nodes have put them."""
+    return any(trigger.prepare is not None for trigger in fired)
+
+
 class Graph:
     """All nodes of the current stage."""
 

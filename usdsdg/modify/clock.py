@@ -15,7 +15,7 @@ from usdsdg.graph.node import Node, ReplicatorItem, current_trigger, plain, prim
 from usdsdg.session.timeline import Timeline, get_timeline
 
 _SETTERS: dict[str, Callable[[Timeline, float], None]] = {
-    "time": Timeline.set_current_time,
+    "time": Timeline.show,
     "start_time": Timeline.set_start_time,
     "end_time": Timeline.set_end_time,
 }

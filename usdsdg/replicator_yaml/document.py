@@ -19,6 +19,14 @@ Groups = dict[str, yaml.Node]
 PROFILES, FILE_ROOT, NUCLEUS = "profiles", "file_root_dir", "nucleus_server"
 INHERIT = "inherit"
 
+# Extensions whose description files have their name as the only key.
+OTHERS = (
+    "omni.replicator.object",
+    "omni.replicator.agent",
+    "isaacsim.replicator.agent",
+    "isaacsim.replicator.incident",
+)
+
 MAX_PROFILES = 8  # of one file, and in each other
 
 
@@ -53,6 +61,12 @@ def read_document(path: Path, *, root: Path | None, nucleus: str | None, read: t
         ParserError: a file cannot be read, is not a mapping of names, has a name twice, or is its own profile.
     """
     groups = _read(path)
+    if (extension := next((name for name in OTHERS if name in groups), None)) is not None:
+        fail(
+            groups[extension],
+            f"this describes scenes for the extension {extension}, which is not available. Jobs of `usdsdg generate`, "
+            "or Replicator YAML, which calls functions of Replicator, can describe the same",
+        )
     read = (*read, path.resolve())
     document = Document(path, file_root=root or path.parent, nucleus=nucleus)
     if (file_root := groups.pop(FILE_ROOT, None)) is not None:

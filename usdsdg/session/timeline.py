@@ -39,7 +39,9 @@ class Timeline:
         self.latest_advance = 0.0  # seconds of the latest `advance`
         self._rate = DEFAULT_RATE  # time codes per second
         self._range_is_authored = False  # else a script set it, or it is the default
+        self._before_picture = False
         self._until_picture = 0.0  # seconds
+        self._shown_is_set = False  # whether the next advance leaves the time as it is
         self._stage_times: StageTimes | None = None  # those that rate and range have followed
         self._listeners: list[Callable[[str], None]] = []
 
@@ -187,8 +189,12 @@ class Timeline:
     def advance(self, seconds: float) -> None:
         """Advance the time by `seconds`; wrap or pause at the end."""
         self._follow_stage()
-        self._time += seconds
         self.latest_advance = seconds
+        if self._shown_is_set:  # the next picture shows the time that was set for it, even one beyond the end
+            self._shown_is_set = False
+            self._notify("tick")
+            return
+        self._time += seconds
         if self._end > self._start and self._time >= self._end:
             self._wrap_or_pause()
         self._notify("tick")
@@ -196,11 +202,21 @@ class Timeline:
     @contextmanager
     def before_picture(self, seconds: float) -> Iterator[None]:
         """Within, the time will be advanced by `seconds` before the next picture is taken."""
-        self._until_picture = seconds
+        self._until_picture, self._shown_is_set, self._before_picture = seconds, False, True
         try:
             yield
         finally:
-            self._until_picture = 0.0
+            self._until_picture, self._before_picture = 0.0, False
+
+    def show(self, seconds: float) -> None:
+        """Go to a time, which is that of the next picture where this is called in `before_picture`.
+
+        Raises:
+            BadValue: as `set_current_time`.
+        """
+        self.set_current_time(seconds)
+        if self._before_picture:
+            self._until_picture, self._shown_is_set = 0.0, True
 
     def get_picture_time(self) -> float:
         """Return the time at which the next picture is taken [s]."""
@@ -208,6 +224,13 @@ class Timeline:
         if self._until_picture > 0.0 and self._end > self._start and time >= self._end:
             return self._wrapped(time) if self._looping else self._end
         return time
+
+    def get_picture_elapsed_time(self) -> float:
+        """As `get_picture_time`, without wrapping at loops: the time by which time triggers fire."""
+        ahead = self._until_picture
+        if not self._looping and self._end > self._start:
+            ahead = max(min(ahead, self._end - self.get_current_time()), 0.0)
+        return self.get_elapsed_time() + ahead
 
     def _wrapped(self, time: float) -> float:
         return self._start + (time - self._end) % (self._end - self._start)

@@ -4,6 +4,7 @@ from usdsdg.arguments.parameters import name_parameters
 from usdsdg.graph.node import ReplicatorItem
 from usdsdg.graph.node_prims import PIPELINE as GRAPH_PATH
 from usdsdg.session.stage_context import open_stage
+from usdsdg.utils import viewport_manager as viewport_manager
 from usdsdg.utils.files import get_files_group, get_usd_files
 from usdsdg.utils.nodes import (
     ReplicatorWrapper,

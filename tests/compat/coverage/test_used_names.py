@@ -110,6 +110,18 @@ def test_members_of_registries_are_names_of_their_own(used):
     }
 
 
+def test_annotators_that_a_script_registers_by_name_are_its_own(used):
+    found = used(
+        """
+        import omni.replicator.core as rep
+        rep.annotators.register("inverted", rep.annotators.augment("rgb", lambda data: 255 - data))
+        rep.AnnotatorRegistry.register_annotator_from_aov("Mine", None)
+        rep.annotators.get("inverted"), rep.AnnotatorRegistry.get_annotator("Mine"), rep.annotators.get("invertd")
+        """
+    )
+    assert {name for name in found if "('" in name} == {"annotators.get('invertd')"}
+
+
 def test_modules_beside_a_script_are_read_once(used):
     found = used(
         """

@@ -205,9 +205,12 @@ class _Reader(ast.NodeVisitor):
             self._use(name, node.func)
         if name is not None and name.startswith(CORE) and node.args and isinstance(node.args[0], ast.Constant):
             below = next(name.removeprefix(core) for core in CORE if name.startswith(core))
-            if below in REGISTRIES and isinstance(node.args[0].value, str):
+            given = node.args[0].value
+            if below in REGISTRIES and isinstance(given, str):
                 self._called.add(node)
-                self._use(f"{REGISTRIES[below]}('{node.args[0].value}')", node)
+                self._use(f"{REGISTRIES[below]}('{given}')", node)
+            elif below.rpartition(".")[2].startswith("register"):
+                self.definitions.add(str(given))  # `rep.annotators.register("name", annotator)`
         self.generic_visit(node)
 
     def _resolved(self, node: ast.AST) -> str | None:

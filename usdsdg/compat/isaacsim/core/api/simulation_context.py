@@ -14,7 +14,7 @@ from usdsdg.compat.isaacsim.core.api.physics_context import PhysicsContext
 from usdsdg.compat.isaacsim.core.simulation_manager import SimulationManager
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.compat.isaacsim.core.utils.stage import clear_stage
-from usdsdg.errors import Unsupported, warn_once
+from usdsdg.errors import warn_once
 from usdsdg.session import stage_context
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
@@ -27,6 +27,7 @@ class SimulationContext:
     """The one simulation of the session; a second call returns the first object, with a warning."""
 
     _is_set_up = False
+    _updates_take_time = True  # False: `rendering_dt` is 0
 
     def __new__(cls, *_: object, **__: object) -> SimulationContext:
         if current().simulation_context is None:
@@ -139,10 +140,10 @@ class SimulationContext:
     def set_simulation_dt(self, physics_dt: float | None = None, rendering_dt: float | None = None) -> None:
         """Set the lengths of physics steps and app updates [s]; what is not given stays.
 
-        With `physics_dt` 0 `step` takes no physics steps.
+        With `physics_dt` 0 `step` takes no physics steps. With `rendering_dt` 0 updates leave the timeline where it is,
+        and `step` takes one physics step.
 
         Raises:
-            Unsupported: `rendering_dt` is 0.
             ValueError: a length is negative.
         """
         if physics_dt is not None:
@@ -151,15 +152,16 @@ class SimulationContext:
             return
         if rendering_dt < 0:
             raise ValueError(f"rendering_dt {rendering_dt} is negative")
-        if rendering_dt == 0:
-            raise Unsupported("rendering_dt=0: an app update has a length; call step(render=False) for steps alone")
+        self._updates_take_time = rendering_dt > 0
+        if not self._updates_take_time:
+            return
         get_timeline().set_time_codes_per_second(1.0 / rendering_dt)
 
     def get_physics_dt(self) -> float:
         return self._physics_context.get_physics_dt()
 
     def get_rendering_dt(self) -> float:
-        return 1.0 / get_timeline().get_time_codes_per_second()
+        return 1.0 / get_timeline().get_time_codes_per_second() if self._updates_take_time else 0.0
 
     # --- the clock ---
     def initialize_physics(self) -> None:
@@ -196,17 +198,29 @@ class SimulationContext:
         Where the length of physics steps was set to 0, there is none.
         """
         simulates = self.get_physics_dt() > 0.0
-        if render and simulates:
+        if render and simulates and self._updates_take_time:
             get_app().update()
-        elif render:
-            self.render()
-        elif simulates and self.is_playing():
+            return
+        if simulates and self.is_playing() and not (render and self._updates_take_time):
             simulation().step()
+        if render:
+            self.render()
 
     def render(self) -> None:
         """Run an app update without physics."""
-        with _physics_held():
+        with _physics_held(), self._time_held():
             get_app().update()
+
+    @contextmanager
+    def _time_held(self) -> Iterator[None]:
+        """Let app updates leave the timeline where it is, if `rendering_dt` is 0."""
+        timeline = get_timeline()
+        updated = timeline.is_auto_updating()
+        timeline.set_auto_update(updated and self._updates_take_time)
+        try:
+            yield
+        finally:
+            timeline.set_auto_update(updated)
 
     def clear(self) -> None:
         """Remove all prims but PhysicsScenes, /World and those of the renderer."""
@@ -240,7 +254,7 @@ class SimulationContext:
 
     async def render_async(self) -> None:
         """Wait for an app update without physics."""
-        with _physics_held():
+        with _physics_held(), self._time_held():
             await get_app().next_update_async()
 
     # --- callbacks ---
