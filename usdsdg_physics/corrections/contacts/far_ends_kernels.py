@@ -50,7 +50,7 @@ def append_far_ends(
     contacts: ContactArrays,
 ):
     """Add the far ends of all pairs, one after the other, in one thread."""
-    found = contacts.count[0]
+    found = wp.min(contacts.count[0], contacts.shape0.shape[0])
     total = int(found)
     for contact in range(found):
         ends = far_ends(contact, found, outlines, body_q, contacts)
@@ -90,8 +90,9 @@ def add_far_ends(
     """
     contact = wp.tid()
     if added[contact] > 0:
-        ends = far_ends(contact, contacts.count[0], outlines, body_q, contacts)
-        write_far_ends(ends, contacts.count[0] + added_up_to[contact] - added[contact], contacts)
+        found = wp.min(contacts.count[0], contacts.shape0.shape[0])  # more were found than there is room for
+        ends = far_ends(contact, found, outlines, body_q, contacts)
+        write_far_ends(ends, found + added_up_to[contact] - added[contact], contacts)
 
 
 @wp.kernel(enable_backward=False)
