@@ -87,6 +87,31 @@ def test_a_rod_lies_down_on_a_body():
     assert position(rod)[2] == pytest.approx(0.01 + radius, abs=2e-5)
 
 
+def test_far_ends_are_the_same_in_one_thread_and_in_many():
+    """A GPU has the latter."""
+    stage = new_stage()
+    add_floor(stage, "box", size=0.5)
+    for number, kind in enumerate(("Cylinder", "Cone", "cylinder hull", "cone hull") * 3):
+        half = 0.002
+        thing, height = add_thing(stage, number, kind, SLENDER * half, half)
+        place(thing, (0.03 * number - 0.2, 0, height + 0.0003), (0, 85 if number % 3 else 70, 17 * number))
+    engine = playing(stage)
+    engine.advance(STEP)
+    world = engine._session.world
+    far_ends, contacts, state = world._corrections.far_ends, world._contacts, world._state
+    rows = {}
+    for add_contacts in (far_ends.add_one_by_one, far_ends.add_at_once):
+        world.pipeline.collide(state, contacts)
+        found = contacts.rigid_contact_count.numpy()[0]
+        add_contacts(state)
+        count = contacts.rigid_contact_count.numpy()[0]
+        assert found < count <= found + 24
+        names = ("shape0", "shape1", "point0", "point1", "normal", "margin0", "margin1")
+        rows[add_contacts.__name__] = [getattr(contacts, f"rigid_contact_{name}").numpy()[:count] for name in names]
+    for one, other in zip(rows["add_one_by_one"], rows["add_at_once"]):
+        np.testing.assert_array_equal(one, other)
+
+
 def add_floor(stage, kind, *, size, material=None):
     if kind == "plane":
         UsdPhysics.CollisionAPI.Apply(stage.DefinePrim("/World/floor", "Plane"))

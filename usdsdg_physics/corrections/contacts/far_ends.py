@@ -39,8 +39,9 @@ class FarEnds:
         self._any = bool((long & (model.shape_body.numpy() >= 0)).any())
         self._device, self._contacts = model.device, contacts
         self._outlines = outlines_of(model, free)
-        size = contacts.shape0.size if model.device.is_cuda else 0
-        self._added, self._added_up_to = (wp.zeros(size, dtype=wp.int32, device=model.device) for _ in range(2))
+        self._added, self._added_up_to = (
+            wp.zeros(contacts.shape0.size, dtype=wp.int32, device=model.device) for _ in range(2)
+        )
 
     def __bool__(self) -> bool:
         """Whether a body has a shape that may have ends."""
@@ -48,35 +49,40 @@ class FarEnds:
 
     def add_contacts(self, state: newton.State) -> None:
         """Add the contacts of far ends to those that the pipeline just found."""
+        if self._device.is_cuda:
+            self.add_at_once(state)
+        else:
+            self.add_one_by_one(state)
+
+    def add_one_by_one(self, state: newton.State) -> None:
+        """Add them in one thread, which looks at no more contacts than there are."""
         import warp as wp
 
-        from usdsdg_physics.corrections.contacts import far_ends_kernels as kernels
+        from usdsdg_physics.corrections.contacts.far_ends_kernels import append_far_ends
 
-        inputs = [self._outlines, state.body_q]
-        if not self._device.is_cuda:
-            wp.launch(kernels.append_far_ends, dim=1, inputs=inputs, outputs=[self._contacts], device=self._device)
-            return
-        # On a GPU they get their places by a sum, so that these are the same in each run.
-        size = self._added.size
         wp.launch(
-            kernels.count_far_ends,
-            dim=size,
-            inputs=[*inputs, self._contacts],
-            outputs=[self._added],
-            device=self._device,
-        )
-        wp.utils.array_scan(self._added, self._added_up_to)
-        wp.launch(
-            kernels.add_far_ends,
-            dim=size,
-            inputs=[*inputs, self._added, self._added_up_to],
+            append_far_ends,
+            dim=1,
+            inputs=[self._outlines, state.body_q],
             outputs=[self._contacts],
             device=self._device,
         )
+
+    def add_at_once(self, state: newton.State) -> None:
+        """Add them in as many threads as there is room for contacts, in the same order."""
+        import warp as wp
+
+        from usdsdg_physics.corrections.contacts.far_ends_kernels import add_far_ends, count_added, count_far_ends
+
+        size, device = self._added.size, self._device
+        inputs = [self._outlines, state.body_q]
+        wp.launch(count_far_ends, dim=size, inputs=[*inputs, self._contacts], outputs=[self._added], device=device)
+        wp.utils.array_scan(self._added, self._added_up_to)
         wp.launch(
-            kernels.count_added,
-            dim=1,
-            inputs=[self._added_up_to],
-            outputs=[self._contacts.count],
-            device=self._device,
+            add_far_ends,
+            dim=size,
+            inputs=[*inputs, self._added, self._added_up_to],
+            outputs=[self._contacts],
+            device=device,
         )
+        wp.launch(count_added, dim=1, inputs=[self._added_up_to], outputs=[self._contacts.count], device=device)
