@@ -142,6 +142,11 @@ class StepCorrections:
         if self.locked_axes is not None:
             self.locked_axes.begin(state)
 
+    def add_contacts(self, state: newton.State) -> None:
+        """Add to the contacts that the pipeline just found."""
+        if self.far_ends:
+            self.far_ends.add_contacts(state)
+
     def before_solver(self, kind: StepKind, substep: int, state: newton.State) -> None:
         """Correct the contacts that were just found, and the velocities, before the solver's step."""
         h, visited = kind.substep, self._buffer.rigid_contact_max  # that of `VisitedContacts`

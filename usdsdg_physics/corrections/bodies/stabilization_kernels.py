@@ -48,11 +48,10 @@ def stabilize_bodies(
     small bodies, which would move far in proportion. And the speed must be below a fraction of what `gravity` (1,)
     [m/s²] alone would give it in one step: only a supported body stays below it for longer than an instant, and one
     that loses its support leaves at once. After `rest_delay` seconds it is held where it was, so that the last
-    millimeters per second of the contact solver do not show as creep. Until then the sleep threshold itself is enough,
-    below what gravity would give in that time: in short steps the former is less than what small things roll and rock
-    with, which PhysX stops. Bodies that are `squeezed` are not held, since they
-    are moved without speed; those `asleep` are held at once. `inertia_per_mass` is the mean moment of inertia over the
-    mass [m²].
+    millimeters per second of the contact solver do not show as creep. Until then the sleep threshold counts, below
+    what gravity would give in that time: in short steps the fraction is less than the speed at which small things rock
+    and roll on. Bodies that are `squeezed` are not held, since they are moved without speed; those `asleep` are held at
+    once. `inertia_per_mass` is the mean moment of inertia over the mass [m²].
     """
     body = wp.tid()
     if free[body] == 0:
