@@ -29,6 +29,7 @@ _MODULES = {
     "usdsdg_physics.guards.tunneling_guard_kernels": 0.5,
     "usdsdg_physics.corrections.bodies.stabilization_kernels": 0.5,
     "usdsdg_physics.corrections.contacts.impacts_kernels": 0.5,
+    "usdsdg_physics.corrections.contacts.far_ends_kernels": 0.5,
     "usdsdg_physics.corrections.bodies.free_flight_kernels": 0.5,
     "newton._src.solvers.steel.kernels.inverse_dynamics": 0.4,
     "newton._src.solvers.steel.kernels.mass_dynamics": 0.4,
@@ -60,6 +61,7 @@ def prepare_newton() -> None:
 
     import usdsdg_physics.corrections.bodies.free_flight_kernels
     import usdsdg_physics.corrections.bodies.stabilization_kernels
+    import usdsdg_physics.corrections.contacts.far_ends_kernels
     import usdsdg_physics.corrections.contacts.impacts_kernels
     import usdsdg_physics.corrections.contacts.squeezes_kernels
     import usdsdg_physics.guards.tunneling_guard_kernels

@@ -17,6 +17,7 @@ from usdsdg_physics.corrections.bodies.stabilization import Stabilization
 from usdsdg_physics.corrections.contacts.contact_coefficients import ContactCoefficients
 from usdsdg_physics.corrections.contacts.contact_report import ContactReport
 from usdsdg_physics.corrections.contacts.depenetration import Depenetration
+from usdsdg_physics.corrections.contacts.far_ends import FarEnds
 from usdsdg_physics.corrections.contacts.impacts import Impacts
 from usdsdg_physics.corrections.contacts.moving_surfaces import MovingSurfaces
 from usdsdg_physics.corrections.contacts.squeezes import Squeezes
@@ -81,6 +82,7 @@ class StepCorrections:
         dynamic = np.array([not body.kinematic for body in bodies], bool)
         free = array(dynamic & (built.dof >= 0), wp.int32)
 
+        self.far_ends = FarEnds(model, free, self._contacts)
         self.seams = MeshSeams(model, self._contacts)
         self.tunneling_guard = TunnelingGuard(scene, model, shape_index, self._contacts)
         self.sleeping = Sleeping(model, self._contacts, inertia_per_mass, sleep_threshold)
@@ -139,6 +141,11 @@ class StepCorrections:
             self.distances.begin(state)
         if self.locked_axes is not None:
             self.locked_axes.begin(state)
+
+    def add_contacts(self, state: newton.State) -> None:
+        """Add to the contacts that the pipeline just found."""
+        if self.far_ends:
+            self.far_ends.add_contacts(state)
 
     def before_solver(self, kind: StepKind, substep: int, state: newton.State) -> None:
         """Correct the contacts that were just found, and the velocities, before the solver's step."""

@@ -94,6 +94,7 @@ class StepLaunches:
             if self._joints is not None:
                 self._joints.place(before)
         self._pipeline.collide(before, self._contacts)
+        self._corrections.add_contacts(before)
 
     def _solve(self, kind: StepKind, substep: int) -> None:
         """Move the bodies of a substep whose contacts were found, which ends the step if it is the last."""

@@ -48,9 +48,10 @@ def stabilize_bodies(
     small bodies, which would move far in proportion. And the speed must be below a fraction of what `gravity` (1,)
     [m/s²] alone would give it in one step: only a supported body stays below it for longer than an instant, and one
     that loses its support leaves at once. After `rest_delay` seconds it is held where it was, so that the last
-    millimeters per second of the contact solver do not show as creep. Bodies that are `squeezed` are not, since they
-    are moved without speed; those `asleep` are held at once. `inertia_per_mass` is the mean moment of inertia over the
-    mass [m²].
+    millimeters per second of the contact solver do not show as creep. Until then the sleep threshold counts, below
+    what gravity would give in that time: in short steps the fraction is less than the speed at which small things rock
+    and roll on. Bodies that are `squeezed` are not held, since they are moved without speed; those `asleep` are held at
+    once. `inertia_per_mass` is the mean moment of inertia over the mass [m²].
     """
     body = wp.tid()
     if free[body] == 0:
@@ -67,6 +68,9 @@ def stabilize_bodies(
     threshold = sleep_threshold[body]
     in_pile = wp.min(threshold * wp.float32(1 + neighbors[body]), 0.5 * inertia_per_mass[body] * REST_TURN * REST_TURN)
     rest_energy = wp.min(wp.max(threshold, in_pile), max_rest_energy)
+    if rest_time[body] < rest_delay:
+        slow_speed = rest_gravity_fraction * gravity[0] * wp.float64(rest_delay)
+        rest_energy = wp.max(rest_energy, wp.min(threshold, wp.float32(wp.float64(0.5) * slow_speed * slow_speed)))
     hold = int(0)
     if not (wp.isfinite(speed) and wp.isfinite(angular_speed) and finite_transform(pose)):
         nonfinite_steps[body] = nonfinite_steps[body] + 1

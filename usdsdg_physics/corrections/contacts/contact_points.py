@@ -43,3 +43,12 @@ def contact_gap(contact: int, point0: wp.vec3, point1: wp.vec3, contacts: Contac
     """Return how far the surfaces of a contact are apart [m], negative where they overlap; its points in the world."""
     gap = wp.dot(contacts.normal[contact], point1 - point0)
     return gap - contacts.margin0[contact] - contacts.margin1[contact]
+
+
+@wp.func
+def is_first_of_pair(contact: int, contacts: ContactArrays):
+    """Return whether the contact before this one, if any, is of other shapes."""
+    if contact == 0:
+        return True
+    same0 = contacts.shape0[contact] == contacts.shape0[contact - 1]
+    return not (same0 and contacts.shape1[contact] == contacts.shape1[contact - 1])

@@ -8,7 +8,13 @@
 import warp as wp
 
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
-from usdsdg_physics.corrections.contacts.contact_points import body_point, contact_gap, is_free, world_point
+from usdsdg_physics.corrections.contacts.contact_points import (
+    body_point,
+    contact_gap,
+    is_first_of_pair,
+    is_free,
+    world_point,
+)
 
 # A contact squeezes a shape where it is deeper than this part of the shape's half thickness, fully from the second.
 SQUEEZED = wp.constant(0.5)
@@ -180,15 +186,6 @@ def is_lifted(body: int, other: int, normal: wp.vec3, touched: wp.array[wp.int32
 def approach(body0: int, body1: int, body_qd: wp.array[wp.spatial_vector]):
     """Return the speed [m/s] at which the centers of two bodies move relative to each other."""
     return wp.length(wp.spatial_top(body_qd[body1]) - wp.spatial_top(body_qd[body0]))
-
-
-@wp.func
-def is_first_of_pair(contact: int, contacts: ContactArrays):
-    """Return whether the contact before this one, if any, is of other shapes."""
-    if contact == 0:
-        return True
-    same0 = contacts.shape0[contact] == contacts.shape0[contact - 1]
-    return not (same0 and contacts.shape1[contact] == contacts.shape1[contact - 1])
 
 
 @wp.func
