@@ -121,6 +121,13 @@ def test_a_seed_replaces_the_global_one(make):
     assert drawn(None) != everyones
 
 
+def test_without_a_stride_each_prim_gets_a_vector_of_a_sequence():
+    items = rep.distribution.sequence([(1, 0, 0), (2, 0, 0), (3, 0, 0)])
+    assert [[x for x, _, _ in items.sample("n", execution, ["/x", "/y"])] for execution in range(2)] == [[1, 2], [3, 1]]
+    items = rep.distribution.sequence([(1, 0, 0), (2, 0, 0), (3, 0, 0)], stride=1)
+    assert [[x for x, _, _ in items.sample("n", execution, ["/x", "/y"])] for execution in range(2)] == [[1, 1], [2, 2]]
+
+
 @pytest.mark.parametrize(
     ("stride", "first", "second"),
     [

@@ -241,7 +241,7 @@ def test_instances_of_prims_of_the_stage_are_visible_whether_these_are_or_not(st
     cube = rep.create.cube(visible=visible, semantics=[("class", "cube")])
     row = rep.randomizer.instantiate(cube, size=3, mode=mode)
     with row:
-        rep.modify.pose(position=rep.distribution.sequence([(0, -2, 0), (0, 2, 0), (0, 0, 2)], stride=3))
+        rep.modify.pose(position=rep.distribution.sequence([(0, -2, 0), (0, 2, 0), (0, 0, 2)]))
     camera = rep.create.camera(position=(15, 0, 1), look_at=(0, 0, 1))
     masks = rep.annotators.get("instance_segmentation", init_params={"colorize": False})
     masks.attach(rep.create.render_product(camera, (96, 96)))

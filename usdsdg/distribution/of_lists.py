@@ -106,6 +106,7 @@ class Sequence_(_Listed):
             other = self._items[distributions.index(False)]
             raise GraphError(f"{self.node.describe()}: items has distributions, and {shown(other)}, which is none")
         self._has_distributions = any(distributions)
+        self._has_vectors = not any(distributions) and all(_is_vector(item) for item in self._items)
 
     def seeded(self, seed: int) -> Self:
         twin = super().seeded(seed)
@@ -115,7 +116,7 @@ class Sequence_(_Listed):
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> Any:
         if self._has_distributions:
             return self._taken(consumer, execution).sample(f"{consumer}/sequence", execution, prims)
-        step = self._stride or 1
+        step = self._stride or (len(prims) if self._has_vectors else 1)
         # As many items as the stride are taken at once; prims beyond them begin again with the first of these.
         taken = [self._items[self._index(consumer, execution * step + i)] for i in range(min(len(prims), max(step, 1)))]
         return [taken[row % len(taken)] for row in range(len(prims))]
@@ -134,6 +135,14 @@ class Sequence_(_Listed):
         if self._ordered:
             return index
         return int(generator(self.seed(), consumer, cycle).permutation(len(self._items))[index])
+
+
+def _is_vector(item: Any) -> bool:
+    """Return whether an item is numbers, such as a position: neither a single value nor truth values or labels."""
+    if isinstance(item, str):
+        return False
+    values = np.asarray(item)
+    return values.ndim == 1 and values.dtype.kind in "iuf" and values.size > 1
 
 
 def _mended(weights: np.ndarray, count: int) -> np.ndarray:
@@ -190,11 +199,14 @@ def sequence(
 ):
     """Cycle through `items`: each execution takes the next one, for all prims, or the next `stride`, one for each prim.
 
+    Vectors, such as positions and colors, are taken one for each prim where no stride is given.
+
     Args:
         items: Values, or an item, whose prims are the values. Of distributions, each execution takes one, from which
             the values of all prims are drawn.
         ordered: False shuffles each cycle.
-        stride: How many items an execution takes; None, 0: one. Lists of truth values, one for each prim, are one item.
+        stride: How many items an execution takes; None, 0: one, of vectors one for each prim. Lists of truth values,
+            one for each prim, are one item.
         seed: Seed of the shuffle, as in `uniform`, as is `name`.
 
     Raises:
