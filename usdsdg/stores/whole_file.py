@@ -195,6 +195,7 @@ _REASONS = {
     errno.EEXIST: "a file of that name is in the way",
     errno.ENOENT: "it or its folder was removed",
     errno.EISDIR: "a folder of that name is in the way",
+    errno.EMFILE: "this process may not have more files open",
 }
 
 
@@ -212,6 +213,11 @@ def not_writable(path: Path, error: OSError, *, elsewhere: str = "choose another
         with contextlib.suppress(OSError):
             reason += f" ({shutil.disk_usage(path.parent).free / 1e6:.0f} MB free)"
         remedy = f"Free space or {elsewhere}; the files written so far are whole."
+    elif error.errno == errno.EMFILE:
+        remedy = (
+            "Each folder that a run writes to keeps a file open until its end: raise the limit (ulimit -n), or write "
+            "to fewer folders."
+        )
     else:
         remedy = f"{elsewhere[0].upper()}{elsewhere[1:]}, or make this one writable."
     failure = OutputNotWritable(f"{path} cannot be written: {reason}. {remedy}")
