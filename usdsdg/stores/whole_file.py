@@ -206,7 +206,7 @@ def not_writable(path: Path, error: OSError, *, elsewhere: str = "choose another
     """
     cause = reason = _REASONS.get(error.errno or 0, error.strerror or str(error))
     link = error.filename
-    if error.errno == errno.ENOENT and isinstance(link, str) and os.path.islink(link):
+    if error.errno in (errno.ENOENT, errno.EEXIST) and link and os.path.islink(link) and not os.path.exists(link):
         cause = reason = f"{link} is a link to {os.readlink(link)}, which is not there"
         elsewhere = f"remove the link, or {elsewhere}"
     if error.errno == errno.ENOSPC:

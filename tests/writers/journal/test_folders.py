@@ -14,6 +14,7 @@ from tests import forked
 from usdsdg.errors import DatasetInTheWay, OutputNotWritable, UsdsdgError, UsdsdgWarning, forget_warnings
 from usdsdg.stores import locks
 from usdsdg.stores.locks import FileLock, Locked
+from usdsdg.stores.whole_file import check_writable
 from usdsdg.writers.journal import merge
 from usdsdg.writers.journal.folders import DatasetFolder, Mode, shared_lock
 from usdsdg.writers.journal.frames import FrameFiles
@@ -342,3 +343,12 @@ def test_a_journal_that_is_a_link_to_nothing_is_named(tmp_path):
     with pytest.raises(OutputNotWritable, match=rf"{journal} is a link to .*gone/journal.jsonl, .* Remove the link"):
         run(tmp_path, Mode.REPLACE)
     assert journal.is_symlink()
+
+
+def test_an_output_folder_that_is_a_link_to_nothing_is_named(tmp_path):
+    link = tmp_path / "out"
+    link.symlink_to(tmp_path / "disk/out")
+    with pytest.raises(
+        OutputNotWritable, match=rf"{link} is a link to .*disk/out, which is not there\. Remove the link"
+    ):
+        check_writable(link)
