@@ -32,6 +32,16 @@ def test_frames_of_three_processes_are_those_of_one(made, tmp_path):
     assert content(tmp_path / "out") == content(whole)
 
 
+def test_a_dataset_without_its_recipe_is_found_and_named(tmp_path):
+    for name in ("b", "c", "d"):
+        (tmp_path / name / ".usdsdg").mkdir(parents=True)
+    (tmp_path / "b" / recipe.FILE).write_text("{}")
+    (tmp_path / "c/.usdsdg/journal.jsonl").write_text("{}\n")
+    (tmp_path / "d/.usdsdg/journal.jsonl").touch()
+    assert datasets_in(str(tmp_path)) == [str(tmp_path / "b"), str(tmp_path / "c")]
+    assert datasets_in(str(tmp_path / "c")) == [str(tmp_path / "c")]
+
+
 def test_datasets_in_deeper_folders_are_found(tmp_path):
     for name in ("jobs/a/out", "jobs/b", "jobs/b/inner", "jobs/c/.usdsdg/d"):
         (tmp_path / name / ".usdsdg").mkdir(parents=True)
