@@ -12,8 +12,9 @@ from usdsdg.stage.semantics.semantic_classes import BESIDE
 def datasets_in(place: str) -> list[str]:
     """Return the datasets in a folder, at any depth, as where a job has written several formats; of a URL itself.
 
-    Also those that have lost their recipe, of which the command says so. Below a dataset there is no search for others.
-    A folder without any stands for itself, and its command says why it cannot do anything there.
+    Also those that have lost their recipe, or of which it may not be read: the command says so. Below a dataset there
+    is no search for others. A folder without any stands for itself, and its command says why it cannot do anything
+    there.
     """
     from usdsdg.stores.addresses import is_url
 
@@ -31,9 +32,10 @@ def _is_dataset(folder: Path) -> bool:
     from usdsdg.writers.journal.place import JOURNAL
     from usdsdg.writers.journal.recipe import FILE
 
-    if os.path.isfile(folder / FILE):
+    beside = folder / BESIDE
+    if os.path.isfile(folder / FILE) or (os.path.isdir(beside) and not os.access(beside, os.X_OK)):
         return True
-    journal = folder / BESIDE / JOURNAL
+    journal = beside / JOURNAL
     return os.path.isfile(journal) and os.path.getsize(journal) > 0  # an empty one is but a lock
 
 

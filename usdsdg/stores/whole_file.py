@@ -213,6 +213,8 @@ def not_writable(path: Path, error: OSError, *, elsewhere: str = "choose another
         with contextlib.suppress(OSError):
             reason += f" ({shutil.disk_usage(path.parent).free / 1e6:.0f} MB free)"
         remedy = f"Free space or {elsewhere}; the files written so far are whole."
+    elif error.errno == errno.EFBIG:
+        remedy = "Raise the limit (ulimit -f); the files written so far are whole."
     elif error.errno == errno.EMFILE:
         remedy = (
             "Each folder that a run writes to keeps a file open until its end: raise the limit (ulimit -n), or write "
