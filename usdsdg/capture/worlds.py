@@ -108,7 +108,9 @@ class WorldTap:
             raise ArgumentError(f"worlds: {count!r} is no number of worlds; expected 1 or more")
         known = (*_PICTURES, *_IDS, BOXES, *(name for name in engines.renderer_aovs() if name != "motion_vectors"))
         if unknown := [name for name in annotators if name not in known]:
-            raise ArgumentError(f"worlds cannot show {', '.join(unknown)}; they can show {', '.join(known)}. {_REMEDY}")
+            raise ArgumentError(
+                f"worlds cannot show {', '.join(map(str, unknown))}; they can show {', '.join(known)}. {_REMEDY}"
+            )
         self.count, self._annotators, self._receive = whole, tuple(annotators), receive
         self._reader: LabeledPrimReader | None = None
         self._stage: Usd.Stage | None = None
