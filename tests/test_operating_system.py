@@ -176,3 +176,30 @@ def test_a_fork_leaves_a_folder_that_is_removed_with_an_object(tmp_path):
     del owner
     gc.collect()
     assert not folder.exists()
+
+
+LOCKS = """
+import errno, resource, sys
+from pathlib import Path
+from usdsdg.stores.locks import FileLock
+
+own, most = map(int, sys.argv[2:])
+resource.setrlimit(resource.RLIMIT_NOFILE, (own, most))
+locks = []
+try:
+    for number in range(300):
+        locks.append(FileLock(Path(sys.argv[1]) / str(number)))
+except OSError as error:
+    assert error.errno == errno.EMFILE
+others = [open("/dev/null") for _ in range(20)]
+print(len(locks))
+"""
+
+
+@pytest.mark.skipif(operating_system.resource is None, reason="this system has no such limit")
+@pytest.mark.parametrize(("own", "most", "fewest"), [(64, 1000, 300), (64, 128, 64), (1000, 1000, 300)])
+def test_locks_of_many_folders_raise_the_limit_of_open_files_and_leave_some_to_others(tmp_path, own, most, fewest):
+    command = [sys.executable, "-c", LOCKS, str(tmp_path), str(own), str(most)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert fewest <= int(done.stdout) <= min(300, most)

@@ -28,6 +28,10 @@ try:
     import msvcrt
 except ImportError:  # all others
     msvcrt = None
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None
 
 IS_WINDOWS = os.name == "nt"
 # Descriptors of `os.open` translate line ends on Windows, unless told.
@@ -219,6 +223,24 @@ def obeys_terminal_sequences(terminal: TextIO) -> bool:
     return bool(console.SetConsoleMode(handle, mode.value | _VIRTUAL_TERMINAL))
 
 
+def may_open(descriptor: int) -> bool:
+    """Return whether this process may have files open up to a descriptor; its own limit is raised if need be.
+
+    What shells and desktops begin with is often 256 or 1,024, and far below what the system lets a process ask for.
+    """
+    if resource is None:
+        return True
+    own, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if own == resource.RLIM_INFINITY or descriptor < own:
+        return True
+    wanted = 2 * descriptor if most == resource.RLIM_INFINITY else min(2 * descriptor, most)
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, most))
+    except (OSError, ValueError):  # macOS has another limit beside it
+        return False
+    return descriptor < wanted
+
+
 def has_ended(pid: int) -> bool:
     """Return whether no process of this machine has a number any more; False where that is not known."""
     if IS_WINDOWS:  # where a signal of 0 would end it
@@ -271,9 +293,7 @@ def _kilobytes(file: Path) -> dict[str, int]:
 
 
 def _largest_resident_set() -> dict[str, int]:
-    try:
-        import resource
-    except ImportError:
+    if resource is None:
         return {}
     largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return {"rss": largest if sys.platform == "darwin" else largest * 1024}

@@ -1,6 +1,7 @@
 """Parts of a dataset that several processes make, and runs that go on, give the bytes of one uninterrupted run."""
 
 import json
+import os
 import shutil
 from pathlib import Path
 
@@ -30,6 +31,23 @@ def test_frames_of_three_processes_are_those_of_one(made, tmp_path):
         assert done.returncode == 0, done.stderr
     assert merge(tmp_path / "out").returncode == 0
     assert content(tmp_path / "out") == content(whole)
+
+
+def test_a_dataset_without_its_recipe_is_found_and_named(tmp_path):
+    for name in ("b", "c", "d"):
+        (tmp_path / name / ".usdsdg").mkdir(parents=True)
+    (tmp_path / "b" / recipe.FILE).write_text("{}")
+    (tmp_path / "c/.usdsdg/journal.jsonl").write_text("{}\n")
+    (tmp_path / "d/.usdsdg/journal.jsonl").touch()
+    assert datasets_in(str(tmp_path)) == [str(tmp_path / "b"), str(tmp_path / "c")]
+    assert datasets_in(str(tmp_path / "c")) == [str(tmp_path / "c")]
+
+
+def test_a_dataset_whose_recipe_this_user_may_not_read_is_found(tmp_path, monkeypatch):
+    (tmp_path / "b/.usdsdg").mkdir(parents=True)
+    assert datasets_in(str(tmp_path)) == [str(tmp_path)]
+    monkeypatch.setattr(os, "access", lambda path, mode: Path(path) != tmp_path / "b/.usdsdg")
+    assert datasets_in(str(tmp_path)) == [str(tmp_path / "b")]
 
 
 def test_datasets_in_deeper_folders_are_found(tmp_path):

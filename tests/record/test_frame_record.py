@@ -1,7 +1,9 @@
 """Records of frames: what is in them, that they are read back, small, and the same bytes each time."""
 
+import gc
 import io
 import json
+import weakref
 
 import numpy as np
 import pytest
@@ -162,13 +164,35 @@ def test_a_writer_of_ones_own_with_a_folder_has_a_record(stage, tmp_path):
             pass
 
     rep.WriterRegistry.register(Own)
+    writer = rep.writers.get("Own")
     try:
-        _write(rep.writers.get("Own"), tmp_path)
+        _write(writer, tmp_path, detach=False)
     finally:
         rep.WriterRegistry.unregister("Own")
     (record,) = records(tmp_path)
     assert record.writer == "Own"
     assert record.products[0].gprim_image is not None
+
+    # The stage beside the records was written once; a file that is written anew is another one.
+    (copy,) = (tmp_path / ".usdsdg" / "stages").iterdir()
+    written = copy.stat().st_ino, copy.stat().st_mtime_ns
+    for _ in range(2):
+        rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    writer.detach()
+    assert (copy.stat().st_ino, copy.stat().st_mtime_ns) == written
+    assert [each.stage["file"] for each in records(tmp_path)] == [f".usdsdg/stages/{copy.name}"] * 3
+
+
+def test_writers_that_have_ended_are_not_held_for_the_stages_beside_their_records(stage, tmp_path):
+    ended = []
+    for _ in range(3):
+        writer = rep.writers.get("BasicWriter")
+        _write(writer, tmp_path, semantic_segmentation=True)
+        ended.append(weakref.ref(writer.backend))
+    del writer
+    gc.collect()
+    assert [each() for each in ended[:-1]] == [None] * 2  # the last frame's may be
 
 
 def test_a_writer_without_labels_needs_no_rays_for_its_record(stage, tmp_path):

@@ -3,9 +3,15 @@
 import errno
 import hashlib
 import json
+import os
+import re
+import shutil
+import subprocess
+import sys
 
 import pytest
 
+from tests.cli.datasets import ROOT
 from usdsdg.errors import DatasetError, DatasetInTheWay, OutputNotWritable
 from usdsdg.repair import claim
 from usdsdg.repair.claim import claimed
@@ -99,6 +105,36 @@ def test_a_dataset_that_a_run_writes_to_is_refused(out):
     lock.release()
     with claimed(str(out), is_dry=False), pytest.raises(OSError, match="journal"):
         FileLock(out / ".usdsdg/journal.jsonl")
+
+
+REPAIR = """
+import sys
+from pathlib import Path
+from usdsdg.errors import DatasetError
+from usdsdg.repair.damage import check_repairable
+try:
+    check_repairable(Path(sys.argv[1]), "out")
+except DatasetError as error:
+    print(error)
+"""
+
+
+def test_a_dataset_that_may_not_be_read_is_told(out):
+    is_root = os.geteuid() == 0
+    if is_root and shutil.which("setpriv") is None:
+        pytest.skip("nothing is closed to root")
+    rights = "-dac_override,-dac_read_search"
+    prefix = ["setpriv", f"--bounding-set={rights}", f"--inh-caps={rights}"] if is_root else []
+    beside = out / ".usdsdg"
+    beside.chmod(0)
+    try:
+        command = [*prefix, sys.executable, "-c", REPAIR, str(out)]
+        done = subprocess.run(command, cwd=ROOT, text=True, capture_output=True, timeout=60)
+    finally:
+        beside.chmod(0o700)
+    assert re.fullmatch(rf"out: {beside}/\S+ cannot be read: Permission denied\. Give this user .*\n", done.stdout), (
+        done
+    )
 
 
 def test_a_folder_that_may_not_be_written_to_is_told_without_an_output_dir(out, monkeypatch):

@@ -154,6 +154,14 @@ def test_what_cannot_be_streamed_is_said_before_anything_runs(tmp_path):
         stream.frames(SCENE, part=(2, 2))
     with pytest.raises(ArgumentError, match="ahead is 0"):
         stream.frames(SCENE, ahead=0)
+    for part in (None, (0,), (0, 1, 2), 3):
+        with pytest.raises(ArgumentError, match=r"part is .*; expected \(i, n\)"):
+            stream.frames(SCENE, part=part)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ArgumentError, match="ahead is None"):
+        stream.frames(SCENE, ahead=None)  # pyright: ignore[reportArgumentType]
+    colors = ("semantic_segmentation", {"colorize": True})
+    with pytest.raises(ArgumentError, match="semantic_segmentation with several parameters"):
+        stream.frames(SCENE, ["semantic_segmentation", colors])
 
 
 def test_an_open_stage_is_not_replaced(stage):

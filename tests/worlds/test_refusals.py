@@ -126,3 +126,14 @@ def test_memory_that_is_used_up_is_one_line_with_the_remedy():
     )
     with pytest.raises(RuntimeError, match="another failure"), device_memory():
         raise RuntimeError("another failure")
+
+
+@pytest.mark.parametrize("count", [0, -1, "4", 4.0, None])
+def test_what_is_no_number_of_worlds_is_said(count):
+    with pytest.raises(ArgumentError, match=rf"^worlds: {count!r} is no number of worlds; expected 1 or more$"):
+        WorldTap(count, ["rgb"], print)
+
+
+def test_an_annotator_with_parameters_is_refused_by_its_pair():
+    with pytest.raises(ArgumentError, match=r"^worlds cannot show \('rgb', {'size': 3}\); they can show rgb, "):
+        WorldTap(2, [("rgb", {"size": 3})], print)  # pyright: ignore[reportArgumentType]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsIndex
 
 import numpy as np
 from pxr import Usd
@@ -103,12 +103,15 @@ class WorldTap:
         Raises:
             ArgumentError: `count` is below 1, or worlds cannot show an annotator.
         """
-        if count < 1:
+        whole = int(count) if isinstance(count, SupportsIndex) else 0
+        if whole < 1:
             raise ArgumentError(f"worlds: {count!r} is no number of worlds; expected 1 or more")
         known = (*_PICTURES, *_IDS, BOXES, *(name for name in engines.renderer_aovs() if name != "motion_vectors"))
         if unknown := [name for name in annotators if name not in known]:
-            raise ArgumentError(f"worlds cannot show {', '.join(unknown)}; they can show {', '.join(known)}. {_REMEDY}")
-        self.count, self._annotators, self._receive = count, tuple(annotators), receive
+            raise ArgumentError(
+                f"worlds cannot show {', '.join(map(str, unknown))}; they can show {', '.join(known)}. {_REMEDY}"
+            )
+        self.count, self._annotators, self._receive = whole, tuple(annotators), receive
         self._reader: LabeledPrimReader | None = None
         self._stage: Usd.Stage | None = None
         self._checked: Usd.Stage | None = None  # whose frames do not follow from each other

@@ -12,20 +12,31 @@ from usdsdg.stage.semantics.semantic_classes import BESIDE
 def datasets_in(place: str) -> list[str]:
     """Return the datasets in a folder, at any depth, as where a job has written several formats; of a URL itself.
 
-    Below a dataset there is no search for others. A folder without any stands for itself, and its command says why it
-    cannot do anything there.
+    Also those that have lost their recipe, or of which it may not be read: the command says so. Below a dataset there
+    is no search for others. A folder without any stands for itself, and its command says why it cannot do anything
+    there.
     """
     from usdsdg.stores.addresses import is_url
-    from usdsdg.writers.journal.recipe import FILE
 
-    if is_url(place) or Path(place, FILE).is_file():
+    if is_url(place) or _is_dataset(Path(place)):
         return [place]
     found = []
     for folder, below, _ in os.walk(place, onerror=_tell_unreadable):
-        inside = [name for name in below if Path(folder, name, FILE).is_file()]
+        inside = [name for name in below if _is_dataset(Path(folder, name))]
         found += [str(Path(folder, name)) for name in inside]
         below[:] = set(below) - {*inside, BESIDE}
     return sorted(found) or [place]
+
+
+def _is_dataset(folder: Path) -> bool:
+    from usdsdg.writers.journal.place import JOURNAL
+    from usdsdg.writers.journal.recipe import FILE
+
+    beside = folder / BESIDE
+    if os.path.isfile(folder / FILE) or (os.path.isdir(beside) and not os.access(beside, os.X_OK)):
+        return True
+    journal = beside / JOURNAL
+    return os.path.isfile(journal) and os.path.getsize(journal) > 0  # an empty one is but a lock
 
 
 def _tell_unreadable(error: OSError) -> None:

@@ -13,6 +13,8 @@ from usdsdg.verify.integrity.listing import JOURNAL, Listing, read_listing
 from usdsdg.writers.journal import recipe
 from usdsdg.writers.journal.place import JOINED, PARTS
 
+UNREADABLE = "Give this user the right to read it, or work on a copy of the dataset."
+
 Progress = Callable[[str, int, int | None], None]
 
 
@@ -32,7 +34,10 @@ def check_repairable(folder: Path, name: str) -> Listing:
     Raises:
         DatasetError: it cannot, or the run has not ended; the message says what to do.
     """
-    listing = read_listing(folder)
+    try:
+        listing = read_listing(folder)
+    except OSError as error:
+        raise DatasetError(f"{name}: {error.filename} cannot be read: {error.strerror}. {UNREADABLE}") from None
     if listing is None or not (folder / JOURNAL).is_file():
         raise DatasetError(
             f"{name} has no journal ({JOURNAL}), so it is not known which bytes its files had. Make the dataset anew, "

@@ -9,10 +9,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from usdsdg.operating_system import BINARY, IS_WINDOWS, lock
+from usdsdg.operating_system import BINARY, IS_WINDOWS, lock, may_open
 
 # What systems say of a lock that another process has.
 _HELD = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK)
+# Files that a process may have open beside its locks, each of which keeps one open: at least, and if that can be had.
+_FEW, _MANY = 32, 256
 
 
 class Locked(OSError):
@@ -38,6 +40,9 @@ class FileLock:
             try:
                 if not stat.S_ISREG(os.fstat(descriptor).st_mode):  # such as a pipe, which may never end
                     raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
+                # Descriptors are the lowest that are free.
+                if not may_open(descriptor + _MANY) and not may_open(descriptor + _FEW):
+                    raise OSError(errno.EMFILE, os.strerror(errno.EMFILE), str(path))
                 lock(descriptor, shared=shared, wait=False)
             except OSError as error:
                 os.close(descriptor)

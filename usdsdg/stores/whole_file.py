@@ -195,6 +195,7 @@ _REASONS = {
     errno.EEXIST: "a file of that name is in the way",
     errno.ENOENT: "it or its folder was removed",
     errno.EISDIR: "a folder of that name is in the way",
+    errno.EMFILE: "this process may not have more files open",
 }
 
 
@@ -205,13 +206,20 @@ def not_writable(path: Path, error: OSError, *, elsewhere: str = "choose another
     """
     cause = reason = _REASONS.get(error.errno or 0, error.strerror or str(error))
     link = error.filename
-    if error.errno == errno.ENOENT and isinstance(link, str) and os.path.islink(link):
+    if error.errno in (errno.ENOENT, errno.EEXIST) and link and os.path.islink(link) and not os.path.exists(link):
         cause = reason = f"{link} is a link to {os.readlink(link)}, which is not there"
         elsewhere = f"remove the link, or {elsewhere}"
     if error.errno == errno.ENOSPC:
         with contextlib.suppress(OSError):
             reason += f" ({shutil.disk_usage(path.parent).free / 1e6:.0f} MB free)"
         remedy = f"Free space or {elsewhere}; the files written so far are whole."
+    elif error.errno == errno.EFBIG:
+        remedy = "Raise the limit (ulimit -f); the files written so far are whole."
+    elif error.errno == errno.EMFILE:
+        remedy = (
+            "Each folder that a run writes to keeps a file open until its end: raise the limit (ulimit -n), or write "
+            "to fewer folders."
+        )
     else:
         remedy = f"{elsewhere[0].upper()}{elsewhere[1:]}, or make this one writable."
     failure = OutputNotWritable(f"{path} cannot be written: {reason}. {remedy}")

@@ -73,8 +73,11 @@ def frames(
     annotators = _several("annotators", annotators)
     source = Source(Path(job), _texts(arguments), seed)
     source.check()
+    asked: dict[str, Asked] = {}
     for each in annotators:
-        annotator_of(each)
+        name = annotator_of(each).get_name()
+        if asked.setdefault(name, each) != each:
+            raise ArgumentError(f"stream: annotators has {name} with several parameters; samples hold one of each name")
 
     def begin(put: Callable[[Sample], None]) -> None:
         # Parts have the same ids only of classes that all of them know.
@@ -151,12 +154,19 @@ def _in_short_turns(items: Iterator[Item]) -> Iterator[Item]:
 
 
 def _checked_part(part: tuple[int, int], ahead: int) -> tuple[int, int]:
-    first, step = part
-    if not 0 <= first < step:
+    if not _holds(lambda: 0 <= part[0] < part[1] and len(part) == 2):
         raise ArgumentError(f"stream: part is {part!r}; expected (i, n) with i from 0 to n - 1")
-    if ahead < 1:
+    if not _holds(lambda: ahead >= 1):
         raise ArgumentError(f"stream: ahead is {ahead!r}; expected 1 or more")
-    return first, step
+    return part
+
+
+def _holds(condition: Callable[[], bool]) -> bool:
+    """Return whether a condition holds; it does not of values of other kinds, such as None."""
+    try:
+        return condition()
+    except (TypeError, IndexError):
+        return False
 
 
 def _run(

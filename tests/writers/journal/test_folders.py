@@ -11,9 +11,11 @@ from pathlib import Path
 import pytest
 
 from tests import forked
+from usdsdg import operating_system
 from usdsdg.errors import DatasetInTheWay, OutputNotWritable, UsdsdgError, UsdsdgWarning, forget_warnings
 from usdsdg.stores import locks
 from usdsdg.stores.locks import FileLock, Locked
+from usdsdg.stores.whole_file import check_writable
 from usdsdg.writers.journal import merge
 from usdsdg.writers.journal.folders import DatasetFolder, Mode, shared_lock
 from usdsdg.writers.journal.frames import FrameFiles
@@ -342,3 +344,26 @@ def test_a_journal_that_is_a_link_to_nothing_is_named(tmp_path):
     with pytest.raises(OutputNotWritable, match=rf"{journal} is a link to .*gone/journal.jsonl, .* Remove the link"):
         run(tmp_path, Mode.REPLACE)
     assert journal.is_symlink()
+
+
+@pytest.mark.skipif(operating_system.resource is None, reason="this system has no such limits")
+def test_limits_of_files_say_which_one_is_to_be_raised(tmp_path):
+    code = (
+        "import resource, sys; from pathlib import Path; from usdsdg.stores.whole_file import write_whole\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\n"
+        "write_whole(Path(sys.argv[1]) / 'a', bytes(2000))"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, timeout=60)
+    assert "cannot be written: the file would be larger than this process may write. Raise the limit (ulimit -f)" in (
+        done.stderr
+    )
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_output_folder_that_is_a_link_to_nothing_is_named(tmp_path):
+    link = tmp_path / "out"
+    link.symlink_to(tmp_path / "disk/out")
+    with pytest.raises(
+        OutputNotWritable, match=rf"{link} is a link to .*disk/out, which is not there\. Remove the link"
+    ):
+        check_writable(link)

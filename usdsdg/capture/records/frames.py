@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+import weakref
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -70,8 +71,8 @@ class FrameRecords:
     """Writes the records of all writers."""
 
     def __init__(self) -> None:
-        # Backends by their id and the path of a stage that they have; held, so that an id means one backend.
-        self._stages: dict[tuple[int, str], BaseBackend] = {}
+        # By id the backends, or writers without one, that a place has the file of a stage of.
+        self._stages: dict[tuple[int, str, str], weakref.ref[Any]] = {}
 
     def fetch(self, writer: Writer, frames: Mapping[str, Frame]) -> None:
         """Copy the AOVs that the record of a writer's frames needs from the GPU; `write` finds them on the host."""
@@ -115,17 +116,17 @@ class FrameRecords:
         }
         if moment is not None:
             facts["stage"] = {"file": moment.base, **moment.facts}
-            self._write_stage(backend, moment)
+            self._write_stage(writer if isinstance(backend, _Folder) else backend, backend, moment)
         content = _Content(facts, tuple(frames.values()), dict(amodal), moment)
         # The arrays are given to the queue, which bounds the memory of what waits.
         arrays = [frame.aovs for frame in content.frames]
         backend.schedule(_put, path=self._path(writer, backend, number), content=content, arrays=arrays)
 
-    def _write_stage(self, backend: BaseBackend, moment: StageMoment) -> None:
-        """Schedule the file of the stage, once for each backend."""
-        key = (id(backend), moment.base)
-        if key not in self._stages:
-            self._stages[key] = backend
+    def _write_stage(self, owner: object, backend: BaseBackend, moment: StageMoment) -> None:
+        """Schedule the file of the stage, once for each backend, or writer without one, that owns the records."""
+        key = (id(owner), _place_of(backend), moment.base)
+        if key not in self._stages or self._stages[key]() is not owner:  # of one that is gone, which had its id
+            self._stages[key] = weakref.ref(owner)
             with current().io_queue.of_all_frames():
                 backend.schedule(_put_bytes, path=moment.base, data=moment.content)
 

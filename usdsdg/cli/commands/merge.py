@@ -1,5 +1,6 @@
 """`usdsdg merge DIR`: join the parts of a dataset that several processes have made."""
 
+import os
 from pathlib import Path
 
 import click
@@ -44,4 +45,4 @@ def _datasets(place: str) -> list[str]:
     if not is_url(place):
         check_folder(Path(place))
     found = datasets_in(place)
-    return [each for each in found if any(Path(each, name).is_dir() for name in (PARTS, JOINED))] or found
+    return [each for each in found if any(os.path.isdir(Path(each, name)) for name in (PARTS, JOINED))] or found
