@@ -292,7 +292,7 @@ def _always_run(function: ast.FunctionDef) -> Iterator[ast.stmt]:
     """Yield the statements of a function up to the first one that may return."""
     for statement in function.body:
         yield statement
-        inner = [statement]
+        inner: list[ast.AST] = [statement]
         while inner:
             node = inner.pop()
             if isinstance(node, ast.Return):
