@@ -61,6 +61,13 @@ def started(tmp_path, source, *arguments, options=(), out="out"):
     return run(["-m", "usdsdg", "run", "-q", *options, str(script), str(tmp_path / out), *arguments], fresh=True)
 
 
+def ended_alone(tmp_path, source, *arguments):
+    """As `started`, by Python without a command."""
+    script = tmp_path / "script.py"
+    script.write_text("import usdsdg.compat\nusdsdg.compat.install()\n" + source)
+    return run([str(script), str(tmp_path / "out"), *arguments], fresh=True)
+
+
 def verified(folder):
     return run(["-m", "usdsdg", "verify", "--files", str(folder)]).stdout
 
@@ -117,6 +124,42 @@ def test_what_a_writer_that_failed_did_not_write_is_named_by_repair_and_resume(t
 def test_threads_get_no_frames_once_a_signal_ends_the_run(tmp_path, number):
     done = started(tmp_path, THREADS, str(int(number)))
     assert done.returncode == 128 + number, done.stderr
+    told = verified(tmp_path / "out/coco").splitlines()
+    assert "the run is unfinished" in told[0]
+    assert ": 1 fault;" in told[-1]
+
+
+LEFT_BEHIND = (
+    SCENE
+    + """
+def many():
+    while True:
+        rep.orchestrator.step()
+rep.orchestrator.step()
+for _ in range(3):
+    threading.Thread(target=many, daemon=True).start()
+time.sleep(0.5)
+if sys.argv[2:]:
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(60)
+"""
+)
+
+
+@pytest.mark.parametrize("start", [started, ended_alone])
+def test_daemon_threads_that_capture_end_their_frame_where_the_script_ends(start, tmp_path):
+    done = start(tmp_path, LEFT_BEHIND)
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    (told,) = verified(tmp_path / "out/coco").splitlines()
+    assert ": 0 faults" in told
+
+
+def test_daemon_threads_that_capture_leave_whole_files_after_ctrl_c(tmp_path):
+    done = ended_alone(tmp_path, LEFT_BEHIND.replace("import os", "import os, signal"), "interrupt")
+    assert done.returncode in (-2, 1, 130)  # 1: another thread was importing, which lets Python forget of the interrupt
+    assert done.stderr.count("Traceback") == 1
+    assert "Fatal Python error" not in done.stderr
     told = verified(tmp_path / "out/coco").splitlines()
     assert "the run is unfinished" in told[0]
     assert ": 1 fault;" in told[-1]

@@ -41,7 +41,7 @@ from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PATH, PLACE, Member
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
 from usdsdg.cli.script.interpreter import interpreter_restored
-from usdsdg.cli.script.workers import ScriptWorkers, check_part
+from usdsdg.cli.script.workers import ScriptWorkers, caught_code, check_part
 from usdsdg.errors import BadValue
 
 # Options that may be given before and after the script.
@@ -167,7 +167,6 @@ def run(
         from usdsdg.cli.script.kept_datasets import datasets_kept
         from usdsdg.cli.script.outcome import reported_outcome
         from usdsdg.session.session import current
-        from usdsdg.workers.local import CAUGHT
         from usdsdg.writers.growth import more_frames_of_option
 
         _remark_on_own_options(script, arguments)
@@ -197,7 +196,7 @@ def run(
         current().frames_together = worlds if workers is None else 1  # which only counts frames
         # All frames are not made here, so a script that removes its folder first would lose the others.
         kept = datasets_kept() if resume or portion or shard else nullcontext()
-        with reported_outcome(caught_code=1 if part is None else CAUGHT), kept:
+        with reported_outcome(caught_code=1 if part is None else caught_code()), kept:
             execute_script(script, own_arguments, last, allow_outside=allow_outside)
             finish_files()
             if part is not None:

@@ -79,6 +79,13 @@ class ScriptWorkers:
             raise ReachedEnd(1)
 
 
+def caught_code() -> int:
+    """Return the exit code of a process that has made its frames, and whose script has caught an error."""
+    from usdsdg.workers.local import CAUGHT
+
+    return CAUGHT
+
+
 def check_part() -> None:
     """Check that the script has come to the frames that this process was to make, before its journal is closed.
 

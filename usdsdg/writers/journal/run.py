@@ -48,6 +48,7 @@ class Run:
         self.growth: Growth | None = None  # lets a run with fewer frames be gone on with
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
         self.ends_early = False  # because of an error, Ctrl-C or a signal
+        self.is_at_exit = False  # the program ends: other threads get no more frames
         self.counts_only = False  # frames are counted here, and made by other processes
         self.shares_out = False  # other processes make the frames
         self.captures = 0  # at which a writer was due
