@@ -14,7 +14,7 @@ from usdsdg.compat.isaacsim.core.api.physics_context import PhysicsContext
 from usdsdg.compat.isaacsim.core.simulation_manager import SimulationManager
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.compat.isaacsim.core.utils.stage import clear_stage
-from usdsdg.errors import Unsupported, warn_once
+from usdsdg.errors import warn_once
 from usdsdg.session import stage_context
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
@@ -27,6 +27,7 @@ class SimulationContext:
     """The one simulation of the session; a second call returns the first object, with a warning."""
 
     _is_set_up = False
+    _has_no_rendering_dt = False
 
     def __new__(cls, *_: object, **__: object) -> SimulationContext:
         if current().simulation_context is None:
@@ -139,10 +140,9 @@ class SimulationContext:
     def set_simulation_dt(self, physics_dt: float | None = None, rendering_dt: float | None = None) -> None:
         """Set the lengths of physics steps and app updates [s]; what is not given stays.
 
-        With `physics_dt` 0 `step` takes no physics steps.
+        With `physics_dt` 0 `step` takes no physics steps, with `rendering_dt` 0 one, whatever the length of an update.
 
         Raises:
-            Unsupported: `rendering_dt` is 0.
             ValueError: a length is negative.
         """
         if physics_dt is not None:
@@ -151,15 +151,15 @@ class SimulationContext:
             return
         if rendering_dt < 0:
             raise ValueError(f"rendering_dt {rendering_dt} is negative")
-        if rendering_dt == 0:
-            raise Unsupported("rendering_dt=0: an app update has a length; call step(render=False) for steps alone")
-        get_timeline().set_time_codes_per_second(1.0 / rendering_dt)
+        self._has_no_rendering_dt = rendering_dt == 0
+        if rendering_dt > 0:
+            get_timeline().set_time_codes_per_second(1.0 / rendering_dt)
 
     def get_physics_dt(self) -> float:
         return self._physics_context.get_physics_dt()
 
     def get_rendering_dt(self) -> float:
-        return 1.0 / get_timeline().get_time_codes_per_second()
+        return 0.0 if self._has_no_rendering_dt else 1.0 / get_timeline().get_time_codes_per_second()
 
     # --- the clock ---
     def initialize_physics(self) -> None:
@@ -193,10 +193,15 @@ class SimulationContext:
     def step(self, render: bool = True, update_fabric: bool = False) -> None:
         """Run an app update with its physics; without `render` take one physics step if the timeline plays.
 
-        Where the length of physics steps was set to 0, there is none.
+        Where the length of physics steps was set to 0, there is none; where that of updates was, there is one step
+        before the update.
         """
         simulates = self.get_physics_dt() > 0.0
-        if render and simulates:
+        if render and simulates and self.get_rendering_dt() == 0.0:
+            if self.is_playing():
+                simulation().step()
+            self.render()
+        elif render and simulates:
             get_app().update()
         elif render:
             self.render()
