@@ -53,11 +53,11 @@ def assign_pose(
 
     positions, orientations: of the indices; None: as they are. pose: not read.
     """
-    poses = get_pose(current_positions, wxyz2xyzw(current_orientations))
+    poses, rows = get_pose(current_positions, wxyz2xyzw(current_orientations)), np.asarray(indices)
     if positions is not None:
-        poses[indices, :3] = positions
+        poses[rows, :3] = positions
     if orientations is not None:
-        poses[indices, 3:] = wxyz2xyzw(orientations)
+        poses[rows, 3:] = wxyz2xyzw(orientations)
     return poses
 
 
