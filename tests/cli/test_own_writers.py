@@ -25,6 +25,19 @@ class Total(rep.Writer):
     def on_final_frame(self):
         self.backend.write_blob("all.json", json.dumps([self.total, self.count]).encode())
 
+class Forgetful(Total):
+    kept = ("total",)
+
+class Beside(rep.BasicWriter):
+    def __init__(self, output_dir):
+        super().__init__(output_dir=output_dir, distance_to_camera=True)
+        self.number = 0
+
+    def write(self, data):
+        super().write(data)
+        self.backend.write_blob(f"beside_{self.number}.txt", str(self.num_written).encode())
+        self.number += 1
+
 class Counting(rep.Writer):
     def __init__(self, output_dir):
         self.backend = rep.backends.DiskBackend(output_dir=output_dir)
@@ -39,7 +52,7 @@ class Counting(rep.Writer):
 
 rep.create.cube(semantics=[("class", "cube")])
 product = rep.create.render_product(rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)), (32, 24))
-for kind in (Total, Counting):
+for kind in (Total, Counting, Forgetful, Beside):
     rep.WriterRegistry.register(kind)
     writer = rep.WriterRegistry.get(kind.__name__)
     writer.initialize(output_dir=os.path.join(sys.argv[1], kind.__name__))
@@ -83,3 +96,15 @@ def test_a_whole_dataset_stays_so_where_going_on_ends_early(made, copied, frame,
         monkeypatch.setenv("INTERRUPTED", "1")
     assert go(copied, "--resume").returncode == (130 if interrupted else 1)
     assert content(copied / "out") == content(made / "out")
+
+
+def test_frames_that_follow_those_made_before_replace_none(made, tmp_path, monkeypatch):
+    """Also of writers that count what their `kept`, or the `skip` of their base, leaves out."""
+    shutil.copy(made / "script.py", tmp_path)
+    monkeypatch.setenv("FAILS_AT", "2")
+    assert go(tmp_path).returncode == 1
+    assert {path.name for path in (tmp_path / "out").glob("*/beside_*")} == {"beside_0.txt", "beside_1.txt"}
+    monkeypatch.delenv("FAILS_AT")
+    done = go(tmp_path, "--resume")
+    assert done.returncode == 0, done.stderr
+    assert content(tmp_path / "out") == content(made / "out")

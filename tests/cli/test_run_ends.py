@@ -6,7 +6,7 @@ import signal
 
 import pytest
 
-from tests.cli.datasets import run
+from tests.cli.datasets import content, run
 
 SCENE = """
 import os, sys, threading, time
@@ -55,10 +55,17 @@ many()
 )
 
 
-def started(tmp_path, source, *arguments):
+def started(tmp_path, source, *arguments, options=(), out="out"):
     script = tmp_path / "script.py"
     script.write_text(source)
-    return run(["-m", "usdsdg", "run", "-q", str(script), str(tmp_path / "out"), *arguments], fresh=True)
+    return run(["-m", "usdsdg", "run", "-q", *options, str(script), str(tmp_path / out), *arguments], fresh=True)
+
+
+def ended_alone(tmp_path, source, *arguments):
+    """As `started`, by Python without a command."""
+    script = tmp_path / "script.py"
+    script.write_text("import usdsdg.compat\nusdsdg.compat.install()\n" + source)
+    return run([str(script), str(tmp_path / "out"), *arguments], fresh=True)
 
 
 def verified(folder):
@@ -75,10 +82,84 @@ def test_a_run_whose_script_caught_an_error_of_a_writer_came_to_its_end(tmp_path
     assert "unfinished" not in told
 
 
+def test_processes_whose_script_caught_an_error_leave_what_one_leaves(tmp_path):
+    one = started(tmp_path, CATCHING)
+    several = started(tmp_path, CATCHING, options=["--workers", "2"], out="several")
+    assert several.returncode == 1
+    (said,) = several.stderr.splitlines()
+    assert said in one.stderr
+    assert "the script caught an error and went on" in said
+    assert content(tmp_path / "several") == content(tmp_path / "out")
+
+
+def test_a_process_whose_script_ends_before_its_frames_are_made_has_failed(tmp_path):
+    several = started(tmp_path, CATCHING.replace("pass", "break"), options=["--workers", "2"])
+    assert several.returncode == 1
+    assert "the script ended after 2 frames here" in several.stderr
+    assert "run it without --workers" in several.stderr
+
+
+def test_what_a_writer_that_failed_did_not_write_is_named_by_repair_and_resume(tmp_path):
+    """Only damaged files that it did write are made again."""
+    started(tmp_path, CATCHING)
+    own = tmp_path / "out/own"
+    before = content(own)
+    for name in ("1.txt", "2.txt"):
+        (own / name).unlink()
+    done = run(["-m", "usdsdg", "repair", "-q", str(own)], fresh=True)
+    failed, last = done.stdout.splitlines()
+    assert done.returncode == 1
+    assert "frame 1: a writer did not get to its end, so files may be missing: Failing: ValueError" in failed
+    assert "make the dataset anew with --overwrite" in failed
+    assert "2 files repaired, 0 left; frames 1-2 made again; 1 frame at which a writer failed is left" in last
+    assert content(own) == before
+    again = started(tmp_path, CATCHING, options=["--resume"])
+    assert f"{own}: a writer failed at frame 1; what it did not write is not made again" in " ".join(
+        again.stderr.split()
+    )
+    assert content(own) == before
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_threads_get_no_frames_once_a_signal_ends_the_run(tmp_path, number):
     done = started(tmp_path, THREADS, str(int(number)))
     assert done.returncode == 128 + number, done.stderr
+    told = verified(tmp_path / "out/coco").splitlines()
+    assert "the run is unfinished" in told[0]
+    assert ": 1 fault;" in told[-1]
+
+
+LEFT_BEHIND = (
+    SCENE
+    + """
+def many():
+    while True:
+        rep.orchestrator.step()
+rep.orchestrator.step()
+for _ in range(3):
+    threading.Thread(target=many, daemon=True).start()
+time.sleep(0.5)
+if sys.argv[2:]:
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(60)
+"""
+)
+
+
+@pytest.mark.parametrize("start", [started, ended_alone])
+def test_daemon_threads_that_capture_end_their_frame_where_the_script_ends(start, tmp_path):
+    done = start(tmp_path, LEFT_BEHIND)
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    (told,) = verified(tmp_path / "out/coco").splitlines()
+    assert ": 0 faults" in told
+
+
+def test_daemon_threads_that_capture_leave_whole_files_after_ctrl_c(tmp_path):
+    done = ended_alone(tmp_path, LEFT_BEHIND.replace("import os", "import os, signal"), "interrupt")
+    assert done.returncode in (-2, 1, 130)  # 1: another thread was importing, which lets Python forget of the interrupt
+    assert done.stderr.count("Traceback") == 1
+    assert "Fatal Python error" not in done.stderr
     told = verified(tmp_path / "out/coco").splitlines()
     assert "the run is unfinished" in told[0]
     assert ": 1 fault;" in told[-1]

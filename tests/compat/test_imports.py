@@ -59,7 +59,7 @@ def test_every_import_of_the_tutorial_script_resolves():
         from omni.isaac.nucleus import get_assets_root_path
         from omni.kit.viewport.utility import get_active_viewport
         from omni.physx import get_physx_interface, get_physx_scene_query_interface
-        from pxr import Gf, PhysxSchema, Sdf, Usd, UsdGeom, UsdPhysics
+        from pxr import Gf, OmniScriptingSchema, PhysxSchema, Sdf, Usd, UsdGeom, UsdPhysics
         carb.Float3((1, 2, 3)); carb.Float4(0, 0, 0, 1)
         """
     )

@@ -5,12 +5,13 @@ import importlib
 
 import numpy as np
 import pytest
-from pxr import Gf
+from pxr import Gf, Sdf
 
 import usdsdg as rep
 from usdsdg.app.app import get_app
 from usdsdg.compat import finder
 from usdsdg.compat.coverage.verdicts import MISSING, verdict
+from usdsdg.compat.isaacsim.core.utils import numpy as many
 from usdsdg.compat.isaacsim.core.utils.numpy import maths, tensor, transformations
 from usdsdg.compat.omni import client
 from usdsdg.compat.omni.kit import app as kit_app
@@ -35,8 +36,35 @@ def test_poses_in_parents_are_those_in_the_world_again():
     positions, orientations = transformations.get_world_from_local(parents, *local)
     assert positions == pytest.approx(POSITIONS, abs=1e-5)
     assert np.abs(np.sum(orientations * ORIENTATIONS, axis=1)) == pytest.approx([1, 1], abs=1e-5)
-    assert transformations.get_pose(POSITIONS, ORIENTATIONS)[1].tolist() == [0.0, -1.0, 0.5, 0.0, 0.6, 0.0, 0.8]
+    assert transformations.get_pose(POSITIONS, ORIENTATIONS)[1].tolist() == [0.0, -1.0, 0.5, 0.8, 0.0, 0.6, 0.0]
     assert transformations.tf_matrices_from_poses(POSITIONS, ORIENTATIONS)[:, :3, 3] == pytest.approx(POSITIONS)
+
+
+def test_poses_are_assigned_with_the_scalar_of_quaternions_last():
+    """Those of other indices stay, and what is None."""
+    before = POSITIONS.copy(), ORIENTATIONS.copy()
+    poses = many.assign_pose(POSITIONS, ORIENTATIONS, [[7.0, 8.0, 9.0]], [[1.0, 0.0, 0.0, 0.0]], [1])
+    assert poses.tolist() == [[1.0, 2.0, 3.0, 0.5, -0.5, 0.5, 0.5], [7.0, 8.0, 9.0, 0.0, 0.0, 0.0, 1.0]]
+    assert many.assign_pose(POSITIONS, ORIENTATIONS, None, None, [0, 1]).tolist() == (
+        many.get_pose(POSITIONS, many.wxyz2xyzw(ORIENTATIONS)).tolist()
+    )
+    assert (before[0] == POSITIONS).all()
+    assert (before[1] == ORIENTATIONS).all()
+
+
+def test_the_schema_of_behaviors_can_be_asked_for(stage):
+    from usdsdg.stage.schemas.scripting_schema import OmniScriptingAPI
+
+    prim = stage.DefinePrim("/World/behaving")
+    assert not prim.HasAPI(OmniScriptingAPI)
+    commands.execute("ApplyScriptingAPICommand", paths=["/World/behaving"])
+    assert prim.HasAPI(OmniScriptingAPI)
+    assert prim.GetAppliedSchemas() == ["OmniScriptingAPI"]
+    commands.execute("RemoveScriptingAPICommand", paths=["/World/behaving"])
+    assert not prim.HasAPI(OmniScriptingAPI)
+    api = OmniScriptingAPI.Apply(prim)
+    api.CreateOmniScriptingScriptsAttr().Set([Sdf.AssetPath("behavior.py")])
+    assert [each.path for each in prim.GetAttribute("omni:scripting:scripts").Get()] == ["behavior.py"]
 
 
 def test_arrays_are_made_joined_and_filled():

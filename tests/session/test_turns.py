@@ -273,6 +273,91 @@ def test_who_was_interrupted_while_it_waited_to_have_the_turn_back_leaves_it_to_
         assert turns._depth == 1
 
 
+class _Interrupts:
+    """Raises KeyboardInterrupt at one of the steps of the interpreter in functions of `usdsdg.session.turns`."""
+
+    def __init__(self, at: int) -> None:
+        self.left = at
+
+    def __call__(self, frame, event, arg):
+        if frame.f_code.co_filename != turns_module.__file__:
+            return None
+        frame.f_trace_opcodes = True
+        return self.step
+
+    def step(self, frame, event, arg):
+        if event == "opcode":
+            self.left -= 1
+            if self.left == 0:
+                raise KeyboardInterrupt
+        return self.step
+
+
+def test_an_interrupt_at_any_step_gives_the_turn_back():
+    @turns_module.in_turn
+    def inner() -> None:
+        with turns_module.turns.set_aside():
+            pass
+
+    @turns_module.in_turn
+    def outer() -> None:
+        inner()
+
+    def is_free() -> bool:
+        with ThreadPoolExecutor(1) as pool:
+            return pool.submit(turns_module.turns._lock.acquire, timeout=0.001).result()
+
+    steps = 0
+    for at in itertools.count(1):
+        interrupts, before = _Interrupts(at), sys.gettrace()
+        sys.settrace(interrupts)
+        try:
+            outer()
+        except KeyboardInterrupt:
+            steps += 1
+        finally:
+            sys.settrace(before)
+        assert is_free(), at
+        turns_module.turns._lock = threading.RLock()  # which that thread has ended with
+        assert turns_module.turns.depth == 0, at
+        if interrupts.left > 0:
+            break
+    assert steps > 100
+
+
+def test_the_turn_is_waited_for_only_so_long():
+    turns, has_it, may_end = Turns(), threading.Event(), threading.Event()
+
+    def other() -> None:
+        with turns:
+            has_it.set()
+            may_end.wait(SECONDS)
+
+    thread = threading.Thread(target=other)
+    thread.start()
+    assert has_it.wait(SECONDS)
+    with turns.within(0.01):
+        assert turns.depth == 0
+    may_end.set()
+    thread.join(SECONDS)
+    with turns.within(0.01), turns.within(0.01):
+        assert turns.depth == 2
+    assert turns.depth == 0
+
+
+def test_locks_of_loops_that_are_closed_are_dropped():
+    async def wait_for_turn() -> None:
+        async def one() -> None:
+            async with turns_module.turn_of_task():
+                await asyncio.sleep(0)
+
+        await asyncio.gather(one(), one())  # of which one waits, so that the lock refers to the loop
+
+    for _ in range(5):
+        asyncio.run(wait_for_turn())
+    assert sum(loop.is_closed() for loop in turns_module._of_loops) <= 1
+
+
 FORK = """
     import multiprocessing, threading, time
     import usdsdg as rep

@@ -4,7 +4,7 @@ import weakref
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from usdsdg.stage.change_tracker import KEPT_APART, ChangeTracker
+from usdsdg.stage.change_tracker import KEPT_APART, ChangeTracker, schemas_only
 from usdsdg.stage.handles import Handles
 from usdsdg.stage.poses.xform_ops import author_pose
 
@@ -74,20 +74,34 @@ def test_several_attributes_of_several_prims(stage, tracker):
 
 
 def test_applied_schemas_are_reported_where_they_are_relevant(stage, tracker):
-    """A reader may exclude prims; their other changes are reported as before."""
+    """A reader may exclude prims where only schemas were edited; their other changes are reported as before."""
     a, b, label = stage.GetPrimAtPath("/World/a"), stage.GetPrimAtPath("/World/a/b"), "SemanticsLabelsAPI:class"
-    a.AddAppliedSchema(label)
+    with schemas_only():
+        a.AddAppliedSchema(label)
     assert facts(tracker.take()) == ({path("/World/a")}, {}, [])
-    a.RemoveAppliedSchema(label)
-    b.AddAppliedSchema(label)
+    with schemas_only(), schemas_only():
+        a.RemoveAppliedSchema(label)
+    with schemas_only():
+        b.AddAppliedSchema(label)
     asked = []
     changes = tracker.take(is_relevant=lambda prim: asked.append(prim) or prim == path("/World/a/b"))
     assert facts(changes) == ({path("/World/a/b")}, {}, [])
     assert sorted(asked) == [path("/World/a"), path("/World/a/b")]
-    a.AddAppliedSchema(label)
+    with schemas_only():
+        a.AddAppliedSchema(label)
     stage.RemovePrim("/World/a")
     assert facts(tracker.take(is_relevant=lambda prim: False)) == ({path("/World/a")}, {}, [])
     assert not tracker.take()
+
+
+def test_nobody_knows_what_else_was_edited_with_applied_schemas(stage, tracker):
+    """As at the end of a block, whose notice names them alone."""
+    a, label = stage.GetPrimAtPath("/World/a"), "SemanticsLabelsAPI:class"
+    a.AddAppliedSchema(label)
+    assert facts(tracker.take(is_relevant=lambda prim: False)) == ({path("/World/a")}, {}, [])
+    with Sdf.ChangeBlock(), schemas_only():
+        a.RemoveAppliedSchema(label)
+    assert facts(tracker.take(is_relevant=lambda prim: False)) == ({path("/World/a")}, {}, [])
 
 
 def test_a_new_attribute_is_a_change_of_its_prim(stage, tracker):

@@ -69,10 +69,12 @@ class Orchestrator:
         self._capture = Capture()
 
     # --- one frame ---
+    @in_turn
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         """Capture one frame; see `usdsdg.orchestrator.step` for the arguments."""
-        with turns, self._interrupted.noticed(), whole_frame(), device_memory():
-            if get_run().ends_early and threading.current_thread() is not threading.main_thread():
+        with self._interrupted.noticed(), whole_frame(), device_memory():
+            run = get_run()
+            if (run.ends_early or run.is_at_exit) and threading.current_thread() is not threading.main_thread():
                 sys.exit()  # this thread alone: its frames would be in no journal
             if current().worlds is not None:
                 self._step_worlds(rt_subframes, current().worlds)

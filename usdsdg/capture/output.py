@@ -72,9 +72,10 @@ class WriterOutput:
                         requests.files.why.setdefault(folder, said)
                     watch_foreign(error)
                     raise
+                finally:  # also of a frame that fails, which is counted
+                    if writer.kept and requests.files is not None and folder is not None:
+                        requests.files.keep(folder, key, counters.kept_of(writer))
                 self._records.write(writer, attached, moment, number=number, files=tuple(files), amodal=amodal)
-            if writer.kept and requests.files is not None and folder is not None:
-                requests.files.keep(folder, key, {name: getattr(writer, name) for name in writer.kept})
         if requests.files is not None and folder is not None:
             requests.files.arrive(folder)
 
@@ -100,9 +101,7 @@ class WriterOutput:
         receive = writer.receive_made if skipped.is_made else writer.receive_skipped
         receive({**graph_outputs(), "renderProducts": seen})
         if skipped.is_made:  # after the last one the run may be over, and the writer makes files about all frames
-            kept = get_run().take_kept(skipped.folder, skipped.key, skipped.number + 1)
-            for name, value in kept.items():
-                setattr(writer, name, value)
+            counters.restore(writer, get_run().take_kept(skipped.folder, skipped.key, skipped.number + 1))
 
     def _report_folder(self, writer: Writer) -> None:
         name, folder = type(writer).__name__, getattr(writer.backend, "output_dir", None)

@@ -15,6 +15,7 @@ from usdsdg.errors import DatasetInTheWay, Unsupported, warn_once
 from usdsdg.operating_system import is_importing_main_again
 from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.session.session import current
+from usdsdg.writers import counters
 from usdsdg.writers.base import Writer, attached_writers
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.run import get_run
@@ -117,8 +118,7 @@ class Requests:
                 self.files.expect(folder)
         for writer, folder, is_wanted in zip(due, folders, wanted):
             if not run.is_made(folder, number):
-                for name, value in run.take_kept(folder, self.keys[id(writer)][0], number).items():
-                    setattr(writer, name, value)
+                counters.restore(writer, run.take_kept(folder, self.keys[id(writer)][0], number))
             if frame_records.is_on() and frame_records.sink_of(writer) is not None:
                 self._recorded.update(writer.render_products)
             if is_wanted:

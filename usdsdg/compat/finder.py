@@ -347,13 +347,18 @@ def _wrap_pxr() -> None:
 
 
 def _install_schemas() -> None:
-    """Add our `PhysxSchema`, `Semantics` and `PhysicsSchemaTools`, which usd-core does not have, to `pxr`."""
+    """Add our schemas and `PhysicsSchemaTools`, which usd-core does not have, to `pxr`."""
     import pxr
 
     from usdsdg.compat import physics_schema_tools
-    from usdsdg.stage.schemas import physx, semantics_schema
+    from usdsdg.stage.schemas import physx, scripting_schema, semantics_schema
 
-    ours = {"PhysxSchema": physx, "Semantics": semantics_schema, "PhysicsSchemaTools": physics_schema_tools}
+    ours = {
+        "PhysxSchema": physx,
+        "Semantics": semantics_schema,
+        "OmniScriptingSchema": scripting_schema,
+        "PhysicsSchemaTools": physics_schema_tools,
+    }
     for name, module in ours.items():
         if not hasattr(pxr, name):
             setattr(pxr, name, module)

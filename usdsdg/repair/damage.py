@@ -43,7 +43,7 @@ def check_repairable(folder: Path, name: str) -> Listing:
             f"{name} has no journal ({JOURNAL}), so it is not known which bytes its files had. Make the dataset anew, "
             "or give the folder that a writer wrote to."
         )
-    own = [fault for fault in listing.faults if fault.file not in (recipe.FILE, PARTS)]
+    own = [fault for fault in listing.faults if fault.file not in (recipe.FILE, PARTS) and fault not in listing.failed]
     if any(fault.file == PARTS for fault in listing.faults) or (folder / JOINED).is_dir():
         raise DatasetError(f"{name} has parts that are not joined. Make the missing ones, and join them: usdsdg merge.")
     is_unfinished = any("the run is unfinished" in fault.what for fault in own)
@@ -54,7 +54,7 @@ def check_repairable(folder: Path, name: str) -> Listing:
             f"{name}: the journal is damaged ({JOURNAL}: {own[0].what}), so it is not known which bytes the files had. "
             "Put a copy of it back, or make the dataset anew with --overwrite."
         )
-    wrong = next((fault.what for fault in listing.faults), None)
+    wrong = next((fault.what for fault in listing.faults if fault.file == recipe.FILE), None)
     if wrong is None and not (folder / recipe.FILE).is_file():
         wrong = "is missing"
     if wrong is not None:
@@ -72,6 +72,6 @@ def find(folder: Path, name: str, progress: Progress | None = None) -> Damage:
     for fault in found.faults if found is not None else ():
         if fault.file in damage.listing.files:
             damage.files[fault.file] = fault
-        else:
+        elif fault not in damage.listing.failed:
             damage.foreign.append(fault)
     return damage

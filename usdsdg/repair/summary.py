@@ -16,6 +16,10 @@ from usdsdg.stores.addresses import is_url
 
 _SHOWN = 12  # frames of a line
 FOREIGN = "; it is left, remove it if nothing needs it"
+FAILED = (
+    "; it is left as it is, since no journal tells which files it would have. Correct the writer, and make the dataset "
+    "anew with --overwrite"
+)
 
 
 @dataclass
@@ -43,7 +47,8 @@ class Summary:
     @property
     def is_clean(self) -> bool:
         """Whether every file is as the run has written it."""
-        return not self.repair.left and not self.repair.damage.foreign
+        damage = self.repair.damage
+        return not (self.repair.left or damage.foreign or damage.listing.failed)
 
     def named(self, text: str) -> str:
         """Return a text with the URL of a dataset in place of the folder with a copy of it."""
@@ -65,6 +70,8 @@ class Summary:
             what += self._made("made again") if self.is_ended else ""
         else:
             what = f"no file is damaged{foreign}"
+        if failed := len(damage.listing.failed):
+            what += f"; {counted(failed, 'frame')} at which a writer failed {'is' if failed == 1 else 'are'} left"
         yield printable(f"{self.name}: {what}")
 
     def values(self) -> dict[str, Any]:
@@ -87,6 +94,8 @@ class Summary:
             yield fault if self.is_dry else Fault(name, fault.frame, why)
         for fault in damage.foreign:
             yield Fault(fault.file, fault.frame, f"{fault.what}{FOREIGN}")
+        for fault in damage.listing.failed:
+            yield Fault(fault.file, fault.frame, f"{fault.what}{FAILED}")
 
     def _made(self, how: str) -> str:
         """Return which frames and files are made, as the end of a line."""

@@ -14,7 +14,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import ParamSpec, TypeVar
-from weakref import WeakKeyDictionary
 
 from usdsdg.errors import warn_once
 from usdsdg.operating_system import around_fork
@@ -23,18 +22,23 @@ from usdsdg.operating_system import around_fork
 PATIENCE = 30.0
 # How long a loop of frames lets threads that wait begin, which takes them microseconds on an idle machine.
 GIVE_WAY_SECONDS = 0.1
+# How long the end of a program waits for the frame of a daemon thread, which may never end.
+LAST_FRAME_SECONDS = 60.0
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 
 class Turns:
-    """A lock that the thread that has it may take again."""
+    """A lock that the thread that has it may take again.
+
+    Ctrl-C may come between any two lines of it, also before `__exit__` has begun: who catches the interrupt falls back.
+    """
 
     def __init__(self) -> None:
         self._exempt = threading.local()
-        self._lock = threading.RLock()
-        self._owner: int | None = None  # the thread that has it
+        self._lock = threading.RLock()  # taken once by the thread that has it
+        self._owner: int | None = None  # that thread
         self._holder = ""  # its name, or that of the one before
         self._depth = 0  # how often it has taken it
         self._taken = self._waiting = 0  # how often it was taken by any; threads that wait
@@ -45,29 +49,50 @@ class Turns:
         self._taken = self._waiting = 0
         if self._owner != threading.get_ident():
             self._owner, self._depth = None, 0
-        for _ in range(self._depth):
+        if self._depth:
             self._lock.acquire()
 
     def __enter__(self) -> None:
         if getattr(self._exempt, "value", False):
             return
-        if not self._lock.acquire(blocking=False):
-            self._waiting += 1
-            try:
-                while not self._lock.acquire(timeout=PATIENCE):
-                    self._tell()
-            finally:
-                self._waiting -= 1
-        self._taken += 1
+        if not self.depth and not self._lock.acquire(blocking=False):
+            self._wait()
+        self._take()
+
+    def _take(self) -> None:
+        """Note that this thread has the lock, once more."""
+        if not self.depth:
+            self._taken += 1
+            self._owner, self._holder = threading.get_ident(), threading.current_thread().name
         self._depth += 1
-        self._owner, self._holder = threading.get_ident(), threading.current_thread().name
+
+    def _wait(self) -> None:
+        self._waiting += 1
+        try:
+            while not self._lock.acquire(timeout=PATIENCE):
+                self._tell()
+        finally:
+            self._waiting -= 1
 
     def __exit__(self, *_: object) -> None:
         # A thread that was interrupted while it waited to have the turn back, after `set_aside`, does not have it.
-        if not getattr(self._exempt, "value", False) and self._owner == threading.get_ident():
-            self._depth -= 1
-            if not self._depth:
-                self._owner = None
+        if not getattr(self._exempt, "value", False) and self.depth:
+            self.fall_back(self._depth - 1)
+
+    @property
+    def depth(self) -> int:
+        """How often this thread has taken the turn."""
+        return self._depth if self._owner == threading.get_ident() else 0
+
+    def fall_back(self, depth: int) -> None:
+        """Have the turn as often as before, where an exception may have come from the taking or the giving of it.
+
+        depth: as it was. A thread that had set it aside, and has not got it back, does not get it here.
+        """
+        if depth and self.depth:
+            self._depth = depth
+        elif self._lock._is_owned():  # pyright: ignore[reportAttributeAccessIssue]  # as threading.Condition asks
+            self._owner, self._depth = None, 0
             self._lock.release()
 
     def _tell(self) -> None:
@@ -84,14 +109,26 @@ class Turns:
     @contextmanager
     def set_aside(self) -> Iterator[None]:
         """Let other threads call meanwhile, where a call that has the turn waits for them."""
-        depth = self._depth if self._owner == threading.get_ident() else 0
-        for _ in range(depth):
-            self.__exit__()
+        depth = self.depth
+        self.fall_back(0)
         try:
             yield
         finally:
-            for _ in range(depth):
+            if depth:
                 self.__enter__()
+                self._depth = depth
+
+    @contextmanager
+    def within(self, seconds: float) -> Iterator[None]:
+        """Have the turn, or go on without it if another thread does not give it back within so many seconds."""
+        if not self.depth and not self._lock.acquire(timeout=seconds):
+            yield
+            return
+        self._take()
+        try:
+            yield
+        finally:
+            self.__exit__()
 
     def give_way(self) -> None:
         """Let threads that wait have the turn, between the frames of a run; call it without having the turn."""
@@ -109,15 +146,24 @@ def in_turn(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def waiting(*args: P.args, **kwargs: P.kwargs) -> R:
-        with turns:
-            return function(*args, **kwargs)
+        depth = turns.depth
+        try:
+            with turns:
+                return function(*args, **kwargs)
+        except BaseException:
+            turns.fall_back(depth)
+            raise
 
     return waiting
 
 
-_of_loops: WeakKeyDictionary[asyncio.AbstractEventLoop, asyncio.Lock] = WeakKeyDictionary()
+_of_loops: dict[asyncio.AbstractEventLoop, asyncio.Lock] = {}  # a lock refers to its loop, so no weak reference does
 
 
 def turn_of_task() -> asyncio.Lock:
     """Return the lock that a task has from its frame until it goes on: else it would find data of another one's."""
-    return _of_loops.setdefault(asyncio.get_running_loop(), asyncio.Lock())
+    loop = asyncio.get_running_loop()
+    if loop not in _of_loops:
+        for each in [each for each in tuple(_of_loops) if each.is_closed()]:
+            _of_loops.pop(each, None)
+    return _of_loops.setdefault(loop, asyncio.Lock())

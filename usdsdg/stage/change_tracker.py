@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -26,7 +27,27 @@ class _Edits:
 
     changed: Iterable[Sdf.Path]  # of one notice the list that others with these paths have
     resynced: Iterable[Sdf.Path]
-    reapplied: Iterable[Sdf.Path]  # prims of which only the applied schemas changed
+    reapplied: Iterable[Sdf.Path]  # prims that got or lost schemas within `schemas_only`
+
+
+_within = threading.local()  # schemas_only: how many of these contexts this thread is in
+
+
+@contextmanager
+def schemas_only() -> Iterator[None]:
+    """Say that nothing is edited within the context but which schemas prims have, and properties of these schemas.
+
+    A notice of a prim that gets a schema is the same whether or not values, prims or their order changed with it, at
+    the prim or below, as within one `Sdf.ChangeBlock` or where a layer was cleared. So also readers that do not care
+    for a schema read again all that is at and below the prim, unless the edit was made here.
+
+    The notice of a block that encloses the context is sent after it, and is none of the context.
+    """
+    _within.schemas_only = getattr(_within, "schemas_only", 0) + 1
+    try:
+        yield
+    finally:
+        _within.schemas_only -= 1
 
 
 class ChangeTracker:
@@ -47,7 +68,8 @@ class ChangeTracker:
         """Return the edits since the last call.
 
         Args:
-            is_relevant: whether a prim of which only the applied schemas changed is listed in `resynced`; None for all.
+            is_relevant: whether a prim that got or lost schemas within `schemas_only` is listed in `resynced`; None
+                for all.
             handles: what properties are reported as, in `Changes.handles`, and not None; unused if anything is
                 `resynced`.
         """
@@ -190,12 +212,9 @@ class _Notices:
         changed, resynced = notice.GetChangedInfoOnlyPaths(), list(notice.GetResolvedAssetPathsResyncedPaths())
         reapplied: list[Sdf.Path] = []
         if found := notice.GetResyncedPaths():
-            # Prims that have lost or got specs without a value: a layer was cleared, added or removed. A notice says
-            # nothing of what that changed at and below prims to which the layer applies schemas.
-            is_of_layer = any(map(Sdf.Path.IsAbsoluteRootOrPrimPath, changed))
+            are_schemas = getattr(_within, "schemas_only", 0) > 0
             for path in found:
-                is_alone = not is_of_layer and notice.GetChangedFields(path) == ["apiSchemas"]
-                (reapplied if is_alone else resynced).append(path)
+                (reapplied if are_schemas and path.IsPrimPath() else resynced).append(path)
         edits = _Edits(self._one_list(changed), resynced, reapplied)
         for reader in readers:
             reader.record(edits)

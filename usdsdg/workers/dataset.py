@@ -69,15 +69,20 @@ def _make_and_join(folders: Sequence[DatasetFolder], frames: int, count: int, ma
         forget_parts(place)
 
 
-def on_this_machine(arguments: Sequence[str], count: int, *, option: str = FRAMES) -> MakeParts:
+def on_this_machine(
+    arguments: Sequence[str], count: int, *, option: str = FRAMES, caught: list[str] | None = None
+) -> MakeParts:
     """Return what makes parts with processes of this machine.
 
     arguments: of `usdsdg`, with the name of a command first, without those that say which frames. option: that does.
+    caught: gets what the processes printed whose scripts caught an error.
     """
 
     def make(parts: Sequence[Part], tick: Callable[[], None]) -> None:
         start = [sys.executable, "-m", "usdsdg"]
-        local.make_parts(lambda part: [*start, *_of_part(arguments, part, option)], parts, count, tick)
+        said = local.make_parts(lambda part: [*start, *_of_part(arguments, part, option)], parts, count, tick)
+        if caught is not None:
+            caught.extend(said)
 
     return make
 

@@ -21,6 +21,8 @@ ATTEMPTS = 4
 POLL_SECONDS = 0.1
 _TAIL = 4000  # characters of what a process has printed that an error shows
 _REFUSED = 1  # exit code of an error that the next attempt would meet again
+# Exit code of a process that has made its part, and whose script caught an error meanwhile.
+CAUGHT = 79
 
 
 @dataclass
@@ -42,16 +44,19 @@ class _Process:
 
 def make_parts(
     command: Callable[[Part], Sequence[str]], parts: Sequence[Part], count: int, tick: Callable[[], None]
-) -> None:
+) -> list[str]:
     """Run the command of each part, `count` at a time; where a process dies, its part is gone on with by another.
 
     tick: called again and again meanwhile.
+
+    Returns what the processes printed whose scripts caught an error.
 
     Raises:
         WorkerFailed: a process ended with an error, or died several times at the same part.
     """
     waiting = deque((part, 1) for part in parts)
     running: list[_Process] = []
+    caught: list[str] = []
     try:
         while waiting or running:
             while waiting and len(running) < count:
@@ -64,6 +69,9 @@ def make_parts(
                 process.close_input()
                 if process.child.returncode == 0:
                     continue
+                if process.child.returncode == CAUGHT:
+                    caught.append(process.tail())
+                    continue
                 if process.child.returncode == _REFUSED or process.attempt == ATTEMPTS:
                     raise WorkerFailed(
                         f"the process of the frames {process.part.frames} ended with exit code "
@@ -72,6 +80,7 @@ def make_parts(
                 waiting.appendleft((process.part, process.attempt + 1))
     finally:
         _end(running)
+    return caught
 
 
 def _start(command: Sequence[str], part: Part, attempt: int) -> _Process:

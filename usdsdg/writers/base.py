@@ -68,6 +68,7 @@ class Writer(ABC):
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
+        cls.kept = (cls.kept,) if isinstance(cls.kept, str) else tuple(cls.kept)
         if "write" in vars(cls) and "shares_arrays" not in vars(cls):
             cls.shares_arrays = False  # a script's own `write` may modify them, whatever it inherits from
 
@@ -258,13 +259,17 @@ class Writer(ABC):
         """Count a frame that another process makes; see `skip` for `data`."""
         self.pass_over()
         self.skip(data)
+        counters.advance_own(self)
         self.num_written += 1
 
     def receive_made(self, data: dict[str, Any]) -> None:
         """Count a frame that was made before the run goes on; what is in `kept` comes from the journal."""
         self.pass_over()
-        if not self.kept:
+        if self.kept:
+            counters.advance_unkept(self)
+        else:
             self.skip(data)
+            counters.advance_own(self)
         self.num_written += 1
 
     # Data

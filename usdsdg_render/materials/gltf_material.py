@@ -32,7 +32,7 @@ def read_gltf(network: Network, shader: UsdShade.Shader) -> Material:
     alpha = network.number(shader, "base_alpha", 1.0)
     mode = network.number(shader, "alpha_mode", 0.0)
     strength = network.number(shader, "emissive_strength", 1.0)
-    ior = network.number(shader, "ior", 1.5)
+    ior = network.ior(shader, "ior", 1.5)
     specular = network.number(shader, "specular_factor", 1.0) * reflectance(ior)
     specular_color = network.floats(shader, "specular_color_factor", WHITE)
     _warn_of_ignored(network, shader)
@@ -43,7 +43,7 @@ def read_gltf(network: Network, shader: UsdShade.Shader) -> Material:
         specular=Input(tuple(min(specular * c, 1.0) for c in specular_color)),
         opacity=Input((alpha,), base, 3) if mode in (MASK, BLEND) else Input((1.0,)),
         opacity_threshold=max(network.number(shader, "alpha_cutoff", 0.5), 1e-6) if mode == MASK else 0.0,
-        transmission=min(max(network.number(shader, "transmission_factor", 0.0), 0.0), 1.0),
+        transmission=network.limited(shader, "transmission_factor", 0.0),
         ior=ior,
         thin=int(network.number(shader, "thickness_factor", 0.0) <= 0.0),
         emission=Input(

@@ -1,5 +1,6 @@
 """Materials as rows of `scene.MATERIAL`."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 
@@ -23,6 +24,7 @@ _FIELDS = {
 # Largest constants; those in neither table end at 1.
 _HIGHEST = {"base_color": MAX_COLOR, "emission": MAX_EMISSION}
 _UNLIMITED = ("ior", "thin", "normal_scale", "detail_scale")
+_ROUNDING = 1e-5  # of 32-bit numbers that are products of others
 
 
 def material_row(material: Material, indices: Mapping[TextureUse, int]) -> tuple:
@@ -43,7 +45,7 @@ def field_columns(material: Material, name: str, indices: Mapping[TextureUse, in
         columns = {name: constant, texture_column: texture, channel_column: value.channel}
         return {column: each for column, each in columns.items() if column in _COLUMNS}
     if name in _COLUMNS:
-        return {name: value if name in _UNLIMITED else _unit(value)}
+        return {name: value if name in _UNLIMITED else _limited(material.name, name, value, 1.0)}
     if name in _FIELDS:
         return {_FIELDS[name][0]: NO_TEXTURE if value is None else indices.get(value, NO_TEXTURE)}
     return {}
@@ -58,7 +60,7 @@ def write_field(
         textures = [NO_TEXTURE if v.texture is None else indices.get(v.texture, NO_TEXTURE) for v in values]
         constants = np.array([_given(v, textured=t != NO_TEXTURE) for v, t in zip(values, textures)])
         highest = _HIGHEST.get(name, 1.0)
-        if constants.max() <= highest:
+        if constants.max() <= highest and constants.min() >= 0.0:
             numbers = np.clip(constants, 0.0, highest)
             table[name][rows] = numbers if _COLUMNS[name].shape else numbers[:, 0]
             for column, numbers in zip(_FIELDS[name], (textures, [value.channel for value in values])):
@@ -80,10 +82,10 @@ def _constant(material: str, name: str, value: Input, *, textured: bool) -> floa
                 f"{material}: a color of {max(constant):g} is more than 32-bit numbers can follow from surface to "
                 f"surface; {highest:g} is used. Correct it."
             )
-        return tuple(min(max(number, 0.0), highest) for number in constant)
-    if _COLUMNS[name].shape:
-        return tuple(map(_unit, constant))
-    return max(constant[0], 0.0) if textured else _unit(constant[0])
+        return tuple(min(_limited(material, name, number, math.inf), highest) for number in constant)
+    highest = 1.0 if _COLUMNS[name].shape or not textured else math.inf
+    limited = tuple(_limited(material, name, number, highest) for number in constant)
+    return limited if _COLUMNS[name].shape else limited[0]
 
 
 def _given(value: Input, *, textured: bool) -> tuple[float, ...]:
@@ -91,8 +93,16 @@ def _given(value: Input, *, textured: bool) -> tuple[float, ...]:
     return value.value if value.texture is None or textured or value.fallback is None else value.fallback
 
 
-def _unit(value: float) -> float:
-    return min(max(value, 0.0), 1.0)
+def _limited(material: str, name: str, value: float, highest: float) -> float:
+    """Return a number from 0 to `highest`, with a warning if the one that is given is not."""
+    limited = min(max(value, 0.0), highest)
+    if abs(limited - value) > _ROUNDING:
+        within, said = "of 0 or more" if highest == math.inf else f"from 0 to {highest:g}", name.replace("_", " ")
+        errors.warn_once(
+            f"{material}: its {said} is {value:g}, of which {limited:g} is used. Author one {within}.",
+            key=f"{material}: {name} is out of range",  # whatever it is in other frames
+        )
+    return limited
 
 
 # What all rows of display colors share, and what rows that no material uses hold.

@@ -67,10 +67,10 @@ SURFACES = {"ND_standard_surface_surfaceshader": Names(), "ND_open_pbr_surface_s
 def read_material_x(network: Network, shader: UsdShade.Shader) -> Material:
     """Read a surface of `SURFACES`. Subsurface scattering becomes a diffuse color."""
     names = SURFACES[shader_id(shader)]
-    ior = network.number(shader, names.ior, 1.5)
+    ior = network.ior(shader, names.ior, 1.5)
     f0 = network.number(shader, names.specular, 1.0) * reflectance(ior)
     emission = network.number(shader, names.emission, 0.0)
-    transmission = min(max(network.number(shader, names.transmission, 0.0), 0.0), 1.0)
+    transmission = network.limited(shader, names.transmission, 0.0)
     warn_where(network, shader, {"sheen": (0.0,), "fuzz_weight": (0.0,), "thin_film_thickness": (0.0,)})
     base = _base(network, shader, names, transmission)
     return Material(
@@ -86,7 +86,7 @@ def read_material_x(network: Network, shader: UsdShade.Shader) -> Material:
         emission=_input(network, shader, "emission_color", WHITE, factor=emission) if emission > 0.0 else Input(BLACK),
         normal=_normal(network, network.source(shader, names.normal)),
         metal_f90=1.0,
-        coat_f0=reflectance(network.number(shader, *names.coat_ior)),
+        coat_f0=reflectance(network.ior(shader, *names.coat_ior)),
         clearcoat=_input(network, shader, names.coat, (0.0,)),
         clearcoat_roughness=_input(network, shader, names.coat_roughness[0], (names.coat_roughness[1],)),
         uv_primvar=network.uv_primvar or "",
@@ -98,7 +98,7 @@ def _base(network: Network, shader: UsdShade.Shader, names: Names, transmission:
     base = _input(network, shader, *names.base_color, factor=weight)
     if base.texture is not None:
         return base
-    subsurface = min(max(network.number(shader, names.subsurface, 0.0), 0.0), 1.0)
+    subsurface = network.limited(shader, names.subsurface, 0.0)
     scattered = network.floats(shader, *names.subsurface_color)
     tint = network.floats(shader, names.transmission_color, WHITE)
     color = tuple(c + subsurface * (s - c) for c, s in zip(base.value, scattered))

@@ -186,6 +186,29 @@ class Network:
     def number(self, shader: UsdShade.Shader, name: str, default: float) -> float:
         return self.floats(shader, name, (default,))[0]
 
+    def limited(self, shader: UsdShade.Shader, name: str, default: float, highest: float = 1.0) -> float:
+        """Return `number` from 0 to `highest`, with a warning if it is not."""
+        value = self.number(shader, name, default)
+        limited = min(max(value, 0.0), highest)
+        if limited != value:
+            within = "0 or more" if highest == math.inf else f"a value from 0 to {highest:g}"
+            errors.warn_once(
+                f"{shader.GetPath()}: inputs:{name} is {value:g}, of which {limited:g} is used. Author {within}.",
+                key=f"{shader.GetPath()}: inputs:{name} is out of range",  # whatever it is in other frames
+            )
+        return limited
+
+    def ior(self, shader: UsdShade.Shader, name: str, default: float) -> float:
+        """Return an index of refraction; of 0 for what is none, with a warning."""
+        value = self.number(shader, name, default)
+        if value <= 0.0:
+            errors.warn_once(
+                f"{shader.GetPath()}: inputs:{name} = {value:g} is no index of refraction: the surface is a mirror. "
+                "Author 1 or more, such as 1.5 for glass.",
+                key=f"{shader.GetPath()}: inputs:{name} is no index of refraction",
+            )
+        return max(value, 0.0)
+
     def flag(self, shader: UsdShade.Shader, name: str, default: bool) -> bool:
         value = self.value(shader, name)
         return default if value is None else bool(value)

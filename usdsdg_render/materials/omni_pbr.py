@@ -49,7 +49,7 @@ def read_omni_pbr(network: Network, shader: UsdShade.Shader, *, opacity_enabled:
             "base_color": lambda: _albedo(network, shader, uv),
             "roughness": lambda: _blended(network, shader, *roughness, 0.5, orm, 1, uv),
             "metallic": lambda: _blended(network, shader, *metallic, 0.0, orm, 2, uv),
-            "specular": lambda: Input((0.08 * max(network.number(shader, "specular_level", 0.5), 0.0),) * 3),
+            "specular": lambda: Input((0.08 * network.limited(shader, "specular_level", 0.5, math.inf),) * 3),
             "opacity": lambda: _opacity(network, shader, uv, enabled=opacity_enabled),
             "opacity_threshold": lambda: _threshold(network, shader, uv, enabled=opacity_enabled),
             "emission": lambda: _emission(network, shader, uv),
@@ -70,7 +70,7 @@ def read_omni_pbr_clearcoat(network: Network, shader: UsdShade.Shader, *, opacit
         warn_where(network, shader, {"clearcoat_tint": WHITE, "clearcoat_transparency": (1.0,)})
     return replace(
         read_omni_pbr(network, shader, opacity_enabled=opacity_enabled),
-        coat_f0=reflectance(network.number(shader, "clearcoat_ior", COAT_IOR)),
+        coat_f0=reflectance(network.ior(shader, "clearcoat_ior", COAT_IOR)),
         clearcoat=Input((weight,)),
         clearcoat_roughness=Input((network.number(shader, "clearcoat_reflection_roughness", 0.0),)),
     )
@@ -82,6 +82,8 @@ def _albedo(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input
     tint = network.floats(shader, "diffuse_tint", WHITE)
     brightness = network.number(shader, "albedo_brightness", 1.0)
     add = network.number(shader, "albedo_add", 0.0)
+    if min(constant) < 0.0:
+        network.warn(shader, "inputs:diffuse_color_constant has a negative color, of which 0 is used. Correct it.")
     desaturation = network.number(shader, "albedo_desaturation", 0.0)
     red, green, blue = LUMINANCE.tolist()
     gray = red * constant[0] + green * constant[1] + blue * constant[2]

@@ -25,7 +25,7 @@ from usdsdg_render.scene.scene import UvTransform
 def read_omni_glass(network: Network, shader: UsdShade.Shader) -> Material:
     """Read OmniGlass or OmniGlass_Opacity."""
     uv = transform(network, shader)
-    ior = network.number(shader, "glass_ior", 1.491)
+    ior = network.ior(shader, "glass_ior", 1.491)
     roughness = texture(network, shader, "roughness_texture", color=False, transform=uv)
     influence = network.number(shader, "roughness_texture_influence", 1.0)
     opacity = threshold = None
@@ -62,10 +62,10 @@ def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
         constant = network.number(shader, name, default)
         return textured((constant,), texture(network, shader, f"{name}_image", color=False, transform=uv))
 
-    ior = network.number(shader, "specular_reflection_ior", 1.5)
+    ior = network.ior(shader, "specular_reflection_ior", 1.5)
     transmission = 0.0
     if network.flag(shader, "enable_specular_transmission", False):
-        transmission = min(max(network.number(shader, "specular_transmission_weight", 0.0), 0.0), 1.0)
+        transmission = network.limited(shader, "specular_transmission_weight", 0.0)
     has_opacity = network.flag(
         shader, "enable_opacity", network.source(shader, "geometry_opacity").attribute is not None
     )
@@ -83,7 +83,7 @@ def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
         normal=normal_map(network, shader, "geometry_normal_image", uv),
         normal_scale=network.number(shader, "geometry_normal_strength", 1.0),
         metal_f90=1.0,
-        coat_f0=reflectance(network.number(shader, "coat_ior", 1.5)),
+        coat_f0=reflectance(network.ior(shader, "coat_ior", 1.5)),
         clearcoat=scalar("coat_weight", 0.0),
         clearcoat_roughness=scalar("coat_roughness", 0.0),
     )
@@ -96,7 +96,7 @@ def _base(network: Network, shader: UsdShade.Shader, uv: UvTransform, transmissi
     use = texture(network, shader, "diffuse_reflection_color_image", color=True, transform=uv)
     subsurface = 0.0
     if network.flag(shader, "enable_diffuse_transmission", False):
-        subsurface = min(max(network.number(shader, "subsurface_weight", 0.0), 0.0), 1.0)
+        subsurface = network.limited(shader, "subsurface_weight", 0.0)
     scattered = network.floats(shader, "subsurface_scattering_color", WHITE)
     tint = network.floats(shader, "specular_transmission_color", WHITE)
     color = tuple(c + subsurface * (s - c) for c, s in zip(color, scattered))

@@ -40,7 +40,7 @@ def read_preview_surface(network: Network, surface: UsdShade.Shader) -> Material
     """Read a UsdPreviewSurface without occlusion, which rays find; warn of displacement and of a constant normal."""
     base = _input(network, surface, "diffuseColor", (0.18, 0.18, 0.18))
     specular_workflow = bool(network.number(surface, "useSpecularWorkflow", 0.0))
-    ior = network.number(surface, "ior", 1.5)
+    ior = network.ior(surface, "ior", 1.5)
     if specular_workflow:
         metallic, specular = Input((0.0,)), _input(network, surface, "specularColor", BLACK)
     else:
@@ -53,7 +53,7 @@ def read_preview_surface(network: Network, surface: UsdShade.Shader) -> Material
         metallic=metallic,
         roughness=_input(network, surface, "roughness", (0.5,)),
         specular=specular,
-        ior=max(ior, 0.0),
+        ior=ior,
         opacity=_input(network, surface, "opacity", (1.0,)),
         opacity_threshold=max(network.number(surface, "opacityThreshold", 0.0), 0.0),
         emission=_input(network, surface, "emissiveColor", BLACK),

@@ -1056,3 +1056,73 @@ def test_a_binding_to_two_materials_is_named():
     with pytest.warns(UserWarning, match="/Group: material:binding names 2 materials, so none counts"):
         assert bound_name(ball) is None
     assert stage
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "value", "said", "used"),
+    [
+        ("metallic", T.Float, 1e30, "/Looks/M: its metallic is 1e\\+30, of which 1 is used", 1.0),
+        ("roughness", T.Float, -5.0, "/Looks/M: its roughness is -5, of which 0 is used", 0.0),
+        ("opacity", T.Float, 2.0, "/Looks/M: its opacity is 2, of which 1 is used", 1.0),
+        ("opacityThreshold", T.Float, 3.0, "/Looks/M: its opacity threshold is 3, of which 1", 1.0),
+        ("clearcoat", T.Float, -1.0, "/Looks/M: its clearcoat is -1, of which 0", 0.0),
+        ("diffuseColor", T.Color3f, (-1, 0.5, 0), "/Looks/M: its base color is -1, of which 0", (0.0, 0.5, 0.0)),
+        ("emissiveColor", T.Color3f, (0, -2, 0), "/Looks/M: its emission is -2, of which 0", (0.0, 0.0, 0.0)),
+        ("ior", T.Float, 0.0, "/Looks/M/Surface: inputs:ior = 0 is no index of refraction", 0.0),
+    ],
+)
+def test_numbers_out_of_range_are_named_once_and_limited(name, kind, value, said, used, recwarn):
+    looks = Looks()
+    looks.set(name, kind, value)
+    columns = {"diffuseColor": "base_color", "emissiveColor": "emission", "opacityThreshold": "opacity_threshold"}
+    with pytest.warns(UserWarning, match=said):
+        row = looks.row()[0]
+    looks.set(name, kind, tuple(2 * x for x in value) if isinstance(value, tuple) else 2 * value)
+    looks.row()
+    assert not recwarn
+    np.testing.assert_array_equal(row[columns.get(name, name)], used)
+
+
+def test_inputs_of_many_materials_that_are_out_of_range_are_named_each():
+    """Where they are written all at once, as a randomizer's."""
+    stage = Usd.Stage.CreateInMemory()
+    shaders = []
+    for k in range(3):
+        material = UsdShade.Material.Define(stage, f"/M{k}")
+        shader = UsdShade.Shader.Define(stage, f"/M{k}/S")
+        shader.CreateIdAttr("UsdPreviewSurface")
+        material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
+        shader.CreateInput("roughness", T.Float).Set(0.5)
+        cube = UsdGeom.Cube.Define(stage, f"/C{k}").GetPrim()
+        UsdShade.MaterialBindingAPI.Apply(cube).Bind(material)
+        shaders.append(shader)
+    extractor = SceneExtractor(stage)
+    extractor.update()
+    for roughness in (0.25, -0.5):
+        with Sdf.ChangeBlock():
+            for shader in shaders[:2]:
+                shader.GetInput("roughness").Set(roughness)
+        if roughness > 0.0:
+            extractor.update()
+    with pytest.warns(UserWarning, match="its roughness is -0.5") as caught:
+        extractor.update()
+    assert sorted(str(each.message).split(",")[0] for each in caught) == [
+        "/M0: its roughness is -0.5",
+        "/M1: its roughness is -0.5",
+    ]
+    assert sorted(extractor.scene.materials["roughness"].tolist())[:2] == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("metallic_constant", 2.0, "its metallic is 2, of which 1"),
+        ("specular_level", -1.0, "inputs:specular_level is -1, of which 0 is used. Author 0 or more"),
+        ("diffuse_color_constant", (-1.0, 0.5, 0.5), "inputs:diffuse_color_constant has a negative color"),
+    ],
+)
+def test_numbers_of_omni_pbr_out_of_range_are_named(name, value, said):
+    looks = Mdl("OmniPBR")
+    looks.set(name, T.Color3f if isinstance(value, tuple) else T.Float, value)
+    with pytest.warns(UserWarning, match=said):
+        looks.row()

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
+from usdsdg.stage.schemas import physx
+from usdsdg.stage.semantics.label_copies import label_all
+from usdsdg.stage.semantics.labels import add_labels, remove_labels
 from usdsdg_render.sync.extract import SceneExtractor
+from usdsdg_render.usd.stage_tree import StageTree
 
 BALLS = ("/World/a", "/World/b")
 FROM_STRONGER = Gf.Vec3d(9, 8, 7)
@@ -27,6 +31,7 @@ def stage(weak):
         ball = UsdGeom.Sphere.Define(stage, path)
         ball.AddTranslateOp().Set((1, 2, 3))
         ball.AddScaleOp().Set((2, 2, 2))
+    stage.GetPrimAtPath("/World").SetTypeName("Xform")
     return stage
 
 
@@ -118,6 +123,107 @@ def test_poses_of_a_layer_that_applies_schemas_too_go_with_it(edit, stage):
     LAYER_EDITS[edit](stage, layer)
     assert_fresh(extractor, stage)
     assert extractor.scene.instances.local_to_world[0, 3, :3].tolist() == [1, 2, 3]
+
+
+def apply_in(layer: Sdf.Layer, path: str, schema: str = "PhysicsCollisionAPI") -> None:
+    Sdf.CreatePrimInLayer(layer, path).SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=[schema]))
+
+
+def set_op_and_apply(layer: Sdf.Layer) -> None:
+    layer.GetAttributeAtPath(f"{BALLS[0]}.xformOp:translate").default = FROM_STRONGER
+    apply_in(layer, BALLS[0])
+
+
+def apply_and_set_below(layer: Sdf.Layer) -> None:
+    apply_in(layer, "/World", "SemanticsLabelsAPI:class")
+    layer.GetAttributeAtPath(f"{BALLS[1]}.xformOp:translate").default = FROM_STRONGER
+
+
+def apply_and_resize(layer: Sdf.Layer) -> None:
+    apply_in(layer, BALLS[0])
+    Sdf.JustCreatePrimAttributeInLayer(layer, f"{BALLS[0]}.radius", Sdf.ValueTypeNames.Double)
+    layer.GetAttributeAtPath(f"{BALLS[0]}.radius").default = 0.25
+
+
+def apply_and_hide(layer: Sdf.Layer) -> None:
+    apply_in(layer, "/World")
+    Sdf.JustCreatePrimAttributeInLayer(layer, f"{BALLS[0]}.visibility", Sdf.ValueTypeNames.Token)
+    layer.GetAttributeAtPath(f"{BALLS[0]}.visibility").default = "invisible"
+
+
+def apply_and_reorder(layer: Sdf.Layer) -> None:
+    apply_in(layer, "/World")
+    layer.GetPrimAtPath(BALLS[0]).nameChildrenOrder = ["y", "x"]
+
+
+BLOCKS = {
+    "a pose": set_op_and_apply,
+    "a pose below": apply_and_set_below,
+    "a size": apply_and_resize,
+    "a hidden prim below": apply_and_hide,
+    "the order of prims below": apply_and_reorder,
+}
+
+
+def drawn(extractor: SceneExtractor) -> list[tuple]:
+    scene = extractor.scene
+    sizes = [float(np.ptp(scene.prototypes[each].points)) for each in scene.instances.prototype]
+    return list(zip(scene.instances.paths, scene.instances.local_to_world.tolist(), sizes))
+
+
+@pytest.mark.parametrize("edit", BLOCKS)
+def test_what_is_set_in_one_block_with_a_schema_that_does_not_matter(edit, stage, weak):
+    """USD's notice names the schema only."""
+    for name in ("x", "y"):
+        UsdGeom.Sphere.Define(stage, f"{BALLS[0]}/{name}")
+    extractor = SceneExtractor(stage)
+    for k in range(3):
+        move(stage, k)
+        assert_fresh(extractor, stage)
+    before = drawn(extractor)
+    with Sdf.ChangeBlock():
+        BLOCKS[edit](weak)
+    assert_fresh(extractor, stage)
+    fresh = SceneExtractor(stage)
+    fresh.update()
+    assert drawn(extractor) == drawn(fresh) != before
+
+
+def test_a_layer_that_is_cleared_moves_the_root_prim_back_that_has_its_schema(stage):
+    """The only prim of which the layer has anything."""
+    layer = Sdf.Layer.CreateAnonymous()
+    stage.GetRootLayer().subLayerPaths.insert(0, layer.identifier)
+    stage.SetEditTarget(layer)
+    world = UsdGeom.Xformable(stage.GetPrimAtPath("/World"))
+    world.AddTranslateOp().Set(FROM_STRONGER)
+    world.GetPrim().AddAppliedSchema("PhysicsRigidBodyAPI")
+    extractor = SceneExtractor(stage)
+    assert_fresh(extractor, stage)
+    assert extractor.scene.instances.local_to_world[0, 3, :3].tolist() == [10, 10, 10]
+    layer.Clear()
+    assert_fresh(extractor, stage)
+    assert extractor.scene.instances.local_to_world[0, 3, :3].tolist() == [1, 2, 3]
+
+
+def test_labels_alone_read_nothing_again(stage, monkeypatch):
+    """Also those of many prims at once; but what a script sets in one block with them is read."""
+    extractor = SceneExtractor(stage)
+    extractor.update()
+    prims = [stage.GetPrimAtPath(path) for path in BALLS]
+    with monkeypatch.context() as patched:
+        patched.setattr(StageTree, "resync", lambda tree, roots: pytest.fail(f"{roots} were read again"))
+        add_labels(prims[0], {"class": ["ball"]})
+        extractor.update()
+        label_all([*prims, stage.GetPrimAtPath("/World")], {"color": ["red"]})
+        extractor.update()
+        remove_labels(prims[0])
+        physx.PhysxRigidBodyAPI.Apply(prims[1])
+        extractor.update()
+    with Sdf.ChangeBlock():
+        add_labels(prims[0], {"shape": ["round"]})
+        translate(stage).Set(FROM_STRONGER)
+    assert_fresh(extractor, stage)
+    assert extractor.scene.instances.local_to_world[0, 3, :3].tolist() == list(FROM_STRONGER)
 
 
 def test_a_stronger_spec_may_get_its_value_later(stage, weak):

@@ -1,11 +1,13 @@
 """Skinned meshes against UsdSkel's own baking."""
 
+import warnings
+
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
 
 from tests.stage.geometry.characters import LENGTH, RINGS, SIDES, add_blend_shape, add_character
-from usdsdg.errors import UsdsdgWarning
+from usdsdg.errors import UsdsdgWarning, forget_warnings
 from usdsdg.stage.geometry.skinning import Skinning
 
 CODES = (0.0, 6.0, 12.0, 19.5, 24.0)
@@ -182,6 +184,46 @@ def test_invalid_influences_are_named():
     UsdSkel.BindingAPI(mesh.GetPrim()).CreateJointWeightsPrimvar(False, 2).Set([1.0, 0.0])
     with pytest.warns(UserWarning, match="/Character/Body.*joints cannot be read"):
         assert Skinning().skin(mesh.GetPrim(), Usd.TimeCode(0)) is None
+
+
+@pytest.mark.parametrize(
+    ("indices", "weights", "said"),
+    [
+        ((0, 7), (0.5, 0.5), "jointIndices has 7, and there are 2 joints"),
+        ((-1, 1), (0.5, 0.5), "jointIndices has -1"),
+        ((0, 1), (-2.0, 3.0), "jointWeights has -2"),
+        ((0, 1), (float("nan"), 1.0), "jointWeights has nan"),
+        ((0, 1), (0.0, 0.0), "only 0 for 1 of 72 points, the first of them point 3"),
+    ],
+)
+def test_influences_that_no_point_can_have_are_named_once(indices, weights, said):
+    """Of a mesh that orders the joints its own way, and of one that does not."""
+    for joints in (None, ("hip/knee", "hip")):
+        stage = Usd.Stage.CreateInMemory()
+        mesh = add_character(stage, joints=joints)
+        binding = UsdSkel.BindingAPI(mesh.GetPrim())
+        for primvar, values in (
+            (binding.GetJointIndicesPrimvar(), indices),
+            (binding.GetJointWeightsPrimvar(), weights),
+        ):
+            found = list(primvar.Get())
+            found[6:8] = values
+            primvar.Set(found)
+        forget_warnings()
+        skinning = Skinning()
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            for code in (0, 12):
+                skinning.skin(mesh.GetPrim(), Usd.TimeCode(code))
+        told = [str(each.message) for each in caught if "joint" in str(each.message)]
+        assert len([each for each in told if said in each and each.startswith("/Character/Body: ")]) == 1, told
+
+
+def test_influences_as_they_should_be_are_not_warned_of(recwarn):
+    stage = Usd.Stage.CreateInMemory()
+    mesh = add_character(stage, joints=("hip/knee", "hip"))
+    Skinning().skin(mesh.GetPrim(), Usd.TimeCode(12))
+    assert not [each for each in recwarn if "joint" in str(each.message)]
 
 
 def test_a_missing_skel_root_is_named():

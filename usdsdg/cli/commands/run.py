@@ -41,7 +41,7 @@ from usdsdg.cli.options.thread_limit import threads_option
 from usdsdg.cli.options.values import PATH, PLACE, Member
 from usdsdg.cli.script.conditions import Conditions, MissingOption, NewStageOption, ReplicatorOption
 from usdsdg.cli.script.interpreter import interpreter_restored
-from usdsdg.cli.script.workers import ScriptWorkers
+from usdsdg.cli.script.workers import ScriptWorkers, caught_code, check_part
 from usdsdg.errors import BadValue
 
 # Options that may be given before and after the script.
@@ -196,9 +196,11 @@ def run(
         current().frames_together = worlds if workers is None else 1  # which only counts frames
         # All frames are not made here, so a script that removes its folder first would lose the others.
         kept = datasets_kept() if resume or portion or shard else nullcontext()
-        with reported_outcome(), kept:
+        with reported_outcome(caught_code=1 if part is None else caught_code()), kept:
             execute_script(script, own_arguments, last, allow_outside=allow_outside)
             finish_files()
+            if part is not None:
+                check_part()
         if maker is not None:
             maker.make()
         show_written(inspect=inspect)

@@ -109,8 +109,9 @@ def command_context(
             snapshot = _set_up(assets_root, device, physics_device, save_stage)
             with device_memory():
                 yield
-            finish_files()
-            _close_run(complete=True)
+            with _last_frames():
+                finish_files()
+                _close_run(complete=True)
             if snapshot is not None:
                 snapshot.write()
         except UsdsdgError as error:
@@ -127,6 +128,17 @@ def command_context(
             _exit_with_error(known)
         finally:
             progress.use(progress.SilentReporter())
+
+
+@contextmanager
+def _last_frames() -> Iterator[None]:
+    """Let threads that a script has left behind end the frame that they capture, and give them no more of them."""
+    from usdsdg.session.session import current
+    from usdsdg.session.turns import LAST_FRAME_SECONDS, turns
+
+    current().run.is_at_exit = True
+    with turns.within(LAST_FRAME_SECONDS):
+        yield
 
 
 def as_usdsdg_error(error: Exception) -> UsdsdgError | None:

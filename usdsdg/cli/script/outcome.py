@@ -10,12 +10,12 @@ from usdsdg.cli.options.command_context import ReachedEnd
 
 
 @contextmanager
-def reported_outcome() -> Iterator[None]:
+def reported_outcome(*, caught_code: int = 1) -> Iterator[None]:
     """Run the body, then say what its author should know.
 
     Raises:
         MissingAssets: assets were missing, and the body did not end with this error.
-        ReachedEnd: with code 1, since the script caught an error of a writer, of physics or of an asset.
+        ReachedEnd: with `caught_code`, since the script caught an error of a writer, of physics or of an asset.
     """
     from usdsdg.cli.script.remarks import remarks
     from usdsdg.errors import take_swallowed
@@ -40,7 +40,7 @@ def reported_outcome() -> Iterator[None]:
             f"{' '.join(swallowed[0].split())} (--lenient ends with code 0)",
             file=sys.stderr,
         )
-        raise ReachedEnd(1)
+        raise ReachedEnd(caught_code)
 
 
 def _print_missing() -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from usdsdg.cli.script.conditions import Conditions
-from usdsdg.errors import BadValue, counted
+from usdsdg.errors import BadValue, WorkerFailed, counted
 
 PART = "--part"  # an option of `usdsdg run` that is not listed
 
@@ -50,7 +51,9 @@ class ScriptWorkers:
         Raises:
             BadValue: the script has written to no folder and to no store, or has captured nothing.
             WorkerFailed: a process has failed.
+            ReachedEnd: with code 1, since the script caught an error in one of them.
         """
+        from usdsdg.cli.options.command_context import ReachedEnd
         from usdsdg.session import session
         from usdsdg.session.progress import say
         from usdsdg.workers.dataset import make_claimed, on_this_machine
@@ -67,7 +70,37 @@ class ScriptWorkers:
         say(f"{counted(frames, 'frame is', 'frames are')} made by {processes}")
         os.chdir(self._folder)  # which the script may have left
         session.restart()  # its writers are done
-        make_claimed(folders, frames, self._count, on_this_machine(self._command, self._count, option=PART))
+        caught: list[str] = []
+        make = on_this_machine(self._command, self._count, option=PART, caught=caught)
+        make_claimed(folders, frames, self._count, make)
+        if caught:
+            errors = [line for said in caught for line in said.splitlines() if line.startswith("error: ")]
+            print("\n".join(dict.fromkeys(errors)), file=sys.stderr)
+            raise ReachedEnd(1)
+
+
+def caught_code() -> int:
+    """Return the exit code of a process that has made its frames, and whose script has caught an error."""
+    from usdsdg.workers.local import CAUGHT
+
+    return CAUGHT
+
+
+def check_part() -> None:
+    """Check that the script has come to the frames that this process was to make, before its journal is closed.
+
+    Raises:
+        WorkerFailed: it has ended before, unlike in the process that counted them.
+    """
+    from usdsdg.session.session import current
+
+    run = current().run
+    if not run.is_over:
+        raise WorkerFailed(
+            f"the script ended after {counted(run.captures, 'frame')} here, and captured more of them where they were "
+            "counted, so frames of this part are missing. It may end by what frames show, by the time, or by an error "
+            "that it catches: run it without --workers"
+        )
 
 
 def _options_of(conditions: Conditions) -> dict[str, object]:

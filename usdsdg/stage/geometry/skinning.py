@@ -11,6 +11,7 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.geometry.joint_influences import warn_of_influences
 from usdsdg.stage.usd_errors import reason
 
 # Properties and prim types that define how meshes are skinned, or the poses of joints.
@@ -37,11 +38,13 @@ class Skinning:
 
     def __init__(self) -> None:
         self._bindings: dict[Sdf.Path, dict[Sdf.Path, _Binding]] = {}  # SkelRoot -> mesh
+        self._looked_at: set[Sdf.Path] = set()  # meshes of which faults of joint influences were named
         self._cache = UsdSkel.Cache()
 
     def invalidate(self) -> None:
         """Drop all bindings, so that they are read again: schemas, relationships or animations changed."""
         self._bindings.clear()
+        self._looked_at.clear()
         self._cache = UsdSkel.Cache()
 
     def is_affected_by(self, stage: Usd.Stage, changes: Changes) -> bool:
@@ -93,6 +96,9 @@ class Skinning:
         if not binding.mesh.HasJointInfluences():
             return SkinnedMesh(np.array(points), skinned)
         joints = binding.skeleton.ComputeSkinningTransforms(time)
+        if prim.GetPath() not in self._looked_at:
+            self._looked_at.add(prim.GetPath())
+            warn_of_influences(prim, binding.mesh, len(binding.mesh.GetJointOrder() or joints or ()), time)
         if not joints or not binding.mesh.ComputeSkinnedPoints(joints, points, time):
             warn_once(
                 f"{prim.GetPath()}: its joints cannot be read, so it is drawn as authored. Correct its skel:joints, "

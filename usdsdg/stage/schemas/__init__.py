@@ -1,4 +1,5 @@
-"""Codeless schemas that usd-core does not include: PhysxSchema, and the labels of older Replicator versions.
+"""Codeless schemas that usd-core does not include: PhysxSchema, the labels of older Replicator
+versions, sensors, and behaviors.
 
 Each folder under `resources` holds a plugInfo.json and a generatedSchema.usda. The Python classes are generated from
 these, so that a schema, its defaults and its methods are defined once.

@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 
 from pxr import Sdf, Tf, Usd
 
+from usdsdg.stage.change_tracker import schemas_only
+
 # Placeholder of the instance name in the property names of a multiple-apply schema.
 _INSTANCE = "__INSTANCE_NAME__"
 
@@ -149,7 +151,8 @@ def _creator(prop: Property) -> Callable[..., Any]:
 
 def _statics_single() -> dict[str, Any]:
     def apply(cls: type, prim: Usd.Prim) -> Schema:
-        prim.ApplyAPI(cls)
+        with schemas_only():
+            prim.ApplyAPI(cls)
         return cls(prim)
 
     def get(cls: type, stage: Usd.Stage, path: Sdf.Path | str) -> Schema:
@@ -165,7 +168,8 @@ def _statics_multiple(identifier: str, table: dict[str, Property]) -> dict[str, 
     prefix = next(iter(table.values())).name.split(_INSTANCE)[0]
 
     def apply(cls: type, prim: Usd.Prim, name: str) -> Schema:
-        prim.ApplyAPI(cls, name)
+        with schemas_only():
+            prim.ApplyAPI(cls, name)
         return cls(prim, name)
 
     def get(cls: type, where: Usd.Stage | Usd.Prim, name: Sdf.Path | str) -> Schema:

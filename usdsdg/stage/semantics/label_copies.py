@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from pxr import Sdf, Usd
 
+from usdsdg.stage.change_tracker import schemas_only
 from usdsdg.stage.semantics.labels import add_labels
 
 _PREFIXES = ("semantics:", "semantic:")
@@ -46,7 +47,7 @@ def _copy(layer: Sdf.Layer, source: Usd.Prim, prims: Sequence[Usd.Prim]) -> None
     keys = ("apiSchemas", "customData")
     spec = layer.GetPrimAtPath(labeled)
     metadata = {key: spec.GetInfo(key) for key in keys if spec.HasInfo(key)}
-    with Sdf.ChangeBlock():
+    with schemas_only(), Sdf.ChangeBlock():
         for prim in prims:
             at = prim.GetPath()
             copy = layer.GetPrimAtPath(at) or Sdf.CreatePrimInLayer(layer, at)

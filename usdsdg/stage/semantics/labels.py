@@ -14,6 +14,7 @@ from pxr import Sdf, Tf, Usd, UsdSemantics, Vt
 
 from usdsdg import errors
 from usdsdg.stage.attributes import remove_value
+from usdsdg.stage.change_tracker import schemas_only
 from usdsdg.stage.schemas import semantics_schema
 
 Labels = dict[str, list[str]]
@@ -285,7 +286,8 @@ def _check_editable(prim: Usd.Prim) -> None:
 def _write(prim: Usd.Prim, semantic_type: str, labels: list[str]) -> None:
     # A type that is not an identifier cannot name an instance of the new schema; the old schema holds any string.
     if labels and Sdf.Path.IsValidNamespacedIdentifier(semantic_type):
-        UsdSemantics.LabelsAPI.Apply(prim, semantic_type).CreateLabelsAttr().Set(labels)
+        with schemas_only():
+            UsdSemantics.LabelsAPI.Apply(prim, semantic_type).CreateLabelsAttr().Set(labels)
         _note(prim, {semantic_type: labels})
     held = {_old_pair(prim, instance)[1]: instance for instance in _old_instances(prim, semantic_type)}
     for label in held.keys() - set(labels):
@@ -329,7 +331,8 @@ def _drop(prim: Usd.Prim, types: set[str] | None) -> None:
     for schema in prim.GetAppliedSchemas():
         kind, _, instance = schema.partition(":")
         if kind == _NEW and (types is None or instance in types):
-            prim.RemoveAPI(UsdSemantics.LabelsAPI, instance)
+            with schemas_only():
+                prim.RemoveAPI(UsdSemantics.LabelsAPI, instance)
             remove_value(prim, f"semantics:labels:{instance}")
         elif kind == _OLD and (types is None or _old_pair(prim, instance)[0] in types):
             _drop_old(prim, instance)
@@ -339,7 +342,8 @@ def _drop(prim: Usd.Prim, types: set[str] | None) -> None:
 
 
 def _drop_old(prim: Usd.Prim, instance: str) -> None:
-    prim.RemoveAPI(semantics_schema.SemanticsAPI, instance)
+    with schemas_only():
+        prim.RemoveAPI(semantics_schema.SemanticsAPI, instance)
     remove_value(prim, f"semantic:{instance}:params:semanticType")
     remove_value(prim, f"semantic:{instance}:params:semanticData")
 

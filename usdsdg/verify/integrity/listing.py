@@ -41,6 +41,7 @@ class Listing:
 
     files: dict[str, ListedFile] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
+    failed: list[Fault] = field(default_factory=list)  # those of `faults` that are frames at which a writer failed
     frames: set[int] = field(default_factory=set)  # their numbers, also of those without files
     is_complete: bool = False
     is_damaged: bool = False  # so that files may be unlisted through no fault of theirs
@@ -120,7 +121,8 @@ def _read_lines(file: IO[bytes], name: str, listing: Listing, recipe_hash: str |
                 _add(listing, line[lines.FILES], str(line[lines.FRAME]))
                 if why := line.get(lines.FAILED):
                     said = f"a writer did not get to its end, so files may be missing: {why}"
-                    listing.faults.append(Fault(name, str(line[lines.FRAME]), said))
+                    listing.failed.append(Fault(name, str(line[lines.FRAME]), said))
+                    listing.faults.append(listing.failed[-1])
             _add(listing, line.get(lines.SHARED, {}), "all")
     listing.is_damaged |= bool(damaged)
     listing.is_cut_off = damaged == [place]  # which a run that goes on drops
@@ -163,6 +165,7 @@ def _read_parts(folder: Path, parts: list[Path], listing: Listing) -> None:
         listing.files |= of_part.files
         listing.frames |= of_part.frames
         listing.faults += of_part.faults
+        listing.failed += of_part.failed
         listing.is_damaged |= of_part.is_damaged
     names = [part.name for part in parts]
     unjoined = counted(len(parts), "part is", "parts are")

@@ -15,7 +15,7 @@ from usdsdg.operating_system import around_fork
 from usdsdg.session.endings.failures import tell
 from usdsdg.session.progress import print_safely
 from usdsdg.session.session import current
-from usdsdg.session.turns import turns
+from usdsdg.session.turns import LAST_FRAME_SECONDS, turns
 from usdsdg.writers.backends.job import Job
 
 if TYPE_CHECKING:
@@ -318,7 +318,15 @@ class IoQueue:
             atexit.register(self._finish)
 
     def _finish(self) -> None:
-        """Run the remaining jobs at exit; a failure that no call has raised makes the exit code 1."""
+        """Run the remaining jobs at exit; a failure that no call has raised makes the exit code 1.
+
+        Daemon threads that capture finish their frame before, and get no more of them.
+        """
+        current().run.is_at_exit = True
+        with turns.within(LAST_FRAME_SECONDS):
+            self._finish_jobs()
+
+    def _finish_jobs(self) -> None:
         self._threads = len(self._workers)  # none can be started any more
         last = [method for each in self._at_exit if (method := each()) is not None]
         for step in (*last, self.wait_until_done):

@@ -29,6 +29,7 @@ from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.lines import (
     COMPLETE,
     FACTS,
+    FAILED,
     FIRST,
     FRAME,
     FRAMES,
@@ -52,6 +53,7 @@ class Contents:
     """What a journal tells, apart from the files of its frames."""
 
     frames: set[int] = field(default_factory=set)
+    failed: list[int] = field(default_factory=list)  # those at which a writer failed
     states: dict[str, Any] = field(default_factory=dict)  # of the writers after the last frame, by their names
     shared: dict[str, FileFacts] = field(default_factory=dict)
     facts: Facts = field(default_factory=dict)
@@ -199,6 +201,7 @@ def read(path: Path) -> Contents:
                 raise _damaged(path, f"the line of frame {line[FRAME]} comes after that of frame {last}")
             last, count = line[FRAME], count + 1
             found.frames.add(last)
+            found.failed += [last] * bool(line.get(FAILED))
             found.states.update(line.get(STATE, {}))
         elif line.get(FRAMES, count) != count:
             raise _damaged(path, f"it has the lines of {count} frames, and {line[FRAMES]} were written")

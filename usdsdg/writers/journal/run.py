@@ -13,7 +13,7 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg.errors import DatasetInTheWay, UsdsdgError, counted
+from usdsdg.errors import DatasetInTheWay, UsdsdgError, counted, warn_once
 from usdsdg.session import devices
 from usdsdg.session.progress import say_once
 from usdsdg.session.session import current
@@ -32,6 +32,7 @@ from usdsdg.writers.journal.recipe import SCRIPT, Recipe, Source
 
 # Arguments of writers that say where files go.
 _PLACES = ("output_dir", "backend", "s3_bucket", "s3_region", "s3_endpoint")
+ANEW = "what it did not write is not made again: once it is corrected, make the dataset anew with --overwrite"
 # Frames are appended to journals when so many are whole, or after so many seconds.
 MANY, SECONDS = 500, 2.0
 
@@ -47,6 +48,7 @@ class Run:
         self.growth: Growth | None = None  # lets a run with fewer frames be gone on with
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
         self.ends_early = False  # because of an error, Ctrl-C or a signal
+        self.is_at_exit = False  # the program ends: other threads get no more frames
         self.counts_only = False  # frames are counted here, and made by other processes
         self.shares_out = False  # other processes make the frames
         self.captures = 0  # at which a writer was due
@@ -172,6 +174,9 @@ class Run:
                 if self.mode is Mode.RESUME and (there := len(claimed.journal.contents.frames)):
                     have = counted(there, "frame, which is", "frames, which are")
                     say_once(f"{place.name} has {have} not made again")
+                if self.mode is Mode.RESUME and (failed := claimed.journal.contents.failed):
+                    more = f" and {len(failed) - 1} more" if len(failed) > 1 else ""
+                    warn_once(f"{place.name}: a writer failed at frame {failed[0]}{more}; {ANEW}")
                 if self._source is not None and (kept := self._source.keep(place.path)):
                     claimed.note_shared(kept, facts_of(place.path / kept))
             return self._folders.get(folder)

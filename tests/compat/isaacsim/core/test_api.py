@@ -83,6 +83,26 @@ def test_updates_of_no_length_leave_the_timeline_where_it_is(world):
     assert world.current_time_step_index == steps + 4
 
 
+def test_updates_of_no_length_follow_one_physics_step_each(world):
+    ball = objects.DynamicSphere("/World/ball", position=(0, 0, 5))
+    world.reset()
+    world.set_simulation_dt(physics_dt=1 / 50, rendering_dt=0)
+    assert (world.get_rendering_dt(), world.get_physics_dt()) == (0.0, pytest.approx(1 / 50))
+    steps, time, height = world.current_time_step_index, world.current_time, ball.get_world_pose()[0][2]
+    for _ in range(3):
+        world.step()
+    assert world.current_time_step_index == steps + 3
+    assert world.current_time == pytest.approx(time + 3 / 50)
+    assert ball.get_world_pose()[0][2] < height
+    world.pause()
+    world.step()
+    assert world.current_time_step_index == steps + 3
+    world.set_simulation_dt(physics_dt=1 / 60, rendering_dt=1 / 60)
+    assert world.get_rendering_dt() == pytest.approx(1 / 60)
+    with pytest.raises(ValueError, match="negative"):
+        world.set_simulation_dt(rendering_dt=-1)
+
+
 def test_a_physics_step_of_no_length_holds_physics_at_steps(world):
     ball = objects.DynamicSphere("/World/ball", position=(0, 0, 5))
     world.reset()

@@ -195,7 +195,8 @@ class SimulationContext:
     def step(self, render: bool = True, update_fabric: bool = False) -> None:
         """Run an app update with its physics; without `render` take one physics step if the timeline plays.
 
-        Where the length of physics steps was set to 0, there is none.
+        Where the length of physics steps was set to 0, there is none; where that of updates was, there is one step
+        before the update.
         """
         simulates = self.get_physics_dt() > 0.0
         if render and simulates and self._updates_take_time:

@@ -12,7 +12,7 @@ from usdsdg.compat.isaacsim.core.utils.transformations import tf_matrices_from_p
 from usdsdg.compat.wrappers.poses import wxyz
 from usdsdg.stage.poses.rotations import decompose
 
-__all__ = ["get_local_from_world", "get_pose", "get_world_from_local", "tf_matrices_from_poses"]
+__all__ = ["assign_pose", "get_local_from_world", "get_pose", "get_world_from_local", "tf_matrices_from_poses"]
 
 
 def tf_matrices_from_poses(translations: ArrayLike, orientations: ArrayLike, device: object = None) -> np.ndarray:
@@ -36,8 +36,29 @@ def get_world_from_local(
 
 
 def get_pose(positions: ArrayLike, orientations: ArrayLike, device: object = None) -> np.ndarray:
-    """Return poses (N, 7): positions, and quaternions as (x, y, z, w)."""
-    return np.concatenate([np.asarray(positions), wxyz2xyzw(orientations)], axis=-1)
+    """Return poses (N, 7): positions, and quaternions in the order in which they are given."""
+    return np.concatenate([np.asarray(positions), np.asarray(orientations)], axis=-1)
+
+
+def assign_pose(
+    current_positions: ArrayLike,
+    current_orientations: ArrayLike,
+    positions: ArrayLike | None,
+    orientations: ArrayLike | None,
+    indices: ArrayLike,
+    device: object = None,
+    pose: object = None,
+) -> np.ndarray:
+    """Return the poses (N, 7) of current ones, with others at some indices; quaternions as (x, y, z, w) in the result.
+
+    positions, orientations: of the indices; None: as they are. pose: not read.
+    """
+    poses, rows = get_pose(current_positions, wxyz2xyzw(current_orientations)), np.asarray(indices)
+    if positions is not None:
+        poses[rows, :3] = positions
+    if orientations is not None:
+        poses[rows, 3:] = wxyz2xyzw(orientations)
+    return poses
 
 
 def _transposed(matrices: ArrayLike) -> np.ndarray:
