@@ -15,7 +15,8 @@ from usdsdg.arguments.parameters import names_parameters
 FAMILIES = [
     "annotators", "backends", "create", "distribution", "functional.create", "functional.create_batch",
     "functional.get", "functional.modify", "functional.physics", "functional.randomizer", "functional.utils", "get",
-    "modify", "orchestrator", "physics", "randomizer", "rng", "settings", "tools", "trigger", "utils", "writers",
+    "modify", "orchestrator", "physics", "randomizer", "rng", "settings", "tools", "trigger", "utils",
+    "utils.viewport_manager", "writers",
 ]  # fmt: skip
 
 
@@ -60,6 +61,7 @@ def test_all_families_are_in_the_list():
         "errors",
         "example",
         "functional",
+        "vp_manager",  # utils.viewport_manager
         "writers_default",
     }
     assert modules - without_functions == {name.partition(".")[0] for name in FAMILIES} - {"functional"}

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import IO
 
 from tests.forked.client import ask, told
+from tests.signaled import heed_signals
 
 ROOT = Path(__file__).resolve().parents[2]
 CLIENT = Path(__file__).with_name("client.py")
@@ -74,7 +75,15 @@ def run(
         subprocess.TimeoutExpired: it took longer than `timeout` [s], and was killed.
     """
     python = [sys.executable] if fresh else command()
-    return subprocess.run([*python, *arguments], cwd=cwd, env=env, capture_output=True, text=True, timeout=timeout)
+    return subprocess.run(
+        [*python, *arguments],
+        cwd=cwd,
+        env=env,
+        capture_output=True,
+        text=True,
+        timeout=timeout,
+        preexec_fn=heed_signals,
+    )
 
 
 class Fork:

@@ -39,9 +39,9 @@ def test_small_round_bodies_lie_down(floor):
         assert abs(position(thing)[2] - height) < 0.005 * half + 1e-6, thing.GetPath()
 
 
-@pytest.mark.parametrize("floor", ["plane", "box", "mesh"])
-def test_a_cylinder_rolls_down_a_slope(floor):
-    """With two thirds of what it would slide with."""
+@pytest.mark.parametrize(("floor", "tolerance"), [("plane", 0.01), ("box", 0.01), ("mesh", 0.04)])
+def test_a_cylinder_rolls_down_a_slope(floor, tolerance):
+    """With two thirds of what it would slide with; the edges of a mesh take 2 % of it on a CPU, and 3.3 % on CUDA."""
     stage, tilt, radius = new_stage(), np.radians(2.0), 0.005
     scene = UsdPhysics.Scene.Get(stage, "/PhysicsScene")
     scene.CreateGravityDirectionAttr(Gf.Vec3f(float(np.sin(tilt)), 0, float(-np.cos(tilt))))
@@ -57,7 +57,7 @@ def test_a_cylinder_rolls_down_a_slope(floor):
     start = position(roller)
     engine.advance(30 * STEP)
     speed = (position(roller)[0] - start[0]) / 0.5
-    assert speed == pytest.approx(2 / 3 * G * np.sin(tilt) * 1.25, rel=0.03)
+    assert speed == pytest.approx(2 / 3 * G * np.sin(tilt) * 1.25, rel=tolerance)
 
 
 @pytest.mark.parametrize("floor", ["box", "mesh"])

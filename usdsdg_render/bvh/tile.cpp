@@ -36,7 +36,8 @@ auto largest = [](float8 a) -> float { return __builtin_reduce_max(a); };
 auto smallest = [](float8 a) -> float { return __builtin_reduce_min(a); };
 
 // Rows of the tile in memory: inputs are directions and ranges, outputs are packed hits.
-const float8 *const world_x = (const float8*)((const char*)memory.data + (size_t)tile * memory.strides[0]), *const world_y = world_x + ROWS, *const world_z = world_y + ROWS;
+const char* const start_of_tile = (const char*)memory.data + (size_t)tile * memory.strides[0];
+const float8 *const world_x = (const float8*)start_of_tile, *const world_y = world_x + ROWS, *const world_z = world_y + ROWS;
 const float8 *const tmin = world_z + ROWS, *const tmax = tmin + ROWS;
 float8 *const best_t = (float8*)(tmax + ROWS), *const best_u = best_t + ROWS, *const best_v = best_u + ROWS;
 int8 *const best_instance = (int8*)(best_v + ROWS), *const best_triangle = best_instance + ROWS;
@@ -340,15 +341,15 @@ if (!is_volume) {
 for (;;) {
     while (node >= 0) {
         const float* box = nodes + (size_t)node * 64;
-        const float8 first = 0.0f;
-        int8 met = first == first;
+        const float8 zero = 0.0f;
+        int8 met = -1;
         for (int k = 0; k < 4; ++k) {
             // The corner of each box that is farthest inside.
             const float* n = f->normals[k];
             const int x = n[0] < 0 ? 0 : 24, y = n[1] < 0 ? 8 : 32, z = n[2] < 0 ? 16 : 40;
             const float8 side = (*(const float8*)(box + x) - f->origin[0]) * n[0]
                 + (*(const float8*)(box + y) - f->origin[1]) * n[1] + (*(const float8*)(box + z) - f->origin[2]) * n[2];
-            met &= side >= first;
+            met &= side >= zero;
         }
         const float* n = f->depth;
         const int x = n[0] < 0 ? 24 : 0, y = n[1] < 0 ? 32 : 8, z = n[2] < 0 ? 40 : 16;
