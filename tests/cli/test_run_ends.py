@@ -58,14 +58,14 @@ many()
 def started(tmp_path, source, *arguments, options=(), out="out"):
     script = tmp_path / "script.py"
     script.write_text(source)
-    return run(["-m", "usdsdg", "run", "-q", *options, str(script), str(tmp_path / out), *arguments], fresh=True)
+    return run(["-m", "usdsdg", "run", "-q", *options, str(script), str(tmp_path / out), *arguments])
 
 
 def ended_alone(tmp_path, source, *arguments):
     """As `started`, by Python without a command."""
     script = tmp_path / "script.py"
     script.write_text("import usdsdg.compat\nusdsdg.compat.install()\n" + source)
-    return run([str(script), str(tmp_path / "out"), *arguments], fresh=True)
+    return run([str(script), str(tmp_path / "out"), *arguments])
 
 
 def verified(folder):
@@ -106,7 +106,7 @@ def test_what_a_writer_that_failed_did_not_write_is_named_by_repair_and_resume(t
     before = content(own)
     for name in ("1.txt", "2.txt"):
         (own / name).unlink()
-    done = run(["-m", "usdsdg", "repair", "-q", str(own)], fresh=True)
+    done = run(["-m", "usdsdg", "repair", "-q", str(own)])
     failed, last = done.stdout.splitlines()
     assert done.returncode == 1
     assert "frame 1: a writer did not get to its end, so files may be missing: Failing: ValueError" in failed
