@@ -1,6 +1,5 @@
 """Render products as `rep.vp_manager` and `rep.utils.viewport_manager` know them: their class, and their end."""
 
-from usdsdg.arguments.parameters import name_parameters
 from usdsdg.session.render_products import HydraTexture, products
 
 __all__ = ["HydraTexture", "destroy_hydra_textures"]
@@ -18,6 +17,3 @@ def destroy_hydra_textures(context: str | None = None) -> None:
     for product in products():
         if not product.name.startswith(_VIEWPORT):
             product.destroy()
-
-
-name_parameters(globals())
