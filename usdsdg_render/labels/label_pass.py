@@ -102,7 +102,9 @@ def render_views(
         asked = sum(int(flag) for group, flag in _ASKED.items() if group in reads)
         inputs = (previous, meters_per_unit, asked, mode)
         if device == "cpu" and images.are_pinholes:
-            _launch_tiles(device_scene.tables, images, *inputs, addresses, threads)
+            tiles = count * -(-images.height // TILE), -(-images.width // TILE)
+            given = [device_scene.tables, images, *inputs, tile_memory(tiles[0])]
+            launch_rows(label_tiles, tiles, given, [addresses], device=device, threads=threads, band_rows=2)
         else:
             launch(label_pixels, 4, *inputs)
     if MATERIAL in reads:
@@ -112,18 +114,3 @@ def render_views(
     if have_lens:
         launch(label_lens_motion, 4, previous, mode, out=made[_MOTION])
     return made
-
-
-def _launch_tiles(tables: Any, images: Views, *inputs: Any) -> None:
-    """Write the AOVs of `label_pixels` on a CPU; inputs: those of `label_tiles`, its output, and the threads."""
-    *given, out, threads = inputs
-    shape = len(images.cameras) * -(-images.height // TILE), -(-images.width // TILE)
-    launch_rows(
-        label_tiles,
-        shape,
-        [tables, images, *given, tile_memory(shape[0])],
-        [out],
-        device="cpu",
-        threads=threads,
-        band_rows=2,
-    )

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.render.images import renderer_of
+from tests.render.images import DEVICE, renderer_of
 from tests.render.labels.test_label_tiles import some_scene, some_view
 from usdsdg_render.labels.coverage import Coverage
+
+pytestmark = pytest.mark.skipif(DEVICE != "cpu", reason="tiles are traced on CPUs")
 
 
 def by_pixels(self, words, shown, mode, *_):
@@ -21,8 +23,6 @@ def test_tiles_have_the_bits_of_rays(monkeypatch, unit, far):
         rng = np.random.default_rng(seed)
         center = far * rng.normal(size=3)
         renderer = renderer_of(some_scene(rng, unit, center))
-        if renderer.device != "cpu":
-            pytest.skip("tiles are traced on CPUs")
         groups = [[k] for k in range(len(renderer.gprims))]
         view = some_view(rng, unit, center)
         tiles = renderer.pixel_masks(view, groups)

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from tests.render import scenes
-from tests.render.images import renderer_of
+from tests.render.images import DEVICE, renderer_of
 from usdsdg_render.device.camera import views_record
 from usdsdg_render.labels import label_pass
 from usdsdg_render.labels.aov import AOVS
+
+pytestmark = pytest.mark.skipif(DEVICE != "cpu", reason="tiles are traced on CPUs")
 
 NAMES = [name for name, each in AOVS.items() if each.reads not in ("material", "hemisphere")]
 
@@ -77,8 +79,6 @@ def test_tiles_have_the_bits_of_rays(monkeypatch, unit, far):
         rng = np.random.default_rng(seed)
         center = far * rng.normal(size=3)
         renderer = renderer_of(some_scene(rng, unit, center))
-        if renderer.device != "cpu":
-            pytest.skip("tiles are traced on CPUs")
         for _ in range(2):
             view = some_view(rng, unit, center)
             tiles = renderer.labels(view, NAMES)

@@ -10,6 +10,7 @@ import warp as wp
 
 from usdsdg.stage.geometry import pixel_masks
 from usdsdg_render.bvh.query import wide_any_hit_in_instance
+from usdsdg_render.bvh.tile import TILE
 from usdsdg_render.kernels.cameras.camera import PIXEL_CENTER, pixel_ray
 from usdsdg_render.kernels.labels.label_module import LABELS
 from usdsdg_render.kernels.scene.visibility import meets_cutout
@@ -63,11 +64,11 @@ def columns_of(bounds: wp.array(dtype=wp.float32), row: int, width: int):
 
 @wp.func
 def rows_of_part(bounds: wp.array(dtype=wp.float32), height: int, part: int, parts: int):
-    """Return the rows [begin, end) of a part of screen bounds; all but the last have a multiple of eight rows."""
+    """Return the rows [begin, end) of a part of screen bounds; all but the last have whole tiles."""
     top = first_center(-bounds[5], height)
     rows = wp.max(first_center(bounds[1], height) - top, 0)
-    tiles = (rows + 7) / 8
-    return top + 8 * (tiles * part / parts), top + wp.min(8 * (tiles * (part + 1) / parts), rows)
+    tiles = (rows + TILE - 1) / TILE
+    return top + TILE * (tiles * part / parts), top + wp.min(TILE * (tiles * (part + 1) / parts), rows)
 
 
 @wp.kernel(enable_backward=False, module=LABELS)

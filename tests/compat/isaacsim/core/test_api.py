@@ -64,41 +64,31 @@ def test_rendering_takes_time_and_holds_physics(world):
     assert ball.get_world_pose()[0][2] < 5
 
 
-def test_updates_of_no_length_leave_the_timeline_where_it_is(world):
+def test_updates_of_no_length_leave_the_timeline_and_follow_one_physics_step_each(world):
     ball = objects.DynamicSphere("/World/ball", position=(0, 0, 5))
     world.reset()
-    world.set_simulation_dt(physics_dt=1 / 60, rendering_dt=0.0)
-    assert world.get_rendering_dt() == 0.0
+    world.set_simulation_dt(physics_dt=1 / 50, rendering_dt=0)
+    assert (world.get_rendering_dt(), world.get_physics_dt()) == (0.0, pytest.approx(1 / 50))
     time, steps = get_timeline().get_current_time(), world.current_time_step_index
+    simulated, height = world.current_time, ball.get_world_pose()[0][2]
     world.render()
     assert world.current_time_step_index == steps
     for render in (True, False, True):
         world.step(render=render)
     assert world.current_time_step_index == steps + 3
+    assert world.current_time == pytest.approx(simulated + 3 / 50)
     assert get_timeline().get_current_time() == time
-    assert ball.get_world_pose()[0][2] < 5
-    world.set_simulation_dt(rendering_dt=1 / 60)
-    world.step()
-    assert get_timeline().get_current_time() == pytest.approx(time + 1 / 60)
-    assert world.current_time_step_index == steps + 4
-
-
-def test_updates_of_no_length_follow_one_physics_step_each(world):
-    ball = objects.DynamicSphere("/World/ball", position=(0, 0, 5))
-    world.reset()
-    world.set_simulation_dt(physics_dt=1 / 50, rendering_dt=0)
-    assert (world.get_rendering_dt(), world.get_physics_dt()) == (0.0, pytest.approx(1 / 50))
-    steps, time, height = world.current_time_step_index, world.current_time, ball.get_world_pose()[0][2]
-    for _ in range(3):
-        world.step()
-    assert world.current_time_step_index == steps + 3
-    assert world.current_time == pytest.approx(time + 3 / 50)
     assert ball.get_world_pose()[0][2] < height
     world.pause()
     world.step()
     assert world.current_time_step_index == steps + 3
+    world.play()
     world.set_simulation_dt(physics_dt=1 / 60, rendering_dt=1 / 60)
     assert world.get_rendering_dt() == pytest.approx(1 / 60)
+    time = get_timeline().get_current_time()
+    world.step()
+    assert get_timeline().get_current_time() == pytest.approx(time + 1 / 60)
+    assert world.current_time_step_index == steps + 4
     with pytest.raises(ValueError, match="negative"):
         world.set_simulation_dt(rendering_dt=-1)
 
