@@ -6,6 +6,7 @@ import time
 
 import pytest
 
+from tests import forked
 from usdsdg import parallel
 from usdsdg.parallel import available_threads, for_bands, limit_threads
 
@@ -120,3 +121,27 @@ def test_a_forked_process_has_threads_of_its_own():
 def test_cheap_pixels_are_handed_out_in_bands_of_many():
     assert parallel.cheap_rows(640) * 640 <= parallel.CHEAP_PIXELS < (parallel.cheap_rows(640) + 1) * 640
     assert parallel.cheap_rows(1 << 20) == 1
+
+
+def test_threads_that_load_a_kernel_at_the_same_time_all_launch_it(tmp_path):
+    """The code that one of them has loaded is not unloaded because another has loaded it as well."""
+    done = forked.run(["-c", LOADED_AT_ONCE], cwd=tmp_path, env=dict(os.environ))
+    assert (done.returncode, done.stdout) == (0, "done\n"), done.stderr
+
+
+LOADED_AT_ONCE = """
+import warp as wp
+import usdsdg
+from usdsdg.parallel import launch_rows
+from usdsdg.warp_start import quiet_warp
+from usdsdg_render.kernels.labels.label_boxes import map_labels
+
+quiet_warp()
+shown, table = wp.zeros((64, 2, 2), dtype=wp.int32, device="cpu"), wp.array([7, 0], dtype=wp.int32, device="cpu")
+masks = wp.zeros((64, 2, 2), dtype=wp.int32, device="cpu")
+for _ in range(200):
+    map_labels.module.unload()
+    launch_rows(map_labels, shown.shape, [shown, table], [masks], device="cpu", threads=4, band_rows=1)
+    assert (masks.numpy() == 7).all()
+print("done")
+"""

@@ -94,9 +94,21 @@ def launch_rows(
     if 0 in shape:
         return
     if device == "cpu":
+        # Held until all bands are done: a recorded launch keeps the code that was loaded last, which is another where
+        # two threads have loaded it at the same time, and what nobody keeps is unloaded.
+        code = _code(kernel)
         for_bands(shape[0], band, band_rows=band_rows, threads=threads)
+        del code
     else:
         launch(shape[0], 0)
+
+
+def _code(kernel: Any) -> Any:
+    """Return the code of a kernel for the CPU; threads wait for the one that compiles or loads it."""
+    import warp as wp
+
+    with _loading.lock:
+        return kernel.module.load(wp.get_device("cpu"), 1)
 
 
 def cheap_rows(width: int) -> int:
@@ -223,6 +235,14 @@ class _Helpers:
             del call  # with the arrays that it keeps alive
 
 
+class _Loading:
+    """One thread at a time loads code."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+
+
+_loading = _Loading()
 _helpers, _background = _Helpers("usdsdg"), _Helpers("usdsdg-later")
 _open: set[Later] = set()  # those that have not ended
 
@@ -235,3 +255,4 @@ def _end_all() -> None:
 # A forked process has none of its parent's threads, and would wait for them for ever.
 around_fork(before=_end_all, in_child=_helpers.forget)
 around_fork(in_child=_background.forget)
+around_fork(in_child=_loading.__init__)

@@ -9,6 +9,7 @@ import textwrap
 import pytest
 
 from tests import forked
+from tests.sampled_cases import sampled
 from usdsdg.verify.verify import verify
 
 HEAD = """
@@ -175,7 +176,7 @@ def test_processes_that_import_a_guarded_program_run_its_functions(tmp_path):
     assert done.stdout.splitlines()[-1] == "exit code 0"
 
 
-@pytest.mark.parametrize("closed", ["2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize("closed", sampled(["<&- >&- 2>&-", ">&- 2>&-", "2>&-"]))
 def test_a_program_whose_standard_streams_are_closed_writes_its_files(tmp_path, closed):
     """As services and programs without a console have it: there is no `sys.stderr`, and 0 to 2 are free for files."""
     path = tmp_path / "script.py"

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import usdsdg.backends
+from tests.sampled_cases import sampled
 from tests.scripts.conftest import usdsdg as run_usdsdg
 from tests.verify import datasets
 from usdsdg.session import session
@@ -45,7 +46,7 @@ def one_by_one(tmp_path_factory):
         return written(tmp_path_factory.mktemp("one_by_one"), IoQueue(threads=0), patch)
 
 
-@pytest.mark.parametrize("threads", [1, 4])
+@pytest.mark.parametrize("threads", sampled([4, 1]))
 def test_threads_change_no_byte(threads, one_by_one, tmp_path, monkeypatch):
     check_same(written(tmp_path, IoQueue(threads=threads), monkeypatch), one_by_one)
 
@@ -98,7 +99,7 @@ FAILING = """
 """
 
 
-@pytest.mark.parametrize("threads", [0, 4])
+@pytest.mark.parametrize("threads", sampled([4, 0]))
 def test_a_full_disk_ends_the_program_with_its_frame_and_whole_files(threads, tmp_path):
     script = textwrap.dedent(FAILING).replace("OUTPUT", str(tmp_path)).replace("THREADS", str(threads))
     (tmp_path / "script.py").write_text(script)

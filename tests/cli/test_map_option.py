@@ -6,6 +6,7 @@ import os
 import pytest
 
 from tests import forked
+from tests.sampled_cases import sampled
 
 URL = "omniverse://host/P/box.usda"
 BOX = """#usda 1.0
@@ -55,7 +56,7 @@ def generate(folder, out, *options):
     return done, [{label.get("class") for label in json.loads(each.read_text()).values()} for each in labels]
 
 
-@pytest.mark.parametrize("workers", [(), ("--workers", "2")])
+@pytest.mark.parametrize("workers", sampled([("--workers", "2"), ()]))
 def test_a_job_finds_mapped_assets(folder, workers):
     done, _ = generate(folder, "none", *workers)
     assert done.returncode == 1

@@ -5,6 +5,7 @@ import shutil
 import pytest
 
 from tests.cli.datasets import content, run
+from tests.sampled_cases import sampled
 
 SCRIPT = """
 import json, os, sys
@@ -88,8 +89,7 @@ def test_a_whole_dataset_that_is_gone_on_with_stays_as_it_is(made, copied):
     assert content(copied / "out") == content(made / "out")
 
 
-@pytest.mark.parametrize("frame", [0, 2])
-@pytest.mark.parametrize("interrupted", [False, True])
+@pytest.mark.parametrize(("frame", "interrupted"), sampled([(2, True), (0, True), (2, False), (0, False)]))
 def test_a_whole_dataset_stays_so_where_going_on_ends_early(made, copied, frame, interrupted, monkeypatch):
     monkeypatch.setenv("FAILS_AT", str(frame))
     if interrupted:

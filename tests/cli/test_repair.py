@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.datasets import content, run
-from tests.sampled_cases import in_soak
+from tests.sampled_cases import in_soak, sampled
 from tests.verify import damage, damaged
 from usdsdg.verify import verify
 
@@ -242,9 +242,17 @@ def two_runs(tmp_path_factory):
     return folder / "out"
 
 
-@pytest.mark.parametrize("failing", ["one", "two"])
 @pytest.mark.parametrize(
-    ("ending", "told"), [("sys.exit(3)", "exit code 3"), ("raise ValueError('mine')", "exit code 1")]
+    ("failing", "ending", "told"),
+    sampled(
+        [
+            ("one", "sys.exit(3)", "exit code 3"),
+            ("one", "raise ValueError('mine')", "exit code 1"),
+            ("two", "raise ValueError('mine')", "exit code 1"),
+            ("two", "sys.exit(3)", "exit code 3"),
+        ],
+        2,
+    ),
 )
 def test_a_script_that_ends_early_leaves_the_other_datasets_to_be_repaired(
     two_runs, tmp_path, monkeypatch, failing, ending, told

@@ -6,6 +6,7 @@ import shutil
 import pytest
 
 from tests.cli.datasets import generate, run, write_job
+from tests.sampled_cases import in_soak
 from tests.verify import damaged
 
 INTERRUPTED = """
@@ -142,6 +143,7 @@ print("made once")
 """
 
 
+@in_soak
 def test_a_folder_of_several_formats_is_made_again_at_once_for_each_run(tmp_path):
     (tmp_path / "script.py").write_text(FORMATS)
     for name, seed in (("out", "1"), ("other", "2")):

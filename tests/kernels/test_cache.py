@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 import warp as wp
 
+from tests.sampled_cases import sampled
 from usdsdg import errors
 from usdsdg.kernels import cache
 
@@ -41,8 +42,7 @@ def run(folder):
     return done.stdout, done.stderr
 
 
-@pytest.mark.parametrize("suffix", ["*.o", "*.meta"])
-@pytest.mark.parametrize("part", [0, 0.5])
+@pytest.mark.parametrize(("suffix", "part"), sampled([("*.o", 0.5), ("*.meta", 0.5), ("*.o", 0), ("*.meta", 0)], 2))
 def test_a_cut_file_of_the_cache_is_made_again(tmp_path, suffix, part):
     made = run(tmp_path)
     assert made == ("[0 1 2 3]\n", "")
@@ -56,7 +56,7 @@ def test_a_cut_file_of_the_cache_is_made_again(tmp_path, suffix, part):
     assert run(tmp_path) == made
 
 
-@pytest.mark.parametrize("place", [0.3, 0.6])
+@pytest.mark.parametrize("place", sampled([0.3, 0.6]))
 def test_a_file_of_the_cache_with_a_flipped_bit_is_made_again(tmp_path, place):
     made = run(tmp_path)
     (file,) = (tmp_path / "cache").rglob("*.o")

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.sampled_cases import sampled
+
 nbformat = pytest.importorskip("nbformat")
 nbclient = pytest.importorskip("nbclient")
 
@@ -50,7 +52,7 @@ def test_kept_outputs_are_small_and_free_of_errors(path):
     assert max(map(len, pictures(notebook))) < LARGEST
 
 
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sampled(NOTEBOOKS), ids=lambda path: path.stem)
 def test_a_notebook_runs_and_shows_what_it_has(path, tmp_path):
     notebook = nbformat.read(path, 4)
     before = kinds(notebook)

@@ -10,6 +10,7 @@ from pxr import UsdPhysics
 
 from tests.physics.mechanisms import joint, rod, rotation
 from tests.physics.scenes import new_stage, playing, position
+from tests.sampled_cases import sampled
 
 G, STEP, LENGTH, MASS, WIDTH = 9.81, 1.0 / 60.0, 0.1, 0.1, 0.02
 
@@ -36,7 +37,7 @@ def energy(engine, stage, paths) -> float:
     return MASS * (G * heights.sum() + kinetic)
 
 
-@pytest.mark.parametrize(("links", "kind"), [(8, UsdPhysics.SphericalJoint), (12, UsdPhysics.RevoluteJoint)])
+@pytest.mark.parametrize(("links", "kind"), sampled([(8, UsdPhysics.SphericalJoint), (12, UsdPhysics.RevoluteJoint)]))
 def test_a_chain_that_falls_from_the_horizontal_gains_little_energy(links, kind):
     stage = new_stage()
     paths = chain(stage, links, kind)
@@ -52,7 +53,7 @@ def test_a_chain_that_falls_from_the_horizontal_gains_little_energy(links, kind)
     assert min(gained) > -0.6
 
 
-@pytest.mark.parametrize("kind", [UsdPhysics.SphericalJoint, UsdPhysics.RevoluteJoint])
+@pytest.mark.parametrize("kind", sampled([UsdPhysics.RevoluteJoint, UsdPhysics.SphericalJoint]))
 def test_a_chain_that_carries_far_more_than_its_mass_moves_on(kind):
     """Ten links with 5000 times the mass of one: in single precision their mass matrix has no inverse."""
     stage = new_stage()

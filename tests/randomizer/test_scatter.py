@@ -109,6 +109,7 @@ def test_a_floor_without_free_space_raises_an_error_that_names_the_object(stage)
         run()
 
 
+@in_soak
 def test_without_free_space_objects_overlap_on_the_floor_where_errors_are_let_pass(stage, monkeypatch):
     monkeypatch.setattr(errors, "_lenient", True)
     floor = rep.create.plane()
@@ -264,6 +265,7 @@ def _torus(stage, path, segments=90):
     return path
 
 
+@in_soak
 def test_large_meshes_without_room_are_given_up_in_bounded_time(stage):
     """About five seconds on one core."""
     meshes = [_torus(stage, f"/World/Torus{number}") for number in range(5)]
