@@ -1,5 +1,7 @@
 """The scene on the device: tables of `scene.Scene` for kernels, uploaded again where they changed."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
@@ -21,15 +23,22 @@ ADJUSTED, TILED = 1, 2
 
 
 class _PrototypeMemory:
-    """Device memory of one prototype: triangle records and BLAS."""
+    """Device memory of one prototype: triangle records and BLAS.
 
-    def __init__(self, prototype: Prototype, device: str) -> None:
+    Args:
+        like: of a prototype with the same points and triangles, which has the same BLAS.
+    """
+
+    def __init__(self, prototype: Prototype, device: str, like: _PrototypeMemory | None) -> None:
         self.prototype = prototype  # keeps its id from being reused
         self.triangles = uploaded(_triangle_records(prototype), structs.Triangle, device)
-        self.blas = Blas(prototype.points, prototype.triangles, device)
-        used = np.zeros(len(prototype.points), bool)
-        used[prototype.triangles] = True
-        self.support = support_table(prototype.points[used])
+        if like is not None:
+            self.blas, self.support = like.blas, like.support
+        else:
+            self.blas = Blas(prototype.points, prototype.triangles, device)
+            used = np.zeros(len(prototype.points), bool)
+            used[prototype.triangles] = True
+            self.support = support_table(prototype.points[used])
         self.slots = int(prototype.triangle_slots.max(initial=0)) + 1  # material slots of an instance
 
 
@@ -123,10 +132,14 @@ class DeviceScene:
 
     def _upload_prototypes(self, scene: Scene) -> None:
         kept = {}
+        # Meshes on which something else is painted keep the arrays of their triangles.
+        of_triangles = {id(memory.prototype.triangles): memory for memory in self._prototypes.values()}
         for prototype in scene.prototypes:
-            key = id(prototype)
+            key, triangles = id(prototype), id(prototype.triangles)
             if len(prototype.triangles):
-                kept[key] = self._prototypes.get(key) or _PrototypeMemory(prototype, self.device)
+                memory = self._prototypes.get(key)
+                memory = memory or _PrototypeMemory(prototype, self.device, of_triangles.get(triangles))
+                kept[key] = of_triangles[triangles] = memory
         self._prototypes = kept
 
     def _find_cutouts(self, scene: Scene) -> np.ndarray:

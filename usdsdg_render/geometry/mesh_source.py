@@ -58,23 +58,35 @@ class MeshSource(NamedTuple):
     colors: Primvar | None = None  # displayColor, if read
     opacities: Primvar | None = None
 
-    def arrays(self) -> tuple[np.ndarray, ...]:
-        primvars = [a for p in self.primvars() if p is not None for a in (p.values, p.indices)]
-        sharpness = self.refinement.arrays() if self.refinement is not None else ()
-        return (self.points, self.counts, self.indices, self.holes, *self.subsets, *primvars, *sharpness)
+    def without_paint(self) -> "MeshSource":
+        """Return what determines the triangles and their normals, without what is painted on them."""
+        return self._replace(uvs=None, colors=None, opacities=None)
 
-    def primvars(self) -> tuple[Primvar | None, ...]:
-        return self.normals, self.uvs, self.colors, self.opacities
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        normals = () if self.normals is None else self.normals[:2]
+        sharpness = self.refinement.arrays() if self.refinement is not None else ()
+        painted = self.painted_arrays()
+        return (self.points, self.counts, self.indices, self.holes, *self.subsets, *normals, *sharpness, *painted)
+
+    def painted_arrays(self) -> tuple[np.ndarray, ...]:
+        return tuple(array for primvar in self._paint() if primvar is not None for array in primvar[:2])
 
     def settings(self) -> tuple:
         """Return what determines the triangles beside the arrays."""
         return (
             self.left_handed,
             self.scheme,
-            *(primvar.interpolation if primvar else None for primvar in self.primvars()),
+            None if self.normals is None else self.normals.interpolation,
             len(self.subsets),
             self.refinement[:3] if self.refinement is not None else None,
+            *self.painted_settings(),
         )
+
+    def painted_settings(self) -> tuple[str | None, ...]:
+        return tuple(None if primvar is None else primvar.interpolation for primvar in self._paint())
+
+    def _paint(self) -> tuple[Primvar | None, ...]:
+        return self.uvs, self.colors, self.opacities
 
 
 def read_mesh(

@@ -1,5 +1,7 @@
 """UsdGeomMesh to `scene.Prototype`: triangles with faceVarying normals and UVs; invalid faces are dropped."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from usdsdg import errors
@@ -44,17 +46,36 @@ def build_prototype(path: str, source: MeshSource) -> Prototype | None:
     source_face = face if parents is None else parents[face]
     if usable.has_bad_points:
         points, vertices = _compact(points, vertices)
-    colors = face_varying_colors(source, triangles)
+    uvs, colors = _paint(path, source, triangles)
     return Prototype(
         name=path,
         points=points,
         triangles=np.ascontiguousarray(vertices, np.int32),
         normals=face_varying_normals(path, source, triangles, vertices, area_vectors, len(points)),
-        uvs=face_varying_uvs(path, source, triangles) if colors is None else atlas_uvs(len(face)),
+        uvs=uvs,
         triangle_slots=slots[source_face] if source.subsets else np.zeros(len(source_face), np.int32),
         triangle_faces=source_face.astype(np.int32),
         colors=colors,
+        # Texture coordinates of a refined surface are refined with it.
+        corners=face_vertices.astype(np.int32) if parents is None else None,
     )
+
+
+def repainted(path: str, prototype: Prototype, source: MeshSource) -> Prototype:
+    """Return the prototype of a mesh that differs from the one of `prototype` only in what is painted on it.
+
+    prototype: one with `corners`.
+    """
+    assert prototype.corners is not None
+    uvs, colors = _paint(path, source, Triangles(prototype.corners, prototype.triangle_faces))
+    return replace(prototype, name=path, uvs=uvs, colors=colors)
+
+
+def _paint(path: str, source: MeshSource, triangles: Triangles) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return texture coordinates and colors of a prototype."""
+    colors = face_varying_colors(source, triangles)
+    uvs = face_varying_uvs(path, source, triangles) if colors is None else atlas_uvs(len(triangles.faces))
+    return uvs, colors
 
 
 def _area_vectors(points: np.ndarray, vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

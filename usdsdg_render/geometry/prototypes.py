@@ -12,7 +12,7 @@ from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg_render.geometry import shapes, tubes
 from usdsdg_render.geometry.color_atlas import atlas_uvs, element_colors
 from usdsdg_render.geometry.mesh_source import MeshSource, read_mesh
-from usdsdg_render.geometry.meshes import build_prototype
+from usdsdg_render.geometry.meshes import build_prototype, repainted
 from usdsdg_render.geometry.skinned_mesh import skinned
 from usdsdg_render.scene.scene import Prototype
 from usdsdg_render.usd.prim_kinds import CURVES, IGNORED_PREFIXES, MESH, kind_of
@@ -31,6 +31,9 @@ class PrototypeCache:
     Within one pass over the stage, meshes composed of the same specs are the same and are read once. Otherwise arrays
     at the same addresses are the same while they live, which the cache ensures by holding them. Equal arrays at other
     addresses (a crate file unpacks integers at every read) are found by a hash of their bytes.
+
+    Meshes that differ only in what is painted on them (texture coordinates, colors) share points, triangles and
+    normals, so that another paint costs no triangulation, and the device no other tree.
     """
 
     def __init__(self) -> None:
@@ -38,6 +41,8 @@ class PrototypeCache:
         self._by_specs: dict[tuple, Prototype | None] = {}
         self._by_address: dict[tuple, tuple[MeshSource, Prototype | None]] = {}
         self._by_content: dict[bytes, Prototype | None] = {}
+        self._unpainted_content: dict[tuple, tuple[MeshSource, bytes]] = {}  # by addresses
+        self._paintable: dict[bytes, Prototype] = {}  # the last one of each unpainted content
         self._shapes: dict[shapes.ShapeKey, Prototype] = {}
         self._recent: dict[int, Prototype] = {}  # by id, the least recently used first
 
@@ -111,17 +116,29 @@ class PrototypeCache:
         if source is None:
             return None
         source = skinned(source, prim, time, self.skinning)
-        addresses = (*(_address(array) for array in source.arrays()), source.settings())
+        addresses = _addresses(source)
         entry = self._by_address.get(addresses)
         if entry is None:
-            content = _content(source)
+            unpainted = source.without_paint()
+            places = _addresses(unpainted)
+            shape = self._unpainted_content[places][1] if places in self._unpainted_content else _content(unpainted)
+            content = _digest(repr((shape, source.painted_settings())), source.painted_arrays())
             if content in self._by_content:
                 # One entry by address is enough: a crate file unpacks to another address at every read.
                 return self._by_content[content]
-            prototype = build_prototype(str(prim.GetPath()), source)
-            prototype = self._by_content[content] = prototype and _warn_if_extreme(prototype)
+            prototype = self._by_content[content] = self._paint(str(prim.GetPath()), source, shape)
             entry = self._by_address[addresses] = (source, prototype)
+            if prototype is not None and prototype.corners is not None:
+                self._unpainted_content[places] = unpainted, shape
+                self._paintable[shape] = prototype
         return entry[1]
+
+    def _paint(self, path: str, source: MeshSource, shape: bytes) -> Prototype | None:
+        """Make a prototype: from one with the same unpainted content if there is one."""
+        if shape in self._paintable:
+            return repainted(path, self._paintable[shape], source)
+        prototype = build_prototype(path, source)
+        return prototype and _warn_if_extreme(prototype)
 
     def shape(self, prim: Usd.Prim, time: Usd.TimeCode) -> Prototype | None:
         """Return the prototype of an analytic shape; None (with a warning) when it has no surface."""
@@ -164,6 +181,9 @@ class PrototypeCache:
                 k: prototype for k, prototype in self._by_content.items() if id(prototype) not in dropped
             }
             self._shapes = {k: prototype for k, prototype in self._shapes.items() if id(prototype) not in dropped}
+            self._paintable = {k: prototype for k, prototype in self._paintable.items() if id(prototype) not in dropped}
+            unpainted = self._unpainted_content.items()
+            self._unpainted_content = {k: entry for k, entry in unpainted if entry[1] in self._paintable}
         return self._recent.keys()
 
 
@@ -188,8 +208,13 @@ def _affects_geometry(spec: Sdf.PrimSpec) -> bool:
     return any(not name.startswith(IGNORED_PREFIXES) for name in spec.properties.keys())  # noqa: SIM118
 
 
+def _addresses(source: MeshSource) -> tuple[Any, ...]:
+    return (*(_address(array) for array in source.arrays()), source.settings())
+
+
 def _address(array: np.ndarray) -> tuple[Any, ...]:
-    return array.__array_interface__["data"][0], len(array)
+    # USD gives an empty array a place of its own at every read.
+    return array.__array_interface__["data"][0] if len(array) else 0, len(array)
 
 
 def _content(source: MeshSource) -> bytes:

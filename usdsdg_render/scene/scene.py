@@ -118,6 +118,7 @@ class Prototype:
     triangle_slots: np.ndarray  # (T,) int32: which of the instance's material slots
     triangle_faces: np.ndarray  # (T,) int32: face of the source mesh
     colors: np.ndarray | None = None  # (T, 3, 4) float32 linear displayColor, displayOpacity, if they vary
+    corners: np.ndarray | None = None  # (T, 3) int32 into the face vertices of the mesh; None: of no mesh, or refined
 
 
 @dataclass
