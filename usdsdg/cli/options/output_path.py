@@ -15,5 +15,5 @@ def output_path(given: Path) -> Path:
     from usdsdg.stage.assets.url import scheme_of
 
     if scheme_of(os.fspath(given)):
-        raise OutputNotWritable(f"{given} is a URL, and this is written to a path on this machine; give one")
+        raise OutputNotWritable(f"{os.fspath(given).replace(':/', '://', 1)} is a URL, and this is written to a path on this machine; give one")
     return Path(os.path.expanduser(given))
