@@ -73,7 +73,7 @@ def repair(
                 limit = 0  # the files that are left may be many, and the next repair makes them
                 raise
             finally:
-                print_reports(folder, summaries, as_json=as_json, limit=limit)
+                print_reports(folder, summaries, as_json=as_json, limit=limit, failed=failed)
     if failed and len(datasets_in(folder)) > 1:
         print(f"error: not repaired, for the reasons above: {', '.join(failed)}", file=sys.stderr)
     if failed or not (dry_run or all(each.is_clean for each in summaries)):
