@@ -71,3 +71,9 @@ def test_a_file_without_a_suffix_may_be_a_script(name, tmp_path):
 @pytest.mark.parametrize("config", sorted((ROOT / "configs").iterdir()), ids=lambda path: path.name)
 def test_our_own_configurations_are_recognized(config, tmp_path):
     check_kind(shutil.copy(config, tmp_path / config.name), FileKind.CONFIGURATION)
+
+
+def test_a_script_that_is_a_link_to_nothing_is_named_with_what_it_leads_to(tmp_path):
+    (tmp_path / "script.py").symlink_to("elsewhere.py")
+    done = usdsdg("run", "script.py", cwd=tmp_path, expect=1)
+    assert done.stderr == "error: script.py is a link to elsewhere.py, which is not there\n"

@@ -10,7 +10,9 @@ import yaml
 
 from tests.cli.datasets import FRAMES, ROOT, content, generate, merge, run, write_job
 from tests.sampled_cases import in_soak, sampled
+from usdsdg.cli.commands.merge import datasets_to_join
 from usdsdg.cli.datasets_in import datasets_in
+from usdsdg.stores import open_store
 from usdsdg.writers.journal import recipe
 
 
@@ -41,6 +43,20 @@ def test_a_dataset_without_its_recipe_is_found_and_named(tmp_path):
     (tmp_path / "d/.usdsdg/journal.jsonl").touch()
     assert datasets_in(str(tmp_path)) == [str(tmp_path / "b"), str(tmp_path / "c")]
     assert datasets_in(str(tmp_path / "c")) == [str(tmp_path / "c")]
+
+
+def test_the_datasets_at_a_url_are_found_and_those_with_parts_are_joined():
+    url = "memory://datasets"
+    store = open_store(url)
+    for name in ("a/one", "a/two", "a/two/.usdsdg/parts/0-of-2", "a/two/within", "b"):
+        store.put(f"{name}/{recipe.FILE}", b"{}")
+    store.put("a/lost/.usdsdg/journal.jsonl", b"{}\n")
+    store.put("a/one/rgb_0000.png", b"")
+    assert datasets_in(url) == [f"{url}/a/lost", f"{url}/a/one", f"{url}/a/two", f"{url}/b"]
+    assert datasets_in(f"{url}/a/") == [f"{url}/a/lost", f"{url}/a/one", f"{url}/a/two"]
+    assert datasets_in(f"{url}/b") == [f"{url}/b"]
+    assert datasets_in(f"{url}/none") == [f"{url}/none"]
+    assert datasets_to_join(url) == [f"{url}/a/two"]
 
 
 def test_a_dataset_whose_recipe_this_user_may_not_read_is_found(tmp_path, monkeypatch):

@@ -394,3 +394,15 @@ def test_every_damage_that_is_found_is_repaired_or_named(small, tmp_path, kind):
     assert {name for name in before if after.get(name) != before[name]} <= expected
     if not left:
         assert content(out) == content(small)
+
+
+def test_json_names_a_dataset_of_a_folder_that_cannot_be_repaired(out):
+    (out / "BasicWriter/.usdsdg/recipe.json").unlink()
+    done = repair(out, "--json", "--dry-run")
+    assert done.returncode == 1
+    values = json.loads(done.stdout)
+    assert (values["folder"], values["clean"]) == (str(out), False)
+    assert values["failed"] == [str(out / "BasicWriter")]
+    assert sorted(each["folder"] for each in values["datasets"]) == sorted(
+        str(each) for each in out.iterdir() if each.is_dir() and each.name != "BasicWriter"
+    )

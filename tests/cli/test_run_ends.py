@@ -99,6 +99,19 @@ def test_a_process_whose_script_ends_before_its_frames_are_made_has_failed(tmp_p
     assert "run it without --workers" in several.stderr
 
 
+@pytest.mark.parametrize("raised", ["asyncio.CancelledError()", "GeneratorExit", "type('Own', (BaseException,), {})"])
+def test_an_exception_that_is_no_error_of_python_has_the_traceback_of_the_script(tmp_path, raised):
+    done = started(tmp_path, SCENE + f"import asyncio\nrep.orchestrator.step()\nraise {raised}\n")
+    assert done.returncode == 1
+    first, frame, *_ = done.stderr[done.stderr.index("Traceback") :].splitlines()
+    assert first == "Traceback (most recent call last):"
+    assert frame == f'  File "{tmp_path / "script.py"}", line {SCENE.count(chr(10)) + 3}, in <module>'
+    assert done.stderr.count('  File "') == 1
+    told = verified(tmp_path / "out/coco")
+    assert "the run is unfinished: 1 frame is whole" in told
+    assert ": 1 fault;" in told
+
+
 def test_what_a_writer_that_failed_did_not_write_is_named_by_repair_and_resume(tmp_path):
     """Only damaged files that it did write are made again."""
     started(tmp_path, CATCHING)

@@ -82,3 +82,21 @@ def test_an_error_in_a_process_is_that_of_the_command(tmp_path):
     assert done.returncode == 1
     assert "ended with exit code 1" in done.stderr
     assert "only the first time" in done.stderr
+
+
+def test_progress_lines_tell_what_was_made(tmp_path):
+    """Frames that the first process counts are not captured, and those that are whole already are not made."""
+    arguments = (str(FRAMES), str(tmp_path / "out"), str(tmp_path / "runs"))
+    command = ["-m", "usdsdg", "run", "--device", "cpu", "--workers", "2"]
+    done = run([*command, str(script(tmp_path)), *arguments])
+    assert done.returncode == 0, done.stderr
+    made = done.stderr.index(f"[usdsdg] {FRAMES} frames are made by 2 processes")
+    assert "frames captured" not in done.stderr[:made]
+    *before, last = [line for line in done.stderr[made:].splitlines() if "frames captured" in line]
+    assert last.startswith(f"[usdsdg] frames captured: {FRAMES}/{FRAMES}")
+    assert not any(f"{FRAMES}/{FRAMES}" in line for line in before)
+    again = run([*command, "--resume", str(script(tmp_path)), *arguments])
+    assert again.returncode == 0, again.stderr
+    assert f"has {FRAMES} frames, which are not made again" in again.stderr
+    assert "are made by" not in again.stderr
+    assert "frames captured" not in again.stderr

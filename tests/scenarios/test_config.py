@@ -209,6 +209,18 @@ def test_unreadable_files_are_errors_that_say_why(written, name, text, expected)
         load_config(written(text, name))
 
 
+def test_text_in_another_encoding_is_an_error_with_the_remedy(tmp_path):
+    (tmp_path / "a.yaml").write_text("seed: 0\n", encoding="utf-16")  # as the shell of Windows writes it
+    with pytest.raises(ConfigError, match=r"is not in UTF-8 .*Save it as UTF-8"):
+        load_config(tmp_path / "a.yaml")
+
+
+def test_a_link_to_nothing_is_named_with_what_it_leads_to(tmp_path):
+    (tmp_path / "a.yaml").symlink_to("elsewhere.yaml")
+    with pytest.raises(ConfigError, match=r"a\.yaml is a link to elsewhere\.yaml, which is not there"):
+        load_config(tmp_path / "a.yaml")
+
+
 def test_an_anchor_may_be_used_by_a_sibling_key(written):
     text = "camera_distance_to_target_min_max: &range [1, 2]\nshape_distractors_scale_min_max: *range\n"
     assert load_config(written(text + TARGET)).shape_distractors_scale_min_max == (1, 2)

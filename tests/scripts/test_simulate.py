@@ -69,3 +69,11 @@ def test_a_time_without_end_is_refused(tmp_path, seconds):
     done = usdsdg("simulate", "still.usda", "out.usda", f"--seconds={seconds}", cwd=tmp_path, expect=2)
     assert "Invalid value for '--seconds'" in done.stderr
     assert not (tmp_path / "out.usda").exists()
+
+
+def test_a_reference_that_does_not_open_is_named(tmp_path):
+    scene = '#usda 1.0\ndef Xform "World"\n{\n    def "Part" (references = @./nowhere.usd@)\n    {\n    }\n}\n'
+    (tmp_path / "scene.usda").write_text(scene)
+    done = usdsdg("simulate", "scene.usda", "out.usda", "--seconds", "0", cwd=tmp_path)
+    (warning,) = [line for line in done.stderr.splitlines() if line.startswith("warning: /World/Part")]
+    assert f"refers to {tmp_path / 'nowhere.usd'}, which cannot be opened" in warning

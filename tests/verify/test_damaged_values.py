@@ -167,3 +167,17 @@ def test_what_may_not_be_read_is_a_fault_or_one_line(journaled, tmp_path):
     assert "rgb_0000.png: frame 0: cannot be read: Permission denied" in whole
     assert ".usdsdg/journal.jsonl: all frames: cannot be read: Permission denied" in files
     assert verified == inspected == [f"error: {folder} cannot be read: Permission denied"]
+
+
+def test_a_line_about_a_file_that_is_no_picture_is_in_words(tmp_path):
+    """It named an object of Python by its address, so that no two lines were the same."""
+    folder = damaged.make(tmp_path, 1)
+    picture = next(folder.glob("rgb*.png"))
+    picture.write_bytes(b"no picture")
+    (line,) = {each.line() for each in verify(folder).faults if "cannot be read" in each.what}
+    assert line == f"{picture.name}: frame 0000: cannot be read: it is no picture of a format that is read"
+
+
+def test_a_fault_of_which_nothing_was_expected_says_so():
+    assert Fault("a.txt", "1", "a line", found="3").line() == "a.txt: frame 1: a line: expected nothing, found 3"
+    assert Fault("a.txt", "all", "is missing").line() == "a.txt: all frames: is missing"

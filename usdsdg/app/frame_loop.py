@@ -31,7 +31,7 @@ from usdsdg.session import stage_context
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.endings.interrupted_frame import InterruptedFrame
 from usdsdg.session.endings.termination import whole_frame
-from usdsdg.session.progress import FRAMES, report
+from usdsdg.session.progress import report_frames
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import captures_motion_blur, captures_on_play, get_settings
 from usdsdg.session.timeline import get_timeline
@@ -290,7 +290,7 @@ class Orchestrator:
                 self._run, self._last, self._capture.expected_frames = None, None, expected_before
         if num_frames is None:
             made = get_run().own_frames(self.captures)
-            report(FRAMES, made, made)
+            report_frames(made, made)
         self.finish()
 
     def expect_frames(self, count: int | None, *, before: int = 0) -> None:

@@ -25,7 +25,7 @@ from usdsdg.capture.tiles import view_of
 from usdsdg.create import projections
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session import engines
-from usdsdg.session.progress import FRAMES, report
+from usdsdg.session.progress import report_frames
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_reader import CameraReader
@@ -155,7 +155,7 @@ class Capture:
         append_to_journals()
         if current().tap is None:  # who takes the frames counts them
             count, total = get_run().own_frames, self.expected_frames
-            report(FRAMES, count(self.frames_before + frame + 1), None if total is None else count(total))
+            report_frames(count(self.frames_before + frame + 1), None if total is None else count(total))
 
     def give_up(self) -> None:
         """End a frame that has begun and is not finished, because of an error."""

@@ -19,7 +19,7 @@ from usdsdg.graph.evaluate import graph
 from usdsdg.graph.node import Node
 from usdsdg.graph.worlds import WorldDraws
 from usdsdg.session import engines
-from usdsdg.session.progress import FRAMES, report
+from usdsdg.session.progress import report_frames
 from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
@@ -157,7 +157,7 @@ class WorldTap:
             batches = [self._batch(product, values, frame, mode) for product in _products()]
         for batch in batches:
             self._receive(batch)
-        report(FRAMES, frame + self.count, None)
+        report_frames(frame + self.count, None)
 
     def _batch(self, product: HydraTexture, values: WorldValues, frame: int, mode: RenderMode) -> WorldBatch:
         renderer, wanted = engines.renderer(), self._annotators

@@ -6,6 +6,8 @@ import json
 from collections.abc import Callable, Iterator
 from typing import TypeVar
 
+from PIL import UnidentifiedImageError
+
 from usdsdg.datasets.faults import Fault
 from usdsdg.errors import UsdsdgError
 
@@ -19,6 +21,7 @@ _SAID = {
     MemoryError: "it is larger than the memory",
     RecursionError: "it is nested too deeply",
     StopIteration: "a part of it is missing",
+    UnidentifiedImageError: "it is no picture of a format that is read",
 }
 
 

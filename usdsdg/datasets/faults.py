@@ -20,7 +20,8 @@ class Fault:
 
     def line(self) -> str:
         """Return the fault as a line of text, whatever characters files and their values have."""
-        compared = f": expected {self.expected}, found {self.found}" if self.expected or self.found else ""
+        compared = f": expected {self.expected or 'nothing'}, found {self.found or 'nothing'}"
+        compared = compared if self.expected or self.found else ""
         where = "all frames" if self.frame == "all" else f"frame {self.frame}"
         return printable(f"{self.file}: {where}: {self.what}{compared}")
 

@@ -122,7 +122,9 @@ def _parse(file: Path) -> _Source:
         text = read_bounded(file)
     except FileNotFoundError:
         raise ConfigError(_missing(file)) from None
-    except (OSError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
+        raise ConfigError(f"{file} cannot be read: it is not in UTF-8 ({error}). Save it as UTF-8.") from error
+    except OSError as error:
         raise ConfigError(f"{file} cannot be read: {error}") from error
     try:
         values = _parse_json(file, text) if file.suffix.lower() == ".json" else _parse_yaml(file, text)
@@ -161,6 +163,8 @@ def _missing(file: Path) -> str:
     folder = file.parent
     if not folder.is_dir():
         return f"{file}: there is no folder {folder}{_TO_START}"
+    if file.is_symlink():
+        return f"{file} is a link to {os.readlink(file)}, which is not there"
     found = sorted(entry.name for entry in folder.iterdir() if entry.suffix.lower() in SUFFIXES)
     near = suggestion(file.name, found) or (f"; {folder} has {', '.join(found[:8])}" if found else _TO_START)
     return f"there is no file {file}{near}"

@@ -15,6 +15,8 @@ FIRST_LINE = 1.0  # seconds that a task takes before anything is said of it
 LINE_INTERVAL, LONGEST_INTERVAL = 5.0, 60.0  # seconds between plain lines of one task, more the longer it takes
 # The task whose end is always reported; that of others only if they took their time.
 FRAMES = "frames captured"
+# The same frames in a process that lets others make them.
+COUNTED = "frames counted"
 # In plain Python 0 or off is silence, as the setting `/usdsdg/progress` is; commands have --quiet.
 VARIABLE = "USDSDG_PROGRESS"
 _OFF = ("0", "off", "false", "no")
@@ -133,6 +135,11 @@ def use_default(quiet: bool = False) -> None:
 def report(label: str, done: int, total: int | None) -> None:
     """Report that `done` of `total` steps of a task are done; `total` is None while it is not known."""
     current().reporter(label, done, total)
+
+
+def report_frames(done: int, total: int | None) -> None:
+    """As `report`, of the frames of the run."""
+    report(COUNTED if current().run.counts_only else FRAMES, done, total)
 
 
 def say(line: str) -> None:

@@ -176,7 +176,7 @@ class Session:
     def close_run(self) -> None:
         """Close the journals of the run at the end of a program that has no command to do so."""
         for run in self._made("run"):
-            run.forget_removed()
+            run.follow_moved()
             try:
                 # Python keeps the error that ends a program there.
                 run.close(complete=getattr(sys, "last_value", None) is None and not self.failed_at_exit)
@@ -194,7 +194,7 @@ class Session:
         """
         for run in self._made("run"):
             if run.folders and not run.is_closed and not run.is_copy:
-                run.forget_removed()
+                run.follow_moved()
                 self.io_queue.finish_early()
                 run.close(complete=True)
                 run.release()

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from usdsdg.operating_system import BINARY, IS_WINDOWS, lock, may_open
+from usdsdg.operating_system import BINARY, IS_WINDOWS, lock, may_open, path_of_descriptor
 
 # What systems say of a lock that another process has.
 _HELD = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK)
@@ -53,6 +53,14 @@ class FileLock:
                 self._descriptor = descriptor
             else:
                 os.close(descriptor)  # the file was replaced before the lock was had
+
+    def path_now(self) -> Path | None:
+        """Return the path of the file where it, or a folder that it is in, was moved; None: it is not known."""
+        path = Path(path_of_descriptor(self._descriptor))
+        try:
+            return path if self._descriptor >= 0 and _is_at(self._descriptor, path) else None
+        except OSError:  # such as a folder that this user may not read
+            return None
 
     def release(self) -> None:
         """Give the lock back; nothing happens the second time."""

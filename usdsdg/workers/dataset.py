@@ -11,7 +11,8 @@ from usdsdg.workers import local, ray_cluster
 from usdsdg.workers.plan import Part, drop_others, plan
 from usdsdg.workers.progress import PartsProgress
 from usdsdg.workers.ray_cluster import MakePart, Resources
-from usdsdg.writers.journal.folders import DatasetFolder, shared_lock
+from usdsdg.writers.journal.folders import DatasetFolder
+from usdsdg.writers.journal.place_locks import shared_lock
 from usdsdg.writers.parts import forget_parts, join_parts
 
 FRAMES = "--frames"
@@ -58,7 +59,9 @@ def _make_and_join(folders: Sequence[DatasetFolder], frames: int, count: int, ma
             locks.append(shared_lock(place))
         if places:
             parts = plan(places, frames, count, unit=unit)
-            make(parts, PartsProgress(places[0], frames).tick)
+            progress = PartsProgress(places[0], frames)
+            make(parts, progress.tick)
+            progress.end()
     finally:
         for lock in locks:
             lock.release()

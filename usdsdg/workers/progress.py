@@ -23,18 +23,26 @@ class PartsProgress:
         """frames: of the dataset."""
         self._place, self._frames = place, frames
         self._read: dict[Path, tuple[int, int]] = {}  # bytes and frames, by journal
-        self._reported = time.monotonic()
+        self._reported, self._told = time.monotonic(), 0
 
     def tick(self) -> None:
         """Report, if it is time."""
-        if time.monotonic() - self._reported < SECONDS:
-            return
+        if time.monotonic() - self._reported >= SECONDS:
+            self._report()
+
+    def end(self) -> None:
+        """Report the frames that were made since."""
+        if self._told < self._frames:
+            self._report()
+
+    def _report(self) -> None:
         self._reported = time.monotonic()
         with suppress(StoreError):  # which those who make the parts meet, too
             self._place.pull()
         for path in (self._place.path / PARTS).glob(f"*/{NAME}"):
             self._count(path)
-        report(FRAMES, sum(count for _, count in self._read.values()), self._frames)
+        self._told = sum(count for _, count in self._read.values())
+        report(FRAMES, self._told, self._frames)
 
     def _count(self, path: Path) -> None:
         place, count = self._read.get(path, (0, 0))

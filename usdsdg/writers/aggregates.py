@@ -84,6 +84,7 @@ def finish_run(*, complete: bool) -> None:
     run = get_run()
     if run.is_closed:
         return
+    run.follow_moved()
     if not run.is_part:
         for folder in run.folders:
             if folder.goes_on or run.aggregates_wait:

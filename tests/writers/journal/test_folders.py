@@ -17,9 +17,10 @@ from usdsdg.stores import locks
 from usdsdg.stores.locks import FileLock, Locked
 from usdsdg.stores.whole_file import check_writable
 from usdsdg.writers.journal import merge
-from usdsdg.writers.journal.folders import DatasetFolder, Mode, shared_lock
+from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.frames import FrameFiles
 from usdsdg.writers.journal.place import FolderPlace
+from usdsdg.writers.journal.place_locks import shared_lock
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe
 from usdsdg.writers.journal.run import Run

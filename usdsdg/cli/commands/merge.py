@@ -18,7 +18,7 @@ from usdsdg.errors import counted
     "place",
     type=PLACE,
     metavar="DIR",
-    help="The folder or URL of `--frames A:B` or `--shard i/n`, or a folder with several below it.",
+    help="The folder or URL of `--frames A:B` or `--shard i/n`, or one with several below it.",
 )
 @quiet_option
 def merge(place: str, quiet: bool) -> None:
@@ -32,11 +32,11 @@ def merge(place: str, quiet: bool) -> None:
         from usdsdg.writers.journal.place import place_of
         from usdsdg.writers.parts import join_parts
 
-        for each in _datasets(place):
+        for each in datasets_to_join(place):
             print(f"{counted(join_parts(place_of(each)), 'frame')} joined in {each}")
 
 
-def _datasets(place: str) -> list[str]:
+def datasets_to_join(place: str) -> list[str]:
     """Return the datasets in a folder that have parts; where none has any, all of them, of which each says why."""
     from usdsdg.datasets.folder import check_folder
     from usdsdg.stores.addresses import is_url
@@ -45,4 +45,14 @@ def _datasets(place: str) -> list[str]:
     if not is_url(place):
         check_folder(Path(place))
     found = datasets_in(place)
-    return [each for each in found if any(os.path.isdir(Path(each, name)) for name in (PARTS, JOINED))] or found
+    return [each for each in found if any(_has(each, name) for name in (PARTS, JOINED))] or found
+
+
+def _has(place: str, folder: str) -> bool:
+    """Return whether a folder is there in the place of a dataset."""
+    from usdsdg.stores import open_store
+    from usdsdg.stores.addresses import is_url
+
+    if is_url(place):
+        return any(True for _ in open_store(place).list(folder))
+    return os.path.isdir(Path(place, folder))

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command, epilog=epilog("repair"))
-@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder with several.")
+@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or one with several.")
 @click.option("--dry-run", is_flag=True, help="Only say what is damaged, and which frames would be made.")
 @again_options
 @click.option("--anyway", is_flag=True, help="Also try with other versions, or on another kind of device.")
@@ -66,25 +66,26 @@ def repair(
     with command_context(assets_root=assets_root, device=device, threads=threads, quiet=quiet, keeps_files=False):
         summaries: list[Summary] = []
         with ExitStack() as opened:
-            failed = _claim(folder, summaries, opened, is_dry=dry_run)
+            names = datasets_in(folder)
+            failed = _claim(names, summaries, opened, is_dry=dry_run)
             try:
                 failed += _repair_all(summaries, how, is_dry=dry_run, is_tried=anyway)
             except KeyboardInterrupt:
                 limit = 0  # the files that are left may be many, and the next repair makes them
                 raise
             finally:
-                print_reports(folder, summaries, as_json=as_json, limit=limit)
-    if failed and len(datasets_in(folder)) > 1:
+                print_reports(folder, summaries, as_json=as_json, limit=limit, failed=failed)
+    if failed and len(names) > 1:
         print(f"error: not repaired, for the reasons above: {', '.join(failed)}", file=sys.stderr)
     if failed or not (dry_run or all(each.is_clean for each in summaries)):
         raise Exit(1)
 
 
-def _claim(place: str, summaries: list[Summary], opened: ExitStack, *, is_dry: bool) -> list[str]:
-    """Lock the datasets in a folder and find what is damaged; return which of several cannot be repaired."""
+def _claim(names: Sequence[str], summaries: list[Summary], opened: ExitStack, *, is_dry: bool) -> list[str]:
+    """Lock the datasets of a folder and find what is damaged; return which of several cannot be repaired."""
     from usdsdg.repair.claim import claimed
 
-    names, failed = datasets_in(place), []
+    failed = []
     for name in names:
         try:
             summaries.append(opened.enter_context(claimed(name, is_dry=is_dry)))

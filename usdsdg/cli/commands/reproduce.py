@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command, epilog=epilog("reproduce"))
-@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or a folder with several.")
+@argument("folder", type=PLACE, help="A folder or URL with a recipe (.usdsdg/recipe.json), or one with several.")
 @click.option("--frames", help="The frames to make again, as 0:10 or 3,7.", show_default="all")
 @again_options
 @assets_root_option

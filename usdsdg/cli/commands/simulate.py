@@ -44,7 +44,7 @@ def simulate(
         from usdsdg.errors import OutputNotWritable
         from usdsdg.session import devices, stage_context
         from usdsdg.session.progress import report
-        from usdsdg.stage import flatten
+        from usdsdg.stage import assets, flatten
         from usdsdg_physics import simulate as simulate_stage
 
         check_kind(stage, FileKind.STAGE)
@@ -55,5 +55,6 @@ def simulate(
         flatten.check_writable(output.absolute())
         quiet_warp()
         opened = stage_context.open_stage(stage)
+        assets.check_missing(opened)
         simulate_stage(opened, seconds, device=devices.physics_device(), progress=report, settle=settle)
         print(stage_context.save_stage(output))

@@ -1,6 +1,7 @@
 """Detect files that were given to the wrong command, and name the command that takes them."""
 
 import difflib
+import os
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,8 @@ def no_file(file: Path) -> str:
     """Return the message about a file that is missing, with similar names in its folder."""
     if file.is_dir():
         return f"{file} is a folder; give a file"
+    if file.is_symlink():
+        return f"{file} is a link to {os.readlink(file)}, which is not there"
     there = [each.name for each in file.parent.iterdir() if each.is_file()] if file.parent.is_dir() else []
     near = difflib.get_close_matches(file.name, there, n=2)
     hint = f"did you mean {' or '.join(str(file.with_name(name)) for name in near)}?" if near else "give its path"

@@ -15,5 +15,6 @@ def output_path(given: Path) -> Path:
     from usdsdg.stage.assets.url import scheme_of
 
     if scheme_of(os.fspath(given)):
-        raise OutputNotWritable(f"{given} is a URL, and this is written to a path on this machine; give one")
+        url = os.fspath(given).replace(":/", "://", 1)  # of which a path keeps one slash
+        raise OutputNotWritable(f"{url} is a URL, and this is written to a path on this machine; give one")
     return Path(os.path.expanduser(given))

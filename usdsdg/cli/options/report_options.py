@@ -30,11 +30,19 @@ def limit_option(of_what: str) -> Callable[[Callable[..., None]], Callable[..., 
     )
 
 
-def print_reports(folder: str, reports: Sequence[_Report], *, as_json: bool, limit: int) -> None:
-    """Print the reports on the datasets in a folder: lines, or JSON, of one dataset without a list around it."""
+def print_reports(
+    folder: str, reports: Sequence[_Report], *, as_json: bool, limit: int, failed: Sequence[str] = ()
+) -> None:
+    """Print the reports on the datasets in a folder: lines, or JSON, of one dataset without a list around it.
+
+    failed: names of datasets, with a report or without one, that the command could not work on.
+    """
     if as_json:
         values = [each.values() for each in reports]
-        several = {"folder": folder, "clean": all(each["clean"] for each in values), "datasets": values}
-        print_lines([json.dumps(values[0] if len(values) == 1 else several, indent=1)])
+        is_clean = not failed and all(each["clean"] for each in values)
+        several = {"folder": folder, "clean": is_clean, "datasets": values}
+        several |= {"failed": list(failed)} if failed else {}
+        is_one = len(values) == 1 and set(failed) <= {values[0]["folder"]}
+        print_lines([json.dumps(values[0] if is_one else several, indent=1)])
     else:
         print_lines(line for each in reports for line in each.lines(limit))

@@ -75,7 +75,7 @@ def exit_of(script: Path) -> Iterator[None]:
     except (UsdsdgError, KeyboardInterrupt) as error:
         _print_location(error, script)
         raise
-    except Exception as error:  # noqa: BLE001 - scripts may raise anything, and its traceback is printed
+    except BaseException as error:  # noqa: BLE001 - scripts may raise anything, and its traceback is printed
         why = _last_line(error, script)
         _print_traceback(error, script)
         raise ScriptEnded(1, why) from None

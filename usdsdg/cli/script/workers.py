@@ -67,7 +67,8 @@ class ScriptWorkers:
                 "is nothing to be shared out; run it without --workers"
             )
         processes = counted(min(self._count, frames), "process", "processes")
-        say(f"{counted(frames, 'frame is', 'frames are')} made by {processes}")
+        if not all(each.was_complete for each in folders):
+            say(f"{counted(frames, 'frame is', 'frames are')} made by {processes}")
         os.chdir(self._folder)  # which the script may have left
         session.restart()  # its writers are done
         caught: list[str] = []

@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from usdsdg.errors import DatasetInTheWay, WriterError, warn_once
+from usdsdg.session.progress import say_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
-from usdsdg.stores.locks import Locked
+from usdsdg.stores.locks import FileLock, Locked
 from usdsdg.stores.whole_file import not_writable, write_whole
 from usdsdg.writers.journal import journal, lines, recipe
 from usdsdg.writers.journal.earlier_files import (
@@ -27,12 +28,10 @@ from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.grown import Growth, advice
 from usdsdg.writers.journal.journal import NAME, Contents, Journal
 from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Lock, Place
+from usdsdg.writers.journal.place_locks import COPY, in_use
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe
 from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
-
-# Of what works on a dataset where it is, and is given no output_dir.
-COPY = "work on a copy of the dataset"
 
 
 class Mode(Enum):
@@ -83,7 +82,7 @@ class DatasetFolder:
             self._locks = place.locks(portion)
         except Locked as held:
             self.end_sharing()
-            raise _held(place, held) from None
+            raise in_use(place, held) from None
         except OSError as error:
             self.end_sharing()
             raise (not_writable(path, error, elsewhere=COPY) if with_parts else not_writable(path, error)) from error
@@ -216,6 +215,24 @@ class DatasetFolder:
         finally:
             self.release()
 
+    def follow(self) -> bool:
+        """Where a script has moved the folder, close the dataset there; return whether that is known.
+
+        It is not where the folder was removed, or copied to another disk, or where the system does not tell.
+        """
+        first = self._locks[0]
+        journal_now = first.path_now() if isinstance(first, FileLock) else None
+        if journal_now is None:
+            say_once(
+                f"{self.place.name} is not there any more, so its journal has no end: "
+                "usdsdg verify calls a copy of it unfinished"
+            )
+            return False
+        before, now = self.path, journal_now.parent.parent
+        self.place, self.path, self._home = FolderPlace(now), now, now / self._home.relative_to(before)
+        self.spools.folder, self.journal.path = self._home / AGGREGATES, self._home / NAME
+        return True
+
     def release(self) -> None:
         """Let other processes write there."""
         for lock in self._locks:
@@ -252,51 +269,6 @@ def _forget(waiting: dict[Any, Any], told: Mapping[Any, Any]) -> None:
     for name, value in told.items():
         if waiting.get(name) == value:
             del waiting[name]
-
-
-def shared_lock(place: Place) -> Lock:
-    """Take the lock of a process that lets others make parts.
-
-    Raises:
-        DatasetInTheWay: a process makes all frames there.
-        OutputNotWritable: the place cannot be locked.
-    """
-    try:
-        return place.shared_lock()
-    except Locked as held:
-        raise _held(place, held) from None
-    except OSError as error:
-        raise not_writable(place.path, error) from error
-
-
-def whole_locks(place: Place) -> list[Lock]:
-    """Take the locks of a process that changes files of any frames; errors are those of `shared_lock`."""
-    try:
-        return place.locks(None)
-    except Locked as held:
-        raise _held(place, held) from None
-    except OSError as error:
-        raise not_writable(place.path, error, elsewhere=COPY) from error
-
-
-def _held(place: Place, held: Locked) -> DatasetInTheWay:
-    return DatasetInTheWay(f"{place.name}: another process is writing to this dataset ({held}).")
-
-
-def check_unused(place: Place, portion: Portion | None) -> None:
-    """Check that no other process writes to a folder; of a store, where it takes long, that is found when it is locked.
-
-    Raises:
-        DatasetInTheWay: one does.
-    """
-    if isinstance(place, FolderPlace):
-        try:
-            for lock in place.locks(portion):
-                lock.release()
-        except Locked as held:
-            raise _held(place, held) from None
-        except OSError:  # no journal is there yet, or the file system has no locks: nothing is known of others
-            return
 
 
 def check(

@@ -19,7 +19,7 @@ from usdsdg.session.progress import say_once
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.stores.whole_file import facts_of
-from usdsdg.writers.journal import folders, lines
+from usdsdg.writers.journal import folders, lines, place_locks
 from usdsdg.writers.journal import recipe as recipe_file
 from usdsdg.writers.journal.facts import SETTINGS, WRITERS, AssetFacts, plain, settings_facts
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
@@ -108,7 +108,7 @@ class Run:
                 of_place = self.recipe.of(place.name)
                 folders.check(place, of_place, self.mode, self.portion, with_parts=with_parts, growth=self.growth)
             except DatasetInTheWay:
-                folders.check_unused(place, self.portion)  # such a run looks unfinished, and cannot be gone on with
+                place_locks.check_unused(place, self.portion)  # such a run looks unfinished, and cannot be gone on with
                 raise
 
     def folder_to_go_on(self, wanted: Path) -> Path | None:
@@ -351,10 +351,11 @@ class Run:
         if failures:
             raise failures[0]
 
-    def forget_removed(self) -> None:
-        """Forget folders that a script has removed itself after its last file, as with a temporary one."""
+    def follow_moved(self) -> None:
+        """Find folders that a script has moved itself after its last file; forget those that it has removed."""
         for name in [name for name, folder in self._folders.items() if not folder.place.exists()]:
-            self._folders.pop(name).release()
+            if not self._folders[name].follow():
+                self._folders.pop(name).release()
 
     def release(self) -> None:
         """Give all folders back as they are; what is claimed later is claimed anew."""
