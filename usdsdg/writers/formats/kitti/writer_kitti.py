@@ -21,6 +21,7 @@ from usdsdg.writers.formats.kitti.kitti_classes import KittiClasses, read_mappin
 from usdsdg.writers.formats.shapes import cuboid
 from usdsdg.writers.formats.shapes.camera_projection import project
 from usdsdg.writers.formats.shapes.pose import Pose, truncation_ratio
+from usdsdg.writers.formats.shapes.visible_enough import ROUNDING
 from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.options import label_params, typed
 
@@ -217,6 +218,7 @@ class KittiWriter(AggregateWriter):
     def _occlusion_level(self, visible: float) -> int:
         if not np.isfinite(visible):
             return UNKNOWN
+        visible += ROUNDING
         return 0 if visible >= self._fully else 1 if visible >= self._partly else 2
 
     def _name(self, labels: Mapping[str, str]) -> str:

@@ -23,7 +23,7 @@ from usdsdg.writers.formats.picture_names import stem_of
 from usdsdg.writers.formats.shapes import cuboid
 from usdsdg.writers.formats.shapes.camera_projection import project
 from usdsdg.writers.formats.shapes.pose import Pose, truncation_ratio
-from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
+from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough, is_hidden_more
 from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.formats.voc import files
 from usdsdg.writers.formats.voc.image_sets import ImageSets, shown
@@ -129,7 +129,7 @@ class VocWriter(AggregateWriter):
                     class_name(boxes["idToLabels"][int(row["semanticId"])], files.UNFIT),
                     tuple(int(row[side]) + 1 for side in ("x_min", "y_min", "x_max", "y_max")),  # type: ignore[arg-type]
                     truncation_ratio(pose, corners, camera) > self._truncated,
-                    float(row["occlusionRatio"]) > self._occluded,
+                    is_hidden_more(row, self._occluded),
                     not self._enough.holds(row, int(pixels[instance])),
                 )
             )
