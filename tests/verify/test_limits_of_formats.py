@@ -64,3 +64,21 @@ def test_objects_without_a_quaternion_which_dopes_writer_names(stage, tmp_path, 
     eye = rep.create.camera(position=(1, -9, 2), look_at=(0, 0, 0))
     with pytest.warns(UsdsdgWarning, match=f"/World/Above/Box is {named}"):
         assert write(tmp_path, "DOPEWriter", eye, class_name_to_index_map={}, exact=True) == []
+
+
+def test_objects_beyond_kittis_255_of_a_class_have_no_number(stage, tmp_path):
+    for index in range(18 * 15):
+        box = UsdGeom.Cube.Define(current_stage(), f"/World/Box{index}")
+        add_labels(box.GetPrim(), {"class": ["car"]})
+        box.CreateSizeAttr(0.9)
+        box.AddTranslateOp().Set(Gf.Vec3d(index % 18 - 8.5, index // 18 - 7, 0))
+    eye = UsdGeom.Camera.Define(current_stage(), "/Camera")
+    eye.AddTranslateOp().Set(Gf.Vec3d(0, 0, 50))
+    with pytest.warns(UsdsdgWarning, match="more than 255 objects of a class"):
+        assert write(tmp_path, "KittiWriter", "/Camera", bbox_height_threshold=1) == []
+    (written,) = tmp_path.rglob("instance_segmentation/0.png")
+    pixels = np.array(Image.open(written))
+    assert len(np.unique(pixels % 256)) == 256
+    pixels[pixels % 256 == 7] -= 7
+    Image.fromarray(pixels).save(written)
+    assert any("has a number" in str(each) for each in verify(tmp_path).faults)
