@@ -82,3 +82,15 @@ def test_objects_beyond_kittis_255_of_a_class_have_no_number(stage, tmp_path):
     pixels[pixels % 256 == 7] -= 7
     Image.fromarray(pixels).save(written)
     assert any("has a number" in str(each) for each in verify(tmp_path).faults)
+
+
+@pytest.mark.parametrize(
+    "style", [{"outline": None}, {"outline": 5}, {"outline": [1, 2, 3]}, {"width": 0, "fill": "red"}]
+)
+def test_styles_of_pillow_are_drawn_as_they_were(stage, tmp_path, style):
+    rep.create.cube(semantics=[("class", "box")])
+    eye = rep.create.camera(position=(1, -9, 2), look_at=(0, 0, 0))
+    solids = {name: value for name, value in style.items() if name != "outline"}
+    options = {"bounding_box_2d_tight_params": style, "bounding_box_3d_params": solids}
+    drawn = {"bounding_box_2d_tight": True, "bounding_box_3d": True}
+    assert write(tmp_path, "DataVisualizationWriter", eye, **drawn, **options) == []

@@ -123,10 +123,10 @@ class KittiWriter(AggregateWriter):
             )
         self._classes = KittiClasses(read_mapping(mapping_path) if mapping_path else mapping_dict or None)
         self.metadata["semantic_ids"] = self._classes.ids()
+        self._splits = Splits("KittiWriter", splits, frames_per_scene)
         self.backend = BackendDispatch(
             output_dir=output_dir, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
         )
-        self._splits = Splits("KittiWriter", splits, frames_per_scene)
         parts = self._splits.names if is_plain else ()
         self._sets = {split: ImageSet(self.backend, f"KittiWriter/{split}") for split in parts}
         self._omit_type = omit_semantic_type or is_plain

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, Unpack
@@ -166,9 +167,14 @@ class VocWriter(AggregateWriter):
         """Return the names of the classes in the order of their ids.
 
         Raises:
-            WriterError: two would be the same, or one is too long for the name of a file.
+            WriterError: two would be the same, as would be lists of pictures, or one is too long for a file's name.
         """
         names = class_names("VocWriter", list(self._table().labels().values()), files.UNFIT)
+        lists = Counter(files.image_set(files.MAIN, split, name) for split in self._sets for name in ["", *names])
+        if twice := [path for path, count in lists.items() if count > 1]:
+            raise WriterError(
+                f"VocWriter: {twice[0]} would be the list of two: of a part, or of a class in a part. Rename the part."
+            )
         for split, name in itertools.product(self._sets, names):
             length = len(os.path.basename(files.image_set(files.MAIN, split, name)).encode())
             if length > files.LONGEST:

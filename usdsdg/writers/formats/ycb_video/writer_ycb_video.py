@@ -286,4 +286,6 @@ def _checked_matrix(given: Any) -> np.ndarray | None:
     matrix = np.asarray(given, np.float64)
     if matrix.shape != (3, 3):
         raise WriterError(f"YCBVideoWriter: intrinsic_matrix has the shape {matrix.shape}; expected (3, 3).")
+    if not np.isfinite(matrix).all():
+        raise WriterError(f"YCBVideoWriter: intrinsic_matrix is {matrix.tolist()}; expected finite numbers.")
     return matrix
