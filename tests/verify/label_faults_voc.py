@@ -155,6 +155,11 @@ def _(folder: Path) -> None:
     edit_text(folder, "labelmap.txt", turn)
 
 
+@kind("another color of a class in the table", "voc")
+def _(folder: Path) -> None:
+    edit_text(folder, "labelmap.txt", lambda text: text.replace("128,128,0:", "128,129,0:"))
+
+
 @kind("XML of the picture before", "voc")
 def _(folder: Path) -> None:
     stale(folder, "Annotations/*0{}.xml")

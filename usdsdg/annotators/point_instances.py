@@ -66,8 +66,8 @@ def undefined_prototypes(stage: Usd.Stage) -> list[Usd.Prim]:
     return [prim for prim in prims if prim.IsAbstract() or not prim.IsDefined()]
 
 
-def every_point(stage: Usd.Stage, gprims: Sequence[str]) -> list[str]:
-    """Return the gprims with those in prototypes once for each point that draws them, at the default time.
+def every_point(stage: Usd.Stage, gprims: Sequence[str], time: Usd.TimeCode) -> list[str]:
+    """Return the gprims with those in prototypes once for each point that draws them.
 
     Through nested instancers they are instances of the first point of the outer ones.
     """
@@ -78,7 +78,7 @@ def every_point(stage: Usd.Stage, gprims: Sequence[str]) -> list[str]:
     for gprim in gprims:
         seen: set[PrototypeUse] = set()  # innermost prototypes
         for way in _ways_to(Sdf.Path(gprim), prototypes, ()):
-            points = [_points_of(stage, *each) for each in way]
+            points = [_points_of(stage, *each, time) for each in way]
             if not all(points) or not seen.isdisjoint(way[:1]):
                 continue
             seen.update(way[:1])
@@ -105,12 +105,14 @@ def _point_name(prototypes: Prototypes, prototype: PrototypeUse, point: int) -> 
     return point_name(prototype[0], point, is_shared=prototype in prototypes.shared)
 
 
-def _points_of(stage: Usd.Stage, path: Sdf.Path, prototype: Sdf.Path) -> list[int]:
-    """Return the ids of the points of an instancer that draw a prototype."""
+def _points_of(stage: Usd.Stage, path: Sdf.Path, prototype: Sdf.Path, time: Usd.TimeCode) -> list[int]:
+    """Return the ids of the points of an instancer that draw a prototype; none where points lack positions."""
     instancer = UsdGeom.PointInstancer(stage.GetPrimAtPath(path))
     place = list(instancer.GetPrototypesRel().GetForwardedTargets()).index(prototype)
-    drawn = instancer.GetProtoIndicesAttr().Get() or ()
-    numbers = point_numbers(instancer, len(drawn), Usd.TimeCode.Default())
+    drawn = instancer.GetProtoIndicesAttr().Get(time) or ()
+    if len(instancer.GetPositionsAttr().Get(time) or ()) != len(drawn):
+        return []  # it is not drawn
+    numbers = point_numbers(instancer, len(drawn), time)
     return [point for point, index in zip(numbers, drawn) if index == place]
 
 

@@ -78,6 +78,15 @@ def default_or_current_time(attribute: Usd.Attribute) -> Usd.TimeCode:
     return _DEFAULT if strongest.HasDefaultValue() else _time.get()
 
 
+def first_time(stage: Usd.Stage) -> Usd.TimeCode:
+    """Return the time at which a stage begins, for what shall not depend on the frame.
+
+    Attributes without samples have their default value there, and those with samples have one, unlike at the default
+    time.
+    """
+    return Usd.TimeCode(stage.GetStartTimeCode())
+
+
 def transform_varies(prim: Usd.Prim) -> bool:
     """Return whether the local transform of a prim varies with time, whatever is above it; a single sample does not."""
     xformable = UsdGeom.Xformable(prim)

@@ -120,6 +120,7 @@ class Writer(ABC):
         check_names(type(self).__name__, type(self).__init__, kwargs)
         self.annotators, self.metadata = list(type(self).annotators), dict(type(self).metadata)
         self.num_written, self._facts, self._turn = 0, {}, object()
+        self._class_file = ClassFile()  # the folder may be another one
         self.parameters = dict(kwargs)
         self.__init__(**kwargs)
 

@@ -2,6 +2,7 @@
 
 import functools
 import inspect
+import math
 import os
 import types
 import typing
@@ -159,7 +160,8 @@ def _fits(value: Any, hint: Any) -> bool:
     if hint is bool:
         return isinstance(value, (bool, np.bool_)) or (isinstance(value, Integral) and value in (0, 1))
     if hint in (int, float):
-        return isinstance(value, Integral if hint is int else Real) and not isinstance(value, bool)
+        is_number = isinstance(value, Integral if hint is int else Real) and not isinstance(value, bool)
+        return is_number and not math.isnan(value)
     return isinstance(value, hint)
 
 

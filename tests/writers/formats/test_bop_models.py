@@ -98,3 +98,47 @@ def test_prototypes_that_are_not_drawn_by_themselves_have_models(home):
     np.testing.assert_array_equal(model.points[:, 0].max(), 2.5)
     UsdGeom.Imageable(stage.GetPrimAtPath("/Library/Mug")).MakeInvisible()
     assert list(survey.read()) == []
+
+
+def test_scales_that_have_samples_only_are_those_with_which_the_stage_begins():
+    """As exporters of animations write them: the default time has none of their values."""
+    stage = Usd.Stage.CreateInMemory()
+    stage.SetStartTimeCode(3)
+    car = UsdGeom.Xform.Define(stage, "/Car")
+    add_labels(car.GetPrim(), {"class": ["car"]})
+    grown = car.AddScaleOp()
+    for time, scale in ((1, 9.0), (3, 2.0), (5, 4.0)):
+        grown.Set(Gf.Vec3f(scale), time)
+    body = UsdGeom.Cube.Define(stage, "/Car/Body")
+    body.CreateSizeAttr().Set(10.0, 3)
+    body.AddTranslateOp().Set(Gf.Vec3d(7, 0, 0), 3)
+    survey = LabeledSurvey(stage, "class:*")
+    (surveyed,) = survey.read()
+    np.testing.assert_array_equal(surveyed.local_to_world, np.diag([2, 2, 2, 1]))
+    model = model_of(survey, "/Car", surveyed.local_to_world[:3, :3])
+    assert model is not None
+    np.testing.assert_array_equal((model.points[:, 0].min(), model.points[:, 0].max()), (4, 24))
+
+
+def row_of_mugs(places: list[tuple[float, float, float]] | None, time: Usd.TimeCode) -> Usd.Stage:
+    """Two points of an instancer, with positions at one time."""
+    stage = Usd.Stage.CreateInMemory()
+    row = UsdGeom.PointInstancer.Define(stage, "/Row")
+    add_labels(cube(stage, "/Row/Mug", 0.0), {"class": ["mug"]})
+    row.CreatePrototypesRel().SetTargets(["/Row/Mug"])
+    row.CreateProtoIndicesAttr([0, 0])
+    if places is not None:
+        row.CreatePositionsAttr().Set(places, time)
+    return stage
+
+
+def test_points_that_move_have_models():
+    survey = LabeledSurvey(row_of_mugs([(1, 2, 3), (4, 5, 6)], Usd.TimeCode(1)), "class:*")
+    found = {each.name: each.local_to_world[3, :3].tolist() for each in survey.read()}
+    assert found == {"/Row/Mug[0]": [1, 2, 3], "/Row/Mug[1]": [4, 5, 6]}
+    assert model_of(survey, "/Row/Mug[1]", np.eye(3)) is not None
+
+
+@pytest.mark.parametrize("places", [None, [(1, 2, 3)]])
+def test_points_without_positions_which_are_not_drawn_are_left_out(places):
+    assert list(LabeledSurvey(row_of_mugs(places, Usd.TimeCode.Default()), "class:*").read()) == []

@@ -4,7 +4,7 @@ import warnings
 
 import pytest
 
-from usdsdg.errors import UsdsdgWarning
+from usdsdg.errors import UsdsdgWarning, WriterError
 from usdsdg.writers.formats.splits import Splits
 
 
@@ -29,3 +29,9 @@ def test_shares_of_one_and_relative_sizes_are_as_meant(shares):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         Splits("Writer", shares)
+
+
+@pytest.mark.parametrize("share", [0, -1, float("nan"), float("inf"), "1"])
+def test_shares_are_finite_numbers_above_0(share):
+    with pytest.raises(WriterError, match="expected shares above 0"):
+        Splits("Writer", {"train": share, "val": 1})

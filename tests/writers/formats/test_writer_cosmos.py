@@ -177,6 +177,8 @@ def test_a_backend_that_cannot_be_read_gets_pictures_only(frame, tmp_path):
         ({}, "nowhere to write"),
         ({"output_dir": "x", "segmentation_mapping": {"apple": "red"}}, r"segmentation_mapping\['apple'\] is 'red'"),
         ({"output_dir": "x", "segmentation_mapping": {"apple": [1, 2, 3]}}, r"expected a color"),
+        ({"output_dir": "x", "segmentation_mapping": {"apple": [1, 2, 3, 256]}}, r"expected a color"),
+        ({"output_dir": "x", "segmentation_mapping": {"apple": -1}}, r"expected a color"),
     ],
 )
 def test_wrong_options_are_refused(options, message, tmp_path, monkeypatch):

@@ -83,9 +83,20 @@ def test_backgrounds_are_pictures_of_the_same_frame(cube, tmp_path):
     assert np.abs(normals[inside][:, :3] - expected).max() <= 1
 
 
-def test_a_color_that_is_none_is_refused(cube, tmp_path):
-    with pytest.raises(WriterError, match="no color that Pillow knows"):
-        write(tmp_path, cube, bounding_box_2d_tight=True, bounding_box_2d_tight_params={"outline": "greenish"})
+@pytest.mark.parametrize(
+    ("params", "message"),
+    [
+        ({"outline": "greenish"}, "outline 'greenish' is no color that Pillow knows"),
+        ({"fill": (1, 2)}, r"fill \(1, 2\) is no color"),
+        ({"outline": [0.5, 0, 1]}, r"outline \[0.5, 0, 1\] is no color"),
+        ({"width": 1.5}, "width is 1.5; expected a whole number"),
+        ({"width": -1}, "width is -1; expected"),
+    ],
+)
+def test_styles_that_pillow_cannot_draw_are_refused_at_once(cube, tmp_path, params, message):
+    with pytest.raises(WriterError, match=message):
+        write(tmp_path, cube, bounding_box_2d_tight=True, bounding_box_2d_tight_params=params)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(

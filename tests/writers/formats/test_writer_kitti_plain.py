@@ -108,6 +108,12 @@ def test_what_is_hidden_is_unknown_where_no_ratio_is_known(tmp_path):
     assert [writer._occlusion_level(visible) for visible in (1.0, 0.6, 0.1, float("nan"))] == [0, 1, 2, 3]
 
 
+def test_what_is_visible_by_just_a_threshold_has_its_level_although_ratios_are_rounded(tmp_path):
+    writer = writers.get("KittiWriter", init_params={"output_dir": str(tmp_path)})
+    hidden = np.array([1 / 20, 3 / 6], np.float32)  # the first is a little more
+    assert [writer._occlusion_level(1.0 - float(each)) for each in hidden] == [0, 1]
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
-from pxr import UsdGeom
+from pxr import Gf, UsdGeom
 
 import usdsdg as rep
 from tests import forked
 from usdsdg import errors
 from usdsdg.session import session
 from usdsdg.session.stage_context import new_stage
+from usdsdg.stage.semantics.labels import add_labels
 from usdsdg.writers.formats.rerun.rrd_content import content
 
 rr = pytest.importorskip("rerun.chunk")
@@ -127,6 +128,34 @@ def test_corners_of_solids_project_to_the_edges_of_rectangles(made):
         pixels = pixels[:, :2] / pixels[:, 2:]
         edges = [box["x_min"], box["y_min"], box["x_max"] + 1, box["y_max"] + 1]
         assert np.allclose([*pixels.min(axis=0), *pixels.max(axis=0)], edges, atol=1.0)  # pixels are hit at centers
+
+
+def test_objects_in_objects_are_where_they_are(stage, tmp_path):
+    """Rerun multiplies the transforms of all entities that a path is below."""
+    UsdGeom.SetStageMetersPerUnit(rep.get_stage(), 0.01)
+    places = {}
+    for path, place in (("/Car", (1, 2, 3)), ("/Car/Seats/Seat", (4, 0, 0)), ("/Car/Seats/Seat/Belt", (0, 5, 0))):
+        prim = UsdGeom.Cube.Define(rep.get_stage(), path)
+        add_labels(prim.GetPrim(), {"class": [path[-4:].strip("/").lower()]})
+        prim.AddTranslateOp().Set(Gf.Vec3d(*place))
+        prim.AddRotateZOp().Set(30.0)
+        prim.AddScaleOp().Set(Gf.Vec3f(2, 1, 1))
+        places[path] = np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(0))
+    product = rep.create.render_product(rep.create.camera(position=(300, 0, 0), look_at=(0, 0, 0)), SIZE)
+    writer = rep.writers.get("RerunWriter")
+    writer.initialize(output_dir=str(tmp_path))
+    writer.attach(product)
+    rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    found = read(tmp_path / "frame_0000.rrd")
+    for path, to_world in places.items():
+        composed = np.eye(4)
+        while path:
+            if (f"/world/objects{path}", "Transform3D:mat3x3") in found:
+                composed = matrix(found, f"/world/objects{path}", 0) @ composed
+            path = path.rpartition("/")[0]
+        expected = np.diag((0.01, 0.01, 0.01, 1.0)) @ to_world.T
+        np.testing.assert_allclose(composed, expected, atol=1e-6)
 
 
 def test_draws_are_scalars_over_frames_and_the_world_has_an_up_axis(made):

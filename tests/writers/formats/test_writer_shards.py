@@ -2,6 +2,7 @@
 
 import io
 import json
+import sys
 import tarfile
 from functools import partial
 
@@ -16,6 +17,7 @@ from usdsdg import annotators, writers
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
 from usdsdg.writers.formats.shards.packing import InOrder, Limits
+from usdsdg.writers.formats.shards.shard_writer import limits_of
 from usdsdg.writers.formats.shards.tar_shard import Archive, TarSample
 
 SIZE = (64, 48)
@@ -186,3 +188,7 @@ def test_classes_that_come_later_are_named_in_all_shards(parquet, frame, tmp_pat
         assert len(parquet.read_table(path).to_pylist()[0]["objects"]["id"]) > 2
     assert named[0] == named[1]
     assert named[0][-1] == "zebra"
+
+
+def test_shards_may_be_as_large_as_one_likes():
+    assert limits_of({"shard_megabytes": float("inf"), "shard_samples": 3}) == {"samples": 3, "bytes": sys.maxsize}

@@ -175,6 +175,15 @@ def test_two_classes_of_one_name_are_an_error(tmp_path):
         write(tmp_path, [make_frame(stage, (16, 12), filters=["class:*"])])
 
 
+def test_a_class_and_a_part_that_would_have_one_list_are_an_error(tmp_path):
+    stage = new_stage()
+    add_cube(stage, "/World/One", "small")
+    frame = make_frame(stage, (16, 12), filters=["class:*"])
+    write(tmp_path / "apart", [frame], splits={"train": 1, "large_train": 1})
+    with pytest.raises(WriterError, match=r"ImageSets/Main/small_train\.txt would be the list of two"):
+        write(tmp_path / "same", [frame], splits={"train": 1, "small_train": 1})
+
+
 @pytest.mark.parametrize(("label", "fits"), [("ü" * 122, True), ("ü" * 123, False), ("a" * 300, False)])
 def test_a_name_that_is_too_long_for_a_file_is_an_error_at_once(label, fits, tmp_path):
     stage = new_stage()

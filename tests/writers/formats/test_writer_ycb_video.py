@@ -134,6 +134,7 @@ def test_a_class_without_an_index_is_left_out_with_a_warning(frame, tmp_path):
         ({"class_name_to_index_map": {"pear": 300}}, "'pear': 300; expected 1 to 255"),
         ({"factor_depth": 70000}, "factor_depth is 70000"),
         ({"intrinsic_matrix": np.eye(4)}, r"shape \(4, 4\)"),
+        ({"intrinsic_matrix": np.diag([500, np.nan, 1])}, "expected finite numbers"),
     ],
 )
 def test_values_that_do_not_fit_are_errors(frame, tmp_path, options, message):

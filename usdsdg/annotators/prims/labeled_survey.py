@@ -12,6 +12,7 @@ from usdsdg.annotators.ownership import LabeledStage, Labels, Owner, find_owners
 from usdsdg.annotators.point_instances import PointFrames, every_point
 from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.time_code import first_time
 
 _POINTS = {"positions", "protoIndices", "ids", "prototypes", "invisibleIds"}
 
@@ -21,7 +22,7 @@ class SurveyedPrim(NamedTuple):
 
     name: str  # prim path, as annotators report it
     labels: dict[str, str]  # {type: "label[,label]"}, as annotators output them
-    local_to_world: np.ndarray  # (4, 4), row vectors, at the default time
+    local_to_world: np.ndarray  # (4, 4), row vectors, when the stage begins
 
 
 class LabeledSurvey:
@@ -43,7 +44,7 @@ class LabeledSurvey:
             self._owners = None
         if self._owners is None:
             self._owners = list(self._find())
-        frames = PointFrames(self.stage, UsdGeom.XformCache())
+        frames = PointFrames(self.stage, UsdGeom.XformCache(first_time(self.stage)))
         for owner, labels in self._owners:
             if _is_hidden(self.stage, owner):
                 continue
@@ -62,7 +63,7 @@ class LabeledSurvey:
         return bool(labels if self._filter is None else self._filter.select(labels))
 
     def _find(self) -> Iterator[tuple[Owner, dict[str, str]]]:
-        gprims = every_point(self.stage, self._labels.every_gprim(numbered=False))
+        gprims = every_point(self.stage, self._labels.every_gprim(numbered=False), first_time(self.stage))
         chains = [chain for _, chain in self._labels.chains(gprims)]
         for owned in find_owners(self._labels, gprims, chains, self._filter):
             yield owned.owner, owned.output

@@ -29,7 +29,8 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
     ]
     if not annotations:
         return
-    labels = _labels(folder)
+    rows_of_labels = _rows_of_labels(folder)
+    labels = [row[0] for row in rows_of_labels]
     listed = [file for file in files if PurePosixPath(file).parts[0] == "ImageSets"]
     lists = {file: _listed(folder, file) for file in [*listed, *_hidden_lists(folder, labels)]}
     stems = {PurePosixPath(file).stem for file in annotations}
@@ -47,14 +48,15 @@ def read(folder: Folder, files: list[str]) -> Iterator[Seen]:
         if root is None or folder.parsed(file, seen.name, lambda s=seen, r=root: _fill(s, r)) is None:
             continue
         seen.extra["voc"] = (labels, {path: rows[stem] for path, rows in lists.items() if stem in rows}, list(lists))
+        seen.extra["voc colors"] = [row[1] if len(row) > 1 else "" for row in rows_of_labels]
         seen.later(lambda made: _read_images(folder, made))
         yield seen
 
 
-def _labels(folder: Folder) -> list[str]:
-    """Return the names of the indices of classes."""
+def _rows_of_labels(folder: Folder) -> list[list[str]]:
+    """Return the columns of the rows of the indices of classes: a name, a color, and more."""
     text = folder.text(names.LABELS, "all") or ""
-    return [line.split(":")[0] for line in text.splitlines() if line and not line.startswith("#")]
+    return [line.split(":") for line in text.splitlines() if line and not line.startswith("#")]
 
 
 def _hidden_lists(folder: Folder, labels: list[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Why the shape of an object is not that of its default time."""
+"""Why the shape of an object is not the same in all frames."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SHAPE_ATTRIBUTES = (
 def deformations(prim: Usd.Prim, is_other: Callable[[Usd.Prim], bool]) -> Iterator[str]:
     """Yield what deforms an object: skins, and samples of shapes and of poses below its own, each with its prim path.
 
-    The shape that `triangles_below` reads is that of the default time, without skins. is_other: whether a prim below
+    The shape that `triangles_below` reads is that of one time, without skins. is_other: whether a prim below
     and what is below it belong to another object.
     """
     walk = iter(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))

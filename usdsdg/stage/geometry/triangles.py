@@ -51,14 +51,18 @@ class TriangleInstance(NamedTuple):
 
 
 def triangles_below(
-    prims: Iterable[Usd.Prim], faces_of: Faces | None = None, *, left_out: LeftOut | None = None
+    prims: Iterable[Usd.Prim],
+    faces_of: Faces | None = None,
+    *,
+    left_out: LeftOut | None = None,
+    time: Usd.TimeCode = Usd.TimeCode.Default(),  # noqa: B008
 ) -> list[TriangleInstance]:
     """Return the triangles of all gprims at and below `prims`, visible or not, also in instances and point instancers.
 
     Meshes are read as their control cage; faces are triangulated. faces_of: which of a mesh are read.
     left_out: asked of all prims, also of those in prototypes.
     """
-    cache = UsdGeom.XformCache(Usd.TimeCode.Default())
+    cache = UsdGeom.XformCache(time)
     found = []
     for root in prims:
         walk = iter(range_below(root))
@@ -68,7 +72,7 @@ def triangles_below(
             elif prim.IsA(UsdGeom.PointInstancer):
                 walk.PruneChildren()
                 found += _instances(UsdGeom.PointInstancer(prim), cache, faces_of, left_out)
-            elif prim.IsA(UsdGeom.Gprim) and (own := own_triangles(prim, faces_of)) is not None:
+            elif prim.IsA(UsdGeom.Gprim) and (own := own_triangles(prim, faces_of, time)) is not None:
                 found.append(TriangleInstance(str(prim.GetPath()), own, as_array(cache.GetLocalToWorldTransform(prim))))
     return found
 
@@ -85,10 +89,10 @@ def _instances(
 ) -> Iterator[TriangleInstance]:
     stage, path = instancer.GetPrim().GetStage(), str(instancer.GetPath())
     to_world = as_array(cache.GetLocalToWorldTransform(instancer.GetPrim()))
-    time = Usd.TimeCode.Default()
+    time = cache.GetTime()
     transforms = instancer.ComputeInstanceTransformsAtTime(time, time, UsdGeom.PointInstancer.IncludeProtoXform)
     mask = instancer.ComputeMaskAtTime(time)
-    every = enumerate(instancer.GetProtoIndicesAttr().Get() or ())
+    every = enumerate(instancer.GetProtoIndicesAttr().Get(time) or ())
     shown = [each for each, is_shown in zip(every, mask or repeat(True)) if is_shown]
     parts: dict[int, list[tuple[Triangles, np.ndarray]]] = {}
     for kind, target in enumerate(instancer.GetPrototypesRel().GetForwardedTargets()):
@@ -97,23 +101,27 @@ def _instances(
         root_to_world = cache.GetLocalToWorldTransform(root).GetInverse() if root else None
         parts[kind] = [
             (placed.triangles, placed.to_world @ as_array(root_to_world))
-            for placed in (triangles_below([root], faces_of, left_out=left_out) if root else ())
+            for placed in (triangles_below([root], faces_of, left_out=left_out, time=time) if root else ())
         ]
     for (index, kind), transform in zip(shown, transforms):
         for triangles, to_prototype in parts.get(kind, ()):
             yield TriangleInstance(f"{path}[{index}]", triangles, to_prototype @ as_array(transform) @ to_world)
 
 
-def own_triangles(prim: Usd.Prim, faces_of: Faces | None = None) -> Triangles | None:
+def own_triangles(
+    prim: Usd.Prim,
+    faces_of: Faces | None = None,
+    time: Usd.TimeCode = Usd.TimeCode.Default(),  # noqa: B008
+) -> Triangles | None:
     """Return the triangles of a gprim in its own space; None for prims without faces (curves, points, empty meshes)."""
     if prim.IsA(UsdGeom.Mesh):
-        return _of_mesh(UsdGeom.Mesh(prim), None if faces_of is None else faces_of(prim))
+        return _of_mesh(UsdGeom.Mesh(prim), None if faces_of is None else faces_of(prim), time)
     shape = _SHAPES.get(str(prim.GetTypeName()))
     if shape is None:
         return None
     axis = str(prim.GetAttribute("axis").Get()) if prim.HasAttribute("axis") else "Z"
     sizes = _SIZES_OF_TURNED_PLANES if prim.GetTypeName() == "Plane" and axis != "Z" else {}
-    points, faces = shape(lambda name: float(prim.GetAttribute(sizes.get(name, name)).Get()))
+    points, faces = shape(lambda name: float(prim.GetAttribute(sizes.get(name, name)).Get(time)))
     points = points[:, _AXES[axis]]
     return Triangles(points, _with_area(points, faces))
 
@@ -194,11 +202,11 @@ _SHAPES = {
 }
 
 
-def _of_mesh(mesh: UsdGeom.Mesh, chosen: np.ndarray | None) -> Triangles | None:
-    points = np.array(_value(mesh.GetPointsAttr()) or (), np.float64).reshape(-1, 3)
-    counts = np.array(_value(mesh.GetFaceVertexCountsAttr()) or (), np.int64)
-    indices = np.array(_value(mesh.GetFaceVertexIndicesAttr()) or (), np.int64)
-    holes = np.array(_value(mesh.GetHoleIndicesAttr()) or (), np.int64)
+def _of_mesh(mesh: UsdGeom.Mesh, chosen: np.ndarray | None, time: Usd.TimeCode) -> Triangles | None:
+    points = np.array(_value(mesh.GetPointsAttr(), time) or (), np.float64).reshape(-1, 3)
+    counts = np.array(_value(mesh.GetFaceVertexCountsAttr(), time) or (), np.int64)
+    indices = np.array(_value(mesh.GetFaceVertexIndicesAttr(), time) or (), np.int64)
+    holes = np.array(_value(mesh.GetHoleIndicesAttr(), time) or (), np.int64)
     left_out = holes if chosen is None else np.concatenate([holes, np.flatnonzero(~chosen)])
     faces = face_triangles(points, counts, indices, left_out).triangles
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
@@ -210,9 +218,9 @@ def _of_mesh(mesh: UsdGeom.Mesh, chosen: np.ndarray | None) -> Triangles | None:
     return Triangles(points, faces) if len(faces) else None
 
 
-def _value(attribute: Usd.Attribute) -> object:
-    """Return the default value of an attribute, or its first time sample if it has no default."""
-    value = attribute.Get()
+def _value(attribute: Usd.Attribute, time: Usd.TimeCode) -> object:
+    """Return the value of an attribute; at the default time its first time sample if it has no default."""
+    value = attribute.Get(time)
     return attribute.Get(Usd.TimeCode.EarliestTime()) if value is None else value
 
 

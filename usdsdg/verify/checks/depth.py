@@ -65,9 +65,10 @@ def _wrong(found: np.ndarray, expected: np.ndarray, depth: Depth) -> np.ndarray:
     seen = np.isfinite(expected) & (expected <= depth.far)
     off = np.abs(np.where(np.isfinite(found), found, 0) - np.where(seen, expected, 0))
     limit = depth.step * 0.501 + _RELATIVE * np.where(seen, np.abs(expected), 0)
-    # At the end of its range a format may have either.
+    # At the end of its range a format may have either, and less than half a step is 0 in it, as what is not seen.
     near_the_end = np.abs(np.where(np.isfinite(expected), expected, 0) - depth.far) <= depth.step
-    return (((np.isfinite(found) != seen) | (seen & (off > limit))) & ~near_the_end) | np.isnan(found)
+    either = near_the_end | (~np.isfinite(found) & (expected <= depth.step * 0.501) & (depth.step > 0))
+    return (((np.isfinite(found) != seen) | (seen & (off > limit))) & ~either) | np.isnan(found)
 
 
 def _kinds_agree(seen: Seen) -> Faults:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from PIL import Image, ImageColor, ImageDraw
+from PIL import Image, ImageDraw
 
 from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.formats.drawn import NAME
@@ -47,9 +47,7 @@ def _rectangles(seen: Seen, file: str, image: np.ndarray, style: Mapping[str, An
     draw, fill = ImageDraw.Draw(empty), style.get("fill")
     color = _color(style.get("outline", _LINE_COLOR))
     for box in boxes:
-        draw.rectangle(
-            list(box), fill=None if fill is None else _color(fill), outline=color, width=style.get("width", 1)
-        )
+        draw.rectangle(list(box), fill=_color(fill), outline=color, width=style.get("width", 1))
     expected = np.array(empty)
     drawn = expected[..., 3] > 0
     wrong = drawn & (image[..., :3] != expected[..., :3]).any(axis=2)
@@ -70,7 +68,7 @@ def _solids(
     near = np.zeros((height, width), bool)
     drawn = image[..., 3] > 0
     missing = total = 0
-    for thing in things:
+    for thing in things if style.get("width", 1) else ():
         corners = keypoints(thing.bounds, _CORNERS) @ thing.local_to_world[:3, :3] + thing.local_to_world[3, :3]
         ends = [(a, b) for a in range(8) for b in (a ^ 1, a ^ 2, a ^ 4) if a < b]
         pixels = np.concatenate([_edge(corners[a], corners[b], truth.camera) for a, b in ends])
@@ -119,7 +117,6 @@ def _ends(start: np.ndarray, end: np.ndarray, camera: CameraView) -> np.ndarray:
     return points[:, :2] * (camera.fx, -camera.fy) / divisor + (camera.cx, camera.cy)
 
 
-def _color(color: Any) -> tuple[int, ...]:
-    if isinstance(color, str):
-        return ImageColor.getrgb(color)
-    return tuple(color)
+def _color(color: Any) -> Any:
+    """Return a color for Pillow, which takes no lists, as records have them."""
+    return tuple(color) if isinstance(color, list) else color

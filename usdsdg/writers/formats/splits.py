@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from numbers import Real
@@ -38,7 +39,7 @@ class Splits:
             raise WriterError(f"{writer}: frames_per_scene is {frames_per_scene}; expected a whole number above 0.")
         self._together = frames_per_scene
         given = {"train": 1.0} if shares is None else dict(shares)
-        if not given or not all(isinstance(share, Real) and share > 0.0 for share in given.values()):
+        if not given or not all(isinstance(share, Real) and 0.0 < share < math.inf for share in given.values()):
             raise WriterError(
                 f"{writer}: splits is {shares!r}; expected shares above 0 such as " + "{'train': 0.8, 'val': 0.2}."
             )

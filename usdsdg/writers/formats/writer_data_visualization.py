@@ -2,10 +2,11 @@
 
 import os
 from collections.abc import Callable, Mapping
+from numbers import Integral
 from typing import Any
 
 import numpy as np
-from PIL import Image, ImageColor, ImageDraw
+from PIL import Image, ImageDraw
 
 from usdsdg.annotators import named_annotators
 from usdsdg.errors import WriterError, warn_once
@@ -112,12 +113,21 @@ def _checked_style(annotator: str, style: Style) -> Style:
         )
         style = {**style, "background": None}
     for name in ("fill", "outline"):
-        if isinstance(color := style.get(name), str):
-            try:
-                ImageColor.getrgb(color)
-            except ValueError:
-                raise WriterError(f"{where}: {name} {color!r} is no color that Pillow knows.") from None
+        if not _is_color(style.get(name)):
+            raise WriterError(f"{where}: {name} {style[name]!r} is no color that Pillow knows.")
+    width = style.get("width", 1)
+    if not isinstance(width, Integral) or width < 0:
+        raise WriterError(f"{where}: width is {width!r}; expected a whole number of pixels.")
     return style
+
+
+def _is_color(value: Any) -> bool:
+    """Return whether Pillow takes a value for a color of its own; None is none."""
+    try:
+        Image.new("RGBA", (1, 1), _color(value))
+    except (ValueError, TypeError, OverflowError):
+        return False
+    return True
 
 
 def _background(seen: Mapping[str, Any], style: Style) -> Image.Image:

@@ -50,12 +50,24 @@ def _agrees(seen: Seen, poses: Poses, posed: Posed) -> Faults:
         return
     if not poses.exact or seen.size is None or not ((posed.pixels > 0) & (posed.pixels < seen.size)).all():
         return
+    if seen.truth is not None and _may_be_bent(poses, posed, seen.truth):
+        return
     off = _off_any_box(posed, poses.camera["intrinsics"])
     if beyond(off, _PIXEL):
         yield Fault(
             poses.file, seen.name, f"projected_cuboid of {posed.name} is of a box with its quaternion",
             "0 pixels off", f"{off:.2f}",
         )  # fmt: skip
+
+
+def _may_be_bent(poses: Poses, posed: Posed, truth: Truth) -> bool:
+    """Return whether an object of this name is sheared or mirrored, which the writer has warned of."""
+    things = truth.things(truth.filter_of(_BOXES))
+    return any(_name(each) == posed.name and not _is_rigid(each.local_to_world) for each in things)
+
+
+def _is_rigid(pose: np.ndarray) -> bool:
+    return is_straight(pose) and bool(np.linalg.det(pose[:3, :3]) > 0)
 
 
 def _off_any_box(posed: Posed, k: Mapping[str, float]) -> float:
@@ -114,7 +126,7 @@ def _object(seen: Seen, poses: Poses, posed: Posed, thing: Thing, truth: Truth, 
         what = f"location of {thing.path}"
         yield Fault(poses.file, seen.name, what, text(pose[3, :3]), text(posed.location))
     axes = pose[:3, :3] / np.linalg.norm(pose[:3, :3], axis=1, keepdims=True)
-    if is_straight(pose) and np.linalg.det(axes) > 0:
+    if _is_rigid(pose):
         found = turned(posed.quaternion, real_last=False)
         if differs(found, axes, relative=0.0, absolute=1e-4):
             yield Fault(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -142,6 +142,7 @@ def _instances(seen: Seen, truth: Truth) -> Faults:
             yield Fault(file, seen.name, "has another size", str(members.shape), str(keys.shape))
             continue
         first: dict[int, str] = {}
+        full = _full_classes(keys) if kind == "instances" else set()
         for index, thing in enumerate(truth.things(key)):
             found = np.unique(keys[members == index])
             if len(found) > 1:
@@ -151,15 +152,22 @@ def _instances(seen: Seen, truth: Truth) -> Faults:
                 if other != thing.path:
                     yield Fault(file, seen.name, f"{other} and {thing.path} share {int(found[0])}")
             if kind == "instances" and len(found) == 1:
-                yield from _class_part(seen, file, thing, int(found[0]))
+                yield from _class_part(seen, file, thing, int(found[0]), full)
         nothing = np.unique(keys[members < 0] % 256) if kind == "instances" else np.zeros(0)
         if nothing.any():
             yield Fault(file, seen.name, "what has no label has no number", "0", str(nothing.tolist()))
 
 
-def _class_part(seen: Seen, file: str, thing: Thing, value: int) -> Faults:
+def _full_classes(keys: np.ndarray) -> set[int]:
+    """Return the classes of which an image has all numbers, so that further objects have none."""
+    numbered = np.unique(keys[keys % 256 > 0])
+    classes, counts = np.unique(numbered // 256, return_counts=True)
+    return set(classes[counts == 255].tolist())
+
+
+def _class_part(seen: Seen, file: str, thing: Thing, value: int, full: Collection[int]) -> Faults:
     expected = _class_of(thing.labels, _class_table(seen))
     if _class_table(seen) and value // 256 != expected:
         yield Fault(file, seen.name, f"the class of {thing.path}", str(expected), str(value // 256))
-    if value % 256 == 0:
+    if value % 256 == 0 and value // 256 not in full:
         yield Fault(file, seen.name, f"{thing.path} has a number", "1 to 255", "0")

@@ -42,7 +42,8 @@ def _segments(seen: Seen, labels: list[str]) -> Faults:
             return
     if files.CLASSES not in seen.extra or files.OBJECTS not in seen.extra:
         return
-    (file, classes, _), (other, own, _) = seen.extra[files.CLASSES], seen.extra[files.OBJECTS]
+    (file, classes, palette), (other, own, _) = seen.extra[files.CLASSES], seen.extra[files.OBJECTS]
+    yield from _label_colors(seen, palette)
     expected = np.zeros(classes.shape, classes.dtype)
     for each in seen.labeled:
         if each.mask is not None and each.name in labels:
@@ -53,6 +54,14 @@ def _segments(seen: Seen, labels: list[str]) -> Faults:
     unknown = sorted(set(np.unique(own).tolist()) - {0, files.VOID, *range(1, len(seen.labeled) + 1)})
     if unknown:
         yield Fault(other, seen.name, "indices are those of the objects of the XML", "", str(unknown))
+
+
+def _label_colors(seen: Seen, palette: np.ndarray) -> Faults:
+    """Readers that take pictures of segments as colors look these up in the table of classes."""
+    for index, found in enumerate(seen.extra["voc colors"][: len(palette)]):
+        expected = ",".join(map(str, palette[index].tolist()))
+        if found != expected:
+            yield Fault(files.LABELS, seen.name, f"the color of row {index}", expected, found)
 
 
 def _lists(seen: Seen, rows: dict[str, str], lists: list[str]) -> Faults:

@@ -18,6 +18,7 @@ from usdsdg.stage.geometry.deforming import deformations
 from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses.transforms import as_array, inverse
+from usdsdg.stage.time_code import first_time
 from usdsdg.writers.formats.bop.shape_edits import ShapeEdits, own_path
 
 # Further shapes of a class have its id plus as many of these.
@@ -128,7 +129,7 @@ class Models:
         """
         stretch, rotation = self._stretches.split(path, matrix)
         surveyed, obj_id = self._now.get(path, (None, None))
-        # Its scale may be another where it is animated: the survey is at the default time.
+        # Its scale may be another where it is animated: the survey is of the beginning.
         if stretch is not surveyed:
             obj_id = self._find(path, number, name, stretch * millimeters)
         if obj_id is None:
@@ -202,7 +203,7 @@ def measures(points: np.ndarray) -> dict[str, float]:
 
 
 def model_of(prims: LabeledSurvey, path: str, stretch: np.ndarray) -> Model | None:
-    """Return the triangles that are drawn of a labeled prim, without those of labeled prims inside of it.
+    """Return the triangles that are drawn of a labeled prim at first, without those of labeled prims inside of it.
 
     None if it has none. Where labels tell GeomSubsets apart, a subset has its faces of the mesh that it is in, and the
     mesh the others.
@@ -212,11 +213,12 @@ def model_of(prims: LabeledSurvey, path: str, stretch: np.ndarray) -> Model | No
     prim = prims.stage.GetPrimAtPath(own_path(path))
     if not prim:
         return None
-    to_local = inverse(as_array(UsdGeom.XformCache().GetLocalToWorldTransform(prim)))
+    time = first_time(prims.stage)
+    to_local = inverse(as_array(UsdGeom.XformCache(time).GetLocalToWorldTransform(prim)))
     is_subset = prim.IsA(UsdGeom.Subset)
     faces_of = partial(_own_faces, prims, prim) if subsets_are_told_apart() else None
     left_out = None if is_subset else partial(_is_left_out, prims, prim)
-    parts = triangles_below([prim.GetParent() if is_subset else prim], faces_of, left_out=left_out)
+    parts = triangles_below([prim.GetParent() if is_subset else prim], faces_of, left_out=left_out, time=time)
     owners = prims.owners_of([own_path(part.path) for part in parts])
     points, triangles, count = [], [], 0
     for part, owner in zip(parts, owners, strict=True):
@@ -257,14 +259,15 @@ def warn_of_deformation(writer: str, prims: LabeledSurvey, path: str) -> None:
     deformation = next(deformations(prim, prims.has_own_labels), None)
     if deformation is not None:
         warn_once(
-            f"{writer}: {path} deforms ({deformation}), and its model is rigid: it has the shape of the default time, "
-            "without skins, so that masks differ from it. Label parts that are rigid, or leave the prim unlabeled."
+            f"{writer}: {path} deforms ({deformation}), and its model is rigid: it has the shape of the "
+            "stage's first time, without skins, so that masks differ from it. Label parts that are rigid, or leave "
+            "the prim unlabeled."
         )
 
 
 def _own_faces(prims: LabeledSurvey, owner: Usd.Prim, mesh: Usd.Prim) -> np.ndarray | None:
     """Return which faces of a mesh belong to a labeled prim, (F,) bool, and not to a labeled subset; None for all."""
-    subsets, of_face = read_face_parts(mesh, Usd.TimeCode.Default())
+    subsets, of_face = read_face_parts(mesh, first_time(prims.stage))
     if owner.IsA(UsdGeom.Subset):
         return np.array([*(path == owner.GetPath() for path in subsets), False])[of_face]
     if not subsets:

@@ -55,7 +55,6 @@ class CosmosWriter(AggregateWriter):
             WriterError: there is nowhere to write, or the mapping has an invalid value.
             OutputNotWritable: output_dir cannot be written to.
         """
-        self.backend = make_backend("CosmosWriter", None if backend else output_dir, backend)
         mapping = _by_semantics(segmentation_mapping) if segmentation_mapping else None
         if mapping:
             shaded, flat = "shaded_semantic_segmentation", "semantic_segmentation"
@@ -72,6 +71,7 @@ class CosmosWriter(AggregateWriter):
             named_annotators.get("distance_to_camera").augment("ColorizeDepth", name="depth"),
             named_annotators.get(shaded).augment("Canny", name="edges", **thresholds),
         ]
+        self.backend = make_backend("CosmosWriter", None if backend else output_dir, backend)
         self._clip = self._frame_id = 0
         self._pictures = Clip(self.backend, 0)
 
@@ -124,12 +124,17 @@ class CosmosWriter(AggregateWriter):
 def _by_semantics(mapping: Mapping[str, Any]) -> dict[str, Any]:
     """Return the mapping with "type:label" keys; labels without a type get the type "class"."""
     for label, value in mapping.items():
-        is_color = isinstance(value, (list, tuple)) and len(value) == 4 and all(isinstance(part, int) for part in value)
-        if not is_color and not isinstance(value, int):
+        is_color = isinstance(value, (list, tuple)) and len(value) == 4 and all(_is_in(part, 0xFF) for part in value)
+        if not is_color and not _is_in(value, 0xFFFFFFFF):
             raise WriterError(
-                f"CosmosWriter: segmentation_mapping[{label!r}] is {value!r}; expected a color (r, g, b, a) or an id."
+                f"CosmosWriter: segmentation_mapping[{label!r}] is {value!r}; expected a color (r, g, b, a), 0 to 255, "
+                "or an id."
             )
     return {label if ":" in label else f"class:{label}": value for label, value in mapping.items()}
+
+
+def _is_in(value: Any, last: int) -> bool:
+    return isinstance(value, int) and 0 <= value <= last
 
 
 def _times_fired(trigger_outputs: Mapping[str, Any]) -> int | None:

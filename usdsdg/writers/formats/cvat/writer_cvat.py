@@ -21,7 +21,7 @@ from usdsdg.writers.formats.class_names import class_name, class_names
 from usdsdg.writers.formats.cvat import cvat_xml, files
 from usdsdg.writers.formats.picture_names import stem_of
 from usdsdg.writers.formats.shapes.polygons import outlines
-from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
+from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough, is_hidden_more
 from usdsdg.writers.latest import keep_latest
 from usdsdg.writers.options import CommonOptions, common_backend, common_labels, typed
 
@@ -112,7 +112,7 @@ class CvatWriter(AggregateWriter):
             if not self._enough.holds(row, int(pixels.sum())):
                 continue
             name = class_name(boxes["idToLabels"][int(row["semanticId"])], files.UNFIT)
-            about = {"instance": instance, "occluded": float(row["occlusionRatio"]) > self._occluded}
+            about = {"instance": instance, "occluded": is_hidden_more(row, self._occluded)}
             if self._shape == "box":
                 found.append(cvat_xml.box(name, (left, top, right + 1, bottom + 1), **about))
             elif self._shape == "mask":

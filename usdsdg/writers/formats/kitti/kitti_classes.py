@@ -67,7 +67,9 @@ def read_mapping(path: str | os.PathLike) -> dict[str, Any]:
     return mapping
 
 
-def _name(label: str) -> str:
+def _name(label: Any) -> str:
+    if not isinstance(label, str):
+        raise WriterError(f"KittiWriter: the mapping has the label {label!r}; expected a text such as 'car'.")
     return (label if ":" in label else f"class:{label}").lower()
 
 

@@ -21,6 +21,7 @@ from usdsdg.writers.formats.kitti.kitti_classes import KittiClasses, read_mappin
 from usdsdg.writers.formats.shapes import cuboid
 from usdsdg.writers.formats.shapes.camera_projection import project
 from usdsdg.writers.formats.shapes.pose import Pose, truncation_ratio
+from usdsdg.writers.formats.shapes.visible_enough import ROUNDING
 from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.options import label_params, typed
 
@@ -122,10 +123,10 @@ class KittiWriter(AggregateWriter):
             )
         self._classes = KittiClasses(read_mapping(mapping_path) if mapping_path else mapping_dict or None)
         self.metadata["semantic_ids"] = self._classes.ids()
+        self._splits = Splits("KittiWriter", splits, frames_per_scene)
         self.backend = BackendDispatch(
             output_dir=output_dir, bucket=s3_bucket, region=s3_region, endpoint_url=s3_endpoint
         )
-        self._splits = Splits("KittiWriter", splits, frames_per_scene)
         parts = self._splits.names if is_plain else ()
         self._sets = {split: ImageSet(self.backend, f"KittiWriter/{split}") for split in parts}
         self._omit_type = omit_semantic_type or is_plain
@@ -217,6 +218,7 @@ class KittiWriter(AggregateWriter):
     def _occlusion_level(self, visible: float) -> int:
         if not np.isfinite(visible):
             return UNKNOWN
+        visible += ROUNDING
         return 0 if visible >= self._fully else 1 if visible >= self._partly else 2
 
     def _name(self, labels: Mapping[str, str]) -> str:

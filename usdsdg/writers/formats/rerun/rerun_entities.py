@@ -109,13 +109,31 @@ def _rectangles(seen: Seen) -> Iterator[tuple[str, Any]]:
 def _objects(seen: Seen) -> Iterator[tuple[str, Any]]:
     """Yield the pose of each object, and its box in its own frame, by prim path."""
     rr, found, meters = rerun(), seen[BOXES_3D], float(seen[CAMERA]["metersPerSceneUnit"])
-    named = _named(found)
+    named, poses = _named(found), _poses(found, meters)
     for index, (row, path) in enumerate(zip(found["data"], found["primPaths"], strict=True)):
-        to_world = np.asarray(row["transform"], np.float64) * meters
-        yield path, rr.Transform3D(translation=to_world[3, :3], mat3x3=to_world[:3, :3].T)
+        pose = _below(path, poses)
+        yield path, rr.Transform3D(translation=pose[3, :3], mat3x3=pose[:3, :3].T)
         low, high = (np.array([row[f"{axis}_{end}"] for axis in "xyz"], np.float64) for end in ("min", "max"))
         own = {name: values[index : index + 1] for name, values in named.items()}
         yield path, rr.Boxes3D(centers=[(low + high) / 2], half_sizes=[(high - low) / 2], **own)
+
+
+def _poses(found: Mapping[str, Any], meters: float) -> dict[str, np.ndarray]:
+    """Return the matrix (4, 4) of each object to the world [m], row vectors, by prim path."""
+    to_meters = np.diag((meters, meters, meters, 1.0))
+    matrices = np.asarray(found["data"]["transform"], np.float64).reshape(-1, 4, 4)
+    return dict(zip(found["primPaths"], matrices @ to_meters))
+
+
+def _below(path: str, poses: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the matrix of an object to the object that its path is below, of which Rerun makes the one to the world.
+
+    What is in an object without volume, as one of scale 0, has no such matrix: the nearest one is returned.
+    """
+    above = path.rpartition("/")[0]
+    while above and above not in poses:
+        above = above.rpartition("/")[0]
+    return poses[path] @ np.linalg.pinv(poses[above]) if above else poses[path]
 
 
 def _named(found: Mapping[str, Any]) -> dict[str, Any]:

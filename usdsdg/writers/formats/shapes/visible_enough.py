@@ -12,6 +12,11 @@ from usdsdg.errors import WriterError
 ROUNDING = 1e-6
 
 
+def is_hidden_more(box: Any, limit: float) -> bool:
+    """Return whether more than a fraction of an object is hidden, by its row of a box annotator; False if unknown."""
+    return float(box["occlusionRatio"]) > limit + ROUNDING
+
+
 class VisibleEnough:
     """The limits `min_visibility` and `min_pixels` of a writer."""
 

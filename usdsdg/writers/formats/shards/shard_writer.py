@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from abc import abstractmethod
 from collections.abc import Mapping
 from functools import partial
@@ -71,7 +72,7 @@ def limits_of(options: Mapping[str, Any]) -> dict[str, int]:
     """Return the most "samples" and "bytes" of a shard, by the options of a writer."""
     return {
         "samples": options.get("shard_samples", 1000),
-        "bytes": int(options.get("shard_megabytes", 500.0) * 1e6),
+        "bytes": int(min(options.get("shard_megabytes", 500.0) * 1e6, sys.maxsize)),
     }
 
 
@@ -99,8 +100,8 @@ class ShardWriter(AggregateWriter):
         self._image_format = checked_image_format(options.get("image_output_format", "png"))
         self._splits = Splits(name, options.get("splits"), options.get("frames_per_scene", 1))
         self.annotators = list(self._options.annotators(common_labels(name, options)))
-        self.backend = common_backend(name, output_dir, options)
         self._limits = limits_of(options)
+        self.backend = common_backend(name, output_dir, options)
         self._shards = {split: self._shards_of(split) for split in self._splits.names}
         self._in_order: InOrder[Encoded] = InOrder(self._take)
         self._frame_id = self._put = 0  # the next frame, and samples of this process

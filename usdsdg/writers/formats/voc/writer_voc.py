@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, Unpack
@@ -23,7 +24,7 @@ from usdsdg.writers.formats.picture_names import stem_of
 from usdsdg.writers.formats.shapes import cuboid
 from usdsdg.writers.formats.shapes.camera_projection import project
 from usdsdg.writers.formats.shapes.pose import Pose, truncation_ratio
-from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough
+from usdsdg.writers.formats.shapes.visible_enough import VisibleEnough, is_hidden_more
 from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.formats.voc import files
 from usdsdg.writers.formats.voc.image_sets import ImageSets, shown
@@ -129,7 +130,7 @@ class VocWriter(AggregateWriter):
                     class_name(boxes["idToLabels"][int(row["semanticId"])], files.UNFIT),
                     tuple(int(row[side]) + 1 for side in ("x_min", "y_min", "x_max", "y_max")),  # type: ignore[arg-type]
                     truncation_ratio(pose, corners, camera) > self._truncated,
-                    float(row["occlusionRatio"]) > self._occluded,
+                    is_hidden_more(row, self._occluded),
                     not self._enough.holds(row, int(pixels[instance])),
                 )
             )
@@ -166,9 +167,14 @@ class VocWriter(AggregateWriter):
         """Return the names of the classes in the order of their ids.
 
         Raises:
-            WriterError: two would be the same, or one is too long for the name of a file.
+            WriterError: two would be the same, as would be lists of pictures, or one is too long for a file's name.
         """
         names = class_names("VocWriter", list(self._table().labels().values()), files.UNFIT)
+        lists = Counter(files.image_set(files.MAIN, split, name) for split in self._sets for name in ["", *names])
+        if twice := [path for path, count in lists.items() if count > 1]:
+            raise WriterError(
+                f"VocWriter: {twice[0]} would be the list of two: of a part, or of a class in a part. Rename the part."
+            )
         for split, name in itertools.product(self._sets, names):
             length = len(os.path.basename(files.image_set(files.MAIN, split, name)).encode())
             if length > files.LONGEST:

@@ -16,6 +16,7 @@ from usdsdg.errors import WriterError, warn_once
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stores.whole_file import write_whole
+from usdsdg.writers.aggregate_writer import AggregateWriter
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
@@ -36,7 +37,7 @@ _HALF_PIXEL = np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])
 _CENTER = 0.51  # pixels by which a given center may differ: those who count from the corner are half a pixel off
 
 
-class YCBVideoWriter(Writer):
+class YCBVideoWriter(AggregateWriter):
     """Writes `data/YCB_Video/data/0000/NNNNNN-color.png`, `-depth.png`, `-label.png`, `-box.txt` and `-meta.mat`, as
     far as they are enabled, and `data/YCB_Video/train.txt`, which lists them.
 
@@ -201,11 +202,6 @@ class YCBVideoWriter(Writer):
         self._list.write()
         self._left_out.warn("YCBVideoWriter")
 
-    def detach(self) -> None:
-        super().detach()
-        if self.backend is not None:
-            self._list.write()
-
     def survey(self) -> None:
         """Note the shapes of the classes, also of a frame that other processes write."""
         if not (self._has_poses and self._exact):
@@ -286,4 +282,6 @@ def _checked_matrix(given: Any) -> np.ndarray | None:
     matrix = np.asarray(given, np.float64)
     if matrix.shape != (3, 3):
         raise WriterError(f"YCBVideoWriter: intrinsic_matrix has the shape {matrix.shape}; expected (3, 3).")
+    if not np.isfinite(matrix).all():
+        raise WriterError(f"YCBVideoWriter: intrinsic_matrix is {matrix.tolist()}; expected finite numbers.")
     return matrix

@@ -1,0 +1,96 @@
+"""What a format cannot say of a scene is no fault of its dataset."""
+
+import warnings
+
+import numpy as np
+import pytest
+from PIL import Image
+from pxr import Gf, UsdGeom
+
+import usdsdg as rep
+from usdsdg.errors import UsdsdgWarning
+from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.semantics.labels import add_labels
+from usdsdg.verify.verify import verify
+
+
+def write(folder, writer_name, eye, **options):
+    rep.create.light(light_type="dome")
+    writer = rep.writers.get(writer_name)
+    writer.initialize(output_dir=str(folder), **options)
+    writer.attach(rep.create.render_product(eye, (64, 48)))
+    rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    return [str(each) for each in verify(folder).faults]
+
+
+@pytest.mark.parametrize(
+    ("writer_name", "options", "picture"),
+    [
+        ("KittiWriter", {}, "depth/0.png"),
+        ("BopWriter", {"depth_scale": 4.0}, "depth/000000.png"),
+    ],
+)
+def test_depths_below_half_a_step_are_none(stage, tmp_path, writer_name, options, picture):
+    """A wall 1 mm before the camera, and a hole in it with another one behind."""
+    UsdGeom.SetStageMetersPerUnit(current_stage(), 0.001)
+    for name, corner, depth in (("left", -5, -1), ("right", 5, -40)):
+        wall = UsdGeom.Cube.Define(current_stage(), f"/World/{name}")
+        add_labels(wall.GetPrim(), {"class": [name]})
+        wall.CreateSizeAttr(1.0)
+        wall.AddTranslateOp().Set(Gf.Vec3d(corner * -depth, 0, depth - 0.5))
+        wall.AddScaleOp().Set(Gf.Vec3f(-10 * depth, -10 * depth, 1))
+    eye = UsdGeom.Camera.Define(current_stage(), "/Camera")
+    eye.CreateClippingRangeAttr(Gf.Vec2f(0.1, 1e4))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UsdsdgWarning)
+        assert write(tmp_path, writer_name, "/Camera", **options) == []
+    (written,) = tmp_path.rglob(picture)
+    pixels = np.array(Image.open(written))
+    assert set(np.unique(pixels[:, :31])) == {0}
+    assert set(np.unique(pixels[:, 33:])) == {10}
+    pixels[:, 33:] = 0
+    Image.fromarray(pixels).save(written)
+    assert any("depth differs" in str(each) for each in verify(tmp_path).faults)
+
+
+@pytest.mark.parametrize(("above", "named"), [((1, 2, 1), "sheared"), ((1, 1, -1), "mirrored")])
+def test_objects_without_a_quaternion_which_dopes_writer_names(stage, tmp_path, above, named):
+    UsdGeom.Xform.Define(current_stage(), "/World/Above").AddScaleOp().Set(Gf.Vec3f(*above))
+    box = UsdGeom.Cube.Define(current_stage(), "/World/Above/Box")
+    add_labels(box.GetPrim(), {"class": ["box"]})
+    box.CreateSizeAttr(1.0)
+    box.AddRotateXYZOp().Set(Gf.Vec3f(10, 20, 35))
+    eye = rep.create.camera(position=(1, -9, 2), look_at=(0, 0, 0))
+    with pytest.warns(UsdsdgWarning, match=f"/World/Above/Box is {named}"):
+        assert write(tmp_path, "DOPEWriter", eye, class_name_to_index_map={}, exact=True) == []
+
+
+def test_objects_beyond_kittis_255_of_a_class_have_no_number(stage, tmp_path):
+    for index in range(18 * 15):
+        box = UsdGeom.Cube.Define(current_stage(), f"/World/Box{index}")
+        add_labels(box.GetPrim(), {"class": ["car"]})
+        box.CreateSizeAttr(0.9)
+        box.AddTranslateOp().Set(Gf.Vec3d(index % 18 - 8.5, index // 18 - 7, 0))
+    eye = UsdGeom.Camera.Define(current_stage(), "/Camera")
+    eye.AddTranslateOp().Set(Gf.Vec3d(0, 0, 50))
+    with pytest.warns(UsdsdgWarning, match="more than 255 objects of a class"):
+        assert write(tmp_path, "KittiWriter", "/Camera", bbox_height_threshold=1) == []
+    (written,) = tmp_path.rglob("instance_segmentation/0.png")
+    pixels = np.array(Image.open(written))
+    assert len(np.unique(pixels % 256)) == 256
+    pixels[pixels % 256 == 7] -= 7
+    Image.fromarray(pixels).save(written)
+    assert any("has a number" in str(each) for each in verify(tmp_path).faults)
+
+
+@pytest.mark.parametrize(
+    "style", [{"outline": None}, {"outline": 5}, {"outline": [1, 2, 3]}, {"width": 0, "fill": "red"}]
+)
+def test_styles_of_pillow_are_drawn_as_they_were(stage, tmp_path, style):
+    rep.create.cube(semantics=[("class", "box")])
+    eye = rep.create.camera(position=(1, -9, 2), look_at=(0, 0, 0))
+    solids = {name: value for name, value in style.items() if name != "outline"}
+    options = {"bounding_box_2d_tight_params": style, "bounding_box_3d_params": solids}
+    drawn = {"bounding_box_2d_tight": True, "bounding_box_3d": True}
+    assert write(tmp_path, "DataVisualizationWriter", eye, **drawn, **options) == []
