@@ -68,6 +68,15 @@ def test_a_joint_may_name_its_bodies_from_the_hand_to_the_base(stage):
     assert robot.tree.positions() == pytest.approx([np.pi / 2], abs=1e-6)
 
 
+def test_the_link_with_the_root_is_the_base(stage):
+    for name, x in (("a", 0), ("b", 1), ("c", 2)):
+        link(stage, f"/World/R/{name}", (x, 0, 0))
+    UsdPhysics.ArticulationRootAPI.Apply(stage.GetPrimAtPath("/World/R/b"))
+    joint(stage, "/World/R/j0", UsdPhysics.RevoluteJoint, "/World/R/a", "/World/R/b", pos0=(1, 0, 0))
+    joint(stage, "/World/R/j1", UsdPhysics.RevoluteJoint, "/World/R/b", "/World/R/c", pos0=(1, 0, 0))
+    assert Articulation(stage, "/World/R").tree.links == ["/World/R/b", "/World/R/a", "/World/R/c"]
+
+
 def test_positions_stay_within_limits(stage):
     planar_arm(stage)
     arm = Articulation(stage, "/World/Arm")

@@ -136,8 +136,8 @@ class Joints:
     def push(self, state: newton.State, velocities: Mapping[str, np.ndarray]) -> None:
         """Follow bodies that got new velocities (6,), by path, which `state` has already.
 
-        A floating base takes all other links along; a kinematic one leaves them their momentum. Otherwise coordinates
-        get the velocities that have the momentum of all bodies.
+        As in PhysX, the floating base of an articulation takes all other links along. A kinematic base leaves them
+        their momentum. Otherwise coordinates get the velocities that have the momentum of all bodies.
         """
         trees = self._trees_of(velocities)
         if not trees:
@@ -148,10 +148,20 @@ class Joints:
             for path, (_, start) in self._built.bases.items():
                 if path in velocities and self._built.links[path] == tree:
                     speeds[start : start + 6] = velocities[path]
-            if inertia.prescribed.any() or not self._is_carried(tree, velocities):
+            carried = self._is_articulated(tree) and self._is_carried(tree, self._told(tree, velocities))
+            if inertia.prescribed.any() or not carried:
                 speeds[inertia.dofs] = inertia.projected(bodies, speeds[inertia.dofs])
         state.joint_qd.assign(speeds)
         self.place(state, trees)
+
+    def _told(self, tree: int, velocities: Mapping[str, np.ndarray]) -> set[str]:
+        """Return the bodies of a tree that got velocities; where all did, as at the start, those that move."""
+        bodies = self._built.trees[tree].bodies
+        told = {path for path in bodies if path in velocities}
+        return told if len(told) < len(bodies) else {path for path in told if np.any(velocities[path])}
+
+    def _is_articulated(self, tree: int) -> bool:
+        return any(branch.joint.articulated for branch in self._built.trees[tree].branches)
 
     def _trees_of(self, changed: Collection[str]) -> list[int]:
         return sorted({self._built.links[path] for path in changed if path in self._built.links})
