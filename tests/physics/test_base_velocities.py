@@ -54,6 +54,7 @@ def test_the_base_of_an_articulation_takes_its_links_along(base, when):
         engine.step(STEP)
     for body, start in zip(bodies, before):
         assert position(body) - start == pytest.approx(np.multiply(GIVEN, 0.5), abs=1e-4)
+        assert velocity(body) == pytest.approx(GIVEN, abs=1e-5)
     assert np.degrees(engine.joint_positions(["/World/j0", "/World/j1"])) == pytest.approx([0, 0], abs=0.01)
 
 
