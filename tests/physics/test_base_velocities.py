@@ -92,3 +92,23 @@ def test_bodies_outside_of_articulations_share_their_momentum(body, when):
     assert np.array([velocity(each)[:2] for each in bodies]) == pytest.approx(expected[:, :2], abs=2e-3)
     spins = [each.GetAttribute("physics:angularVelocity").Get()[2] for each in bodies]
     assert np.radians(spins) == pytest.approx(expected[:, 2], abs=2e-3)
+
+
+@pytest.mark.parametrize("others", [False, True])
+@pytest.mark.parametrize("base", ["floats", "articulation", "fixed"])
+def test_a_base_that_is_put_somewhere_takes_its_links_along(base, others, recwarn):
+    """Also where a mass is set in the same frame, as randomizers do: links stayed, and the robot went between both."""
+    stage, bodies = _chain(*PATHS[: base != "floats"])
+    if base == "fixed":
+        joint(stage, "/World/fix", UsdPhysics.FixedJoint, "", PATHS[0], (0, 0, 0))
+    engine = playing(stage)
+    for _ in range(3):
+        engine.step(STEP)
+    bodies[0].GetAttribute("xformOp:translate").Set(Gf.Vec3d(1, 2, 3))
+    if others:
+        UsdPhysics.MassAPI(bodies[1]).GetMassAttr().Set(2.5)
+    for _ in range(3):
+        engine.step(STEP)
+        for number, body in enumerate(bodies):
+            assert position(body) == pytest.approx([1 + number, 2, 3], abs=1e-5)
+    assert not [each for each in recwarn if "jump together" in str(each.message)]
