@@ -260,16 +260,22 @@ class PlaySession:
             self._backup.hold()
         self._note_written()
 
-    def _note_written(self, edited: Mapping[str, np.ndarray] | None = None) -> None:
+    def _note_written(self, edits: Edits | None = None) -> None:
         """Take the state of the world for that of the stage, of which it was read, unless it is steps ahead.
 
-        Poses (7,) that were `edited` on the stage are not the world's where joints put bodies back.
+        Where the stage was edited it has that, and what joints do with it then is to be written: they take other bodies
+        along, or put these back.
         """
-        if self.world is not None and not self._unwritten:
-            poses = self.world.poses().copy()
-            for path, pose in (edited or {}).items():
-                poses[self.world.body_index[path]] = pose
-            self._writer.set_written(poses, self.world.velocities())
+        if self.world is None or self._unwritten:
+            return
+        edits = edits or Edits()
+        poses, velocities = self.world.poses().copy(), self.world.velocities().copy()
+        for path, pose in edits.poses.items():
+            poses[self.world.body_index[path]] = pose
+        for path, given in edits.velocities.items():
+            row = self.world.body_index[path]
+            velocities[row] = np.where(edits.velocities_set[path], given, velocities[row])
+        self._writer.set_written(poses, velocities)
 
     def _read_edits(self, changes: Changes) -> Edits:
         with time_context(self._time):
@@ -298,9 +304,9 @@ class PlaySession:
         # Without bodies nothing but a query asks where colliders are.
         self._queries_are_stale |= bool(edits) and self.world is None
         if edits and self.world is not None:
+            self._note_written(edits)
             apply_edits(edits, self.world, self.scene, self._queries)
             self.poses = self.world.poses()
-            self._note_written(edits.poses)
             self._told.note(edits.velocities)
         if self._writer.is_stale(changes):
             self._open_writer()

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pxr import Sdf, UsdGeom, UsdPhysics
+from pxr import Gf, Sdf, UsdGeom, UsdPhysics
 
 from tests.articulations.robots import at, joint, link, planar_arm
 from usdsdg.app.app import get_app
@@ -66,6 +66,15 @@ def test_a_joint_may_name_its_bodies_from_the_hand_to_the_base(stage):
     robot.set_positions([np.pi / 2])  # body 1 turns by +90 degrees as seen from body 0
     assert at(stage.GetPrimAtPath("/World/R/arm")) == pytest.approx([0, -1, 0], abs=1e-6)
     assert robot.tree.positions() == pytest.approx([np.pi / 2], abs=1e-6)
+
+
+def test_the_link_with_the_root_is_the_base(stage):
+    for name, x in (("a", 0), ("b", 1), ("c", 2)):
+        link(stage, f"/World/R/{name}", (x, 0, 0))
+    UsdPhysics.ArticulationRootAPI.Apply(stage.GetPrimAtPath("/World/R/b"))
+    joint(stage, "/World/R/j0", UsdPhysics.RevoluteJoint, "/World/R/a", "/World/R/b", pos0=(1, 0, 0))
+    joint(stage, "/World/R/j1", UsdPhysics.RevoluteJoint, "/World/R/b", "/World/R/c", pos0=(1, 0, 0))
+    assert Articulation(stage, "/World/R").tree.links == ["/World/R/b", "/World/R/a", "/World/R/c"]
 
 
 def test_positions_stay_within_limits(stage):
@@ -138,6 +147,20 @@ def test_links_stand_while_physics_plays_and_move_with_the_joints(stage):
     assert at(stage.GetPrimAtPath("/World/Arm/hand")) == pytest.approx(_hand(0.5, 0.25, 0.1), abs=1e-5)
     get_timeline().stop()
     assert at(stage.GetPrimAtPath("/World/Arm/hand")) == pytest.approx([2, 0, 0], abs=1e-6)
+
+
+def test_links_at_rest_are_shown_where_their_base_is_put(stage):
+    """They stayed where they were on the stage, and in pictures, until a joint moved."""
+    planar_arm(stage)
+    get_timeline().play()
+    for _ in range(3):
+        get_app().update()
+    base = stage.GetPrimAtPath("/World/Arm/base")
+    base.GetAttribute("xformOp:translate").Set((3, 4, 5))
+    base.GetAttribute("xformOp:orient").Set(Gf.Quatf(0.5**0.5, 0, 0, 0.5**0.5))
+    get_app().update()
+    for name, reach in (("base", 0), ("upper", 0), ("lower", 1), ("hand", 2)):
+        assert at(stage.GetPrimAtPath(f"/World/Arm/{name}")) == pytest.approx([3, 4 + reach, 5], abs=1e-5)
 
 
 def test_a_link_pushes_what_is_in_its_way(stage):

@@ -35,8 +35,8 @@ class Branch:
 class JointTree:
     """The joints below one prim that connect its links to a tree, breadth first from the base.
 
-    The base is the link that a joint attaches to the world, or else the first that is no joint's body 1. Joints that
-    close loops are left out.
+    The base is the link that a joint attaches to the world, or else one with ArticulationRootAPI, or the first that is
+    no joint's body 1. Joints that close loops are left out.
     """
 
     def __init__(self, stage: Usd.Stage, root: str) -> None:
@@ -54,7 +54,7 @@ class JointTree:
             joints = [joint for joint in found if {joint.body0, joint.body1} & links]
         if not any(joint.body0 and joint.body1 for joint in joints):
             raise BadPrim(f"{root} is no articulation: there is no joint between two bodies at or below it")
-        self.base = _base(joints)
+        self.base = _base(stage, joints)
         self._is_attached = any(
             joint.kind == "Fixed" and {joint.body0, joint.body1} == {WORLD, self.base} for joint in joints
         )
@@ -197,10 +197,14 @@ def _is_carried(prim: Usd.Prim) -> bool:
     return False
 
 
-def _base(joints: list[Joint]) -> str:
+def _base(stage: Usd.Stage, joints: list[Joint]) -> str:
     for joint in joints:
         if WORLD in (joint.body0, joint.body1) and (joint.body0 or joint.body1):
             return joint.body0 or joint.body1
+    for joint in joints:
+        for body in (joint.body0, joint.body1):
+            if stage.GetPrimAtPath(body).HasAPI(UsdPhysics.ArticulationRootAPI):
+                return body
     children = {joint.body1 for joint in joints}
     return next((joint.body0 for joint in joints if joint.body0 not in children), joints[0].body0)
 

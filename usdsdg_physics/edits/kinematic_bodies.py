@@ -12,8 +12,8 @@ from pxr import Sdf
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.physics.instances import prim_of
 from usdsdg_physics.edits.subtrees import nearly_equal
-from usdsdg_physics.scene.joint_trees import joint_trees
-from usdsdg_physics.scene.records import Body, Joint, Scene
+from usdsdg_physics.scene.joint_trees import JointTree, joint_trees
+from usdsdg_physics.scene.records import STATIC, Body, Joint, Scene
 from usdsdg_physics.scene.rigid_frames import pose_matrix, rigid_pose
 from usdsdg_physics.world.world import World
 
@@ -66,7 +66,7 @@ class KinematicBodies:
 def carried_bodies(
     scene: Scene, before: Scene, poses: Mapping[str, np.ndarray], changes: Changes
 ) -> dict[str, np.ndarray]:
-    """Return the poses (7,) [m] of bodies that hang on kinematic ones which were put somewhere else on the stage.
+    """Return the poses (7,) [m] of bodies that hang on a base which was put somewhere else on the stage.
 
     They hang on the joints that were there before. Nothing is carried where another body of a tree was moved, too.
 
@@ -78,16 +78,26 @@ def carried_bodies(
     joints = [joint for path, joint in scene.joints.items() if _is_same(joint, before.joints.get(path))]
     found: dict[str, np.ndarray] = {}
     for tree in joint_trees(scene.bodies, joints) if joints else ():
-        if not tree.root or not scene.bodies[tree.root].kinematic or not poses.keys() >= set(tree.bodies):
+        base = _base(tree)
+        if not base or not poses.keys() >= set(tree.bodies):
             continue
         moved = [
             path for path in tree.bodies if _differs(scene.bodies[path].pose, poses[path]) and _is_moved(path, changes)
         ]
-        if moved == [tree.root]:
-            motion = np.linalg.inv(pose_matrix(poses[tree.root])) @ pose_matrix(scene.bodies[tree.root].pose)
-            links = tree.bodies[1:]
+        if moved == [base]:
+            motion = np.linalg.inv(pose_matrix(poses[base])) @ pose_matrix(scene.bodies[base].pose)
+            links = [path for path in tree.bodies if path != base]
             found |= {path: rigid_pose(pose_matrix(poses[path]) @ motion, 1.0) for path in links}
     return found
+
+
+def _base(tree: JointTree) -> str:
+    """Return the body that takes the others of a tree along, "" for none."""
+    if tree.root != STATIC:
+        return tree.root
+    roots = [branch for branch in tree.branches if branch.parent == STATIC]
+    fixed = [branch.child for branch in roots if branch.joint.kind == "fixed" and branch.joint.articulated]
+    return fixed[0] if len(fixed) == len(roots) == 1 else ""
 
 
 def _is_same(now: Joint, before: Joint | None) -> bool:

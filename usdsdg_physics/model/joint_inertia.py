@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -40,12 +41,14 @@ class TreeInertia:
         return found
 
 
-def axis_inertias(model: newton.Model, built: BuiltJoints, state: newton.State) -> np.ndarray:
-    """Return of each axis (A,) [kg, kg m²] what resists it while all other axes of its tree move freely."""
-    found = np.ones(len(built.axes))
+def axis_inertias(
+    model: newton.Model, built: BuiltJoints, state: newton.State, trees: Iterable[int]
+) -> dict[int, float]:
+    """Return by axis of some trees what resists it [kg, kg m²] while all other axes of its tree move freely."""
+    found: dict[int, float] = {}
     row_of = {axis.dof: row for row, axis in enumerate(built.axes)}
-    for articulation in built.articulations:
-        tree = tree_inertia(model, articulation, state)
+    for number in trees:
+        tree = tree_inertia(model, built.articulations[number], state)
         free = np.flatnonzero(~tree.prescribed)
         inverse = _solved(tree.matrix[np.ix_(free, free)], np.eye(len(free)))
         for place, column in enumerate(free):
@@ -65,6 +68,7 @@ def tree_inertia(model: newton.Model, articulation: int, state: newton.State) ->
     starts, axes, dims = model.joint_qd_start.numpy(), model.joint_axis.numpy(), model.joint_dof_dim.numpy()
     anchors, poses = model.joint_X_p.numpy().astype(np.float64), state.body_q.numpy().astype(np.float64)
     masses, inertias, centers = model.body_mass.numpy(), model.body_inertia.numpy(), model.body_com.numpy()
+    places, coordinates = model.joint_q_start.numpy(), state.joint_q.numpy().astype(np.float64)
     kinds, kinematic = model.joint_type.numpy(), model.body_flags.numpy() & int(newton.BodyFlags.KINEMATIC)
     first = int(starts[joints[0]])
     count = int(starts[joints[-1] + 1]) - first
@@ -86,8 +90,14 @@ def tree_inertia(model: newton.Model, articulation: int, state: newton.State) ->
             arm = center - poses[parent, :3] - centers[parent].astype(np.float64) @ parent_turn
             jacobian = motion[parent].copy()
             jacobian[:3] += np.cross(jacobian[3:], arm, axis=0)
-        for number in range(int(starts[joint]), int(starts[joint + 1])):
-            direction, column = axes[number].astype(np.float64) @ rotation, number - first
+        numbers = range(int(starts[joint]), int(starts[joint + 1]))
+        local = axes[numbers].astype(np.float64)
+        if kinds[joint] == int(newton.JointType.D6):
+            moved, sliding = coordinates[int(places[joint]) :][: len(numbers)], int(dims[joint, 0])
+            pivot = pivot + moved[:sliding] @ local[:sliding] @ rotation
+            local = _turned_axes(local, moved, sliding)
+        for number, direction in zip(numbers, local @ rotation):
+            column = number - first
             if number - int(starts[joint]) < dims[joint, 0]:
                 jacobian[:3, column] = direction
             else:
@@ -99,6 +109,17 @@ def tree_inertia(model: newton.Model, articulation: int, state: newton.State) ->
         momentum[child] = np.hstack([masses[child] * jacobian[:3].T, jacobian[3:].T @ inertia])
         matrix += momentum[child] @ jacobian
     return TreeInertia(np.arange(first, first + count), prescribed, matrix, motion, momentum)
+
+
+def _turned_axes(axes: np.ndarray, positions: np.ndarray, sliding: int) -> np.ndarray:
+    """Return the axes (D, 3) of a general joint, of which each that turns is turned by those before it."""
+    from scipy.spatial.transform import Rotation
+
+    found, turn = axes.copy(), Rotation.identity()
+    for row in range(sliding, len(axes)):
+        found[row] = turn.apply(axes[row])
+        turn = turn * Rotation.from_rotvec(positions[row] * axes[row])
+    return found
 
 
 def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.physics.joints import ARTICULATION_ROOT
 from usdsdg.stage.poses.rotations import compose, decompose
 from usdsdg_physics.parse.attributes import (
     MASS,
@@ -48,6 +49,8 @@ def read_body(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Body:
         locked_rotation=int(value(prim, "physxRigidBody:lockedRotAxis", 0)) & 7,
         surface=read_surface_velocity(prim, to_frame, units),
         continuous=bool(value(prim, "physxRigidBody:enableCCD", False)),
+        is_articulation_root=has_api(prim, ARTICULATION_ROOT)
+        and bool(value(prim, "physxArticulation:articulationEnabled", True)),
     )
 
 

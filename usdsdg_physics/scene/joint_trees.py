@@ -61,7 +61,7 @@ def joint_trees(bodies: Mapping[str, Body], joints: Collection[Joint]) -> list[J
     chosen, closing = _spanning(sorted(used, key=lambda j: (*_rank(j), j.body0 in fixed or j.body1 in fixed)), fixed)
     order = {joint.path: index for index, joint in enumerate(used)}
     chosen.sort(key=lambda joint: order[joint.path])
-    trees = _grow(chosen, fixed)
+    trees = _grow(chosen, fixed, [path for path, body in bodies.items() if body.is_articulation_root])
     tree_of = {path: tree for tree in trees for path in tree.bodies if path not in fixed}
     for joint in sorted(closing, key=lambda joint: order[joint.path]):
         parent, child = (joint.body0, joint.body1) if joint.body1 not in fixed else (joint.body1, joint.body0)
@@ -157,7 +157,7 @@ def _spanning(joints: list[Joint], fixed: Collection[str]) -> tuple[list[Joint],
     return chosen, closing
 
 
-def _grow(joints: list[Joint], fixed: Collection[str]) -> list[JointTree]:
+def _grow(joints: list[Joint], fixed: Collection[str], roots: Collection[str]) -> list[JointTree]:
     """Return the trees of joints without loops, breadth first."""
     at: defaultdict[str, list[Joint]] = defaultdict(list)
     for joint in joints:
@@ -172,7 +172,7 @@ def _grow(joints: list[Joint], fixed: Collection[str]) -> list[JointTree]:
     trees += [JointTree(path) for path in at if path in fixed and path != STATIC]
     for tree in trees:
         _extend(tree, at, reached)
-    for path in _bases(joints):
+    for path in _bases(joints, roots):
         if path not in reached:
             reached.add(path)
             trees.append(JointTree(path))
@@ -194,8 +194,8 @@ def _extend(tree: JointTree, at: Mapping[str, list[Joint]], reached: set[str]) -
         level = following
 
 
-def _bases(joints: list[Joint]) -> list[str]:
-    """Return all bodies, those first that are no joint's body 1."""
+def _bases(joints: list[Joint], roots: Collection[str]) -> list[str]:
+    """Return all bodies, roots of articulations first, then those that are no joint's body 1."""
     children = {joint.body1 for joint in joints}
     paths = dict.fromkeys(path for joint in joints for path in (joint.body0, joint.body1))
-    return sorted(paths, key=lambda path: path in children)
+    return sorted(paths, key=lambda path: (path not in roots, path in children))

@@ -142,6 +142,7 @@ class Body:
     continuous: bool = False  # whether it shall pass through nothing, however fast it is
     # No prim with RigidBodyAPI, but a collider that time samples move.
     is_collider: bool = False
+    is_articulation_root: bool = False  # has ArticulationRootAPI, so that it is the base of its articulation
     # Kinematic only because a joint of it cannot be simulated.
     held: bool = False
 

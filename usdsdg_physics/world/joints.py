@@ -14,7 +14,7 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.poses.rotations import rotated
 from usdsdg_physics.model.joint_inertia import axis_inertias, tree_inertia
 from usdsdg_physics.model.joints import BuiltJoints, measured_drift
-from usdsdg_physics.scene.records import Drive, Scene
+from usdsdg_physics.scene.records import STATIC, Drive, Scene
 
 if TYPE_CHECKING:
     import newton
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 AxisKey = tuple[str, str]  # path of a joint, name of its axis
 
+# Inertia counts as the same while joints move by less than this [rad, m].
+SAME_INERTIA = 0.02
 # Frames of a joint that are farther apart than this at the start are named [m].
 MAX_DRIFT = 1e-3
 
@@ -44,6 +46,8 @@ class Joints:
         self._turning = np.array([axis.axis.angular for axis in built.axes], bool)
         self._pushed = False
         self._drives = {row: axis.axis.drive for row, axis in enumerate(built.axes) if axis.axis.drive is not None}
+        # By tree: the joint coordinates for which its drives of accelerations have the strength that they need.
+        self._strength_at: dict[int, np.ndarray] = {}
 
     def start(self, state: newton.State) -> None:
         """Take coordinates from the poses and velocities of bodies, or from what joints start with."""
@@ -136,8 +140,8 @@ class Joints:
     def push(self, state: newton.State, velocities: Mapping[str, np.ndarray]) -> None:
         """Follow bodies that got new velocities (6,), by path, which `state` has already.
 
-        A floating base takes all other links along; a kinematic one leaves them their momentum. Otherwise coordinates
-        get the velocities that have the momentum of all bodies.
+        As in PhysX, the floating base of an articulation takes all other links along. A kinematic base leaves them
+        their momentum. Otherwise coordinates get the velocities that have the momentum of all bodies.
         """
         trees = self._trees_of(velocities)
         if not trees:
@@ -148,10 +152,20 @@ class Joints:
             for path, (_, start) in self._built.bases.items():
                 if path in velocities and self._built.links[path] == tree:
                     speeds[start : start + 6] = velocities[path]
-            if inertia.prescribed.any() or not self._is_carried(tree, velocities):
+            carried = self._is_articulated(tree) and self._is_carried(tree, self._told(tree, velocities))
+            if inertia.prescribed.any() or not carried:
                 speeds[inertia.dofs] = inertia.projected(bodies, speeds[inertia.dofs])
         state.joint_qd.assign(speeds)
         self.place(state, trees)
+
+    def _told(self, tree: int, velocities: Mapping[str, np.ndarray]) -> set[str]:
+        """Return the bodies of a tree that got velocities; where all did, as at the start, those that move."""
+        bodies = self._built.trees[tree].bodies
+        told = {path for path in bodies if path in velocities}
+        return told if len(told) < len(bodies) else {path for path in told if np.any(velocities[path])}
+
+    def _is_articulated(self, tree: int) -> bool:
+        return any(branch.joint.articulated for branch in self._built.trees[tree].branches)
 
     def _trees_of(self, changed: Collection[str]) -> list[int]:
         return sorted({self._built.links[path] for path in changed if path in self._built.links})
@@ -216,6 +230,27 @@ class Joints:
         self._drives |= changed
         self._write_drives(changed, state)
 
+    def follow_inertia(self, state: newton.State) -> None:
+        """Give drives of accelerations the strength that the inertia of their axes needs where they are now."""
+        if not self._strength_at:
+            return
+        coordinates, rows = state.joint_q.numpy(), self._accelerating()
+        moved = [
+            tree
+            for tree, before in self._strength_at.items()
+            if np.abs(coordinates[self._coordinates_of(tree)] - before).max(initial=0.0) > SAME_INERTIA
+        ]
+        if moved:
+            self._write_drives({row: self._drives[row] for row in rows if self._tree(row) in moved}, state)
+
+    def _accelerating(self) -> list[int]:
+        return [row for row, drive in self._drives.items() if drive.acceleration]
+
+    def _coordinates_of(self, tree: int) -> slice:
+        """Return where the coordinates of a tree's joints are in joint_q, without those of its base."""
+        begin, end, _, _ = self._built.ranges[tree]
+        return slice(begin + 7 * (self._built.trees[tree].root != STATIC), end)
+
     def add_efforts(self, efforts: Mapping[AxisKey, float]) -> None:
         """Push axes during the next step [N, N m]; efforts add up."""
         force = self._control.joint_f.numpy().copy()
@@ -235,9 +270,10 @@ class Joints:
         """Write drives to the model, by row; those per mass are scaled by the inertia that their axis moves now."""
         if not drives:
             return
-        inertia = np.ones(len(self.axes))
-        if any(drive.acceleration for drive in drives.values()):
-            inertia = axis_inertias(self._model, self._built, state)
+        trees = {self._tree(row) for row, drive in drives.items() if drive.acceleration}
+        inertia = axis_inertias(self._model, self._built, state, trees)
+        coordinates = state.joint_q.numpy()
+        self._strength_at |= {tree: coordinates[self._coordinates_of(tree)].copy() for tree in trees}
         arrays = {
             name: getattr(owner, name).numpy().copy()
             for name, owner in (
@@ -249,7 +285,7 @@ class Joints:
             )
         }
         for row, drive in drives.items():
-            dof, scale = self._dofs[row], inertia[row] if drive.acceleration else 1.0
+            dof, scale = self._dofs[row], inertia.get(row, 1.0) if drive.acceleration else 1.0
             # To the solver a limit of zero is none.
             strength = scale if drive.max_force > 0.0 else 0.0
             arrays["joint_target_ke"][dof] = drive.stiffness * strength

@@ -301,6 +301,8 @@ class World:
             self.add_wrenches(*self._forces.wrenches(self.poses()))
         if self._pushes.push:
             self._pushes.apply()
+        if self.joints is not None:
+            self.joints.follow_inertia(self._state)
 
         self._launches.run(kind)
 
