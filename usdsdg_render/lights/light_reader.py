@@ -1,7 +1,7 @@
 """Reader of all lights but domes: rows of `scene.LIGHT`, emission profiles and light links."""
 
 from collections.abc import Iterable, Sequence, Set
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pxr import Sdf, Usd
@@ -9,7 +9,7 @@ from pxr import Sdf, Usd
 from usdsdg.stage.changes import is_below
 from usdsdg_render.images.image_files import stamp
 from usdsdg_render.lights.emission_profiles import profile_files, read_emission_profile
-from usdsdg_render.lights.light_rows import read_light
+from usdsdg_render.lights.light_rows import read_emission, read_light
 from usdsdg_render.lights.linking import is_linked, read_links
 from usdsdg_render.scene.scene import LIGHT, EmissionProfile, LightLinks, Scene
 from usdsdg_render.usd.point_instancer import source_path
@@ -34,15 +34,25 @@ class Lights(NamedTuple):
 
 
 class _Light(NamedTuple):
-    """Cached result of reading one light; row is None if it emits nothing, and "stale" where only it must be read."""
+    """Cached result of reading one light; row is None if it emits nothing."""
 
     matrix: bytes
     instances: Sequence[str] | None  # for which its links were read; None without links
-    row: np.ndarray | Literal["stale"] | None
+    row: np.ndarray | None
     profile: EmissionProfile | None
     links: LightLinks | None
     files: tuple[str, ...]  # of the profile
     stamp: tuple[int, int]  # of these, when they were read
+    has_other_emission: bool = False  # than its row has
+
+    def with_emission(self, prim: Usd.Prim, matrix: np.ndarray, meters_per_unit: float) -> "_Light":
+        """Read how bright it is and of what color; the whole row where there is none, or the light has moved."""
+        key = matrix.tobytes()
+        if self.row is None or self.matrix != key:
+            row = read_light(prim, matrix, meters_per_unit)
+        else:
+            row = read_emission(prim, self.row, matrix, meters_per_unit)
+        return self._replace(row=row, matrix=key, has_other_emission=False)
 
 
 class LightReader:
@@ -57,9 +67,9 @@ class LightReader:
             self._known = {path: light for path, light in self._known.items() if not is_below(path, roots)}
 
     def invalidate_emission(self, paths: Set[Sdf.Path]) -> None:
-        """Drop the rows alone of the cached lights at `paths`."""
+        """Let brightness and color alone of the cached lights at `paths` be read again."""
         for path in paths & self._known.keys():
-            self._known[path] = self._known[path]._replace(row="stale")
+            self._known[path] = self._known[path]._replace(has_other_emission=True)
 
     def with_other_files(self) -> set[Sdf.Path]:
         """Return the lights whose files have changed since they were read."""
@@ -79,8 +89,8 @@ class LightReader:
             path, key = prim.GetPath(), matrix.tobytes()
             light = before.get(path)
             same_links = light is not None and (light.instances is None or light.instances is instances)
-            if light is not None and isinstance(light.row, str):
-                light = light._replace(row=read_light(prim, matrix, meters_per_unit), matrix=key)
+            if light is not None and light.has_other_emission:
+                light = light.with_emission(prim, matrix, meters_per_unit)
             if light is None or light.matrix != key or not same_links:
                 linked = is_linked(prim)
                 if linked and not sources:
@@ -104,7 +114,7 @@ def _combined(lights: Iterable[_Light]) -> Lights:
     profiles: dict[int, tuple[int, EmissionProfile]] = {}
     linked = False
     for light in lights:
-        if light.row is None or isinstance(light.row, str):
+        if light.row is None:
             continue
         linked = linked or light.instances is not None
         row = light.row.copy()

@@ -70,8 +70,25 @@ def read_light(
             _write_angle(prim, row)
         elif not _write_area(prim, row, scale, meters_per_unit):
             return None
+    return _with_emission(prim, row, scale, luminance, meters_per_unit)
+
+
+def read_emission(
+    prim: Usd.Prim, row: np.ndarray, local_to_world: np.ndarray, meters_per_unit: float
+) -> np.ndarray | None:
+    """Return what `read_light` does for a light of which only brightness or color have changed since `row` was read."""
+    luminance = emitted_color(prim, 50000.0 if int(row["kind"]) == structs.LIGHT_DISTANT else 1.0)
+    if luminance is None or not luminance.any():
+        return None
+    return _with_emission(prim, row.copy(), _frame(local_to_world)[1], luminance, meters_per_unit)
+
+
+def _with_emission(
+    prim: Usd.Prim, row: np.ndarray, scale: np.ndarray, luminance: np.ndarray, meters_per_unit: float
+) -> np.ndarray | None:
+    with np.errstate(over="ignore", invalid="ignore"):
         row["radiance"], row["power"] = emission(prim, row, scale, luminance, meters_per_unit)
-    if np.isfinite(np.concatenate([row[name].reshape(-1) for name in _REALS])).all():
+    if all(np.isfinite(row[name]).all() for name in _REALS):
         return row
     errors.warn_once(
         f"{prim.GetPath()}: the light is too bright or too large for 32-bit numbers; it is off. Correct it."

@@ -290,3 +290,36 @@ def test_power_is_positive_and_grows_with_the_flux():
     assert dim > 0
     assert bright == pytest.approx(4 * dim)
     assert row_of(light("DistantLight")[1])["power"] > 0
+
+
+@pytest.mark.filterwarnings("ignore::usdsdg.errors.UsdsdgWarning")
+@pytest.mark.parametrize("kind", ["SphereLight", "DiskLight", "RectLight", "CylinderLight", "DistantLight"])
+@pytest.mark.parametrize("normalize", [False, True])
+def test_other_brightness_and_color_give_the_row_of_a_fresh_reading(kind, normalize):
+    _, prim = light(kind, normalize=normalize, diffuse=0.5)
+    UsdLux.ShapingAPI.Apply(prim).CreateShapingConeAngleAttr(40.0)
+    scaled(prim, 1, 2, 3)
+    move = UsdGeom.Xformable(prim).AddTranslateOp()
+    reader, rng = LightReader(), np.random.default_rng(0)
+
+    def rows(reader):
+        return reader.read([prim], [np.array(local_to_world(prim))], 0.01, ()).table
+
+    edits = {
+        "intensity": lambda: float(rng.choice([0.0, 3.0, 1e30, math.nan, 500.0])),
+        "exposure": lambda: float(rng.uniform(-2, 2)),
+        "color": lambda: Gf.Vec3f(*rng.random(3).tolist()),
+        "enableColorTemperature": lambda: bool(rng.integers(2)),
+        "colorTemperature": lambda: float(rng.uniform(2000, 9000)),
+    }
+    lit = 0
+    for _ in range(60):
+        for name in rng.choice([*edits], 2):
+            prim.GetAttribute(f"inputs:{name}").Set(edits[name]())
+        if rng.random() < 0.2:
+            move.Set(Gf.Vec3d(*rng.random(3).tolist()))
+        reader.invalidate_emission({prim.GetPath()})
+        found = rows(reader)
+        assert found.tobytes() == rows(LightReader()).tobytes()
+        lit += len(found)
+    assert 10 < lit < 60
