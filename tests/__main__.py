@@ -17,10 +17,11 @@ CHECKS = [
     ("format", [sys.executable, "-m", "ruff", "format", "--check", "."]),
     # A process for each CPU and one more, since many tests wait for commands and browsers. The tests of a file stay
     # together, for they share what they have made. Files come in the order of tests/conftest.py: else those with the
-    # fewest tests, which take longest, would come last, and one process would be left alone with them.
+    # fewest tests, which take longest, would come last, and one process would be left alone with them. A process that
+    # crashes is not started again: pytest-xdist would wait for ever for the tests that it had.
     ("tests", [
         sys.executable, "-m", "pytest", "-n", str(usable_cores() + 1), "--dist", "loadfile", "--no-loadscope-reorder",
-        *sys.argv[1:],
+        "--max-worker-restart", "0", *sys.argv[1:],
     ]),
 ]  # fmt: skip
 
