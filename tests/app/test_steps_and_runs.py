@@ -161,7 +161,7 @@ def test_a_step_without_play_shows_the_animation_at_its_time_and_simulates_nothi
 @pytest.mark.parametrize("form", FORMS)
 def test_the_total_of_a_run_is_forgotten_at_its_end(writer, form, monkeypatch):
     reported = []
-    monkeypatch.setattr("usdsdg.capture.capture.report", lambda label, done, total: reported.append((done, total)))
+    monkeypatch.setattr("usdsdg.capture.capture.report_frames", lambda done, total: reported.append((done, total)))
     call(form, "run_until_complete", num_frames=2)
     for _ in range(2):
         call(form, "step")

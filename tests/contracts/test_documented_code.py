@@ -71,7 +71,7 @@ def test_documented_yaml_runs_and_its_images_are_not_black(tmp_path):
     (tmp_path / "scene.yaml").write_text(blocks(ROOT / "docs/yaml.md", "yaml"))
     done = usdsdg("run", "--quiet", "scene.yaml", cwd=tmp_path)
     assert "black" not in done.stderr
-    assert len(list((tmp_path / "omni.replicator_out/cubes").glob("rgb_*.png"))) == 10
+    assert len(list((tmp_path / "omni.replicator_out/cubes_of_yaml").glob("rgb_*.png"))) == 10
 
 
 @pytest.mark.parametrize("number", [0, 1, 2, 3])

@@ -201,7 +201,7 @@ def test_a_dataset_that_is_joined_already_is_called_whole(tmp_path):
     assert join_parts(FolderPlace(tmp_path / "set")) == 4
     with pytest.raises(DatasetError, match=r"set has no parts to be joined: it is whole already"):
         join_parts(FolderPlace(tmp_path / "set"))
-    assert merge._datasets(str(tmp_path)) == [str(tmp_path / "set")]
+    assert merge.datasets_to_join(str(tmp_path)) == [str(tmp_path / "set")]
 
 
 def test_parts_of_earlier_versions_which_tell_nothing_of_spools_are_joined(tmp_path):
