@@ -67,7 +67,9 @@ def files_by_label(folder: str, labels: Mapping[str, str] | None = None) -> dict
     except AssetNotFound as error:
         raise ConfigError(str(error)) from None
     if not found:
-        raise ConfigError(f"{folder} has no meshes; expected files {', '.join(USD_SUFFIXES)}")
+        like_files = [each.name for each in sorted(root.rglob("*")) if each.suffix.lower() in USD_SUFFIXES]
+        hint = f" ({like_files[0]} is named like one, but it is a folder)" if like_files else ""
+        raise ConfigError(f"{folder} has no meshes{hint}; expected files {', '.join(USD_SUFFIXES)}")
     named = _named(root, found)
     renamed = dict(labels or {})
     if unknown := [name for name in renamed if name not in named]:
