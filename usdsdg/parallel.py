@@ -94,17 +94,17 @@ def launch_rows(
     if 0 in shape:
         return
     if device == "cpu":
-        # Held until all bands are done: a recorded launch keeps the code that was loaded last, which is another where
-        # two threads have loaded it at the same time, and what nobody keeps is unloaded.
-        code = _code(kernel)
+        # Warp unloads a kernel's code once nothing refers to it, and a recorded launch may refer to code that another
+        # thread has loaded since: so this call refers to it until all bands are done.
+        code = load_on_cpu(kernel)
         for_bands(shape[0], band, band_rows=band_rows, threads=threads)
         del code
     else:
         launch(shape[0], 0)
 
 
-def _code(kernel: Any) -> Any:
-    """Return the code of a kernel for the CPU; threads wait for the one that compiles or loads it."""
+def load_on_cpu(kernel: Any) -> Any:
+    """Load the code of a kernel for the CPU and return it; threads wait for the one that compiles or loads it."""
     import warp as wp
 
     with _loading.lock:

@@ -16,13 +16,14 @@ from typing import Any
 
 from usdsdg.errors import OutputNotWritable
 from usdsdg.kernels.cache import compile_what_is_damaged
+from usdsdg.parallel import load_on_cpu
 
 # Of a library that has no logger for it: C code prints this line, to the descriptor of standard error.
 _NO_DRIVER = b"Warp CUDA warning: Could not find or load the NVIDIA CUDA driver."
 _DRIVERS = {"linux": ("libcuda.so", "libcuda.so.1"), "win32": ("nvcuda.dll",)}
 _NVIDIA = "0x10de"  # the vendor, as PCI devices tell it
 _DISPLAY = "0x03"  # the class of display and 3D controllers begins so
-_loading = threading.Lock()
+_finding = threading.Lock()
 
 
 def quiet_warp() -> None:
@@ -55,13 +56,11 @@ def loaded_on_cpu(find: Callable[[], Any]) -> Any:
 
     It takes seconds the first time, and a thread cannot do it once the program is ending.
     """
-    import warp
-
-    with _loading:
+    with _finding:
         quiet_warp()  # where nothing is rendered, it has not started
         kernel = find()
-        kernel.module.load(warp.get_device("cpu"), 1)
-        return kernel
+    load_on_cpu(kernel)
+    return kernel
 
 
 @cache

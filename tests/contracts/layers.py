@@ -18,7 +18,7 @@ USDSDG = {
     "buffers": "",
     "readback": "buffers",
     "kernels": "errors",
-    "warp_start": "errors kernels",
+    "warp_start": "errors kernels parallel",
     "stores": "errors operating_system",
     "image_files": "errors warp_start",
     "stage": "errors operating_system image_files",
