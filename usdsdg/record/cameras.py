@@ -1,6 +1,7 @@
 """Cameras as plain values, and back."""
 
 import dataclasses
+import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -15,12 +16,16 @@ _LEFT_OUT = ("attributes", "local_to_world", "lens_parameters")
 
 def described(view: CameraView) -> dict[str, Any]:
     """Return what labels depend on, for JSON."""
-    names = [each.name for each in dataclasses.fields(view) if each.name not in _LEFT_OUT]
     return {
-        **{name: getattr(view, name) for name in names},
+        **{name: getattr(view, name) for name in _names_of(type(view)) if name not in _LEFT_OUT},
         "local_to_world": np.asarray(view.local_to_world, np.float64).ravel().tolist(),
-        "lens_parameters": dataclasses.asdict(view.lens_parameters),
+        "lens_parameters": {name: getattr(view.lens_parameters, name) for name in _names_of(LensParameters)},
     }
+
+
+@functools.cache
+def _names_of(described: type) -> tuple[str, ...]:
+    return tuple(each.name for each in dataclasses.fields(described))
 
 
 def camera(values: Mapping[str, Any]) -> CameraView:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gzip
 import os
-import threading
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,8 +14,8 @@ from typing import Any
 from pxr import Sdf, Usd
 
 from usdsdg.annotators.prims.subset_setting import SETTING as SUBSETS
+from usdsdg.capture.records.edits_text import Edit, edits_text
 from usdsdg.capture.render_settings import glass_labels
-from usdsdg.operating_system import around_fork
 from usdsdg.record import STAGES
 from usdsdg.session.settings_store import get_settings
 from usdsdg.stage import flatten
@@ -46,63 +45,13 @@ class StageMoment:
 
     base: str  # path of the file of the stage below the output folder
     content: bytes  # of that file
-    # Attribute, its type and value, or relationship, None and its targets: what has changed since.
-    edits: tuple[tuple[Sdf.Path, Any, Any], ...]
+    edits: tuple[Edit, ...]  # what has changed since
     facts: dict[str, Any]  # time code, and settings on which labels depend
 
     @cached_property
     def layer(self) -> bytes:
         """The edits as the text of a layer, with portable paths of assets."""
-        return anchors.portable(_scratch.text_of(self.edits)).encode()
-
-
-class _Scratch:
-    """A layer that serves all moments: those that end leave the handles of their specs in memory (USD 26.11).
-
-    Moment by moment the same properties have other values, so that their specs stay.
-    """
-
-    def __init__(self) -> None:
-        self.forget()
-
-    def forget(self) -> None:
-        """Begin anew, as in a forked process, whose parent may have been writing."""
-        self._lock = threading.Lock()
-        self._layer: Sdf.Layer | None = None
-        self._properties: list[tuple[Sdf.Path, Any]] = []  # with their types, in the order in which they were made
-        self._specs: list[Sdf.PropertySpec] = []
-
-    def text_of(self, edits: Sequence[tuple[Sdf.Path, Any, Any]]) -> str:
-        """Return the text of a layer with these edits alone, in their order."""
-        with self._lock:
-            self._layer = layer = self._layer or Sdf.Layer.CreateAnonymous(".usda")
-            try:
-                with Sdf.ChangeBlock():
-                    properties = [edit[:2] for edit in edits]
-                    if properties != self._properties:
-                        layer.Clear()
-                        self._specs, self._properties = [_spec(layer, *each) for each in properties], properties
-                    for spec, (_, kind, value) in zip(self._specs, edits):
-                        if kind is None:
-                            spec.targetPathList.explicitItems = value
-                        else:
-                            spec.default = value
-                return layer.ExportToString()
-            except BaseException:
-                self._properties = []
-                raise
-
-
-def _spec(layer: Sdf.Layer, path: Sdf.Path, kind: Any) -> Sdf.PropertySpec:
-    """Make an attribute of a type, or a relationship."""
-    if kind is None:
-        return Sdf.RelationshipSpec(Sdf.CreatePrimInLayer(layer, path.GetPrimPath()), path.name, custom=False)
-    Sdf.JustCreatePrimAttributeInLayer(layer, path, kind)
-    return layer.GetAttributeAtPath(path)
-
-
-_scratch = _Scratch()
-around_fork(in_child=_scratch.forget)
+        return anchors.portable(edits_text.of(self.edits)).encode()
 
 
 class StageRecords:
