@@ -31,6 +31,7 @@ from usdsdg.session import stage_context
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.endings.interrupted_frame import InterruptedFrame
 from usdsdg.session.endings.termination import whole_frame
+from usdsdg.session.interpreter_lock import switching_soon
 from usdsdg.session.progress import report_frames
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import captures_motion_blur, captures_on_play, get_settings
@@ -72,7 +73,7 @@ class Orchestrator:
     @in_turn
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         """Capture one frame; see `usdsdg.orchestrator.step` for the arguments."""
-        with self._interrupted.noticed(), whole_frame(), device_memory():
+        with self._interrupted.noticed(), whole_frame(), device_memory(), switching_soon():
             run = get_run()
             if (run.ends_early or run.is_at_exit) and threading.current_thread() is not threading.main_thread():
                 sys.exit()  # this thread alone: its frames would be in no journal

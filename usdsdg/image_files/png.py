@@ -7,6 +7,7 @@ Every row is stored as its difference from the row above (filter Up), which vect
 compresses rendered images and label maps equally well.
 """
 
+import functools
 import struct
 import zlib
 
@@ -26,12 +27,12 @@ def encode_png(image: np.ndarray, palette: np.ndarray | None = None) -> bytes:
     return b"".join(png_chunks(image, palette))
 
 
-def png_chunks(image: np.ndarray, palette: np.ndarray | None = None) -> tuple[bytes, ...]:
+def png_chunks(image: np.ndarray, palette: np.ndarray | None = None) -> tuple[bytes | memoryview, ...]:
     """Encode a uint8 or uint16 image: (H, W) or (H, W, 1) gray, (H, W, 3) RGB or (H, W, 4) RGBA.
 
     palette: colors of a gray uint8 image, uint8 (N, 3) with N to 256, which then has indices of them.
 
-    Returns the bytes of the file in pieces, of which the largest is not copied.
+    Returns the bytes of the file in pieces; a copy of the largest would keep other threads from running Python.
 
     Raises:
         ValueError: another shape or dtype, or no pixels.
@@ -46,8 +47,8 @@ def png_chunks(image: np.ndarray, palette: np.ndarray | None = None) -> tuple[by
     kind = _COLOR_TYPES[channels] if palette is None else _INDEXED
     header = struct.pack(">IIBBBBB", width, height, depth, kind, 0, 0, 0)
     colors = () if palette is None else _chunk(b"PLTE", np.ascontiguousarray(palette, np.uint8).tobytes())
-    data = runs.compress(_filtered_rows(image))
-    return _SIGNATURE, *_chunk(b"IHDR", header), *colors, *_chunk(b"IDAT", data), *_chunk(b"IEND", b"")
+    data = runs.compressed_chunks(_filtered_rows(image))
+    return _SIGNATURE, *_chunk(b"IHDR", header), *colors, *_chunk(b"IDAT", *data), *_chunk(b"IEND")
 
 
 def _filtered_rows(image: np.ndarray) -> np.ndarray:
@@ -62,5 +63,6 @@ def _filtered_rows(image: np.ndarray) -> np.ndarray:
     return filtered
 
 
-def _chunk(kind: bytes, data: bytes) -> tuple[bytes, bytes, bytes]:
-    return struct.pack(">I", len(data)) + kind, data, struct.pack(">I", zlib.crc32(data, zlib.crc32(kind)))
+def _chunk(kind: bytes, *data: bytes | memoryview) -> tuple[bytes | memoryview, ...]:
+    checksum = functools.reduce(lambda until, piece: zlib.crc32(piece, until), data, zlib.crc32(kind))
+    return struct.pack(">I", sum(map(len, data))) + kind, *data, struct.pack(">I", checksum)

@@ -34,7 +34,12 @@ _of_thread = threading.local()
 
 
 def compress(data: np.ndarray, *, distance: int = 1) -> bytes:
-    """Return the zlib stream of a contiguous uint8 array of any shape.
+    """Return the zlib stream of a contiguous uint8 array of any shape; see `compressed_chunks`."""
+    return b"".join(compressed_chunks(data, distance=distance))
+
+
+def compressed_chunks(data: np.ndarray, *, distance: int = 1) -> tuple[bytes, memoryview, bytes]:
+    """Return the zlib stream of a contiguous uint8 array of any shape, in pieces of which the largest is not copied.
 
     distance: 1 finds runs of equal bytes; 2, 3 and 4 find repetitions of so many bytes.
 
@@ -52,7 +57,7 @@ def compress(data: np.ndarray, *, distance: int = 1) -> bytes:
     inputs = [_wrapped(source), BLOCK, *_tables(distance), *_scratch(), _wrapped(stream), _wrapped(place)]
     wp.launch(kernel, dim=1, inputs=inputs, device="cpu")
     bits, adler = place.tolist()
-    return b"".join([_HEAD, stream[: (bits + 7) // 8].data, adler.to_bytes(4, "big")])
+    return _HEAD, stream[: (bits + 7) // 8].data, adler.to_bytes(4, "big")
 
 
 def load() -> None:
