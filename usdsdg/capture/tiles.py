@@ -16,7 +16,7 @@ from usdsdg.stage.cameras.tiled_view import TiledView
 def view_of(product: HydraTexture, cameras: CameraReader, time: Usd.TimeCode) -> CameraView | TiledView:
     """Return the camera of a product at `time`, or its cameras in tiles."""
     if product.tiles is None:
-        return cameras.read(product.camera_path, product.resolution, time=time)
+        return cameras.read_product(product.path, product.shown, time=time)
     size = product.tiles.size
     views = tuple(cameras.read(camera, size, time=time) for camera in product.tiles.cameras)
     return TiledView(product.camera_path, product.width, product.height, product.width // size[0], views)

@@ -4,8 +4,8 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-# For so long a thread may run Python while others wait [s]; Python's own value is 0.005. A frame on a GPU gives the lock
-# away in each of some hundred calls of native code.
+# For so long a thread may run Python while others wait [s]; Python's own value is 0.005. A frame gives the lock away in
+# each of some hundred calls of native code, and would wait as often.
 INTERVAL = 1e-4
 
 

@@ -56,6 +56,14 @@ class HydraTexture:
         targets = UsdRender.Product(prim).GetCameraRel().GetForwardedTargets() if prim else []
         return str(targets[0]) if targets else self._camera_path
 
+    def shown(self) -> tuple[tuple[str, tuple[int, int]], bool]:
+        """Return camera and resolution, and whether they stay so until the prim of the product changes."""
+        prim = None if self.tiles else self._prim()
+        camera = UsdRender.Product(prim).GetCameraRel() if prim else None
+        # A target that is a property leads on to those of another relationship.
+        stays = camera is not None and all(target.IsPrimPath() for target in camera.GetTargets())
+        return (self.camera_path, self.resolution), stays
+
     @property
     def resolution(self) -> tuple[int, int]:
         """Width and height of its images [pixels]; setting it is `set_resolution`.

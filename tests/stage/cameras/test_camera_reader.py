@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 
 from usdsdg.errors import BadPrim
 from usdsdg.stage.cameras.camera_reader import CameraReader
@@ -85,3 +85,62 @@ def test_a_second_camera_below_a_prim_makes_it_ambiguous(stage):
         reader.read("/Rig", SIZE, time=NOW)
     stage.RemovePrim("/Rig/Eye")
     assert reader.read("/Rig", SIZE, time=NOW).prim_path == "/Rig/Other"
+
+
+def shows(stage, path):
+    product = UsdRender.Product(stage.GetPrimAtPath(path))
+    camera = product.GetCameraRel().GetForwardedTargets()[0]
+    stays = all(target.IsPrimPath() for target in product.GetCameraRel().GetTargets())
+    return (str(camera), tuple(product.GetResolutionAttr().Get())), stays
+
+
+def other_camera(stage):
+    stage.GetPrimAtPath("/Product").GetRelationship("camera").SetTargets(["/Rig/Second"])
+
+
+def other_size(stage):
+    stage.GetPrimAtPath("/Product").GetAttribute("resolution").Set((32, 24))
+
+
+def other_product(stage):
+    stage.RemovePrim("/Product")
+    product = UsdRender.Product.Define(stage, "/Product")
+    product.CreateCameraRel().SetTargets(["/Rig/Second"])
+    product.CreateResolutionAttr().Set((32, 24))
+
+
+def led_on(stage):
+    stage.GetPrimAtPath("/Product").GetRelationship("camera").SetTargets(["/Rig.chosen"])
+    stage.GetPrimAtPath("/Rig").CreateRelationship("chosen").SetTargets(["/Rig/Second"])
+
+
+def led_elsewhere(stage):
+    stage.GetPrimAtPath("/Rig").GetRelationship("chosen").SetTargets(["/Rig/Eye"])
+
+
+def test_what_a_product_shows_is_read_where_it_changes(stage):
+    UsdGeom.Camera.Define(stage, "/Rig/Second").GetFocalLengthAttr().Set(12.0)
+    product = UsdRender.Product.Define(stage, "/Product")
+    product.CreateCameraRel().SetTargets(["/Rig/Eye"])
+    product.CreateResolutionAttr().Set(SIZE)
+    reader, calls = CameraReader(stage), []
+
+    def view():
+        return reader.read_product("/Product", lambda: calls.append(1) or shows(stage, "/Product"), time=NOW)
+
+    def frames(count):
+        for number in range(count):  # in which other things move
+            stage.GetPrimAtPath("/Rig/Box").GetAttribute("xformOp:translate").Set((number + 1, 0, 0))
+            seen = view()
+        return seen
+
+    first = frames(4)
+    assert (first.prim_path, len(calls)) == ("/Rig/Eye", 1)
+    for edit in (other_size, other_camera, pose_above, other_product, led_on, led_elsewhere, focal_length):
+        edit(stage)
+        for _ in range(3):
+            (camera, size), _ = shows(stage, "/Product")
+            seen, fresh = frames(1), read_camera(stage, camera, size)
+            assert (seen.prim_path, seen.width, seen.height) == (fresh.prim_path, *size), edit.__name__
+            assert seen.focal_length == fresh.focal_length, edit.__name__
+            np.testing.assert_array_equal(seen.local_to_world, fresh.local_to_world)
