@@ -61,7 +61,7 @@ def distribution_outputs() -> dict[str, np.ndarray | list[Any]]:
     for trigger in graph().triggers:
         for node in trigger.nodes:
             for role, value in node.inputs.items():
-                if isinstance(value, Distribution) and node.executions:
+                if isinstance(value, Distribution) and node.executions and value.names():
                     drawn |= {name: _rows(list(rows)) for name, rows in named_draws(value, node, role).items()}
     return drawn
 

@@ -99,14 +99,14 @@ def other_camera(stage):
 
 
 def other_size(stage):
-    stage.GetPrimAtPath("/Product").GetAttribute("resolution").Set((32, 24))
+    stage.GetPrimAtPath("/Product").GetAttribute("resolution").Set(Gf.Vec2i(32, 24))
 
 
 def other_product(stage):
     stage.RemovePrim("/Product")
     product = UsdRender.Product.Define(stage, "/Product")
     product.CreateCameraRel().SetTargets(["/Rig/Second"])
-    product.CreateResolutionAttr().Set((32, 24))
+    product.CreateResolutionAttr().Set(Gf.Vec2i(32, 24))
 
 
 def led_on(stage):
@@ -122,7 +122,7 @@ def test_what_a_product_shows_is_read_where_it_changes(stage):
     UsdGeom.Camera.Define(stage, "/Rig/Second").GetFocalLengthAttr().Set(12.0)
     product = UsdRender.Product.Define(stage, "/Product")
     product.CreateCameraRel().SetTargets(["/Rig/Eye"])
-    product.CreateResolutionAttr().Set(SIZE)
+    product.CreateResolutionAttr().Set(Gf.Vec2i(*SIZE))
     reader, calls = CameraReader(stage), []
 
     def view():
