@@ -21,7 +21,10 @@ with rep.trigger.on_frame():
         )
         rep.randomizer.color(colors=draw.uniform((0, 0, 0), (1, 1, 1)))
         rep.modify.visibility(draw.choice([True, True, False], seed=7))
-        rep.physics.rigid_body(velocity=draw.uniform((-1, -1, -1), (1, 1, 1)))
+        # Both, since the saved stage goes on with the velocities of the last frame.
+        rep.physics.rigid_body(
+            velocity=draw.uniform((-1, -1, -1), (1, 1, 1)), angular_velocity=draw.uniform((-90, -90, -90), (90, 90, 90))
+        )
     with balls:
         rep.modify.pose(
             position=draw.combine([draw.uniform(-1, 1), draw.log_uniform(0.1, 1.0), 0.4]),
