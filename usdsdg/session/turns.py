@@ -146,12 +146,13 @@ def in_turn(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def waiting(*args: P.args, **kwargs: P.kwargs) -> R:
-        depth = turns.depth
+        if turns.depth:  # a call in a call, of which a frame has many; the outermost gives the turn back
+            return function(*args, **kwargs)
         try:
             with turns:
                 return function(*args, **kwargs)
         except BaseException:
-            turns.fall_back(depth)
+            turns.fall_back(0)
             raise
 
     return waiting
