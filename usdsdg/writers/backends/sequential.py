@@ -27,7 +27,7 @@ class Sequential:
     def run(self, *args: Any, backend_instance: object = None, **kwargs: Any) -> Any:
         """Run all functions and return what the last one returns.
 
-        Those that have a parameter `backend_instance` get it, and the last one, which writes, also as one of `**kwargs`:
+        Those that have a parameter `backend_instance` get it; so does the last one, which writes, if it has `**kwargs`:
         those of the functions before it are the data of transforms.
         """
         result: Any = None
