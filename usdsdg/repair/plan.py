@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from usdsdg.datasets.attempt import UNREADABLE, attempt
-from usdsdg.errors import UsdsdgError, WriterError
+from usdsdg.errors import WriterError
 from usdsdg.record import FRAMES, STAGES, frame_record
 from usdsdg.repair.damage import Damage
 from usdsdg.verify.integrity.listing import SPOOLS
