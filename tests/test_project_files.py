@@ -13,11 +13,12 @@ ROOT = Path(__file__).resolve().parents[1]
 FIELDS = {"input", "textarea", "dropdown", "checkboxes", "markdown"}
 
 
-def test_the_version_is_the_latest_of_the_changelog_and_that_of_the_citation():
-    versions = re.findall(r"^## (\d+\.\d+\.\d+)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+def test_version_and_date_are_the_latest_of_the_changelog_and_those_of_the_citation():
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    versions = re.findall(r"^## (\d+\.\d+\.\d+) \((\d{4}-\d\d-\d\d)\)$", changelog, re.MULTILINE)
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert (citation["version"], str(citation["date-released"])) == versions[0]
     assert usdsdg.__version__ == citation["version"]
-    assert not versions or versions[0] == usdsdg.__version__
 
 
 def test_the_page_of_installation_lists_every_extra():

@@ -14,9 +14,9 @@ from usdsdg.errors import BadPrim, Unsupported, let_pass
 from usdsdg.functional import get as find
 from usdsdg.graph.live_prims import LivePrims, search
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
-from usdsdg.graph.node_prims import PIPELINE
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import prim_at
+from usdsdg.stage.scopes import PIPELINE
 
 _SEARCH = "get"
 

@@ -124,6 +124,19 @@ def test_the_table_lists_every_package_and_root_module():
     assert there == listed
 
 
+def test_the_page_of_the_architecture_has_every_room_and_no_other():
+    """In its picture or in the tables below it, which name rooms alone in their first column."""
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    _, picture, text = page.split("```", 2)
+    tables = re.findall(r"^\| (`.*?`) \|", text.split("\n## ")[0], re.MULTILINE)
+    named = {name for row in tables for name in re.findall(r"`(\w+)`", row)}
+    rooms = {room for _, room in ROOMS} - {"__init__"}
+    assert named <= rooms
+    assert rooms <= named | set(re.findall(r"\w+", picture))
+    names = re.search(r"import nothing of `usdsdg` but (.*?)\. ", page, re.DOTALL)
+    assert re.findall(r"`(\w+)`", names[1]) == sorted(layers.OF_ENGINES)
+
+
 def test_rows_name_only_what_stands_above_them():
     for table in PACKAGES.values():
         known = {"__init__"}

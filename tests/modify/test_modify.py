@@ -166,7 +166,7 @@ def test_of_a_list_of_variants_one_is_drawn_for_each_prim_at_each_firing(stage, 
 
 @pytest.mark.parametrize(
     ("name", "value", "message"),
-    [("colour", "red", "no variant set 'colour'; it has: color"), ("color", "rad", "has no 'rad'; it has: .*red")],
+    [("colour", "red", "no variant set 'colour'; it has color"), ("color", "rad", "has no 'rad'; it has .*red")],
 )
 def test_unknown_variants_raise_an_error_with_the_script_line(stage, shelves, name, value, message):
     rep.modify.variant(name, value, input_prims=shelves)

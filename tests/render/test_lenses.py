@@ -9,13 +9,12 @@ import pytest
 
 from tests.render import scenes
 from tests.render.images import renderer_of
-from tests.render.labels.test_label_pass import coverage_one_by_one, some_scene
+from tests.render.labels.test_label_pass import NO_INSTANCE, coverage_one_by_one, some_scene
 from tests.sampled_cases import sampled
 from tests.stage.cameras.lens_cases import CASES, LENSES, PANORAMAS
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg_render.labels.aov import AOVS
 from usdsdg_render.labels.lens_bounds import bound_through_lens
-from usdsdg_render.scene.scene import NO_INSTANCE
 from usdsdg_render.settings import PathSettings
 
 EYE, TARGET = (1.0, 2.0, 0.5), (0.0, 0.3, 0.2)

@@ -102,6 +102,14 @@ def test_a_path_with_a_drive_means_the_folder_that_python_finds_too(configured, 
     assert assets.locate("C:/textures/oak.png") == str(tmp_path / "C:" / "textures" / "oak.png")
 
 
+def test_what_is_not_on_this_machine_is_none(configured):
+    assert assets.locate_or_none(f"/{MUG}") == assets.locate(f"/{MUG}")
+    for asset in ("/Isaac/Props/none.usd", "omniverse://server/none.usd", "ftp://server/none.usd", "D:/none.usd", ""):
+        with pytest.raises((AssetError, Unsupported)):
+            assets.locate(asset)
+        assert assets.locate_or_none(asset) is None
+
+
 def test_a_misspelled_relative_path_is_compared_with_the_working_folder_too(configured, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.usda").touch()

@@ -110,6 +110,7 @@ def test_textures_are_grouped_by_stem(folder):
         (str(folder), None, "file_suffixes is empty"),
         (str(folder / "notes.txt"), ["_diffuse"], "is not a folder"),
         (str(folder / "nowhere"), ["_diffuse"], "is not a folder"),
+        ("ftp://server/textures", ["_diffuse"], "is not a folder"),
     ):
         with pytest.warns(UsdsdgWarning, match=message):
             assert rep.utils.get_files_group(path, suffixes) is None

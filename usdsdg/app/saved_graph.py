@@ -14,9 +14,10 @@ from usdsdg.graph import evaluate
 from usdsdg.graph.actions import action_of, load_actions
 from usdsdg.graph.live_prims import from_text
 from usdsdg.graph.node import Node, ReplicatorItem
-from usdsdg.graph.node_prims import PIPELINE, Link, NodeRecord, define_node, read_node
+from usdsdg.graph.node_prims import Link, NodeRecord, define_node, read_node
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session.settings_store import get_settings, lets_files_run_code
+from usdsdg.stage.scopes import PIPELINE
 from usdsdg.writers.base import ON_FRAME, Writer, attached_writers, trigger_of
 
 WRITERS = "/WriterOrchestrator"

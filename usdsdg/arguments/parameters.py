@@ -13,6 +13,7 @@ from usdsdg.arguments.misplaced import explaining
 from usdsdg.arguments.near_arguments import near_arguments
 from usdsdg.session.turns import in_turn
 
+# Attribute of functions that name near misses already.
 _MARK = "_names_parameters"
 
 
@@ -44,11 +45,6 @@ def name_parameters(module: dict[str, Any], *, without_turns: Sequence[str] | No
         if origin.get(value.__name__) is value:
             origin[value.__name__] = naming
         module[name] = naming
-
-
-def names_parameters(function: object) -> bool:
-    """Return whether a function names near misses of its keyword arguments."""
-    return hasattr(function, _MARK)
 
 
 def _naming(function: Callable[..., Any]) -> Callable[..., Any]:

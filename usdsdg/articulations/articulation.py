@@ -43,7 +43,7 @@ class Drive:
 class Articulation:
     """The joints of one robot, which physics moves while it plays.
 
-    Joints that are not simulated (see `is_simulated`) move by their velocities and drives within their limits, and
+    Joints that are not simulated move by their velocities and drives within their limits, and
     nothing pushes them: one with a stiff drive approaches its target without overshoot, at the drive's rate of
     2 stiffness / damping; one without keeps its velocity, or takes the drive's target velocity.
     """
@@ -73,11 +73,6 @@ class Articulation:
     def dofs(self) -> Sequence[Joint]:
         """The joints with a position, breadth first from the base."""
         return self.tree.dofs
-
-    @property
-    def is_simulated(self) -> bool:
-        """Whether physics plays and simulates all joints."""
-        return self._engine() is not None
 
     @property
     def positions(self) -> Array:

@@ -6,7 +6,6 @@ refers to the file on this machine.
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import os
 from collections.abc import Callable
@@ -14,7 +13,6 @@ from typing import Any
 
 from pxr import Sdf, Usd
 
-from usdsdg import errors
 from usdsdg.stage import assets
 
 # Class -> methods whose first argument is an asset path, a reference or a payload, or a list of these.
@@ -82,10 +80,7 @@ def _here(asset: str) -> str:
     """Return the file of an asset URL, or the URL itself, which USD then reports as missing."""
     if assets.is_mesh(asset) and os.path.isfile(asset):
         return assets.resolve(asset)
-    if _is_sought(asset):
-        with contextlib.suppress(errors.AssetError, errors.Unsupported):
-            return assets.locate(asset)
-    return asset
+    return (assets.locate_or_none(asset) if _is_sought(asset) else None) or asset
 
 
 def _is_sought(asset: str) -> bool:

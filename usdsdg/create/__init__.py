@@ -18,9 +18,10 @@ from usdsdg.create.references import from_dir, from_usd
 from usdsdg.create.render_products import render_product, render_product_tiled
 from usdsdg.create.shapes import cone, cube, cylinder, disk, plane, sphere, torus
 from usdsdg.create.tiled_sensors import tiled_sensor
+from usdsdg.stage.scopes import REPLICATOR
 
 # Parent of what is created.
-REPLICATOR_SCOPE = "/Replicator"
+REPLICATOR_SCOPE = REPLICATOR
 
 __all__ = [
     "REPLICATOR_SCOPE",

@@ -14,10 +14,7 @@ from usdsdg.graph.evaluate import act
 from usdsdg.graph.node import Node, ReplicatorItem, plain
 from usdsdg.modify.numbers import draw_numbers
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage import materials, paths
-from usdsdg.stage.copies import copy_prim
-
-MATERIALS_SCOPE = "/Replicator/Looks"
+from usdsdg.stage import materials
 
 
 def material_omnipbr(
@@ -66,7 +63,8 @@ def material_omnipbr(
     if isinstance(project_uvw, Distribution) or project_uvw:
         inputs["project_uvw"] = project_uvw
     given = {name: plain(value) for name, value in inputs.items() if value is not None}
-    item = ReplicatorItem(Node(kind="OgnCreateMaterial", prims=tuple(_new_materials(count_of(count)))))
+    made = materials.new_omni_pbr(current_stage(), count_of(count))
+    item = ReplicatorItem(Node(kind="OgnCreateMaterial", prims=tuple(made)))
     now = {name: value for name, value in given.items() if not isinstance(value, Distribution)}
     later = {name: value for name, value in given.items() if name not in now}
     _write_inputs(Node(kind="OgnWriteMaterialInputs", inputs=now, prims=item.prims), 0)
@@ -75,19 +73,6 @@ def material_omnipbr(
     if semantics is not None:
         modify.semantics(semantics, input_prims=item)
     return item
-
-
-def _new_materials(count: int) -> list[str]:
-    stage = current_stage()
-    if not stage.GetPrimAtPath(MATERIALS_SCOPE):
-        stage.DefinePrim("/Replicator", "Scope")
-        stage.DefinePrim(MATERIALS_SCOPE, "Scope")
-    made = paths.free_paths(stage, f"{MATERIALS_SCOPE}/OmniPBR", count)
-    if made:
-        materials.define_mdl(stage, made[0], "OmniPBR.mdl")
-        target = stage.GetEditTarget()
-        copy_prim(stage, target.GetLayer(), target.MapToSpecPath(Sdf.Path(made[0])), made[1:])
-    return made
 
 
 @action("OgnWriteMaterialInputs", *materials.OMNI_PBR_INPUTS)

@@ -13,8 +13,7 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
 from usdsdg.stage.copies import copy_prim
 from usdsdg.stage.poses.first_ops import author_first_pose
-
-ROOT = "/Replicator"
+from usdsdg.stage.scopes import REPLICATOR, define_scope
 
 
 def create_objects(
@@ -95,9 +94,9 @@ def new_xform(name: str, parent: Any, pose: Mapping[str, Sequence[float]] | None
         BadPrim: `parent` is not on the stage, or is a shape.
     """
     stage = current_stage()
-    root = prim_paths(parent)[0] if parent is not None else ROOT
-    if parent is None and not stage.GetPrimAtPath(ROOT):
-        stage.DefinePrim(ROOT, "Scope")
+    root = prim_paths(parent)[0] if parent is not None else REPLICATOR
+    if parent is None:
+        define_scope(stage, REPLICATOR)
     paths.check_parent(paths.prim_at(stage, root))
     path, target = paths.next_free_path(stage, f"{root}/{prim_name(name)}"), stage.GetEditTarget()
     with Sdf.ChangeBlock():

@@ -19,6 +19,7 @@ from usdsdg.stage import materials
 from usdsdg.stage.attributes import attribute_of, set_value
 from usdsdg.stage.keypoints import set_keypoints
 from usdsdg.stage.semantics.labels import add_labels
+from usdsdg.stage.variants import select_variant
 
 __all__ = [
     "attribute", "keypoints", "look_at", "material", "pose", "position", "rotation", "scale", "semantics", "variant",
@@ -225,15 +226,7 @@ def variant(prims: Any, name: str, value: Any) -> None:
     """
     targets = prims_of(prims)
     for prim, chosen in zip(targets, per_prim(value, len(targets))):
-        sets = prim.GetVariantSets()
-        if name not in sets.GetNames():
-            raise BadPrim(
-                f"{prim.GetPath()} has no variant set {name!r}; it has {', '.join(sets.GetNames()) or 'none'}"
-            )
-        known = sets.GetVariantSet(name).GetVariantNames()
-        if chosen not in known:
-            raise BadPrim(f"{prim.GetPath()}: variant set {name!r} has no {chosen!r}; it has {', '.join(known)}")
-        sets.GetVariantSet(name).SetVariantSelection(chosen)
+        select_variant(prim, name, chosen)
 
 
 name_parameters(globals())

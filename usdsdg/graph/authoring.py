@@ -6,9 +6,10 @@ from pxr import Sdf
 
 from usdsdg.graph.live_prims import LivePrims
 from usdsdg.graph.node import Node, ReplicatorItem
-from usdsdg.graph.node_prims import PIPELINE, Link, NodeRecord, define_graph, define_node, write_input
+from usdsdg.graph.node_prims import Link, NodeRecord, define_graph, define_node, write_input
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
+from usdsdg.stage.scopes import PIPELINE
 
 IMPULSE = f"{PIPELINE}/OnImpulseEvent"
 

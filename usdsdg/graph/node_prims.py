@@ -12,7 +12,8 @@ from typing import Any
 
 from pxr import Gf, Sdf, Usd, Vt
 
-PIPELINE = "/Replicator/SDGPipeline"
+from usdsdg.stage.scopes import PIPELINE, REPLICATOR, define_scope
+
 TYPE_PREFIX = "omni.replicator.core."
 # Types that are OmniGraph's own.
 _OMNIGRAPH = {"OnCustomEvent": "omni.graph.action.OnCustomEvent", "OnImpulseEvent": "omni.graph.action.OnImpulseEvent"}
@@ -73,15 +74,13 @@ def define_node(stage: Usd.Stage, path: str, node: NodeRecord) -> Usd.Prim:
     return prim
 
 
-def define_graph(stage: Usd.Stage, path: str = PIPELINE) -> Usd.Prim:
+def define_graph(stage: Usd.Stage) -> Usd.Prim:
     """Return the graph prim; author it with OmniGraph's evaluation attributes if there is none."""
-    prim = stage.GetPrimAtPath(path)
+    prim = stage.GetPrimAtPath(PIPELINE)
     if prim and prim.GetTypeName() == "OmniGraph":
         return prim
-    root = Sdf.Path(path).GetPrefixes()[0]
-    if not stage.GetPrimAtPath(root):
-        stage.DefinePrim(root, "Scope")
-    prim = stage.DefinePrim(path, "OmniGraph")
+    define_scope(stage, REPLICATOR)
+    prim = stage.DefinePrim(PIPELINE, "OmniGraph")
     _attribute(prim, "evaluator:type", Sdf.ValueTypeNames.Token, "execution")
     _attribute(prim, "pipelineStage", Sdf.ValueTypeNames.Token, "pipelineStageSimulation")
     return prim

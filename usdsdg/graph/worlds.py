@@ -127,6 +127,7 @@ class WorldDraws:
         for firings, node, executed in self._runs:
             if executed and not firings.fires[1:].any():
                 scratch = WorldValues(1, sequence.now.time)
+                # As where all are drawn together: all worlds have the same, which is on the stage.
                 with suppress(Unsupported):
                     _run_twin(node, np.array([executed - 1]), scratch)
                 sequence.keep(scratch)

@@ -13,7 +13,6 @@ so on, that often again.
 
 import warp as wp
 
-TOKENS = wp.constant(256 + 259)
 # Of literals, the end of a block, and lengths.
 SYMBOLS = wp.constant(286)
 END = wp.constant(256)

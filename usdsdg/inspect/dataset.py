@@ -13,8 +13,8 @@ from usdsdg.datasets.seen import Seen
 from usdsdg.errors import DatasetError
 from usdsdg.inspect import problems
 from usdsdg.inspect.records import Dataset, Frame
+from usdsdg.writers.base import METADATA
 
-_METADATA = "metadata.txt"
 DOPE_NOTE = (
     "The files of this format tell no usable distance: `location` follows Replicator's order of matrices, so it does "
     "not project to the objects."
@@ -84,7 +84,7 @@ def _nothing_found(path: Path, folders: list[Folder]) -> str:
 
 def _read_metadata(dataset: Dataset, folder: Folder) -> None:
     """Keep the content of the first metadata.txt: writer, version and seed."""
-    name = next((each for each in folder.files if PurePosixPath(each).name == _METADATA), None)
+    name = next((each for each in folder.files if PurePosixPath(each).name == METADATA), None)
     if name is None or dataset.metadata:
         return
     # NaN is not valid JSON, so it must not reach the page.

@@ -24,11 +24,11 @@ class Encoded:
         return f"data:{self.media};base64,{base64.b64encode(self.data).decode()}"
 
 
-def photograph(image: np.ndarray, longest: int, quality: int = 82) -> Encoded:
+def photograph(image: np.ndarray, longest: int) -> Encoded:
     """Encode an image, (H, W) or (H, W, 3 or 4) uint8, as JPEG with at most `longest` pixels per side."""
     picture = _on_gray(Image.fromarray(_bytes(image)))
     picture.thumbnail((longest, longest), Image.Resampling.LANCZOS, reducing_gap=2.0)
-    return Encoded("image/jpeg", _saved(picture, "JPEG", quality=quality))
+    return Encoded("image/jpeg", _saved(picture, "JPEG", quality=82))
 
 
 def mask(values: np.ndarray, longest: int) -> Encoded:

@@ -19,6 +19,7 @@ from usdsdg.modify.prims import target_prims
 from usdsdg.stage.attribute_batch import write_batch
 from usdsdg.stage.semantics import labels
 from usdsdg.stage.semantics.label_copies import label_all
+from usdsdg.stage.variants import select_variant
 
 
 def semantics(semantics: Any = None, input_prims: Any = None, mode: str = "add") -> ReplicatorItem:
@@ -141,15 +142,7 @@ def variant(name: str, value: Any, input_prims: Any = None) -> ReplicatorItem:
 def _write_variant(node: Node, execution: int) -> None:
     name = node.inputs["attribute"]
     for path, chosen in zip(node.prims, draw(node.inputs["value"], node, execution, "value")):
-        variants = _with_variant_set(prim_at(path), name).GetVariantSets()
-        if name not in variants.GetNames():
-            raise ArgumentError(
-                f"{path} has no variant set {name!r}; it has: {', '.join(variants.GetNames()) or 'none'}"
-            )
-        known = variants.GetVariantSet(name).GetVariantNames()
-        if chosen not in known:
-            raise ArgumentError(f"{path}: variant set {name!r} has no {chosen!r}; it has: {', '.join(known)}")
-        variants.GetVariantSet(name).SetVariantSelection(chosen)
+        select_variant(_with_variant_set(prim_at(path), name), name, chosen)
 
 
 def _with_variant_set(prim: Usd.Prim, name: str) -> Usd.Prim:

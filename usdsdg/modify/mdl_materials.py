@@ -7,8 +7,7 @@ from pxr import Tf, Usd, UsdShade
 
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, materials, paths
-
-MATERIALS_SCOPE = "/Replicator/Looks"
+from usdsdg.stage.scopes import LOOKS, define_scope
 
 
 def is_mdl(value: Any) -> TypeGuard[str]:
@@ -29,10 +28,8 @@ def mdl_material(mdl: str) -> Usd.Prim:
     stage = current_stage()
     file = mdl if os.path.basename(mdl) == mdl and not os.path.exists(mdl) else assets.resolve(mdl)
     name = Tf.MakeValidIdentifier(os.path.basename(file.replace("\\", "/")).rsplit(".", 1)[0])
-    usual = stage.GetPrimAtPath(f"{MATERIALS_SCOPE}/{name}")
+    usual = stage.GetPrimAtPath(f"{LOOKS}/{name}")
     if usual and usual.IsA(UsdShade.Material) and materials.mdl_file(usual) == file:
         return usual
-    for scope in (os.path.dirname(MATERIALS_SCOPE), MATERIALS_SCOPE):
-        if not stage.GetPrimAtPath(scope):
-            stage.DefinePrim(scope, "Scope")
-    return materials.define_mdl(stage, paths.next_free_path(stage, f"{MATERIALS_SCOPE}/{name}"), file).GetPrim()
+    define_scope(stage, LOOKS)
+    return materials.define_mdl(stage, paths.next_free_path(stage, f"{LOOKS}/{name}"), file).GetPrim()

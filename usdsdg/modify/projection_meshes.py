@@ -17,6 +17,7 @@ from usdsdg.scatter.bounds import Bounds
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses import pivots, transforms
+from usdsdg.stage.scopes import REPLICATOR
 
 PROJECTOR, TARGETS, OFFSET, DEPTH, AXIS = (
     f"usdsdg:{name}" for name in ("projector", "targets", "offset", "depth", "axis")
@@ -111,7 +112,7 @@ def _baked() -> dict[str, Any]:
     """Return where projector and targets of each projection were when it was computed; None in a stage as opened."""
     baked = graph().projections
     if baked is None:
-        root = current_stage().GetPrimAtPath("/Replicator")
+        root = current_stage().GetPrimAtPath(REPLICATOR)
         found = [each for each in Usd.PrimRange(root) if each.HasRelationship(PROJECTOR)] if root else []
         baked = graph().projections = {str(prim.GetPath()): None for prim in found}
     return baked

@@ -1,6 +1,6 @@
 """Random colors, textures and materials: `rep.randomizer.color`, `texture` and `materials`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from typing import Any
 
@@ -17,10 +17,10 @@ from usdsdg.modify import bind_material
 from usdsdg.modify.bound_materials import material_paths
 from usdsdg.modify.point_instances import Objects, objects_of, prototypes_or_self
 from usdsdg.session.stage_context import current_stage
-from usdsdg.stage import assets, paths
+from usdsdg.stage import assets
 from usdsdg.stage.attribute_batch import write_batch
-
-MATERIALS_SCOPE = "/Replicator/Looks"
+from usdsdg.stage.materials import OMNI_PBR_INPUTS, new_omni_pbr
+from usdsdg.stage.scopes import LOOKS
 
 
 def color(colors: Any, per_sub_mesh: bool = False, seed: int | None = None, input_prims: Any = None) -> ReplicatorItem:
@@ -97,10 +97,11 @@ def _write_materials(node: Node, execution: int) -> None:
     shaders: dict[str, UsdShade.Shader] = node.state.setdefault("shaders", {})
     if _write_colors(node, shaders, drawn):
         return
-    with Sdf.ChangeBlock() if all(path in shaders for path in node.prims) else nullcontext():
+    written = all(path in shaders for path in node.prims)
+    if not written:
+        _find_or_create_shaders(node.prims, shaders)
+    with Sdf.ChangeBlock() if written else nullcontext():
         for index, path in enumerate(node.prims):
-            if path not in shaders:
-                shaders[path] = _existing_shader(path, shaders) or _new_shader(path)
             _write_inputs(shaders[path], {name: column[index] for name, column in drawn.items()})
 
 
@@ -154,6 +155,14 @@ def _write_colors(node: Node, shaders: dict[str, UsdShade.Shader], drawn: dict[s
         )
 
 
+def _find_or_create_shaders(paths: Sequence[str], shaders: dict[str, UsdShade.Shader]) -> None:
+    """Add the shaders of prims that are not among them yet."""
+    for path in paths:
+        if path not in shaders and (existing := _existing_shader(path, shaders)):
+            shaders[path] = existing
+    shaders |= _new_shaders([path for path in dict.fromkeys(paths) if path not in shaders])
+
+
 def _existing_shader(path: str, taken: Mapping[str, UsdShade.Shader]) -> UsdShade.Shader | None:
     """Return the shader of a material that an earlier run of a saved graph has bound to the prim.
 
@@ -161,7 +170,7 @@ def _existing_shader(path: str, taken: Mapping[str, UsdShade.Shader]) -> UsdShad
     """
     binding = UsdShade.MaterialBindingAPI(prim_at(path)).GetDirectBinding()
     bound, relation = binding.GetMaterialPath(), binding.GetBindingRel()
-    if not str(bound).startswith(f"{MATERIALS_SCOPE}/") or relation.GetPropertyStack()[0].path != relation.GetPath():
+    if not str(bound).startswith(f"{LOOKS}/") or relation.GetPropertyStack()[0].path != relation.GetPath():
         return None
     shader = bound.AppendChild("Shader")
     if any(each.GetPath() == shader for each in taken.values()):
@@ -176,41 +185,24 @@ def gprims_below(path: str) -> list[str]:
 
 
 # The OmniPBR inputs that these randomizers write.
-_INPUTS = {
-    "diffuse_color_constant": Sdf.ValueTypeNames.Color3f,
-    "diffuse_texture": Sdf.ValueTypeNames.Asset,
-    "texture_scale": Sdf.ValueTypeNames.Float2,
-    "texture_rotate": Sdf.ValueTypeNames.Float,
-    "project_uvw": Sdf.ValueTypeNames.Bool,
-}
+_INPUTS = ("diffuse_color_constant", "diffuse_texture", "texture_scale", "texture_rotate", "project_uvw")
 
 
-def _new_shader(path: str) -> UsdShade.Shader:
-    """Create an OmniPBR material, bind it to the prim and return its MDL shader.
-
-    It also has a UsdPreviewSurface for viewers without MDL.
-    """
-    stage, prim = current_stage(), prim_at(path)
-    if prim.IsInstanceable():
-        prim.SetInstanceable(False)
-    if not stage.GetPrimAtPath(MATERIALS_SCOPE):
-        stage.DefinePrim(MATERIALS_SCOPE, "Scope")
-    omnipbr = UsdShade.Material.Define(stage, paths.next_free_path(stage, f"{MATERIALS_SCOPE}/OmniPBR"))
-    shader = UsdShade.Shader.Define(stage, omnipbr.GetPath().AppendChild("Shader"))
-    shader.SetSourceAsset(Sdf.AssetPath("OmniPBR.mdl"), "mdl")
-    shader.SetSourceAssetSubIdentifier("OmniPBR", "mdl")
-    omnipbr.CreateSurfaceOutput("mdl").ConnectToSource(shader.CreateOutput("out", Sdf.ValueTypeNames.Token))
-    preview = UsdShade.Shader.Define(stage, omnipbr.GetPath().AppendChild("PreviewSurface"))
-    preview.CreateIdAttr("UsdPreviewSurface")
-    preview.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(1))
-    omnipbr.CreateSurfaceOutput().ConnectToSource(preview.CreateOutput("surface", Sdf.ValueTypeNames.Token))
-    bind_material(prim, omnipbr.GetPrim(), stronger=True)
-    return shader
+def _new_shaders(paths: Sequence[str]) -> dict[str, UsdShade.Shader]:
+    """Create an OmniPBR material for each prim, bind it, and return their MDL shaders by the paths of the prims."""
+    stage, made = current_stage(), {}
+    for path, material in zip(paths, new_omni_pbr(stage, len(paths)), strict=True):
+        prim, omnipbr = prim_at(path), stage.GetPrimAtPath(material)
+        if prim.IsInstanceable():
+            prim.SetInstanceable(False)
+        bind_material(prim, omnipbr, stronger=True)
+        made[path] = UsdShade.Shader(omnipbr.GetChild("Shader"))
+    return made
 
 
 def _write_inputs(shader: UsdShade.Shader, values: dict[str, Any]) -> None:
     for name, value in values.items():
-        usd_input = shader.CreateInput(name, _INPUTS[name])
+        usd_input = shader.CreateInput(name, OMNI_PBR_INPUTS[name])
         if name == "diffuse_color_constant":
             linear = Gf.Vec3f(vector("colors", value))
             usd_input.Set(linear)

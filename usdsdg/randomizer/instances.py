@@ -16,6 +16,7 @@ from usdsdg.randomizer.population_size import checked_size, drawn_size, largest_
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import assets, paths
 from usdsdg.stage.geometry.instancers import POPULATION, SAMPLED_ASSETS
+from usdsdg.stage.scopes import define_scope
 
 MODES = ("scene_instance", "point_instance", "reference")
 CACHE = f"{SAMPLED_ASSETS}/Cache"
@@ -101,9 +102,7 @@ def _source(path: str, *, labeled: bool) -> tuple[str, bool]:
 
 def _new_root(name: str | None) -> str:
     stage = current_stage()
-    for scope in ("/Replicator", SAMPLED_ASSETS):
-        if not stage.GetPrimAtPath(scope):
-            stage.DefinePrim(scope, "Scope")
+    define_scope(stage, SAMPLED_ASSETS)
     path = paths.next_free_path(stage, f"{SAMPLED_ASSETS}/{paths.valid_name(name) if name else 'Population'}")
     stage.DefinePrim(path, "Xform")
     return path

@@ -18,9 +18,10 @@ from usdsdg.scatter.positions import Draws
 from usdsdg.scatter.stage_bodies import scatter, surface_of, volume_of
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.geometry.instancers import object_names
+from usdsdg.stage.scopes import REPLICATOR, define_scope
 
 # The PointInstancer that shows the voxels for `viz_sampled_voxels`.
-VOXELS = "/Replicator/SampledVoxels"
+VOXELS = f"{REPLICATOR}/SampledVoxels"
 Bound = Sequence[float | None]
 _OPEN: Bound = (None, None, None)
 
@@ -178,6 +179,7 @@ def _prims(inputs: dict[str, Any], role: str) -> list[Usd.Prim]:
 
 def show_voxels(stage: Usd.Stage, centers: np.ndarray, size: float) -> UsdGeom.PointInstancer:
     """Show translucent green cubes of edge `size` [stage units] at `centers` (N, 3), replacing earlier ones."""
+    define_scope(stage, REPLICATOR)
     instancer = UsdGeom.PointInstancer.Define(stage, VOXELS)
     cube = UsdGeom.Cube.Define(stage, f"{VOXELS}/Voxel")
     cube.CreateSizeAttr(size)

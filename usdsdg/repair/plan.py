@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from usdsdg.datasets.attempt import UNREADABLE, attempt
-from usdsdg.errors import UsdsdgError
+from usdsdg.errors import WriterError
 from usdsdg.record import FRAMES, STAGES, frame_record
 from usdsdg.repair.damage import Damage
 from usdsdg.verify.integrity.listing import SPOOLS
@@ -96,8 +96,11 @@ def _whole_spools(damage: Damage) -> list[Path]:
 
 
 def _paths_of(spool: Path) -> list[str]:
-    """Return the files that are made of a spool; none where this version does not know how."""
-    with suppress(UsdsdgError):
+    """Return the files that are made of a spool; none where this version does not know how, or it is damaged.
+
+    Then they are made again as what belongs to no frame is: with all frames.
+    """
+    with suppress(WriterError):
         return aggregates.paths_of(spool)
     return []
 

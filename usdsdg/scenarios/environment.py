@@ -28,14 +28,14 @@ def open_environment(env_url: str) -> Usd.Stage:
     return stage
 
 
-def add_walls(stage: Usd.Stage, size: tuple[float, float, float], *, path: str = "/World/CollisionWalls") -> None:
-    """Enclose the working area in six invisible walls, so that nothing leaves it; they extend outwards."""
+def add_walls(stage: Usd.Stage, size: tuple[float, float, float]) -> None:
+    """Enclose the working area in six invisible walls, so that nothing leaves it; they extend outward."""
     for axis, names in enumerate((("left_wall", "right_wall"), ("back_wall", "front_wall"), ("floor", "ceiling"))):
         for name, side in zip(names, (-1.0, 1.0)):
             extents, position = list(size), [0.0, 0.0, 0.0]
             extents[axis] = WALL_THICKNESS
             position[axis] = side * (size[axis] + WALL_THICKNESS) / 2.0
-            wall = stage.DefinePrim(f"{path}/{name}", "Cube")
+            wall = stage.DefinePrim(f"/World/CollisionWalls/{name}", "Cube")
             # The default size of a Cube is 2 units.
             author_pose(wall, translate=position, scale=[extent / 2.0 for extent in extents])
             rigid_bodies.add_colliders(wall)

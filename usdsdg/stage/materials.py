@@ -8,6 +8,9 @@ from pxr import Sdf, Usd, UsdShade
 
 from usdsdg.errors import BadPrim
 from usdsdg.stage.attributes import asset_path, set_value
+from usdsdg.stage.copies import copy_prim
+from usdsdg.stage.paths import free_paths
+from usdsdg.stage.scopes import LOOKS, define_scope
 
 _T = Sdf.ValueTypeNames
 _KINDS = {
@@ -50,6 +53,20 @@ def define_mdl(stage: Usd.Stage, path: str, mdl: str) -> UsdShade.Material:
         preview.CreateInput("diffuseColor", _T.Color3f).Set((0.2, 0.2, 0.2))
         material.CreateSurfaceOutput().ConnectToSource(preview.CreateOutput("surface", _T.Token))
     return material
+
+
+def new_omni_pbr(stage: Usd.Stage, count: int) -> list[str]:
+    """Define OmniPBR materials below `/Replicator/Looks` and return their paths.
+
+    The first is copied, in one change: one by one, each would take as long as there are materials.
+    """
+    define_scope(stage, LOOKS)
+    made = free_paths(stage, f"{LOOKS}/OmniPBR", count)
+    if made:
+        define_mdl(stage, made[0], "OmniPBR.mdl")
+        target = stage.GetEditTarget()
+        copy_prim(stage, target.GetLayer(), target.MapToSpecPath(Sdf.Path(made[0])), made[1:])
+    return made
 
 
 def input_owner(material: Usd.Prim, name: str) -> Usd.Prim:

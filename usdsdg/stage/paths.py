@@ -65,6 +65,11 @@ def prim_path(path: str | Sdf.Path) -> Sdf.Path:
     return result
 
 
+def at_or_below(path: str, root: str) -> bool:
+    """Return whether a path is `root` or below it."""
+    return path == root or path.startswith(root + "/")
+
+
 def valid_name(text: str) -> str:
     """Replace every character that a prim name cannot have by an underscore."""
     return Tf.MakeValidIdentifier(text)

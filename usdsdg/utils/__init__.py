@@ -2,8 +2,9 @@
 
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.graph.node import ReplicatorItem
-from usdsdg.graph.node_prims import PIPELINE as GRAPH_PATH
 from usdsdg.session.stage_context import open_stage
+from usdsdg.stage.scopes import PIPELINE as GRAPH_PATH
+from usdsdg.stage.scopes import REPLICATOR
 from usdsdg.utils import viewport_manager as viewport_manager
 from usdsdg.utils.files import get_files_group, get_usd_files
 from usdsdg.utils.nodes import (
@@ -36,7 +37,7 @@ from usdsdg.utils.prims import (
 from usdsdg.utils.rotation_ops import look_at, select_rotation_op, set_rotation_by_op
 
 # Parent of the prims that scripts create, and of the graph.
-REPLICATOR_SCOPE = "/Replicator"
+REPLICATOR_SCOPE = REPLICATOR
 
 __all__ = [
     "GRAPH_PATH",

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from usdsdg.arguments import asset_folders
-from usdsdg.errors import ArgumentError, AssetError, warn_once
+from usdsdg.errors import ArgumentError, warn_once
 from usdsdg.stage import assets
 
 
@@ -61,12 +61,9 @@ def get_files_group(
 
 def _folder(path: str) -> Path | None:
     """Return a folder of this machine or below the assets root; None if there is no such folder."""
-    try:
-        # Not `resolve`, which has the run end for what is missing.
-        folder = Path(path) if Path(path).is_dir() else Path(assets.locate(path))
-    except AssetError:
-        return None
-    return folder if folder.is_dir() else None
+    # Not `resolve`, which has the run end for what is missing.
+    folder = path if Path(path).is_dir() else assets.locate_or_none(path)
+    return Path(folder) if folder is not None and Path(folder).is_dir() else None
 
 
 def _pattern(suffix: str, flags: int) -> re.Pattern[str]:

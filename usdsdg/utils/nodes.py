@@ -18,8 +18,9 @@ from usdsdg.graph import evaluate
 from usdsdg.graph.actions import action_of
 from usdsdg.graph.evaluate import graph
 from usdsdg.graph.node import Node, ReplicatorItem, current_prims, plain, prim_paths
-from usdsdg.graph.node_prims import PIPELINE, TYPE_PREFIX, define_graph
+from usdsdg.graph.node_prims import TYPE_PREFIX, define_graph
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.scopes import PIPELINE
 from usdsdg.utils.prims import get_non_xform_prims
 
 # Extensions whose node types usdsdg has some of.

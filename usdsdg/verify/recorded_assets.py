@@ -75,7 +75,7 @@ class RecordedAssets:
         at_root = outer.startswith(f"{anchors.ASSETS}/")
         hashes = self._hashes.get(outer.removeprefix(anchors.ASSETS) if at_root else Path(outer).name)
         possible = anchors.candidates(path, self._parents)
-        there = [file for each in possible if (file := _located(each)) is not None]
+        there = [file for each in possible if (file := assets.locate_or_none(each)) is not None]
         if hashes is None:  # it was missing when the dataset was made, or there is no recipe
             return (there or possible)[0]
         for file in there:
@@ -95,13 +95,6 @@ def hashes_of(values: dict | None) -> dict[str, set[str]]:
         if isinstance(each, dict) and isinstance(each.get("name"), str):
             found[each["name"]].add(str(each.get("sha256")))
     return dict(found)
-
-
-def _located(path: str) -> str | None:
-    """Return a file, which a mirror may bring; None if there is none."""
-    with suppress(UsdsdgError):
-        return assets.locate(path)
-    return None
 
 
 def _hash(file: str) -> str:

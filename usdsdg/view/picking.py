@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdPhysics, UsdShade
+from pxr import Usd, UsdPhysics, UsdShade
 
 from usdsdg.annotators.point_instances import prim_path
 from usdsdg.session.body_velocities import velocities
@@ -17,7 +17,6 @@ from usdsdg.stage.poses.transforms import as_array, local_to_world
 from usdsdg.view.scene import Scene
 
 _DECIMALS = 6  # micrometers
-_PURPOSES = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render]
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ class Picked:
             found["size"] = _numbers((high - low) * np.linalg.norm(to_world[:3, :3], axis=1) * unit)
         else:
             to_world = as_array(local_to_world(prim, time))
-            box = DrawnBoxes(time, _PURPOSES).own(prim)
+            box = DrawnBoxes(time).own(prim)
             span = None if box is None else (box[1] - box[0]) * np.linalg.norm(to_world[:3, :3], axis=1)
             found["size"] = _numbers(span * unit) if span is not None and np.isfinite(span).all() else None
         pose = decompose(to_world)
@@ -73,7 +72,7 @@ class Picked:
     def middle(self, scene: Scene) -> tuple[np.ndarray, float] | None:
         """Return the center (3,) and the diagonal of its bounds [stage units]; None where it has none."""
         paths = {prim_path(scene.table.gprims[entry]) for entry in self.entries(scene)}
-        drawn = DrawnBoxes(scene.read().time, _PURPOSES)
+        drawn = DrawnBoxes(scene.read().time)
         boxes = [drawn.in_world(prim) for prim in map(scene.stage.GetPrimAtPath, paths) if prim]
         corners = np.array([box for box in boxes if box is not None]).reshape(-1, 2, 3)
         if not len(corners) or not np.isfinite(corners).all():

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from usdsdg.app import saved_graph
-from usdsdg.graph.node_prims import PIPELINE
 from usdsdg.session import stage_context
+from usdsdg.stage.scopes import PIPELINE
 from usdsdg.view.viewer import Viewer
 
 

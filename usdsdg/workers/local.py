@@ -16,10 +16,10 @@ from usdsdg.operating_system import IS_WINDOWS
 from usdsdg.session.endings import parent_process
 from usdsdg.workers.plan import Part
 
-# How often a part is begun again after its process has died.
+# How often a part is begun, the first time and after its process has died.
 ATTEMPTS = 4
 POLL_SECONDS = 0.1
-_TAIL = 4000  # characters of what a process has printed that an error shows
+TAIL = 4000  # characters of what a process has printed that an error shows
 _REFUSED = 1  # exit code of an error that the next attempt would meet again
 # Exit code of a process that has made its part, and whose script caught an error meanwhile.
 CAUGHT = 79
@@ -38,7 +38,7 @@ class _Process:
 
     def tail(self) -> str:
         self.output.seek(0, 2)
-        self.output.seek(max(0, self.output.tell() - _TAIL))
+        self.output.seek(max(0, self.output.tell() - TAIL))
         return self.output.read().decode(errors="replace").strip()
 
 

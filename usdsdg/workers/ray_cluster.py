@@ -12,14 +12,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from usdsdg.errors import Unsupported, WorkerFailed
+from usdsdg.workers.local import ATTEMPTS, POLL_SECONDS, TAIL
 from usdsdg.workers.plan import Part
 
 # Of `--ray` without an address: a cluster of this machine alone, which ends with the command.
 LOCAL = "local"
-ATTEMPTS = 4  # of a part whose actor dies
-POLL_SECONDS = 0.1
 ROOM_SECONDS = 600.0  # which a cluster may take to start nodes
-_TAIL = 4000  # characters of what an actor has printed that an error shows
 # Runs in an actor: gets the arguments of `usdsdg`, returns the exit code and what was printed.
 MakePart = Callable[[Sequence[str]], tuple[int, str]]
 
@@ -137,7 +135,7 @@ def _succeeded(ray: Any, reference: Any, work: _Work) -> bool:
         raise WorkerFailed(f"the actor of the frames {work.part.frames} failed: {error}") from error
     if code:
         raise WorkerFailed(
-            f"the actor of the frames {work.part.frames} ended with exit code {code}:\n{printed[-_TAIL:].strip()}"
+            f"the actor of the frames {work.part.frames} ended with exit code {code}:\n{printed[-TAIL:].strip()}"
         )
     return True
 

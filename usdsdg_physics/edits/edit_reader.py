@@ -7,6 +7,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.paths import at_or_below
 from usdsdg.stage.physics.instances import split_instance
 from usdsdg.stage.time_code import is_sampled
 from usdsdg_physics.edits.subtrees import SubtreeReader, nearly_equal, same_geometry
@@ -22,7 +23,7 @@ from usdsdg_physics.parse.scene import read_gravity
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.parse.unread import warn_unread
-from usdsdg_physics.scene.prim_paths import at_or_below, paths_below
+from usdsdg_physics.scene.prim_paths import paths_below
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Force, Joint, Scene
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
 

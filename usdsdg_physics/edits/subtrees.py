@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pxr import Sdf, Usd
 
+from usdsdg.stage.paths import at_or_below
 from usdsdg.stage.physics.instances import part_name, split_instance, whole
 from usdsdg.stage.time_code import current_time
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
-from usdsdg_physics.scene.prim_paths import at_or_below, paths_below
+from usdsdg_physics.scene.prim_paths import paths_below
 from usdsdg_physics.scene.records import Body, Collider, Scene, Shape
 
 _Record = TypeVar("_Record")

@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Sdf, Usd
 
 from usdsdg.errors import warn_once
-from usdsdg.stage.physics.scenes import simulated_scene
+from usdsdg.stage.physics.scenes import EARTH_GRAVITY, simulated_scene
 from usdsdg.stage.poses.transforms import up_axis
 from usdsdg.stage.time_code import time_context
 from usdsdg_physics.parse.attributes import finite, value
@@ -36,7 +36,6 @@ from usdsdg_physics.parse.units import Units, scaled_vector
 from usdsdg_physics.scene.records import Body, Scene, Vec3
 from usdsdg_physics.scene.rigid_frames import split_together
 
-GRAVITY = 9.81  # m/s²
 FAR = 2.0**14  # m from the origin, from which on neighboring numbers of 32 bits are 2 mm apart
 _DEFAULT_TIME = Usd.TimeCode.Default()
 
@@ -137,7 +136,7 @@ def read_gravity(stage: Usd.Stage, scene: Usd.Prim | None, units: Units) -> Vec3
     down = np.zeros(3)
     down["XYZ".index(up_axis(stage))] = -1.0
     if scene is None:
-        return scaled_vector(down, GRAVITY)
+        return scaled_vector(down, EARTH_GRAVITY)
     direction = np.asarray(value(scene, "physics:gravityDirection", (0.0, 0.0, 0.0)), np.float64)
     magnitude = value(scene, "physics:gravityMagnitude", -1.0)
     if not np.isfinite(direction).all():
@@ -148,13 +147,14 @@ def read_gravity(stage: Usd.Stage, scene: Usd.Prim | None, units: Units) -> Vec3
         direction = np.zeros(3)
     if np.isnan(magnitude) or magnitude == np.inf:  # that of the schema is -inf
         warn_once(
-            f"{scene.GetPath()}: physics:gravityMagnitude is {magnitude}, so {GRAVITY:g} m/s² is used. Author a number."
+            f"{scene.GetPath()}: physics:gravityMagnitude is {magnitude}, so {EARTH_GRAVITY:g} m/s² is used. "
+            "Author a number."
         )
     elif -np.inf < magnitude < 0.0:
         warn_once(
             f"{scene.GetPath()}: physics:gravityMagnitude is {magnitude:g}, and numbers below 0 stand for that of the "
-            f"Earth, {GRAVITY:g} m/s². Author physics:gravityDirection to turn gravity around."
+            f"Earth, {EARTH_GRAVITY:g} m/s². Author physics:gravityDirection to turn gravity around."
         )
     length = np.linalg.norm(direction)
-    magnitude = GRAVITY if not np.isfinite(magnitude) or magnitude < 0 else float(magnitude) * units.meters
+    magnitude = EARTH_GRAVITY if not np.isfinite(magnitude) or magnitude < 0 else float(magnitude) * units.meters
     return scaled_vector(direction / length if length > 0 else down, magnitude)

@@ -9,8 +9,3 @@ def paths_below(ordered: list[str], root: str) -> list[str]:
     itself = ordered[at : at + 1] if at < len(ordered) and ordered[at] == root else []
     # "0" is the character after "/".
     return itself + ordered[bisect_left(ordered, root + "/") : bisect_left(ordered, root + "0")]
-
-
-def at_or_below(path: str, root: str) -> bool:
-    """Return whether a path is `root` or below it."""
-    return path == root or path.startswith(root + "/")

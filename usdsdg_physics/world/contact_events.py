@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from usdsdg.stage.paths import at_or_below
 from usdsdg.stage.physics.instances import whole
 from usdsdg_physics.corrections.contacts.contact_report import ContactRows
 from usdsdg_physics.scene.events import ContactEvent, ContactPoint
-from usdsdg_physics.scene.prim_paths import at_or_below
 from usdsdg_physics.scene.records import ContactReportSpec, Scene
 
 _Pair = tuple[str, str]  # colliders in the order of their paths

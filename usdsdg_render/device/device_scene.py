@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from usdsdg.stage.colors import srgb_to_linear
 from usdsdg_render.bvh.acceleration_structure import Blas
 from usdsdg_render.device.albedo_table import albedo_table
 from usdsdg_render.device.light_tables import LightTables
@@ -236,5 +237,4 @@ def _any_of(flags: np.ndarray, first: np.ndarray, count: np.ndarray) -> np.ndarr
 def _texel_values() -> np.ndarray:
     """Return the linear value of each 8-bit texel: 256 for images in sRGB, then 256 for raw ones."""
     raw = np.arange(256) / 255.0
-    decoded = np.where(raw <= 0.04045, raw / 12.92, ((raw + 0.055) / 1.055) ** 2.4)
-    return np.concatenate([decoded, raw]).astype(np.float32)
+    return np.concatenate([srgb_to_linear(raw), raw]).astype(np.float32)

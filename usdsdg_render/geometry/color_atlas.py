@@ -9,8 +9,8 @@ atlas; they are free, since only gprims without textures get one.
 import numpy as np
 from pxr import Usd
 
+from usdsdg.stage.colors import linear_to_srgb
 from usdsdg_render.geometry.mesh_source import read_colors, read_primvar
-from usdsdg_render.images.textures import linear_to_srgb
 
 # (most triangles, texels along a side of a block): the first row that fits counts.
 BLOCK_SIZES = ((50_000, 8), (500_000, 4), (10**12, 2))

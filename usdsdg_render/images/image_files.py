@@ -55,10 +55,7 @@ def asset_file(attribute: Usd.Attribute) -> tuple[str, str]:
     resolved = Ar.GetResolver().Resolve(anchored)
     if resolved:
         return value.path, resolved.GetPathString()
-    try:
-        return value.path, assets.locate(value.path)
-    except (errors.AssetError, errors.Unsupported):
-        return value.path, ""
+    return value.path, assets.locate_or_none(value.path) or ""
 
 
 def _authoring_layer(attribute: Usd.Attribute) -> Sdf.Layer | None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from usdsdg import errors
 from usdsdg.parallel import available_threads
-from usdsdg.stage.colors import LUMINANCE
+from usdsdg.stage.colors import LUMINANCE, linear_to_srgb, srgb_to_linear
 from usdsdg_render.images import image_files
 from usdsdg_render.scene.scene import IDENTITY_UV, WRAP_CLAMP, WRAP_REPEAT, Texture, UvTransform
 
@@ -258,14 +258,6 @@ def is_srgb(image: image_files.DecodedImage, use: TextureUse) -> bool:
     if use.color_space == "auto":
         return image.texels.dtype == np.uint8 and image.channels >= 3
     return use.color_space == "sRGB"
-
-
-def srgb_to_linear(values: np.ndarray) -> np.ndarray:
-    return np.where(values <= 0.04045, values / 12.92, ((np.maximum(values, 0.0) + 0.055) / 1.055) ** 2.4)
-
-
-def linear_to_srgb(values: np.ndarray) -> np.ndarray:
-    return np.where(values <= 0.0031308, values * 12.92, 1.055 * np.maximum(values, 1e-9) ** (1 / 2.4) - 0.055)
 
 
 def _linear(texels: np.ndarray, srgb: bool) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from usdsdg_render.images.textures import srgb_to_linear
+from usdsdg.stage.colors import srgb_to_linear
 
 # Times any intensity this fits into float32; the sun has 1.6e9 nits.
 BRIGHTEST_TEXEL = 1e12

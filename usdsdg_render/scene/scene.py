@@ -17,8 +17,6 @@ import numpy as np
 
 from usdsdg_render.scene import structs
 
-# Value of the instance AOV where nothing is hit.
-NO_INSTANCE = -1
 NO_TEXTURE = -1
 
 # A light with uniform emission; a light that illuminates everything and casts full shadows.

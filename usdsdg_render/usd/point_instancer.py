@@ -7,6 +7,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
+from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg.stage.geometry.point_ids import point_numbers
 from usdsdg.stage.geometry.point_names import PrototypeUse, point_name, prototypes_of
 from usdsdg_render.usd import prim_kinds
@@ -173,7 +174,7 @@ def _gprims_below(
         matrix = np.array(local) if resets else matrix_product(np.array(local), parent)
         purpose = purpose_of(prim, purpose)
         ancestors.append((depth, matrix, purpose))
-        if purpose and purpose not in prim_kinds.DRAWN_PURPOSES:
+        if purpose and purpose not in DRAWN_PURPOSES:
             continue
         if kind == prim_kinds.INSTANCER:
             iterator.PruneChildren()

@@ -3,13 +3,13 @@
 from pxr import Usd, UsdGeom, UsdLux, UsdShade
 
 from usdsdg import errors
+from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg_render.scene.structs import LIGHT_CYLINDER, LIGHT_DISK, LIGHT_DISTANT, LIGHT_RECT, LIGHT_SPHERE
 
 # The kinds. OTHER has no surface of its own: an Xform, a Scope, a camera, a type that USD does not know.
 MESH, SHAPE, CURVES, POINTS, LIGHT, DOME, INSTANCER, SUBSET, SHADING, OTHER = range(10)
 UNSUPPORTED_GPRIM, UNSUPPORTED_LIGHT = 10, 11
 GPRIMS = (MESH, SHAPE, CURVES, POINTS)
-DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 _PURPOSES = ("", *DRAWN_PURPOSES, UsdGeom.Tokens.proxy, UsdGeom.Tokens.guide)
 # The last is not USD's, but clear.
 _VISIBILITIES = (

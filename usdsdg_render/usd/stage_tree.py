@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg.stage.changes import is_below
+from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg.stage.handles import Handles
 from usdsdg.stage.world_values import OpLayouts, WorldValues
 from usdsdg_render.usd import prim_kinds
@@ -304,7 +305,7 @@ class StageTree:
 
 
 def _is_drawn(node: Node) -> bool:
-    return not node.purpose or node.purpose in prim_kinds.DRAWN_PURPOSES
+    return not node.purpose or node.purpose in DRAWN_PURPOSES
 
 
 def _indices(spans: Sequence[tuple[int, int, int]]) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from usdsdg.annotators.kinds.depth import stereo
 from usdsdg.annotators.kinds.depth.stereo import DepthSensor
+from usdsdg.annotators.pixels.launch import on_host
 
 WIDTH = 500
 PAIR = DepthSensor(
@@ -181,19 +182,24 @@ def test_what_cannot_be_measured_still_hides_what_is_behind_it():
     np.testing.assert_array_equal(measure(PAIR, depth, smooth).measured, hidden)
 
 
+def without_outliers(source, read):
+    """As the sensor mends what it has read: `read` is the distance of the camera's pixels."""
+    return on_host(stereo._read(source.astype(np.int32), read.reshape(source.shape), mends=True)[0])
+
+
 def test_lone_pixels_match_their_neighbors():
     source = np.arange(35).reshape(5, 7)
     read = np.arange(35.0)
     source[1, 3] = source[3, 0] = source[4, 6] = -1
-    filled = stereo.without_outliers(source, read.reshape(5, 7))
+    filled = without_outliers(source, read)
     assert filled[1, 3] == 11  # the farther of 9 and 11
     assert (filled[3, 0], filled[4, 6]) == (-1, -1)  # at the border there is one neighbor only
     assert (filled >= 0).sum() == 33
     lone = np.full((5, 7), -1)
     lone[2, 2] = 16
-    assert (stereo.without_outliers(lone, read.reshape(5, 7)) == -1).all()
+    assert (without_outliers(lone, read) == -1).all()
     lone[3, 3] = 24
-    np.testing.assert_array_equal(stereo.without_outliers(lone, read.reshape(5, 7)), lone)
+    np.testing.assert_array_equal(without_outliers(lone, read), lone)
 
 
 def test_outlier_removal_closes_the_cracks_of_a_slanted_surface():

@@ -8,8 +8,8 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from tests.render.scenes import view_from
 from tests.render.sync.test_extract_scene import add_material, base_colors, bind, extract, make_stage
+from usdsdg.stage.colors import srgb_to_linear
 from usdsdg_render.geometry.color_atlas import BLOCK_SIZES, MAX_WIDTH, atlas_uvs, color_atlas
-from usdsdg_render.images.textures import srgb_to_linear
 from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.sync.extract import SceneExtractor
 

@@ -10,7 +10,6 @@ from tests.render.images import radiance, renderer_of
 from usdsdg.errors import RenderError, Unsupported
 from usdsdg_render.labels.aov import AOVS
 from usdsdg_render.scene.scene import (
-    NO_INSTANCE,
     WRAP_BLACK,
     WRAP_CLAMP,
     WRAP_MIRROR,
@@ -18,6 +17,9 @@ from usdsdg_render.scene.scene import (
     Texture,
     UvTransform,
 )
+
+# Value of the instance AOV where nothing is hit.
+NO_INSTANCE = -1
 
 
 def some_scene() -> scenes.Scene:

@@ -10,8 +10,9 @@ import pytest
 from PIL import Image
 
 from usdsdg import errors
+from usdsdg.stage.colors import linear_to_srgb, srgb_to_linear
 from usdsdg_render.images import image_files
-from usdsdg_render.images.textures import TexturePool, TextureUse, linear_to_srgb, srgb_to_linear
+from usdsdg_render.images.textures import TexturePool, TextureUse
 from usdsdg_render.scene.scene import WRAP_CLAMP, UvTransform
 
 RED = (200, 100, 50)

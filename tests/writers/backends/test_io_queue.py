@@ -190,7 +190,7 @@ def test_a_slow_backend_bounds_the_bytes_that_wait():
     class Slow(BaseBackend):
         def write_blob(self, path, data):
             time.sleep(0.005)
-            most.append(queue.open_bytes())
+            most.append(queue._bytes)
             blobs[path] = len(data)
 
     try:
@@ -202,7 +202,7 @@ def test_a_slow_backend_bounds_the_bytes_that_wait():
         queue.set_max_bytes(1 << 30)
     assert len(blobs) == 50
     assert 1 << 20 < max(most) <= 4 << 20
-    assert queue.open_bytes() == 0
+    assert queue._bytes == 0
 
 
 def test_jobs_that_wait_for_others_count_as_waiting():

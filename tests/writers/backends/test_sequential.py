@@ -1,5 +1,6 @@
 """Sequences of functions that run when a file is written."""
 
+import dataclasses
 import threading
 
 import numpy as np
@@ -56,3 +57,38 @@ def test_an_error_in_a_sequence_is_raised_by_the_wait(backend):
     backend.schedule(functional.write_image, path="x.png", data=backends.Sequential(lambda x: x / 0)(1))
     with pytest.raises(WriterError, match=r"x\.png could not be written: ZeroDivisionError"):
         backend.wait_until_done()
+
+
+def test_a_wrapper_of_a_writing_function_writes_to_the_backend(backend, tmp_path, monkeypatch):
+    """Scheduled as it is or at the end of a sequence; it has no parameter of the name, but passes all on."""
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+
+    def save(path, data, **options):
+        functional.write_image(path, data, **options)
+
+    image = np.full((2, 3), 7, np.uint8)
+    inner = backends.Sequential(lambda path, data: (path, brighter(data)), save)
+    backend.schedule(save, path="plain.png", data=image)
+    backend.schedule(backends.Sequential(inner), path="nested.png", data=image)
+    backend.wait_until_done()
+    np.testing.assert_array_equal(np.array(Image.open(tmp_path / "plain.png")), image)
+    np.testing.assert_array_equal(np.array(Image.open(tmp_path / "nested.png")), image + 1)
+
+
+def test_transforms_in_a_sequence_get_their_data_only(backend, tmp_path):
+    """As those of albumentations and torch, whose calls take `**kwargs`; a dataclass has no hash."""
+
+    @dataclasses.dataclass
+    class Transform:
+        offset: int
+
+        def __call__(self, **data):
+            assert set(data) == {"path", "data"}
+            return {**data, "data": data["data"] + self.offset}
+
+    image = np.full((2, 3), 7, np.uint8)
+    inner = backends.Sequential(Transform(1))
+    backend.schedule(backends.Sequential(inner, Transform(2), functional.write_image), path="x.png", data=image)
+    backend.wait_until_done()
+    np.testing.assert_array_equal(np.array(Image.open(tmp_path / "x.png")), image + 3)

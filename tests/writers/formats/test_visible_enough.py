@@ -31,3 +31,9 @@ def test_few_pixels_are_not_enough_and_unknown_occlusion_is():
 def test_a_visibility_is_a_fraction():
     with pytest.raises(WriterError, match="min_visibility is 2"):
         VisibleEnough("W", 2, 1)
+
+
+@pytest.mark.parametrize("pixels", [0, -3, float("nan")])
+def test_there_is_a_least_pixel(pixels):
+    with pytest.raises(WriterError, match=f"min_pixels is {pixels}; expected 1 or more"):
+        VisibleEnough("W", 0.0, pixels)

@@ -10,11 +10,9 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from usdsdg.compat.wrappers.prim_paths import prim_of
 from usdsdg.errors import BadPrim
 from usdsdg.session import stage_context
+from usdsdg.stage.cameras.viewport_cameras import PERSPECTIVE
 from usdsdg.stage.poses.look_at import author_look_at
 from usdsdg.stage.poses.xform_ops import author_world_position
-
-# Where the application's camera is before a script moves it, in meters.
-PERSPECTIVE = "/OmniverseKit_Persp"
 
 
 def camera_at(path: str | Usd.Prim) -> Usd.Prim:

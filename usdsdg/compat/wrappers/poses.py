@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
-from usdsdg.errors import BadPrim
 from usdsdg.stage.poses.rotations import compose, decompose
-from usdsdg.stage.poses.transforms import as_array, local_matrices, parents_to_world
+from usdsdg.stage.poses.transforms import as_array, inverses_of_parents, local_matrices, parents_to_world
 from usdsdg.stage.poses.xform_ops import author_pose
 
 TRANSLATE, ORIENT, SCALE = "xformOp:translate", "xformOp:orient", "xformOp:scale"
@@ -34,14 +33,9 @@ def local_from_world(
     """Return translations and orientations relative to the prims' parents of poses in the world.
 
     Raises:
-        BadPrim: an ancestor is scaled to zero.
+        DegenerateFrame: an ancestor is scaled to zero.
     """
-    parents = parents_to_world(prims)
-    try:
-        inverses = np.linalg.inv(parents)
-    except np.linalg.LinAlgError as failure:
-        raise BadPrim(f"{prims[0].GetPath()} cannot be placed in the world: an ancestor is scaled to zero") from failure
-    return _poses(compose(positions, xyzw(orientations)) @ inverses, np.float64)
+    return _poses(compose(positions, xyzw(orientations)) @ inverses_of_parents(prims), np.float64)
 
 
 def set_local_poses(

@@ -20,8 +20,9 @@ from usdsdg.datasets.seen import Camera, Color, Depth, Seen
 from usdsdg.datasets.seen_object import SeenObject
 from usdsdg.datasets.truth import Truth
 from usdsdg.writers.formats.bop import bop_files as names
-from usdsdg.writers.formats.bop.bop_files import MILLIMETERS, NAME, TO_OPENCV
+from usdsdg.writers.formats.bop.bop_files import MILLIMETERS, NAME
 from usdsdg.writers.formats.bop.bop_models import VARIANT, measures
+from usdsdg.writers.formats.shapes.opencv_frame import TO_OPENCV
 
 _KINDS = (names.RGB, names.DEPTH, names.MASK, names.MASK_VISIB)
 _SENSOR = ("fx", "fy", "cx", "cy", "depth_scale")

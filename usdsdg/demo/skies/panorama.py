@@ -11,6 +11,8 @@ _ROOM_CELLS, _BLOCK_CELLS = 24, 6
 _LAMP_SAMPLES = 3
 _BOUNCE_PATCHES = 4
 _SUPERSAMPLING = 2
+# Average radiance over the sphere, and the largest.
+_MEAN, _MAX_RADIANCE = 0.4, 50.0
 
 # The pattern of each face by (axis, upper), and the lowest and highest corner of the box.
 _Solid = tuple[Callable[[int, bool], Pattern], np.ndarray, np.ndarray]
@@ -25,10 +27,10 @@ class _Emitters:
     power: np.ndarray
 
 
-def panorama(room: Room, width: int = 1024, *, mean: float = 0.4, max_radiance: float = 50.0) -> np.ndarray:
+def panorama(room: Room, width: int = 1024) -> np.ndarray:
     """Return a lat-long panorama of linear radiance, float32 (width / 2, width, 3), +z at the top.
 
-    Scaled so that the average is about `mean` and nothing exceeds `max_radiance`. Every pixel averages
+    Scaled so that the average is about `_MEAN` and nothing exceeds `_MAX_RADIANCE`. Every pixel averages
     `_SUPERSAMPLING` squared rays, since cameras see a small part of a panorama, where aliasing would show.
     """
     directions = _directions(width * _SUPERSAMPLING)
@@ -37,7 +39,7 @@ def panorama(room: Room, width: int = 1024, *, mean: float = 0.4, max_radiance: 
     bands = [_radiance(room, solids, maps, band) for band in np.array_split(directions, max(1, width // 128))]
     fine = np.concatenate(bands).reshape(width // 2, _SUPERSAMPLING, width, _SUPERSAMPLING, 3)
     pixels = fine.mean(axis=(1, 3)).reshape(-1, 3)
-    return _scaled_to_mean(pixels, mean, max_radiance).reshape(width // 2, width, 3).astype(np.float32)
+    return _scaled_to_mean(pixels).reshape(width // 2, width, 3).astype(np.float32)
 
 
 def _radiance(room: Room, solids: list[_Solid], maps: dict, directions: np.ndarray) -> np.ndarray:
@@ -248,12 +250,12 @@ def _lamp_radiance(points: np.ndarray, lamp: Lamp) -> np.ndarray:
     return np.where((panes > 0.47)[:, None] | (np.abs(across - 0.5) < 0.02)[:, None], 0.25, radiance)
 
 
-def _scaled_to_mean(pixels: np.ndarray, mean: float, max_radiance: float) -> np.ndarray:
-    """Scale and clip radiance until its mean over the sphere is `mean`, in a few iterations."""
+def _scaled_to_mean(pixels: np.ndarray) -> np.ndarray:
+    """Scale and clip radiance until its mean over the sphere is `_MEAN`, in a few iterations."""
     rows = round((len(pixels) / 2) ** 0.5)
     weight = np.cos((np.arange(rows) + 0.5) / rows * np.pi - np.pi / 2.0)
     weight = np.repeat(weight / weight.sum() / (2 * rows), 2 * rows)
     scaled = pixels
     for _ in range(4):
-        scaled = np.minimum(scaled * (mean / max(float(weight @ scaled.mean(axis=1)), 1e-9)), max_radiance)
+        scaled = np.minimum(scaled * (_MEAN / max(float(weight @ scaled.mean(axis=1)), 1e-9)), _MAX_RADIANCE)
     return scaled

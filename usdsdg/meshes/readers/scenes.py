@@ -16,6 +16,7 @@ from PIL import Image
 from usdsdg.errors import AssetUnreadable, Unsupported
 from usdsdg.meshes.model import Material, MeshFile, Part, Texture, roughness_of_exponent
 from usdsdg.meshes.readers import gltf
+from usdsdg.stage.colors import srgb_to_linear
 
 # By convention: glTF prescribes Y, modelling programs export OBJ with Y, scanners and CAD have Z.
 _UP = {".ply": "Z", ".stl": "Z", ".off": "Z"}
@@ -84,7 +85,7 @@ def _part(name: str, mesh: Any, materials: _Materials, *, is_gltf: bool) -> Part
         np.asarray(mesh.faces, np.int64),
         None if normals is None or len(normals) != len(mesh.vertices) else np.asarray(normals, np.float64),
         None if uvs is None or len(uvs) != len(mesh.vertices) else np.asarray(uvs, np.float64)[:, :2],
-        colors if colors is None or is_gltf else _linear(colors),
+        colors if colors is None or is_gltf else srgb_to_linear(colors),
         materials.index(material),
         not is_gltf or bool(getattr(material, "doubleSided", False)),
     )
@@ -170,11 +171,6 @@ def _rgba(color: Any) -> tuple[float, float, float, float]:
     values = values / 255.0 if np.issubdtype(values.dtype, np.integer) else values.astype(float)
     red, green, blue, alpha = [*values.tolist(), 1.0, 1.0, 1.0, 1.0][:4] if len(values) >= 4 else [*values[:3], 1.0]
     return float(red), float(green), float(blue), float(alpha)
-
-
-def _linear(srgb: np.ndarray) -> np.ndarray:
-    """Return linear values of sRGB ones."""
-    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
 def _text_or_bytes(file: Path) -> bytes:

@@ -13,12 +13,11 @@ from usdsdg.errors import AssetUnreadable
 from usdsdg.meshes.model import MeshFile, Part
 from usdsdg.meshes.readers.usd_looks import Looks
 from usdsdg.stage import assets
+from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg.stage.geometry.triangulate import triangulate
 from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 from usdsdg.stage.semantics.labels import get_labels
 
-# Prims of these purposes are drawn.
-_DRAWN = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 _FIRST = Usd.TimeCode.EarliestTime()
 
 
@@ -86,7 +85,7 @@ def _meshes(stage: Usd.Stage) -> Iterator[Usd.Prim]:
     for prim in _prims(stage):
         if prim.IsA(UsdGeom.Mesh):
             image = UsdGeom.Imageable(prim)
-            if image.ComputeVisibility(_FIRST) != UsdGeom.Tokens.invisible and image.ComputePurpose() in _DRAWN:
+            if image.ComputeVisibility(_FIRST) != UsdGeom.Tokens.invisible and image.ComputePurpose() in DRAWN_PURPOSES:
                 yield prim
 
 

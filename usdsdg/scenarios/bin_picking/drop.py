@@ -14,9 +14,9 @@ from usdsdg.errors import counted, warn_once
 from usdsdg.scenarios import rigid_bodies
 from usdsdg.scenarios.bin_picking.bin import StageBin
 from usdsdg.scenarios.shared.bodies import Body
+from usdsdg.stage.physics.scenes import EARTH_GRAVITY
 from usdsdg.stage.poses.transforms import local_to_world
 
-GRAVITY = 9.81
 _SETTLED = 1.0  # seconds between the fall of the last part and waiting for rest
 
 
@@ -47,7 +47,7 @@ def fill(bin_: StageBin, parts: Sequence[Part], generator: np.random.Generator, 
     """Drop parts into the bin; those that do not lie in it then are taken away."""
     height = _place_above(bin_, parts, generator)
     bin_.set_funnel(True)
-    rep.functional.physics.simulate(math.sqrt(2.0 * height / GRAVITY) + _SETTLED)
+    rep.functional.physics.simulate(math.sqrt(2.0 * height / EARTH_GRAVITY) + _SETTLED)
     moving = set(rep.functional.physics.simulate_until_rest([part.body.prim for part in parts], max_time=max_time))
     bin_.set_funnel(False)
     for part in parts:

@@ -4,7 +4,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Usd
 
 from usdsdg.errors import warn_once
 from usdsdg.meshes.placement import LARGEST, SMALLEST
@@ -12,6 +12,7 @@ from usdsdg.scenarios import rigid_bodies
 from usdsdg.scenarios.draws import Draws, Placement
 from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 from usdsdg.stage import assets
+from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg.stage.geometry.own_box import own_box
 from usdsdg.stage.paths import next_free_path, valid_name
 from usdsdg.stage.poses.transforms import local_to_world, meters_per_unit
@@ -84,7 +85,7 @@ def add_mesh_distractors(stage: Usd.Stage, config: ObjectBasedConfig, draws: Dra
 
 def _name_odd_size(prim: Usd.Prim, url: str) -> None:
     """Warn of an object whose size on the stage looks like a mistake of units."""
-    own = own_box(prim, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
+    own = own_box(prim, DRAWN_PURPOSES)
     bounds = Gf.BBox3d(own, local_to_world(prim)).ComputeAlignedRange()
     largest = max(bounds.GetSize()) * meters_per_unit(prim.GetStage())
     if not bounds.IsEmpty() and not SMALLEST <= largest <= LARGEST:

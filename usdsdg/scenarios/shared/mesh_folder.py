@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Usd
 
 from usdsdg.arguments.asset_folders import USD_SUFFIXES, usd_files
 from usdsdg.errors import AssetNotFound, ConfigError
@@ -19,6 +19,7 @@ from usdsdg.meshes.cache import converted
 from usdsdg.meshes.conversion import Options
 from usdsdg.meshes.placement import TYPICAL, UNITS
 from usdsdg.stage import assets
+from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg.stage.geometry.own_box import own_box
 from usdsdg.stage.poses.transforms import local_to_world, meters_per_unit
 
@@ -157,7 +158,7 @@ def _measured(file: str) -> tuple[str, float, np.ndarray, np.ndarray]:
     root = stage.GetDefaultPrim()
     if not root:
         raise ConfigError(f"{file} has no default prim, so that nothing can refer to it; set one")
-    own = own_box(root, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render])
+    own = own_box(root, DRAWN_PURPOSES)
     bounds = Gf.BBox3d(own, local_to_world(root)).ComputeAlignedRange()
     low, high = np.array(bounds.GetMin()), np.array(bounds.GetMax())
     if bounds.IsEmpty() or not np.max(high - low) > 0.0:

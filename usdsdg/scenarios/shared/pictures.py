@@ -14,11 +14,10 @@ from usdsdg.image_files import exr, radiance_hdr
 from usdsdg.stage import assets
 from usdsdg.stage.assets.file_checks import version_of
 from usdsdg.stage.assets.folder_files import files_in
+from usdsdg.stage.colors import LUMINANCE, srgb_to_linear
 
 PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff")
 SKIES = (".hdr", ".exr", *PICTURES)
-# Weights of linear Rec. 709 in the luminance.
-_LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
 @dataclass(frozen=True)
@@ -95,18 +94,14 @@ def _mean_luminance(sky: str, _version: tuple[int, int]) -> float:
             image = exr.decode(file.read_bytes(), name=sky)
         else:
             with Image.open(file) as picture:
-                image = _linear(np.asarray(picture.convert("RGB").resize((256, 128)), np.float64) / 255.0)
+                image = srgb_to_linear(np.asarray(picture.convert("RGB").resize((256, 128)), np.float64) / 255.0)
     except (OSError, ValueError, UnidentifiedImageError, Image.DecompressionBombError) as error:
         raise AssetError(f"{sky}: the sky cannot be read: {error}") from error
     image = np.asarray(image, np.float64)
     image = image if image.ndim == 3 else image[..., None]
-    light = image[..., :3] @ _LUMINANCE if image.shape[2] >= 3 else image[..., 0]
+    light = image[..., :3] @ LUMINANCE if image.shape[2] >= 3 else image[..., 0]
     rows = np.cos((np.arange(len(light)) + 0.5) / len(light) * np.pi - np.pi / 2)  # areas on the sphere
     mean = float((light.mean(axis=1) * rows).sum() / rows.sum())
     if not (np.isfinite(mean) and mean > 0.0):
         raise AssetError(f"{sky}: the sky is black or not finite, so that it cannot light anything")
     return mean
-
-
-def _linear(encoded: np.ndarray) -> np.ndarray:
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import usdsdg as rep
+from usdsdg.capture.render_settings import MIN_SAMPLES
 from usdsdg.errors import counted, warn_once
 from usdsdg.graph.sampling import set_global_seed
 from usdsdg.orchestrator import get_orchestrator
@@ -20,8 +21,6 @@ from usdsdg.writers import Writer
 from usdsdg.writers.formats.splits import Splits
 from usdsdg.writers.journal.run import get_run
 
-# The fast mode takes this many samples, and one more for each sub-frame.
-MIN_SAMPLES = 4
 _FEW = 100  # frames for each part of a dataset; with more, a part that gets none has a share of less than 1 %
 # Samples of a path-traced picture that a filter cleans well.
 _PATH_TRACED = 128

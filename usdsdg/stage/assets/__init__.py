@@ -15,7 +15,7 @@ from usdsdg.stage.assets.file_checks import (
     not_a_file_of_its_own,
     why_no_layer,
 )
-from usdsdg.stage.assets.lookup import exists, locate, paths_under_root
+from usdsdg.stage.assets.lookup import exists, locate, locate_or_none, paths_under_root
 from usdsdg.stage.assets.maps import PathMap, get_maps, set_maps
 from usdsdg.stage.assets.mesh_files import MESHES, PACKAGE, is_mesh, set_mesh_converter
 from usdsdg.stage.assets.metrics import name_other_metrics, referenced_layers
@@ -76,6 +76,7 @@ __all__ = [
     "is_remote",
     "listed",
     "locate",
+    "locate_or_none",
     "missing_assets",
     "missing_dependencies",
     "name_other_metrics",

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
 from typing import NamedTuple
 
 from pxr import Ar, Pcp, Sdf, Usd, UsdUtils
 
-from usdsdg import errors
 from usdsdg.stage.assets import lookup, maps, url
 
 _UNRESOLVED = (Pcp.ErrorInvalidAssetPath, Pcp.ErrorInvalidSublayerPath, Pcp.ErrorUnresolvedPrimPath)
@@ -103,9 +101,7 @@ def is_elsewhere(path: str) -> bool:
 
 
 def _found(path: str) -> str:
-    with contextlib.suppress(errors.AssetError, errors.Unsupported):
-        return lookup.locate(path)
-    return path
+    return lookup.locate_or_none(path) or path
 
 
 def _parsed(error: Pcp.ErrorBase, why: str) -> MissingDependency:

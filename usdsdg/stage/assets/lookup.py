@@ -1,5 +1,6 @@
 """Look-up of an asset: from its URL or path to the file on this machine, with errors that name what is missing."""
 
+import contextlib
 import difflib
 import os
 from pathlib import Path
@@ -48,6 +49,13 @@ def locate(asset: str | os.PathLike[str]) -> str:
         return _locate_remote(text, problems)
     path = unquote(urlsplit(text).path) if url.scheme_of(text) else os.path.expanduser(text)
     return _locate_here(text, path, problems)
+
+
+def locate_or_none(asset: str | os.PathLike[str]) -> str | None:
+    """As `locate`, but return None where there is no such file on this machine, or none that is read."""
+    with contextlib.suppress(errors.AssetError, errors.Unsupported):
+        return locate(asset)
+    return None
 
 
 def _locate_here(text: str, path: str, problems: list[str]) -> str:

@@ -1,17 +1,22 @@
 """The box of what is drawn of a gprim, whatever `extent` is authored: exporters leave extents that do not fit."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg.stage.poses.transforms import as_array, local_to_world
 
+# Purposes of what is drawn in pictures.
+DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+
 
 class DrawnBoxes:
     """Boxes of gprims and point instancers at one time, those of instances computed once."""
 
-    def __init__(self, time: Usd.TimeCode, purposes: list[str]) -> None:
+    def __init__(self, time: Usd.TimeCode, purposes: Sequence[str] = DRAWN_PURPOSES) -> None:
         self._time = time
-        self._cache = UsdGeom.BBoxCache(time, purposes)
+        self._cache = UsdGeom.BBoxCache(time, list(purposes))
         self._own: dict[Usd.Prim, np.ndarray | None] = {}
 
     def own(self, prim: Usd.Prim) -> np.ndarray | None:

@@ -7,9 +7,10 @@ from pxr import Gf, Usd, UsdGeom, Vt
 
 from usdsdg.stage.poses.transforms import as_array, local_to_world, world_to_local
 from usdsdg.stage.poses.xform_ops import gf_quat
+from usdsdg.stage.scopes import REPLICATOR
 
 # Parent of the prims that `randomizer.instantiate` makes.
-SAMPLED_ASSETS = "/Replicator/SampledAssets"
+SAMPLED_ASSETS = f"{REPLICATOR}/SampledAssets"
 # Key in the custom data of the PointInstancer of `randomizer.instantiate`, whose labels are those of each instance.
 POPULATION = "usdsdg:population"
 

@@ -19,7 +19,7 @@ def own_box(
 
     boxes: for these purposes and this time, to be shared by several prims.
     """
-    boxes = DrawnBoxes(time, list(purposes)) if boxes is None else boxes
+    boxes = DrawnBoxes(time, purposes) if boxes is None else boxes
     united, transforms = Gf.Range3d(), UsdGeom.XformCache(time)
     for each in _drawn(prim, purposes):
         box = boxes.own(each)

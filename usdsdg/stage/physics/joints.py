@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Gf, Usd, UsdPhysics
 
+from usdsdg.stage.paths import at_or_below
 from usdsdg.stage.poses.rotations import compose
 
 ARTICULATION_ROOT = "PhysicsArticulationRootAPI"
@@ -86,7 +87,7 @@ def articulated_links(roots: Iterable[str], joints: Sequence[Joint]) -> set[str]
     links: set[str] = set()
     for root in roots:
         for joint in used:
-            if _below(joint.path, root) or _below(joint.body0, root) or _below(joint.body1, root):
+            if at_or_below(joint.path, root) or at_or_below(joint.body0, root) or at_or_below(joint.body1, root):
                 links |= {joint.body0, joint.body1}
     return _connected(links - {WORLD}, used)
 
@@ -101,10 +102,6 @@ def _connected(links: Collection[str], joints: Sequence[Joint]) -> set[str]:
                 found |= ends
                 grown = True
     return found
-
-
-def _below(path: str, root: str) -> bool:
-    return path == root or path.startswith(root + "/")
 
 
 def _target(relation: Usd.Relationship) -> str:

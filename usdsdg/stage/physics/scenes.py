@@ -7,6 +7,8 @@ from pxr import Sdf, Usd, UsdPhysics
 PATH = "/PhysicsScene"
 STEP_RATE = "physxScene:timeStepsPerSecond"
 DEFAULT_STEP_RATE = 60
+# m/s², where no gravity is authored.
+EARTH_GRAVITY = 9.81
 
 
 def physics_scene(stage: Usd.Stage) -> Usd.Prim | None:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.errors import BadPrim
-from usdsdg.stage.geometry.drawn_box import DrawnBoxes
+from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES, DrawnBoxes
 from usdsdg.stage.geometry.own_box import own_box
 from usdsdg.stage.poses.pose_batch import Rotations
 from usdsdg.stage.poses.rotations import decompose
@@ -25,7 +25,7 @@ _INVERSE = f"!invert!{PIVOT}"
 
 def bounds(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Gf.Range3d:  # noqa: B008
     """Return the bounding box of the geometry at and below a prim, in its own space; empty without geometry."""
-    return own_box(prim, [UsdGeom.Tokens.default_, UsdGeom.Tokens.render, UsdGeom.Tokens.proxy], time)
+    return own_box(prim, [*DRAWN_PURPOSES, UsdGeom.Tokens.proxy], time)
 
 
 def extents(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Array:  # noqa: B008
@@ -87,11 +87,10 @@ def translations_about_pivots(
 
 def _pivot_points(prims: Sequence[Usd.Prim], relative: Array, time: Usd.TimeCode) -> Array:
     """Return the pivots (N, 3) in the prims' own spaces."""
-    purposes = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render]
-    boxes = DrawnBoxes(time, purposes)
+    boxes = DrawnBoxes(time)
     points = []
     for prim, normalized in zip(prims, relative):
-        box = own_box(prim, purposes, time, boxes=boxes)
+        box = own_box(prim, DRAWN_PURPOSES, time, boxes=boxes)
         if box.IsEmpty():
             raise BadPrim(f"{prim.GetPath()} has no extent, so it has no pivot; leave pivot out")
         low, high = np.array(box.GetMin()), np.array(box.GetMax())

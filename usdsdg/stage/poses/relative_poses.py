@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd
 
-from usdsdg.errors import DegenerateFrame
 from usdsdg.stage.poses.pose_batch import Rotations
 from usdsdg.stage.poses.rotations import decompose
-from usdsdg.stage.poses.transforms import SINGULAR, as_array, local_to_world, parents_to_world
+from usdsdg.stage.poses.transforms import as_array, inverses_of_parents, local_to_world
 
 Array = NDArray[np.float64]
 
@@ -34,17 +33,9 @@ def relative_to_parents(
     if translate is not None:
         poses[:, 3, :3] = translate
     to_world = np.stack([as_array(local_to_world(frame)) for frame in frames])
-    pose = decompose(poses @ to_world @ _inverses(prims, parents_to_world(prims)))
+    pose = decompose(poses @ to_world @ inverses_of_parents(prims))
     return (
         None if translate is None else pose.translate,
         None if rotate is None else Rotations(quats=pose.rotation),
         None if scale is None else pose.scale,
     )
-
-
-def _inverses(prims: Sequence[Usd.Prim], matrices: Array) -> Array:
-    singular = np.abs(np.linalg.det(matrices)) < SINGULAR
-    if singular.any():
-        path = prims[int(np.argmax(singular))].GetPath()
-        raise DegenerateFrame(f"{path} cannot be placed: an ancestor is scaled to zero")
-    return np.asarray(np.linalg.inv(matrices), np.float64)

@@ -71,6 +71,35 @@ def parents_to_world(prims: Sequence[Usd.Prim], time: Usd.TimeCode = Usd.TimeCod
     return np.stack(matrices)
 
 
+def inverse_of_parent(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Gf.Matrix4d:  # noqa: B008
+    """Return the inverse of `parent_to_world`.
+
+    Raises:
+        DegenerateFrame: an ancestor is scaled to zero.
+    """
+    matrix = parent_to_world(prim, time)
+    if abs(matrix.GetDeterminant()) < SINGULAR:
+        raise _flattened(prim)
+    return matrix.GetInverse()
+
+
+def inverses_of_parents(prims: Sequence[Usd.Prim]) -> Array:
+    """Return the inverses (N, 4, 4) of `parents_to_world`.
+
+    Raises:
+        DegenerateFrame: an ancestor of a prim is scaled to zero.
+    """
+    matrices = parents_to_world(prims)
+    singular = np.abs(np.linalg.det(matrices)) < SINGULAR
+    if singular.any():
+        raise _flattened(prims[int(np.argmax(singular))])
+    return np.asarray(np.linalg.inv(matrices), np.float64)
+
+
+def _flattened(prim: Usd.Prim) -> DegenerateFrame:
+    return DegenerateFrame(f"{prim.GetPath()} cannot be placed: an ancestor is scaled to zero")
+
+
 def local_matrices(prims: Sequence[Usd.Prim], time: Usd.TimeCode = Usd.TimeCode.Default()) -> Array:  # noqa: B008
     """Return the matrices (N, 4, 4) from each prim's own space to its parent's."""
     cache = UsdGeom.XformCache(time)

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, Usd, UsdGeom
 
-from usdsdg.errors import BadPrim
 from usdsdg.stage.poses.rotations import compose, decompose
-from usdsdg.stage.poses.transforms import as_array, parent_to_world
+from usdsdg.stage.poses.transforms import as_array, inverses_of_parents
 from usdsdg.stage.poses.xform_ops import author_pose, gf_quat
 
 Array = NDArray[np.float64]
@@ -27,10 +26,8 @@ def author_world_pose(prim: Usd.Prim, position: ArrayLike, quat_xyzw: ArrayLike)
     """Place one prim in the world.
 
     Raises:
-        BadPrim: the prim cannot be posed, or an ancestor is scaled to zero.
+        BadPrim: the prim cannot be posed.
+        DegenerateFrame: an ancestor is scaled to zero.
     """
-    parent = as_array(parent_to_world(prim))
-    if abs(np.linalg.det(parent)) < 1e-12:
-        raise BadPrim(f"{prim.GetPath()} cannot be placed: an ancestor is scaled to zero")
-    local = decompose(compose(position, quat_xyzw) @ np.linalg.inv(parent))
+    local = decompose(compose(position, quat_xyzw) @ inverses_of_parents([prim])[0])
     author_pose(prim, translate=Gf.Vec3d(*local.translate.tolist()), orient=gf_quat(local.rotation))

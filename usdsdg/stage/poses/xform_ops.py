@@ -17,7 +17,7 @@ from usdsdg.stage.poses.rotations import (
     matrix_from_quat,
     quat_from_matrix,
 )
-from usdsdg.stage.poses.transforms import SINGULAR, as_array, parent_to_world, product_of_ops
+from usdsdg.stage.poses.transforms import SINGULAR, as_array, inverse_of_parent, product_of_ops
 
 Vector: TypeAlias = Sequence[float] | Gf.Vec3d | Gf.Vec3f | np.ndarray
 Quaternion: TypeAlias = Gf.Quatd | Gf.Quatf | Gf.Quath
@@ -70,12 +70,11 @@ def author_world_position(
     """Move a prim to a point of the world [stage units], with what is above it as it is at a time.
 
     Raises:
-        BadPrim: the prim has no transform, or an ancestor is scaled to zero.
+        BadPrim: the prim has no transform.
+        DegenerateFrame: an ancestor is scaled to zero.
     """
-    matrix = parent_to_world(prim, time)
-    if abs(matrix.GetDeterminant()) < SINGULAR:
-        raise BadPrim(f"{prim.GetPath()} cannot be placed: an ancestor is scaled to zero")
-    author_pose(prim, translate=matrix.GetInverse().Transform(Gf.Vec3d(*(float(c) for c in point))))
+    in_parent = inverse_of_parent(prim, time).Transform(Gf.Vec3d(*(float(c) for c in point)))
+    author_pose(prim, translate=in_parent)
 
 
 def local_translation(prim: Usd.Prim) -> np.ndarray:

@@ -11,9 +11,10 @@ from usdsdg.datasets.formats.bop import Posed, Scene
 from usdsdg.datasets.seen import Seen
 from usdsdg.datasets.truth import Thing, Truth
 from usdsdg.verify.checks.compare import beyond, differs, is_rotation, of_pixels, text
-from usdsdg.writers.formats.bop.bop_files import CAMERAS, INFOS, MILLIMETERS, MODELS_INFO, NAME, POSES, TO_OPENCV
+from usdsdg.writers.formats.bop.bop_files import CAMERAS, INFOS, MILLIMETERS, MODELS_INFO, NAME, POSES
 from usdsdg.writers.formats.bop.bop_records import box_of
 from usdsdg.writers.formats.shapes.masks import extent
+from usdsdg.writers.formats.shapes.opencv_frame import TO_OPENCV
 
 _FILTERED = "bounding_box_3d_fast"
 _REACH = 2.0  # pixels by which the box of a model's projected points may differ from the object's

@@ -1,7 +1,6 @@
 """What a backend is: it stores blobs by relative path and runs jobs on the I/O queue."""
 
 import functools
-import inspect
 import os
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from typing import Any
@@ -9,7 +8,7 @@ from typing import Any
 from usdsdg.session.session import current
 from usdsdg.snapshots import snapshot
 from usdsdg.writers import files
-from usdsdg.writers.backends.sequential import Deferred, Sequential, computed
+from usdsdg.writers.backends.sequential import Deferred, Sequential, computed, takes_backend
 
 
 class BaseBackend:
@@ -87,7 +86,7 @@ class BaseBackend:
         current().io_queue.note_files(paths)
         files.load_encoders(paths)
         fn = fn.run if isinstance(fn, Sequential) else fn
-        if _takes_backend(fn):
+        if takes_backend(fn):
             kwargs.setdefault("backend_instance", self)
         job = functools.partial(_call, fn, *args, **kwargs)
         current().io_queue.submit(job, what=what, size=_size_of((args, kwargs)), owner=self, **order)
@@ -145,15 +144,6 @@ def _copied(value: Any) -> Any:
 
 def _copied_each(values: Mapping[str, Any]) -> dict[str, Any]:
     return {name: _copied(value) for name, value in values.items()}
-
-
-@functools.lru_cache(maxsize=256)
-def _takes_backend(fn: Callable) -> bool:
-    try:
-        parameters = inspect.signature(fn).parameters.values()
-    except (TypeError, ValueError):  # some built-ins have no signature
-        return False
-    return any(p.name == "backend_instance" or p.kind is p.VAR_KEYWORD for p in parameters)
 
 
 def _path_of(args: Sequence[Any], kwargs: Mapping[str, Any]) -> str | None:

@@ -155,11 +155,6 @@ class IoQueue:
         with self._changed:
             return len(self._open)
 
-    def open_bytes(self) -> int:
-        """Return how many bytes the jobs that wait or run keep alive."""
-        with self._changed:
-            return self._bytes
-
     def wait_until_done(self, owner: Any = None) -> None:
         """Block until no job of `owner` (None: of anyone) waits or runs.
 

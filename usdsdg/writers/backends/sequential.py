@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from typing import Any
 
 
@@ -24,15 +25,23 @@ class Sequential:
         return Deferred(self, args, kwargs)
 
     def run(self, *args: Any, backend_instance: object = None, **kwargs: Any) -> Any:
-        """Run all functions and return what the last one returns; those that take `backend_instance` get it."""
+        """Run all functions and return what the last one returns.
+
+        Those that have a parameter `backend_instance` get it; so does the last one, which writes, if it has `**kwargs`:
+        those of the functions before it are the data of transforms.
+        """
         result: Any = None
-        for task in self.tasks:
-            call = task.run if isinstance(task, Sequential) else task
-            if backend_instance is not None and _takes_backend(task):
+        tasks = self._flat()
+        for index, task in enumerate(tasks):
+            if backend_instance is not None and takes_backend(task, as_any=index == len(tasks) - 1):
                 kwargs.setdefault("backend_instance", backend_instance)
-            result = call(*args, **kwargs)
+            result = task(*args, **kwargs)
             args, kwargs = _arguments(result)
         return result
+
+    def _flat(self) -> list[Callable[..., Any]]:
+        """Return the functions, those of sequences in this one in its place."""
+        return [each for task in self.tasks for each in (task._flat() if isinstance(task, Sequential) else [task])]
 
 
 class Deferred:
@@ -50,13 +59,18 @@ def computed(value: Any) -> Any:
     return value() if isinstance(value, Deferred) else value
 
 
-def _takes_backend(task: Callable[..., Any]) -> bool:
-    if isinstance(task, Sequential):
-        return True
+def takes_backend(fn: Callable[..., Any], *, as_any: bool = True) -> bool:
+    """Whether a function takes `backend_instance`: as a parameter or, if `as_any`, as one of its `**kwargs`."""
+    return (_has_backend if isinstance(fn, Hashable) else _has_backend.__wrapped__)(fn, as_any)
+
+
+@functools.lru_cache(maxsize=256)
+def _has_backend(fn: Callable[..., Any], as_any: bool) -> bool:
     try:
-        return "backend_instance" in inspect.signature(task).parameters
+        parameters = inspect.signature(fn).parameters.values()
     except (TypeError, ValueError):  # some built-ins have no signature
         return False
+    return any(each.name == "backend_instance" or (as_any and each.kind is each.VAR_KEYWORD) for each in parameters)
 
 
 def _arguments(result: Any) -> tuple[tuple[Any, ...], dict[str, Any]]:

@@ -10,6 +10,7 @@ from itertools import combinations, product
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
+from usdsdg.stage.paths import at_or_below
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.joints.gears import couple, coupled_bodies, is_gear
 from usdsdg_physics.parse.joints.joints import is_supported, joint_bodies, read_joint
@@ -17,7 +18,6 @@ from usdsdg_physics.parse.name_lists import listed
 from usdsdg_physics.parse.physics_prims import PhysicsPrims
 from usdsdg_physics.parse.units import Units
 from usdsdg_physics.scene.joint_trees import connected_bodies, joint_trees, unsupported_loops
-from usdsdg_physics.scene.prim_paths import at_or_below
 from usdsdg_physics.scene.records import STATIC, Body, Collider, Joint
 
 

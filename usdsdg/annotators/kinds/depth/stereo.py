@@ -104,15 +104,6 @@ def _deviations(sensor: DepthSensor, shape: tuple[int, ...], rng: np.random.Gene
     return rng.standard_normal((rows, columns))
 
 
-def without_outliers(source: np.ndarray, read: np.ndarray) -> np.ndarray:
-    """Make isolated pixels of `source` match their neighbors, as the setting is described.
-
-    A gap of one column, which reprojection leaves in surfaces, takes the farther of the pixels to its left and right; a
-    measured pixel without a measured one among its eight neighbors is removed. read: distance of the camera's pixels.
-    """
-    return on_host(_read(source.astype(np.int32, copy=False), read.astype(np.float64, copy=False), mends=True)[0])
-
-
 def points_of(view: CameraView, measured: Measurement, depth: Pixels, position: Pixels) -> Pixels:
     """Return measured points in the camera's frame [m], float32 (H, W, 4) with 1, or 0 0 0 0 where nothing is measured.
 

@@ -25,6 +25,7 @@ from usdsdg.compat.omni.graph.graphs import (
 from usdsdg.errors import Unsupported
 from usdsdg.graph import evaluate
 from usdsdg.session.timeline import get_timeline
+from usdsdg.stage.scopes import PIPELINE
 
 __all__ = [
     "Attribute", "Controller", "DataView", "Graph", "GraphPipelineStage", "Node", "OmniGraphError", "get_all_graphs",
@@ -32,7 +33,7 @@ __all__ = [
 ]  # fmt: skip
 
 # Graphs of Replicator, which scripts pass to `evaluate_sync`.
-REPLICATOR = ("/Replicator/SDGPipeline", "/Render/PostProcess/SDGPipeline")
+REPLICATOR = (PIPELINE, "/Render/PostProcess/SDGPipeline")
 
 
 class GraphPipelineStage(enum.Enum):

@@ -16,6 +16,7 @@ from usdsdg.errors import Unsupported, UsdsdgError
 from usdsdg.graph.sampling import get_global_seed
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.scopes import PIPELINE
 
 # Inputs and outputs that carry the image, and those that only pass on times and handles.
 IMAGE_IN, IMAGE_OUT = "src", "dest"
@@ -23,7 +24,6 @@ PASSED_ON = {
     "exec", "execIn", "execOut", "gpu", "rp", "simTime", "hydraTime", "simTimeIn", "simTimeOut", "hydraTimeIn",
     "hydraTimeOut", "stream",
 }  # fmt: skip
-PIPELINE = "/Replicator/SDGPipeline"
 
 
 class OmniGraphError(UsdsdgError):

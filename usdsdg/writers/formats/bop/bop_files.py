@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 NAME = "BopWriter"
 RGB, DEPTH, MASK, MASK_VISIB = "rgb", "depth", "mask", "mask_visib"  # folders of a scene
 CAMERAS, POSES, INFOS = "scene_camera", "scene_gt", "scene_gt_info"  # tables of a scene
@@ -11,8 +9,6 @@ CAMERA, MODELS = "camera.json", "models"
 MODELS_INFO = f"{MODELS}/models_info.json"
 MODEL_NAMES = f"{MODELS}/names.json"  # no file of BOP's, whose other files tell no names
 MILLIMETERS = 1000.0  # per meter
-# From the camera's axes in USD to OpenCV's, and back: x right, y down, z ahead.
-TO_OPENCV = np.diag((1.0, -1.0, -1.0))
 FARTHEST = 0xFFFF  # steps of a depth picture
 
 

@@ -15,6 +15,7 @@ from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.errors import warn_once
 from usdsdg.stage.geometry.deforming import deformations
+from usdsdg.stage.geometry.drawn_box import DRAWN_PURPOSES
 from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.geometry.triangles import triangles_below
 from usdsdg.stage.poses.transforms import as_array, inverse
@@ -43,8 +44,6 @@ class Model(NamedTuple):
     points: np.ndarray  # (N, 3) float32
     triangles: np.ndarray  # (T, 3) int32
 
-
-_DRAWN_PURPOSES = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 
 # By how much a rotation of a 32-bit transform may be off.
 _ROTATION = 1e-4
@@ -238,7 +237,7 @@ def model_of(prims: LabeledSurvey, path: str, stretch: np.ndarray) -> Model | No
 
 def _is_left_out(prims: LabeledSurvey, owner: Usd.Prim, prim: Usd.Prim) -> bool:
     """Return whether a prim in a visible owner belongs to another object, or it and all below it is not drawn."""
-    if prim.IsA(UsdGeom.Gprim) and UsdGeom.Imageable(prim).ComputePurpose() not in _DRAWN_PURPOSES:
+    if prim.IsA(UsdGeom.Gprim) and UsdGeom.Imageable(prim).ComputePurpose() not in DRAWN_PURPOSES:
         return True
     if prim == owner:
         return False

@@ -26,6 +26,8 @@ KEYPOINT_COLORS: tuple[Color, ...] = (
 _EDGE_COLORS = {"front": RED, "back": BLUE, "connecting": GREEN}
 _AXIS_COLORS = (RED, GREEN, BLUE)
 _POINT_RADIUS, _LINE_WIDTH = 4.0, 2.0
+# Of the world's axes: length at distance one, and their distance from the corner in shorter sides of the image.
+_WORLD_AXIS_LENGTH, _WORLD_AXES_MARGIN = 0.03, 0.03
 _SHADOW: Color = (0, 0, 0)
 
 
@@ -76,17 +78,16 @@ def _draw_edge(canvas: Canvas, pixels: np.ndarray, color: Color) -> None:
         canvas.line(start, end, color, width=_LINE_WIDTH)
 
 
-def _draw_world_axes(canvas: Canvas, params: Mapping[str, Any], *, size: float = 0.03, margin: float = 0.03) -> None:
-    """Draw the world's axes in the camera's orientation in the bottom left corner.
-
-    size: length of an axis at distance one; margin: fraction of the shorter side of the image.
-    """
+def _draw_world_axes(canvas: Canvas, params: Mapping[str, Any]) -> None:
+    """Draw the world's axes in the camera's orientation in the bottom left corner."""
     view = np.asarray(params["cameraViewTransform"], np.float64).reshape(4, 4)
     # Beyond the near plane; the size in the image does not depend on it.
     away = max(1.0, 2 * float(params["cameraNearFar"][0]))
     origin = np.array([0.0, 0.0, -1.0])
-    points = project(np.stack([origin, *(origin + size * view[axis, :3] for axis in range(3))]) * away, params)
-    gap = margin * min(canvas.width, canvas.height)
+    points = project(
+        np.stack([origin, *(origin + _WORLD_AXIS_LENGTH * view[axis, :3] for axis in range(3))]) * away, params
+    )
+    gap = _WORLD_AXES_MARGIN * min(canvas.width, canvas.height)
     points += np.array([gap - points[:, 0].min(), canvas.height - gap - points[:, 1].max()])
     # Axes that point away from the viewer are drawn first.
     for axis in np.argsort(view[:3, 2]):

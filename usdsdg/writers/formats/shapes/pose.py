@@ -30,9 +30,9 @@ class Pose:
         self.in_world = dict(zip(order, world))
         self.in_camera = dict(zip(order, _transformed(world, self.world_to_camera)))
 
-    def axes_in_camera(self, length: float = 0.25) -> np.ndarray:
-        """Return segments (3, 2, 3) from the center along the object's axes; `length` is relative to its mean size."""
-        ends = self.center_local + np.eye(3) * self.size_local.mean() * length
+    def axes_in_camera(self) -> np.ndarray:
+        """Return segments (3, 2, 3) from the center along the object's axes, each a quarter of its mean size."""
+        ends = self.center_local + np.eye(3) * self.size_local.mean() * 0.25
         segments = np.stack([np.broadcast_to(self.center_local, (3, 3)), ends], axis=1)
         return _transformed(segments.reshape(-1, 3), self.local_to_camera).reshape(3, 2, 3)
 

@@ -17,6 +17,18 @@ def is_hidden_more(box: Any, limit: float) -> bool:
     return float(box["occlusionRatio"]) > limit + ROUNDING
 
 
+def check_limits(writer: str, min_visibility: float, min_pixels: int) -> None:
+    """Check the limits that a writer was given.
+
+    Raises:
+        WriterError: `min_visibility` is no fraction, or `min_pixels` less than 1.
+    """
+    if not 0.0 <= min_visibility <= 1.0:
+        raise WriterError(f"{writer}: min_visibility is {min_visibility}; expected a fraction, 0 to 1.")
+    if not min_pixels >= 1:
+        raise WriterError(f"{writer}: min_pixels is {min_pixels}; expected 1 or more.")
+
+
 class VisibleEnough:
     """The limits `min_visibility` and `min_pixels` of a writer."""
 
@@ -25,10 +37,9 @@ class VisibleEnough:
         min_visibility: least visible fraction of what an object would cover alone. min_pixels: least visible pixels.
 
         Raises:
-            WriterError: `min_visibility` is no fraction.
+            WriterError: as `check_limits`.
         """
-        if not 0.0 <= min_visibility <= 1.0:
-            raise WriterError(f"{writer}: min_visibility is {min_visibility}; expected a fraction, 0 to 1.")
+        check_limits(writer, min_visibility, min_pixels)
         self._visibility, self._pixels = min_visibility, min_pixels
 
     def holds(self, box: Any, pixels: int) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Collection, Iterator
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -106,16 +105,19 @@ class ShardedFolder:
         """Return the shard, key and frame of each row of whole shards of a split, and the classes that they name."""
         found: list[tuple[int, str, int]] = []
         classes = None
-        with suppress(Unsupported):
-            for number in itertools.count():
-                name = ParquetShards.path_of(split, number)
-                if name not in self._listed:
-                    break
-                if name not in self._damaged:
-                    table = pyarrow().parquet.read_table(self._folder / name, columns=["key", "frame"])
-                    classes = classes_of(table.schema)
-                    rows = zip(table["key"].to_pylist(), table["frame"].to_pylist())
-                    found += [(number, key, self._frames[frame]) for key, frame in rows]
+        try:
+            parquet = pyarrow().parquet
+        except Unsupported:  # then nothing tells fewer frames than all
+            return found, classes
+        for number in itertools.count():
+            name = ParquetShards.path_of(split, number)
+            if name not in self._listed:
+                break
+            if name not in self._damaged:
+                table = parquet.read_table(self._folder / name, columns=["key", "frame"])
+                classes = classes_of(table.schema)
+                rows = zip(table["key"].to_pylist(), table["frame"].to_pylist())
+                found += [(number, key, self._frames[frame]) for key, frame in rows]
         return found, classes
 
 

@@ -12,7 +12,7 @@ from usdsdg.annotators import named_annotators
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.errors import WriterError
 from usdsdg.writers.formats import class_places
-from usdsdg.writers.formats.shapes.visible_enough import ROUNDING
+from usdsdg.writers.formats.shapes.visible_enough import ROUNDING, check_limits
 from usdsdg.writers.formats.shards.shard_files import DEPTH, IMAGE, INSTANCES
 
 RGB, BOXES, IDS, DEPTHS = (
@@ -58,10 +58,7 @@ class SampleOptions:
         Raises:
             WriterError: a value cannot be.
         """
-        if not 0.0 <= self.min_visibility <= 1.0:
-            raise WriterError(f"{writer}: min_visibility is {self.min_visibility}; expected a fraction, 0 to 1.")
-        if self.min_pixels < 1:
-            raise WriterError(f"{writer}: min_pixels is {self.min_pixels}; expected 1 or more.")
+        check_limits(writer, self.min_visibility, self.min_pixels)
         return self
 
     def annotators(self, labels: Mapping[str, Any]) -> list[Annotator]:

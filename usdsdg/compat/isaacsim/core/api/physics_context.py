@@ -12,7 +12,7 @@ from usdsdg.compat.isaacsim.core.simulation_manager.physics_scene import Physics
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.errors import warn_once
 from usdsdg.session import stage_context
-from usdsdg.stage.physics.scenes import physics_scene
+from usdsdg.stage.physics.scenes import EARTH_GRAVITY, physics_scene
 from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 
 # Arguments of `sim_params` that are not attributes of a PhysicsScene; all others begin with "gpu_".
@@ -50,7 +50,7 @@ class PhysicsContext:
         self._scene = PhysicsScene(existing or prim_path)
         simulation().scene_path = self._scene.path
         if sim_params is None and set_defaults:
-            self.set_gravity(-9.81 / meters_per_unit(self._scene.prim.GetStage()))
+            self.set_gravity(-EARTH_GRAVITY / meters_per_unit(self._scene.prim.GetStage()))
             self.enable_ccd(True)
             self.set_physics_dt(1.0 / 60.0)
         for name, value in (sim_params or {}).items():

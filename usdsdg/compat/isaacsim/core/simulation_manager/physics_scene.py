@@ -9,7 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdPhysics
 
 from usdsdg.compat.wrappers import prim_paths
 from usdsdg.session import stage_context
-from usdsdg.stage.physics.scenes import step_rate_attribute, steps_per_second
+from usdsdg.stage.physics.scenes import EARTH_GRAVITY, step_rate_attribute, steps_per_second
 from usdsdg.stage.poses.transforms import meters_per_unit, up_vector
 from usdsdg.stage.schemas import physx
 
@@ -89,7 +89,7 @@ class PhysicsScene:
         if direction.GetLength() == 0.0:
             direction = -Gf.Vec3f(*up_vector(stage))
         # The schema's fallback, -inf, means gravity of the earth.
-        return direction * (magnitude if magnitude >= 0.0 else 9.81 / meters_per_unit(stage))
+        return direction * (magnitude if magnitude >= 0.0 else EARTH_GRAVITY / meters_per_unit(stage))
 
     def set_gravity(self, gravity: Sequence[float]) -> None:
         """Set gravity (3,) [stage units/s²]."""

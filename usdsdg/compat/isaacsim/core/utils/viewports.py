@@ -13,6 +13,7 @@ from usdsdg.compat.wrappers.cameras import aim, camera_at, editable_layer
 from usdsdg.compat.wrappers.unsupported import refused_function
 from usdsdg.errors import ArgumentError, warn_once
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.cameras.viewport_cameras import PERSPECTIVE
 from usdsdg.stage.poses.transforms import local_to_world
 
 _NO_WINDOW = "there are no viewport windows; make a render product with rep.create.render_product"
@@ -21,7 +22,7 @@ _NO_WINDOW = "there are no viewport windows; make a render product with rep.crea
 def set_camera_view(
     eye: Sequence[float] | np.ndarray,
     target: Sequence[float] | np.ndarray,
-    camera_prim_path: str = "/OmniverseKit_Persp",
+    camera_prim_path: str = PERSPECTIVE,
     viewport_api: Viewport | None = None,
 ) -> None:
     """Move a camera to `eye` and point it at `target`, both (3,) in the world [stage units].

@@ -14,8 +14,6 @@ from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 
 Array = NDArray[np.float64]
 
-EARTH = 9.81  # m/s²
-
 
 class SceneGravity:
     """Gravity [stage units/s²], as one row."""
@@ -32,7 +30,7 @@ class SceneGravity:
         if not direction.any():
             direction = -np.eye(3)["XYZ".index(up_axis(stage))]
         if not np.isfinite(magnitude) or magnitude < 0.0:
-            magnitude = EARTH / meters_per_unit(stage)
+            magnitude = scenes.EARTH_GRAVITY / meters_per_unit(stage)
         return (direction / np.linalg.norm(direction) * magnitude)[None]
 
     def write(self, attribute: str, rows: Sequence[int], values: Array) -> None:

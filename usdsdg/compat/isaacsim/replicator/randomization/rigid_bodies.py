@@ -6,17 +6,18 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
+from pxr import Gf, Usd, UsdPhysics, UsdShade
 
 from usdsdg.compat.isaacsim.replicator.randomization import prim_values
 from usdsdg.session import body_velocities, engines
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.paths import valid_name
 from usdsdg.stage.schemas import physx
+from usdsdg.stage.scopes import REPLICATOR, define_scope
 
 Array = NDArray[np.float64]
 
-MATERIALS = "/Replicator/PhysicsMaterials"
+MATERIALS = f"{REPLICATOR}/PhysicsMaterials"
 # PhysX's friction, static and dynamic, and restitution where no material is bound.
 _NO_MATERIAL = (0.5, 0.5, 0.0)
 
@@ -124,7 +125,7 @@ def _set_materials(prim: Usd.Prim, value: Sequence[float]) -> None:
         path = f"{MATERIALS}/{valid_name(str(collider.GetPath()).lstrip('/'))}"
         material = UsdShade.Material.Get(current_stage(), path)
         if not material:
-            UsdGeom.Scope.Define(current_stage(), MATERIALS)
+            define_scope(current_stage(), MATERIALS)
             material = UsdShade.Material.Define(current_stage(), path)
             UsdPhysics.MaterialAPI.Apply(material.GetPrim())
             binding = UsdShade.MaterialBindingAPI.Apply(collider)

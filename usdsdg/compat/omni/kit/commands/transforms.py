@@ -11,7 +11,7 @@ from usdsdg.compat.omni.kit.commands.registry import command
 from usdsdg.errors import BadPrim
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.poses.rotations import decompose, euler_from_matrix, matrix_from_euler
-from usdsdg.stage.poses.transforms import as_array, parent_to_world
+from usdsdg.stage.poses.transforms import as_array, inverse_of_parent
 from usdsdg.stage.poses.xform_ops import author_pose, gf_quat
 
 AnyPath = str | Sdf.Path
@@ -68,8 +68,12 @@ def scale_prim(prim_path: AnyPath, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> 
 
 
 def set_world_matrix(prim: Usd.Prim, matrix: Gf.Matrix4d) -> None:
-    """Place a prim in the world, in the ops that it has."""
-    _set_local_matrix(prim, matrix * parent_to_world(prim).GetInverse())
+    """Place a prim in the world, in the ops that it has.
+
+    Raises:
+        DegenerateFrame: an ancestor is scaled to zero.
+    """
+    _set_local_matrix(prim, matrix * inverse_of_parent(prim))
 
 
 def _set_local_matrix(prim: Usd.Prim, matrix: Gf.Matrix4d) -> None:

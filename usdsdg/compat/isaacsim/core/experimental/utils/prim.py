@@ -12,6 +12,7 @@ from pxr import Sdf, Usd, UsdPhysics
 from usdsdg.compat.wrappers.prim_paths import existing_prim, matching_paths, prim_of
 from usdsdg.errors import BadPrim
 from usdsdg.session import stage_context
+from usdsdg.stage.variants import select_variant
 
 PrimOrPath = str | Usd.Prim
 Predicate = Callable[[Usd.Prim, str], bool]
@@ -124,14 +125,13 @@ def set_prim_variants(prim: PrimOrPath, *, variants: Sequence[tuple[str, str]]) 
     Raises:
         ValueError: the prim has no such set or variant.
     """
-    sets = existing_prim(prim).GetVariantSets()
+    target = existing_prim(prim)
+    sets = target.GetVariantSets()
     for name, variant in variants:
-        if name not in sets.GetNames():
-            raise ValueError(f"{prim} has no variant set {name!r}; it has {', '.join(sets.GetNames()) or 'none'}")
-        known = sets.GetVariantSet(name).GetVariantNames()
-        if variant and variant not in known:
-            raise ValueError(f"{prim}: variant set {name!r} has no {variant!r}; it has {', '.join(known)}")
-        sets.GetVariantSet(name).SetVariantSelection(variant)
+        if not variant and name in sets.GetNames():
+            sets.GetVariantSet(name).ClearVariantSelection()
+        else:
+            select_variant(target, name, variant)
 
 
 def get_prim_variants(prim: PrimOrPath) -> list[tuple[str, str]]:
