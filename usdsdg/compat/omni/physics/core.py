@@ -97,7 +97,8 @@ class PhysicsSimulationInterface:
         return True
 
     def flush_changes(self) -> None:
-        """Do nothing: every step reads what has changed on the stage."""
+        """Take what has changed on the stage into account now, where queries find it, and not at the next step."""
+        engines.physics().read_edits()
 
     def get_attached_stage(self) -> int:
         """Return the id of the current stage, which is always the simulated one."""

@@ -116,7 +116,8 @@ class PhysxSimulationInterface(BodyCommands):
         engines.physics().stop(restore=False)
 
     def flush_changes(self) -> None:
-        """Do nothing: every step reads what has changed on the stage."""
+        """Take what has changed on the stage into account now, where queries find it, and not at the next step."""
+        engines.physics().read_edits()
 
     def subscribe_contact_report_events(
         self, fn: Callable[[ContactEventHeaderVector, ContactDataVector], None]
