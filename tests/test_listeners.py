@@ -51,9 +51,9 @@ def test_an_ended_subscription_leaves_the_next_one_of_the_same_function(stage, s
 
 
 def _remembering(held, subscribe):
-    def remembering(known, listener):
+    def remembering(known, listener, **options):
         held.append(known)
-        return subscribe(known, listener)
+        return subscribe(known, listener, **options)
 
     return remembering
 
@@ -68,6 +68,22 @@ def test_each_of_two_subscriptions_of_a_function_ends_itself_in_order():
     for listener in known:
         listener(1)
     assert calls == [-1, 1]
+
+
+def test_a_listener_that_another_one_ends_is_not_called_any_more():
+    calls, known = [], []
+
+    def first(value):
+        calls.append(("first", value))
+        end_second()
+        listeners.subscribe(known, lambda value: calls.append(("new", value)))
+
+    listeners.subscribe(known, first)
+    end_second = listeners.subscribe(known, lambda value: calls.append(("second", value)))
+    listeners.subscribe(known, lambda value: calls.append(("third", value)))
+    for listener in list(known):
+        listener(1)
+    assert calls == [("first", 1), ("third", 1)]
 
 
 def test_a_method_is_called_for_as_long_as_its_object_lives():

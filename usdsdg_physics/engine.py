@@ -107,10 +107,7 @@ class NewtonEngine(StageQueries):
             self._session = None
 
     def reset(self, bodies: Collection[str] | None = None) -> None:
-        """Restart from the poses and velocities before `play`: all bodies, or those at the given paths.
-
-        Does nothing while stopped.
-        """
+        """Restart from the poses and velocities before `play`: all bodies, or those at these paths; if it plays."""
         if self._session is None:
             return
         if bodies is not None:
@@ -119,6 +116,11 @@ class NewtonEngine(StageQueries):
         time = self._time
         self.stop()
         self.play(time=time)
+
+    def read_edits(self) -> None:
+        """Take what has changed on the stage into account now, where queries find it, and not at the next step."""
+        if self._session is not None:
+            self._session.current_scene()
 
     def put_to_sleep(self, bodies: Collection[str]) -> None:
         """Zero the velocities of the bodies at these paths and hold them where they are, gravity or not.
@@ -248,9 +250,8 @@ class NewtonEngine(StageQueries):
     def advance(self, seconds: float, *, until: float | None = None, write: bool = True) -> int:
         """Advance time and take every fixed step that is due; the remainder counts for the next call.
 
-        A step is also due where less than 1/400 of it is missing.
-
-        The step length is read from the stage before each step (physxScene:timeStepsPerSecond, 60 by default).
+        A step is also due where less than 1/400 of it is missing. Its length is read from the stage before each step
+        (physxScene:timeStepsPerSecond, 60 by default).
 
         Args:
             until: where the stage is in time [s] at the end, for what time samples move; None: further by `seconds`.

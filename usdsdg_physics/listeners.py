@@ -34,6 +34,7 @@ class Listeners:
         return unsubscribe
 
     def call(self, *arguments: Any) -> None:
-        """Call all listeners; one may subscribe or unsubscribe others."""
-        for listener in list(self._functions.values()):
-            listener(*arguments)
+        """Call all listeners; one may subscribe others, or unsubscribe those that are called after it."""
+        for key, listener in list(self._functions.items()):
+            if key in self._functions:
+                listener(*arguments)

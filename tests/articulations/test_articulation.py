@@ -122,6 +122,36 @@ def test_a_mimic_joint_follows_its_leader_and_states_are_shown(stage):
     assert elbow.GetAttribute("state:angular:physics:position").Get() == pytest.approx(np.degrees(0.15))
 
 
+def test_followers_of_followers_have_units_of_their_own(stage):
+    """The shoulder follows the elbow, and that the slider: degrees per unit, then degrees per degree."""
+    planar_arm(stage)
+    for name, leader, gearing in (("shoulder", "elbow", -2.0), ("elbow", "slider", -100.0)):
+        mimic = physx.PhysxMimicJointAPI.Apply(stage.GetPrimAtPath(f"/World/Arm/{name}"), "rotZ")
+        mimic.CreateGearingAttr(gearing)
+        mimic.CreateReferenceJointRel().SetTargets([f"/World/Arm/{leader}"])
+    arm = Articulation(stage, "/World/Arm")
+    arm.set_positions([0.0, 0.0, 0.2])
+    assert arm.positions == pytest.approx([np.radians(40.0), np.radians(20.0), 0.2])
+
+
+@pytest.mark.parametrize("plays", [False, True])
+def test_a_slider_follows_a_hinge_by_length_per_degree(stage, plays):
+    planar_arm(stage)
+    mimic = physx.PhysxMimicJointAPI.Apply(stage.GetPrimAtPath("/World/Arm/slider"), "rotX")
+    mimic.CreateGearingAttr(-0.01)
+    mimic.CreateReferenceJointRel().SetTargets(["/World/Arm/shoulder"])
+    arm = get_articulations().at("/World/Arm")
+    if plays:
+        get_timeline().play()
+        get_app().update()
+    arm.set_positions([np.radians(20.0), 0.0, 0.0])
+    if plays:
+        get_app().update()
+        assert arm.is_simulated
+    assert arm.positions[2] == pytest.approx(0.01 * np.degrees(arm.positions[0]), abs=2e-3)
+    assert arm.positions[2] == pytest.approx(0.2, abs=0.01)
+
+
 def test_a_prim_without_joints_is_no_articulation(stage):
     stage.DefinePrim("/World/Cube", "Cube")
     with pytest.raises(BadPrim, match="/World/Cube is no articulation"):

@@ -75,6 +75,32 @@ def test_observers_are_called_in_order_and_filtered(omni):
 
 
 @pytest.mark.parametrize("kind", ["observers", "subscriptions"])
+def test_what_an_earlier_listener_ends_is_not_called_any_more(omni, kind):
+    heard, held = [], {}
+    if kind == "observers":
+        dispatcher = omni.carb.eventdispatcher.get_eventdispatcher()
+        push = partial(dispatcher.dispatch_event, "mine")
+
+        def listen(function):
+            return dispatcher.observe_event(event_name="mine", on_event=function)
+
+    else:
+        stream = omni.omni.kit.app.get_app().get_message_bus_event_stream()
+        push, listen = partial(stream.push, 9), stream.create_subscription_to_pop
+
+    def first(_event):
+        heard.append("first")
+        held["second"].reset()
+
+    held["first"] = listen(first)
+    held["second"] = listen(lambda _event: heard.append("second"))
+    held["third"] = listen(lambda _event: heard.append("third"))
+    push()
+    push()
+    assert heard == ["first", "third"] * 2
+
+
+@pytest.mark.parametrize("kind", ["observers", "subscriptions"])
 def test_events_reach_all_while_an_object_with_a_subscription_is_collected(omni, kind):
     seen = []
     if kind == "observers":

@@ -117,3 +117,49 @@ def test_a_function_that_is_subscribed_again_is_heard(stage):
     subscription.unsubscribe()
     _simulate(1)
     assert len(heard) == 2
+
+
+@pytest.mark.parametrize("before", [False, True])
+def test_listeners_of_steps_are_called_by_their_order(stage, before):
+    heard = []
+    held = [
+        get_physx_interface().subscribe_physics_on_step_events(
+            lambda _dt, order=order: heard.append(order), pre_step=before, order=order
+        )
+        for order in (2, 0, 1)
+    ]
+    held.append(
+        core.get_physics_simulation_interface().subscribe_physics_on_step_events(
+            pre_step=before, order=-1, on_update=lambda _dt, _context: heard.append(-1)
+        )
+    )
+    _simulate(1)
+    for each in held:
+        each.unsubscribe()
+    assert heard == [-1, 0, 1, 2]
+
+
+def test_a_listener_may_end_the_ones_after_it(stage):
+    heard = []
+    held = {}
+
+    def first(_dt):
+        heard.append("first")
+        held["second"].unsubscribe()
+
+    held["first"] = get_physx_interface().subscribe_physics_step_events(first)
+    held["second"] = get_physx_interface().subscribe_physics_step_events(lambda _dt: heard.append("second"))
+    held["third"] = get_physx_interface().subscribe_physics_step_events(lambda _dt: heard.append("third"))
+    _simulate(2)
+    for each in held.values():
+        each.unsubscribe()
+    assert heard == ["first", "third"] * 2
+
+
+def test_simulating_without_the_timeline_says_so(stage):
+    assert not get_physx_interface().is_running()
+    get_physx_simulation_interface().simulate(elapsed_time=STEP, current_time=0.0)
+    assert get_physx_simulation_interface().check_results()
+    assert get_physx_interface().is_running()
+    get_physx_interface().reset_simulation()
+    assert not get_physx_interface().is_running()

@@ -7,7 +7,11 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from usdsdg.compat import physics_schema_tools
 from usdsdg.compat.omni.physics.core import get_physics_scene_query_interface, get_physics_simulation_interface
-from usdsdg.compat.omni.physx import get_physx_interface, get_physx_scene_query_interface
+from usdsdg.compat.omni.physx import (
+    get_physx_interface,
+    get_physx_scene_query_interface,
+    get_physx_simulation_interface,
+)
 from usdsdg.errors import BadValue, Unsupported
 
 NONE = 0xFFFFFFFF
@@ -145,3 +149,28 @@ def test_the_ground_plane_collides_and_is_seen(stage):
         UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"]).ComputeWorldBound(mesh.GetPrim()).ComputeAlignedRange()
     )
     assert extent.GetSize() == Gf.Vec3d(50, 0, 50)
+
+
+@pytest.mark.parametrize("interface", [get_physics_simulation_interface, get_physx_simulation_interface])
+def test_queries_find_edits_that_were_flushed(scene, interface):
+    """The ball moves aside, the cube grows, and another ball is made, all between two steps."""
+    ray = get_physics_scene_query_interface().raycast_closest
+    UsdPhysics.Scene.Get(scene, "/PhysicsScene").CreateGravityMagnitudeAttr(0.0)
+    interface().flush_changes()  # nothing is simulated
+    get_physx_interface().start_simulation()
+    get_physx_interface().update_simulation(1 / 60, 0.0)
+    assert ray(TOP, DOWN, 20.0, True)[1].distance == pytest.approx(5.5)
+    scene.GetAttributeAtPath("/World/box.xformOp:translate").Set(Gf.Vec3d(3, 0, 4))
+    interface().flush_changes()
+    assert ray(TOP, DOWN, 20.0, True)[1].distance == pytest.approx(7.5)
+    scene.GetAttributeAtPath("/World/ball/shape.radius").Set(1.0)
+    interface().flush_changes()
+    assert ray(TOP, DOWN, 20.0, True)[1].distance == pytest.approx(7.0)
+    added = UsdGeom.Sphere.Define(scene, "/World/added")
+    added.CreateRadiusAttr(0.5)
+    added.AddTranslateOp().Set(Gf.Vec3d(0, 0, 6))
+    UsdPhysics.CollisionAPI.Apply(added.GetPrim())
+    UsdPhysics.RigidBodyAPI.Apply(added.GetPrim())
+    interface().flush_changes()
+    assert ray(TOP, DOWN, 20.0, True)[1].distance == pytest.approx(3.5)
+    get_physx_interface().reset_simulation()

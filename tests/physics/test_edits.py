@@ -277,6 +277,27 @@ def test_collider_of_a_body_moves_on_it():
     assert position(body.GetPrim())[2] == pytest.approx(0.05, abs=3e-3)
 
 
+def test_the_mass_of_a_collider_moves_with_it():
+    """A dumbbell turns about the middle of its two ends, wherever these are; the velocity of that is zero."""
+    stage = new_stage()
+    body = UsdGeom.Xform.Define(stage, "/World/body")
+    body.AddTranslateOp().Set(Gf.Vec3d(0, 0, 5))
+    add(stage, "/World/body/left", at=(-0.5, 0, 0), body=False)
+    right = add(stage, "/World/body/right", at=(0.5, 0, 0), body=False)
+    make_body(body.GetPrim(), gravity=False)
+    set_value(body.GetPrim(), "physics:angularVelocity", Gf.Vec3f(0, 0, 90))
+    engine = playing(stage)
+    engine.advance(STEP)
+    set_value(right, "xformOp:translate", Gf.Vec3d(1.5, 0, 0))
+    engine.advance(STEP)
+    assert engine.mass_properties(["/World/body"]).center[0] == pytest.approx([0.5, 0, 0])
+    center = Gf.Vec3d(0.5, 0, 0)
+    start = UsdGeom.XformCache().GetLocalToWorldTransform(body.GetPrim()).Transform(center)
+    engine.advance(1.0)
+    end = UsdGeom.XformCache().GetLocalToWorldTransform(body.GetPrim()).Transform(center)
+    assert tuple(end) == pytest.approx(tuple(start), abs=1e-4)
+
+
 def test_set_in_a_step_listener_takes_effect_at_the_next_step():
     stage = new_stage()
     prim = add(stage, "/World/box", gravity=False)

@@ -209,11 +209,16 @@ class Articulation:
 
     def _follow_leaders(self) -> None:
         """Place mimic joints: position + gearing times the leader's + offset is zero."""
-        for index, (leader, gearing, offset) in self._leaders().items():
-            self._positions[index] = -gearing * self._positions[leader] - offset
+        leaders = self._leaders()
+        for _ in range(len(leaders)):  # one that leads may follow another one
+            before = self._positions.copy()
+            for index, (leader, gearing, offset) in leaders.items():
+                self._positions[index] = -gearing * before[leader] - offset
+            if np.array_equal(before, self._positions):
+                return
 
     def _leaders(self) -> dict[int, tuple[int, float, float]]:
-        """Return the leader, gearing and offset of each mimic joint, by number."""
+        """Return the leader, gearing and offset [rad, stage units] of each mimic joint, by number."""
         number = {joint.path: index for index, joint in enumerate(self.dofs)}
         found = {}
         for index, joint in enumerate(self.dofs):
@@ -222,9 +227,12 @@ class Articulation:
                 prefix = f"physxMimicJoint:{schema.removeprefix(_MIMIC)}"
                 leader = prim.GetRelationship(f"{prefix}:referenceJoint").GetTargets()
                 if leader and str(leader[0]) in number:
-                    gearing = float(prim.GetAttribute(f"{prefix}:gearing").Get())
+                    row = number[str(leader[0])]
+                    # Per degree or stage unit of the leader.
+                    unit = joint.unit / self.dofs[row].unit
+                    gearing = float(prim.GetAttribute(f"{prefix}:gearing").Get()) * unit
                     offset = float(prim.GetAttribute(f"{prefix}:offset").Get()) * joint.unit
-                    found[index] = number[str(leader[0])], gearing, offset
+                    found[index] = row, gearing, offset
         return found
 
     def _show(self) -> None:

@@ -50,6 +50,8 @@ class PhysicsEngine(Protocol):
 
     def reset(self, bodies: Collection[str] | None = None) -> None: ...
 
+    def read_edits(self) -> None: ...
+
     def put_to_sleep(self, bodies: Collection[str]) -> None: ...
 
     def wake_up(self, bodies: Collection[str]) -> None: ...
@@ -342,13 +344,15 @@ def renderer_aovs() -> dict[str, np.dtype]:
     return {name: np.dtype(aov.dtype) for name, aov in AOVS.items()}
 
 
-def subscribe_step(listener: Callable[[float], None], *, before: bool = False) -> Callable[[], None]:
+def subscribe_step(listener: Callable[[float], None], *, before: bool = False, order: int = 0) -> Callable[[], None]:
     """Call `listener(dt)` after every physics step, on this and later stages; return the unsubscriber.
 
-    With `before` it is called before each step, which takes what it writes to the stage into account.
+    With `before` it is called before each step, which takes what it writes to the stage into account. Listeners of a
+    lower `order` are called earlier, and those of the same one as they subscribed.
     """
     engines = current().engines
-    return listeners.subscribe(engines.step_listeners_before if before else engines.step_listeners, listener)
+    told = engines.step_listeners_before if before else engines.step_listeners
+    return listeners.subscribe(told, listener, order=order)
 
 
 def subscribe_triggers(listener: Callable[[TriggerEvent], None]) -> Callable[[], None]:

@@ -10,7 +10,7 @@ from usdsdg.stage.changes import Changes
 from usdsdg.stage.paths import at_or_below
 from usdsdg.stage.physics.instances import split_instance
 from usdsdg.stage.time_code import is_sampled
-from usdsdg_physics.edits.subtrees import SubtreeReader, nearly_equal, same_geometry
+from usdsdg_physics.edits.subtrees import SubtreeReader, nearly_equal, same_geometry, same_place
 from usdsdg_physics.parse.attributes import COLLISION, has_api, value
 from usdsdg_physics.parse.bodies import read_angular_velocity, read_body, read_velocity
 from usdsdg_physics.parse.body_transforms import BodyXformCache
@@ -283,9 +283,12 @@ class EditReader:
         owner = self._stage.GetPrimAtPath(collider.body) if collider.body != STATIC else None
         to_frame = frame_from_prim(prim, owner, cache, self._units)
         shapes = collider_shapes(prim, owner, to_frame, self._hulls)
+        # Where it is on a body that moves by itself, there is some of the body's mass.
+        has_mass = collider.body != STATIC and not self._scene.bodies[collider.body].kinematic
         for part, shape in zip(self._subtrees.parts_of(collider.path), shapes):
             before = edits.colliders.get(part, self._scene.colliders[part])
             edits.rebuild |= not same_geometry(shape, before.shape)
+            edits.rebuild |= has_mass and not same_place(shape, before.shape)
             edits.colliders[part] = replace(before, shape=shape)
         edits.rebuild |= len(shapes) != collider.parts
 

@@ -134,12 +134,13 @@ def _same_body(a: Body, b: Body) -> bool:
 
 def _same_collider(a: Collider, b: Collider) -> bool:
     """Return whether two records are equal but for rounding."""
-    return (
-        replace(a, shape=b.shape) == b
-        and same_geometry(a.shape, b.shape)
-        and bool(np.allclose(a.shape.position, b.shape.position, atol=1e-6))
-        and bool(abs(np.dot(a.shape.rotation, b.shape.rotation)) > 1.0 - 1e-9)
-    )
+    return replace(a, shape=b.shape) == b and same_geometry(a.shape, b.shape) and same_place(a.shape, b.shape)
+
+
+def same_place(a: Shape, b: Shape) -> bool:
+    """Return whether two shapes are at the same place but for rounding."""
+    is_near = bool(np.allclose(a.position, b.position, atol=1e-6))
+    return is_near and bool(abs(np.dot(a.rotation, b.rotation)) > 1.0 - 1e-9)
 
 
 def same_geometry(a: Shape, b: Shape) -> bool:

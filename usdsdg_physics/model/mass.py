@@ -12,8 +12,8 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.physics.instances import whole
 from usdsdg.stage.poses.rotations import matrix_from_quat
 from usdsdg_physics.parse.shapes.convex_hulls import inertia_from_covariance
-from usdsdg_physics.parse.shapes.convex_pieces import is_closed
 from usdsdg_physics.scene.records import Body, Collider, MassSpec, Shape
+from usdsdg_physics.scene.triangles import is_closed
 from usdsdg_physics.scene.volume_integrals import of_primitive
 
 DEFAULT_DENSITY = 1000.0  # kg/m³, that of water, as in PhysX

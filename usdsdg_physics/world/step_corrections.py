@@ -26,6 +26,7 @@ from usdsdg_physics.corrections.joints.floating_trees import FloatingTrees
 from usdsdg_physics.corrections.joints.joint_loads import JointLoads
 from usdsdg_physics.corrections.joints.link_damping import LinkDamping
 from usdsdg_physics.corrections.joints.links import Links
+from usdsdg_physics.guards.collider_seams import ColliderSeams
 from usdsdg_physics.guards.mesh_seams import MeshSeams
 from usdsdg_physics.guards.tunneling_guard import TunnelingGuard
 from usdsdg_physics.model import build
@@ -83,7 +84,8 @@ class StepCorrections:
         free = array(dynamic & (built.dof >= 0), wp.int32)
 
         self.far_ends = FarEnds(model, free, self._contacts)
-        self.seams = MeshSeams(model, self._contacts)
+        self.mesh_seams = MeshSeams(model, self._contacts)
+        self.collider_seams = ColliderSeams(scene, model, shape_index, self._contacts)
         self.tunneling_guard = TunnelingGuard(scene, model, shape_index, self._contacts)
         self.sleeping = Sleeping(model, self._contacts, inertia_per_mass, sleep_threshold)
         self.free_flight = FreeFlight(model, free, coordinate, self._contacts)
@@ -151,9 +153,11 @@ class StepCorrections:
         """Correct the contacts that were just found, and the velocities, before the solver's step."""
         h, visited = kind.substep, self._buffer.rigid_contact_max  # that of `VisitedContacts`
         self.free_flight.note_contacts(visited)
+        if self.mesh_seams:
+            self.mesh_seams.turn_contacts(state, visited)
+        if self.collider_seams:
+            self.collider_seams.turn_contacts(state, visited)
         self.tunneling_guard.redirect_contacts(state, visited)
-        if self.seams:
-            self.seams.turn_contacts(state, visited)
         if kind.depenetrates:
             self.depenetration.raise_velocities(state)
         if kind.has_sleepers:

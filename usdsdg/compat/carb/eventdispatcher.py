@@ -98,13 +98,14 @@ class EventDispatcher:
         event = Event(event_name, payload)
         # Of a copy: an observer may be garbage collected, and end, meanwhile.
         due = [
-            (order, on_event)
-            for name, order, required, on_event in list(self._observers.values())
+            (order, key, on_event)
+            for key, (name, order, required, on_event) in list(self._observers.items())
             if name == event_name and all(payload.get(each) == value for each, value in required.items())
         ]
-        for _, on_event in sorted(due, key=lambda each: each[0]):
-            with called_for_script(f"which observes {event_name}"):
-                on_event(event)
+        for _, key, on_event in sorted(due, key=lambda each: each[:2]):
+            if key in self._observers:
+                with called_for_script(f"which observes {event_name}"):
+                    on_event(event)
         return len(due)
 
     def _notify_update(self, dt: float) -> None:

@@ -62,10 +62,13 @@ class IEventStream:
         """Deliver an event."""
         event = IEvent(int(event_type), sender, dict(payload or {}))
         # Of a copy: a subscription may be garbage collected, and end, meanwhile.
-        due = [each for each in list(self._listeners.values()) if each[1] in (None, event.type)]
-        for _, _, fn in sorted(due, key=lambda each: each[0]):
-            with called_for_script(f"which was subscribed to events{f' of {self.name}' if self.name else ''}"):
-                fn(event)
+        due = [
+            (order, key, fn) for key, (order, kind, fn) in list(self._listeners.items()) if kind in (None, event.type)
+        ]
+        for _, key, fn in sorted(due, key=lambda each: each[:2]):
+            if key in self._listeners:
+                with called_for_script(f"which was subscribed to events{f' of {self.name}' if self.name else ''}"):
+                    fn(event)
 
     dispatch = push
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from usdsdg_physics.scene.triangles import is_closed
+
 # Part of the volume of its hull that a piece may leave empty: rounding of its points.
 _EMPTY = 1e-3
 
@@ -54,12 +56,6 @@ def _connected(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarra
     graph = coo_matrix((np.ones(len(edges), bool), edges.T), shape=(count, count))
     piece_of = connected_components(graph, directed=False)[1][triangles[:, 0]]
     return np.unique(piece_of), piece_of
-
-
-def is_closed(triangles: np.ndarray) -> bool:
-    """Return whether two of the triangles (F, 3) meet at each edge, by the points that they share."""
-    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
 
 
 def _solid(points: np.ndarray, triangles: np.ndarray) -> tuple[float, np.ndarray | None]:

@@ -66,11 +66,11 @@ class PhysicsSimulationInterface:
         order: int = 0,
         on_update: Callable[[float, PhysicsStepContext], None] | None = None,
     ) -> Subscription:
-        """Call `on_update(dt, context)` after every step, or before it; in the order of subscription."""
+        """Call `on_update(dt, context)` after every step, or before it: lower orders first, then as subscribed."""
         if on_update is None:
             raise TypeError("subscribe_physics_on_step_events: on_update is missing")
         context = PhysicsStepContext()
-        return Subscription(engines.subscribe_step(lambda dt: on_update(dt, context), before=pre_step))
+        return Subscription(engines.subscribe_step(lambda dt: on_update(dt, context), before=pre_step, order=order))
 
     def subscribe_physics_contact_report_events(
         self, on_event: Callable[[ContactEventHeaderVector, ContactDataVector, FrictionAnchorsDataVector], None]
@@ -97,7 +97,8 @@ class PhysicsSimulationInterface:
         return True
 
     def flush_changes(self) -> None:
-        """Do nothing: every step reads what has changed on the stage."""
+        """Take what has changed on the stage into account now, where queries find it, and not at the next step."""
+        engines.physics().read_edits()
 
     def get_attached_stage(self) -> int:
         """Return the id of the current stage, which is always the simulated one."""

@@ -46,8 +46,8 @@ class PhysxInterface:
     def subscribe_physics_on_step_events(
         self, fn: Callable[[float], None], pre_step: bool = False, order: int = 0
     ) -> Subscription:
-        """Call `fn(dt)` after every physics step, or before it; in the order of subscription."""
-        return Subscription(engines.subscribe_step(fn, before=pre_step))
+        """Call `fn(dt)` after every physics step, or before it: lower orders first, then as subscribed."""
+        return Subscription(engines.subscribe_step(fn, before=pre_step, order=order))
 
     def start_simulation(self) -> None:
         """Begin to simulate without the timeline: remember poses and velocities."""
@@ -66,6 +66,11 @@ class PhysxInterface:
         outputVelocitiesLocalSpace: bool = False,
     ) -> None:
         """Do nothing: every step writes poses and velocities to the stage."""
+
+    def is_running(self) -> bool:
+        """Return whether physics simulates the current stage, with the timeline or without it."""
+        physics = engines.physics_if_made()
+        return physics is not None and physics.is_playing
 
     def reset_simulation(self) -> None:
         """Stop simulating, and restore poses and velocities from before."""
@@ -86,12 +91,16 @@ class PhysxInterface:
 class PhysxSimulationInterface(BodyCommands):
     """Steps of physics without the timeline, and commands for single bodies."""
 
-    def simulate(self, elapsedStep: float, currentTime: float = 0.0) -> None:
-        """Take one step of `elapsedStep` [s], also while the timeline is paused or stopped; the timeline stays."""
-        _interface.update_simulation(elapsedStep, currentTime)
+    def simulate(self, elapsed_time: float, current_time: float = 0.0) -> None:
+        """Take one step of `elapsed_time` [s], also while the timeline is paused or stopped; the timeline stays."""
+        _interface.update_simulation(elapsed_time, current_time)
 
     def fetch_results(self) -> None:
         """Do nothing: a step has ended, and its result is on the stage, when `simulate` returns."""
+
+    def check_results(self) -> bool:
+        """Return True: the result of the latest step is on the stage."""
+        return True
 
     def get_attached_stage(self) -> int:
         """Return the id of the current stage, which is always the simulated one."""
@@ -107,7 +116,8 @@ class PhysxSimulationInterface(BodyCommands):
         engines.physics().stop(restore=False)
 
     def flush_changes(self) -> None:
-        """Do nothing: every step reads what has changed on the stage."""
+        """Take what has changed on the stage into account now, where queries find it, and not at the next step."""
+        engines.physics().read_edits()
 
     def subscribe_contact_report_events(
         self, fn: Callable[[ContactEventHeaderVector, ContactDataVector], None]
