@@ -117,6 +117,40 @@ def test_a_stream_that_is_closed_early_leaves_the_process_as_it_was(tmp_path):
     assert "ended with exit code 1: ValueError: the script failed (scene.py:39)" in failure
 
 
+# Takes one frame of each of two scripts, of which the second one steps in tasks, and of a configuration.
+FIRST_FRAMES = """
+import sys
+from pathlib import Path
+from tests.cli.datasets import write_job
+from usdsdg import stream
+job = write_job(Path("."), "BasicWriter", rgb=True)
+small = ["num_frames=4", "path_tracing.every=0", "num_cameras=1"]
+for path, arguments in (("plain.py", ["4"]), (sys.argv[1], ["4"]), (job, small)):
+    for sample in stream.frames(path, ["distance_to_camera"], arguments=arguments):
+        break
+    print("left", sample.frame)
+"""
+PLAIN = """
+import sys
+import omni.replicator.core as rep
+
+product = rep.create.render_product(rep.create.camera(), (24, 16))
+try:
+    rep.orchestrator.run_until_complete(num_frames=int(sys.argv[1]))
+except Exception as error:
+    print("caught", error)
+"""
+
+
+def test_nothing_is_printed_of_a_job_that_is_left_in_the_middle(tmp_path):
+    (tmp_path / "plain.py").write_text(PLAIN)
+    done = forked.run(["-c", FIRST_FRAMES, str(SCENE)], cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert [line for line in done.stdout.splitlines() if line.startswith(("left", "caught"))] == ["left 0"] * 3
+    assert "Traceback" not in done.stderr
+    assert "Closed" not in done.stderr
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
 def test_a_process_that_was_forked_after_rendering_renders(tmp_path):
     code = """
