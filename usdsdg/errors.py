@@ -54,6 +54,10 @@ class LosingError(UsdsdgError):
             _note_swallowed(self)
 
 
+class ScriptStopped(BaseException):
+    """Ends a script from within, since nobody waits for it; not an Exception, which scripts catch. Nothing is told."""
+
+
 class StageError(UsdsdgError):
     """A stage or prim cannot be used as requested."""
 

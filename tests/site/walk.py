@@ -2,7 +2,7 @@
 
 A block with a title is a file of that name. A block of bash is run; one of Python without a title is run as a program.
 A block `text` after it has lines that must be printed, where `…` stands for anything. A block after the comment
-`<!-- not run: REASON -->` is left out.
+`<!-- not run: REASON -->` is left out, and one after `<!-- needs MODULE -->` where there is no such module.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 import warp as wp
@@ -24,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # What pages read sizes from, such that a page takes seconds: the values that readers see stand behind `:-`.
 SIZES = {"FRAMES": "2", "WIDTH": "64", "DROPS": "1", "PARTS": "2", "WORKERS": "2", "STEPS": "2"}
 BLOCK = re.compile(
-    r"(?:^<!-- not run: (?P<reason>.+?) -->\n+)?"
+    r"(?:^<!-- not run: (?P<reason>.+?) -->\n+|^<!-- needs (?P<needs>\w+) -->\n+)?"
     r"^(?P<fence>```+)(?P<language>\w*)(?P<rest>[^\n]*)\n(?P<code>.*?)^(?P=fence)$",
     re.MULTILINE | re.DOTALL,
 )
@@ -55,11 +56,15 @@ def blocks(page: Path) -> list[Block]:
             match["language"],
             (re.findall(r'title="([^"]*)"', match["rest"]) or [""])[0],
             match["code"],
-            match["reason"] or "",
+            match["reason"] or _lack(match["needs"]),
             text.count("\n", 0, match.start("fence")) + 1,
         )
         for match in BLOCK.finditer(text)
     ]
+
+
+def _lack(module: str | None) -> str:
+    return f"there is no {module}" if module and find_spec(module) is None else ""
 
 
 def kernels() -> str:

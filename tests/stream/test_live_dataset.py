@@ -1,15 +1,20 @@
 """LiveDataset under PyTorch's DataLoader."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from usdsdg.errors import ArgumentError
+
 pytest.importorskip("torch")
 
 SCENE = Path(__file__).parent / "scene.py"
+ROOT = Path(__file__).parents[2]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 
 LOADERS = """
 import hashlib, json, sys
@@ -50,6 +55,91 @@ def test_workers_and_start_methods_give_the_same_frames(tmp_path):
     assert found["2 fork"] == found["2 spawn"] == found["0 None"] == one
     assert found["next"] != one
     assert found["sizes"] == [[32, 48]] * 4
+
+
+EPOCHS = """
+import hashlib, json
+from pathlib import Path
+from torch.utils.data import DataLoader
+from tests.cli.datasets import write_job
+from usdsdg import stream
+from usdsdg.torch import LiveDataset
+
+def digest(array):
+    return hashlib.md5(array.tobytes()).hexdigest()
+
+def of_loader(dataset):
+    samples = DataLoader(dataset, batch_size=None, num_workers=1)
+    return [digest(each["rgb"].numpy()) for each in samples]
+
+if __name__ == "__main__":
+    job = write_job(Path("."), "BasicWriter", rgb=True)
+    small = ["num_frames=2", "path_tracing.every=0", "num_cameras=1"]
+    seeds = {}
+    for seed in (3, 5, 7):
+        samples = stream.frames(job, ["rgb"], arguments=small, seed=seed)
+        seeds[seed] = [digest(each.arrays["rgb"]) for each in samples]
+    found = {}
+    for name, options in {"file": {}, "override": {"arguments": [*small, "seed=5"]}, "asked": {"seed": 5}}.items():
+        dataset = LiveDataset(job, ["rgb"], **{"arguments": small, **options})
+        found[name] = of_loader(dataset)
+        dataset.set_epoch(2)
+        found[name + " + 2"] = of_loader(dataset)
+    print(json.dumps([seeds, found]))
+"""
+
+
+def test_the_seed_is_that_of_the_configuration_and_epochs_count_from_it(tmp_path):
+    (tmp_path / "epochs.py").write_text(EPOCHS)
+    done = subprocess.run(
+        [sys.executable, "epochs.py"], cwd=tmp_path, capture_output=True, text=True, timeout=280, env=ENVIRONMENT
+    )
+    assert done.returncode == 0, done.stderr
+    seeds, found = json.loads(done.stdout.splitlines()[-1])
+    assert len({tuple(each) for each in seeds.values()}) == 3
+    assert found["file"] == seeds["3"]
+    assert found["file + 2"] == found["override"] == found["asked"] == seeds["5"]
+    assert found["override + 2"] == found["asked + 2"] == seeds["7"]
+
+
+PARTS = """
+import hashlib, json, sys
+from torch.utils.data import DataLoader
+from usdsdg.torch import LiveDataset
+
+def rows(workers, **options):
+    dataset = LiveDataset(sys.argv[1], ["distance_to_camera"], arguments=["5"], **options)
+    samples = DataLoader(dataset, batch_size=None, num_workers=workers)
+    found = [[int(each["frame"]), hashlib.md5(each["distance_to_camera"].numpy().tobytes()).hexdigest()]
+             for each in samples]
+    return sorted(found)
+
+if __name__ == "__main__":
+    parts = [[rows(workers, part=(rank, 2)) for rank in range(2)] for workers in (0, 1, 2)]
+    print(json.dumps([rows(0), parts]))
+"""
+
+
+def test_processes_that_train_together_take_parts_whatever_workers_they_have(tmp_path):
+    (tmp_path / "parts.py").write_text(PARTS)
+    command = [sys.executable, "parts.py", str(SCENE)]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
+    assert done.returncode == 0, done.stderr
+    whole, parts = json.loads(done.stdout.splitlines()[-1])
+    assert len(whole) == 5
+    for first, second in parts:
+        assert first == whole[0::2]
+        assert second == whole[1::2]
+
+
+def test_what_is_no_part_is_refused():
+    from usdsdg.torch import LiveDataset
+
+    for part in ((2, 2), (-1, 2), 3, None):
+        with pytest.raises(ArgumentError, match=r"LiveDataset: part is .*; expected \(i, n\)"):
+            LiveDataset(SCENE, part=part)  # pyright: ignore[reportArgumentType]
+    with pytest.raises(ArgumentError, match="a seed of its own"):
+        LiveDataset(SCENE, worlds=2, part=(0, 2))
 
 
 def test_ids_and_records_become_tensors_that_share_memory_where_they_can():
@@ -103,7 +193,7 @@ if __name__ == "__main__":
 
 def test_worlds_are_batches_of_tensors_with_the_frames_of_single_ones(tmp_path):
     (tmp_path / "worlds.py").write_text(WORLDS)
-    scene = Path(__file__).parents[2] / "examples/scenes/moving_shapes.py"
+    scene = ROOT / "examples/scenes/moving_shapes.py"
     command = [sys.executable, "worlds.py", str(scene)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stderr

@@ -117,6 +117,40 @@ def test_a_stream_that_is_closed_early_leaves_the_process_as_it_was(tmp_path):
     assert "ended with exit code 1: ValueError: the script failed (scene.py:39)" in failure
 
 
+# Takes one frame of each of two scripts, of which the second one steps in tasks, and of a configuration.
+FIRST_FRAMES = """
+import sys
+from pathlib import Path
+from tests.cli.datasets import write_job
+from usdsdg import stream
+job = write_job(Path("."), "BasicWriter", rgb=True)
+small = ["num_frames=4", "path_tracing.every=0", "num_cameras=1"]
+for path, arguments in (("plain.py", ["4"]), (sys.argv[1], ["4"]), (job, small)):
+    for sample in stream.frames(path, ["distance_to_camera"], arguments=arguments):
+        break
+    print("left", sample.frame)
+"""
+PLAIN = """
+import sys
+import omni.replicator.core as rep
+
+product = rep.create.render_product(rep.create.camera(), (24, 16))
+try:
+    rep.orchestrator.run_until_complete(num_frames=int(sys.argv[1]))
+except Exception as error:
+    print("caught", error)
+"""
+
+
+def test_nothing_is_printed_of_a_job_that_is_left_in_the_middle(tmp_path):
+    (tmp_path / "plain.py").write_text(PLAIN)
+    done = forked.run(["-c", FIRST_FRAMES, str(SCENE)], cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert [line for line in done.stdout.splitlines() if line.startswith(("left", "caught"))] == ["left 0"] * 3
+    assert "Traceback" not in done.stderr
+    assert "Closed" not in done.stderr
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
 def test_a_process_that_was_forked_after_rendering_renders(tmp_path):
     code = """
@@ -162,6 +196,32 @@ def test_what_cannot_be_streamed_is_said_before_anything_runs(tmp_path):
     colors = ("semantic_segmentation", {"colorize": True})
     with pytest.raises(ArgumentError, match="semantic_segmentation with several parameters"):
         stream.frames(SCENE, ["semantic_segmentation", colors])
+
+
+SEEDED = """
+import omni.replicator.core as rep
+
+rep.set_global_seed(5)
+product = rep.create.render_product(rep.create.camera(), (24, 16))
+rep.orchestrator.run_until_complete(num_frames=2)
+"""
+
+
+def test_a_script_that_sets_its_own_seed_is_told_of_where_another_was_asked_for(tmp_path, recwarn):
+    (tmp_path / "seeded.py").write_text(SEEDED)
+    for seed in (None, 5):
+        assert len(list(stream.frames(tmp_path / "seeded.py", ["distance_to_camera"], seed=seed))) == 2
+    assert not [each for each in recwarn if "global seed" in str(each.message)]
+    assert len(list(stream.frames(tmp_path / "seeded.py", ["distance_to_camera"], seed=6))) == 2
+    (told,) = [each for each in recwarn if "global seed" in str(each.message)]
+    assert "seeded.py sets the global seed 5 itself, so that the seed 6" in str(told.message)
+
+
+def test_a_job_whose_episodes_have_seeds_is_not_told_of(tmp_path, recwarn):
+    job = write_job(tmp_path, "BasicWriter", rgb=True)
+    keys = ["num_frames=2", "frames_per_episode=1", "path_tracing.every=0", "num_cameras=1"]
+    assert len(list(stream.frames(job, ["distance_to_camera"], arguments=keys, seed=6))) == 2
+    assert not [each for each in recwarn if "global seed" in str(each.message)]
 
 
 def test_an_open_stage_is_not_replaced(stage):
@@ -241,3 +301,11 @@ def test_one_text_in_place_of_a_list_is_refused(options, what):
 def test_what_is_no_annotator_is_refused_before_the_job_runs():
     with pytest.raises(ArgumentError, match="pairs of a name"):
         next(stream.frames(SCENE, [7]))  # pyright: ignore[reportArgumentType]
+
+
+def test_the_seed_of_a_run_is_the_argument_s_then_the_configuration_s(tmp_path):
+    job = write_job(tmp_path, "BasicWriter", rgb=True)
+    assert stream.Source(job).seed_of_run == 3
+    assert stream.Source(job, ["seed=5"]).seed_of_run == 5
+    assert stream.Source(job, ["seed=5"], 7).seed_of_run == 7
+    assert [stream.Source(SCENE).seed_of_run, stream.Source(SCENE, ["1"], 7).seed_of_run] == [0, 7]

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import Any, Generic, TypeVar
 
+from usdsdg.errors import ScriptStopped
 from usdsdg.session.turns import turns
 
 Item = TypeVar("Item")
@@ -17,8 +18,8 @@ POLL_SECONDS = 0.2
 END_SECONDS = 600.0
 
 
-class Closed(BaseException):
-    """Raised by `put` after `close`, to end the function; not an Exception, which scripts catch."""
+class Closed(ScriptStopped):
+    """Raised by `put` after `close`, to end the function."""
 
 
 class HandOver(Generic[Item]):

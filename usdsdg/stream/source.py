@@ -11,8 +11,9 @@ from usdsdg.cli.options.command_context import seed_everything
 from usdsdg.cli.options.file_kinds import FileKind, kind_of
 from usdsdg.cli.script.execution import ScriptEnded, execute
 from usdsdg.cli.script.interpreter import interpreter_restored
-from usdsdg.errors import ConfigError, GraphError
+from usdsdg.errors import ConfigError, GraphError, warn_once
 from usdsdg.scenarios import jobs
+from usdsdg.session import session
 
 CONFIGURATIONS = (".yaml", ".yml", ".json")
 
@@ -62,6 +63,33 @@ class Source:
             return
         with interpreter_restored():
             _execute(self.path, self.arguments)
+
+    @property
+    def is_configuration(self) -> bool:
+        """Whether it is a configuration, whose episodes have seeds of their own that follow from the run's."""
+        return self._kind() is FileKind.CONFIGURATION
+
+    @property
+    def seed_of_run(self) -> int:
+        """The seed with which it runs.
+
+        Raises:
+            ConfigError: as `check`.
+        """
+        if self.seed is not None:
+            return self.seed
+        return jobs.load_job(self.path, self._overrides)[1].seed if self.is_configuration else 0
+
+    def tell_of_own_seed(self) -> None:
+        """Warn once, while it runs, of a script that has set another global seed than was asked for."""
+        own = session.current().global_seed.value
+        if self.seed is not None and own != self.seed:
+            warn_once(
+                f"stream: {self.path} sets the global seed {own} itself, so that the seed {self.seed}, which was asked "
+                "for, does not change its draws, nor does an epoch's. Leave out its set_global_seed, or let it take "
+                "the seed from its arguments.",
+                key=f"stream: own seed of {self.path}",
+            )
 
     def _kind(self) -> FileKind:
         if not self.path.is_file():

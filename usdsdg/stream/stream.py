@@ -69,7 +69,8 @@ def frames(
         GraphError: a stage is open in this process, which the job would replace, or another stream runs in it.
         UsdsdgError: as the job raises.
     """
-    first, step = _checked_part(part, ahead)
+    first, step = checked_part(part)
+    _check_ahead(ahead)
     annotators = _several("annotators", annotators)
     source = Source(Path(job), _texts(arguments), seed)
     source.check()
@@ -118,7 +119,7 @@ def worlds(
         Unsupported: something on the stage or in the graph cannot be drawn for worlds; names the script line.
         UsdsdgError: as in `frames`.
     """
-    _checked_part((0, 1), ahead)
+    _check_ahead(ahead)
     annotators = _several("annotators", annotators)
     source = Source(Path(job), _texts(arguments), seed)
     source.check()
@@ -153,12 +154,20 @@ def _in_short_turns(items: Iterator[Item]) -> Iterator[Item]:
         sys.setswitchinterval(before)
 
 
-def _checked_part(part: tuple[int, int], ahead: int) -> tuple[int, int]:
+def checked_part(part: tuple[int, int], *, who: str = "stream") -> tuple[int, int]:
+    """Return (i, n), the frames i, i + n, i + 2n and so on.
+
+    Raises:
+        ArgumentError: it is something else, or i is not from 0 to n - 1.
+    """
     if not _holds(lambda: 0 <= part[0] < part[1] and len(part) == 2):
-        raise ArgumentError(f"stream: part is {part!r}; expected (i, n) with i from 0 to n - 1")
+        raise ArgumentError(f"{who}: part is {part!r}; expected (i, n) with i from 0 to n - 1")
+    return part
+
+
+def _check_ahead(ahead: int) -> None:
     if not _holds(lambda: ahead >= 1):
         raise ArgumentError(f"stream: ahead is {ahead!r}; expected 1 or more")
-    return part
 
 
 def _holds(condition: Callable[[], bool]) -> bool:
@@ -182,9 +191,15 @@ def _run(
                 "its own (DataLoader with num_workers=1)"
             )
 
+        may_seed_itself = not source.is_configuration
+
         def work(put: Callable[[Item], None]) -> None:
+            def put_of_seed(item: Item) -> None:
+                source.tell_of_own_seed()
+                put(item)
+
             devices.use_device(device)
-            begin(put)
+            begin(put_of_seed if may_seed_itself else put)
             source.run()
 
         hand_over = HandOver(work, waiting=ahead)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import torch  # pyright: ignore[reportMissingImports]
@@ -15,7 +16,8 @@ from torch.utils.data import (  # pyright: ignore[reportMissingImports]
 from usdsdg import stream
 from usdsdg.errors import ArgumentError
 from usdsdg.session import session
-from usdsdg.stream import Sample
+from usdsdg.stream import Sample, Source
+from usdsdg.stream.stream import checked_part
 from usdsdg.torch.tensors import tensors
 
 
@@ -28,9 +30,10 @@ class LiveDataset(IterableDataset):
     have labels. `transform` turns a sample into what the trainer wants.
 
     With `DataLoader(dataset, batch_size=..., num_workers=n)` worker i makes the frames i, i + n, i + 2n, ...: frame k
-    is the same for any n, since graph and physics of all frames run in every worker. Each epoch repeats the frames of
-    its seed; `set_epoch` asks for others. With num_workers=0 the job runs in a thread of the trainer's own process, in
-    which no stage may be open, and seeds Python's and NumPy's generators.
+    is the same for any n, since graph and physics of all frames run in every worker. Processes that train one network
+    together each take a part, `part=(rank, world_size)`; else all of them train on the same frames. Each epoch repeats
+    the frames of its seed; `set_epoch` asks for others. With num_workers=0 the job runs in a thread of the trainer's
+    own process, in which no stage may be open, and seeds Python's and NumPy's generators.
 
     With `worlds=n` a sample is a whole batch: what n worlds show, made together and left on the device, as tensors
     with a leading axis of worlds (see `usdsdg.stream.worlds`). It has "frame", "render_product", "camera", "classes",
@@ -51,7 +54,8 @@ class LiveDataset(IterableDataset):
         annotators: Sequence[Any] = ("rgb",),
         *,
         arguments: Sequence[str] = (),
-        seed: int = 0,
+        seed: int | None = None,
+        part: tuple[int, int] = (0, 1),
         device: Any = "cpu",
         transform: Callable[[dict[str, Any]], Any] | None = None,
         ahead: int = 2,
@@ -61,18 +65,26 @@ class LiveDataset(IterableDataset):
         job: a configuration of `usdsdg generate`, or a script of `usdsdg run`.
         annotators: their names, as for `rep.annotators.get`, or pairs (name, init_params).
         arguments: "key=value" overrides of the configuration, or the arguments of the script.
-        seed: of the first epoch.
+        seed: of the first epoch; None: the configuration's, 0 for a script.
+        part: (i, n) takes the frames i, i + n, i + 2n and so on, which the workers share.
         device: where the tensors of samples are, as torch names devices; a DataLoader's workers that pass tensors on
             CUDA need the start method "spawn".
         transform: what samples are passed through, in the worker.
         ahead: how many samples a worker makes before they are asked for.
         worlds: how many worlds a sample is of; None: samples are of one frame each.
+
+        Raises:
+            ArgumentError: one text was given in place of a list, `part` is none, or was given with `worlds`.
         """
         for name, given in (("annotators", annotators), ("arguments", arguments)):
             if isinstance(given, str):
                 raise ArgumentError(f"LiveDataset: {name} is the text {given!r}; give a list, such as [{given!r}]")
         self.job, self.annotators, self.arguments = os.fspath(job), tuple(annotators), tuple(arguments)
-        self.seed, self.device, self.transform, self.ahead = int(seed), device, transform, int(ahead)
+        self.seed = None if seed is None else int(seed)
+        self.part = checked_part(part, who="LiveDataset")
+        if worlds is not None and part[1] > 1:
+            raise ArgumentError("LiveDataset: worlds have all frames, and no part; give each process a seed of its own")
+        self.device, self.transform, self.ahead = device, transform, int(ahead)
         self.worlds = worlds
         self._epoch = torch.zeros((), dtype=torch.int64).share_memory_()  # which workers see change
 
@@ -96,12 +108,20 @@ class LiveDataset(IterableDataset):
             self.job,
             self.annotators,
             arguments=self.arguments,
-            seed=self.seed + int(self._epoch),
-            part=(worker.id, worker.num_workers) if worker is not None else (0, 1),
+            seed=self._seed_of_epoch(),
+            part=self._part_of(worker),
             ahead=self.ahead,
         )
         for sample in samples:
             yield self._made(sample)
+
+    def _seed_of_epoch(self) -> int | None:
+        epoch = int(self._epoch)
+        return Source(Path(self.job), self.arguments, self.seed).seed_of_run + epoch if epoch else self.seed
+
+    def _part_of(self, worker: Any) -> tuple[int, int]:
+        first, step = self.part
+        return self.part if worker is None else (first + step * worker.id, step * worker.num_workers)
 
     def _batches(self, count: int, worker: Any) -> Iterator[Any]:
         if worker is not None:
@@ -110,7 +130,7 @@ class LiveDataset(IterableDataset):
             )
         device = torch.device(self.device)
         name = "cpu" if device.type == "cpu" else f"cuda:{device.index or 0}"
-        options: dict[str, Any] = {"arguments": self.arguments, "seed": self.seed + int(self._epoch), "device": name}
+        options: dict[str, Any] = {"arguments": self.arguments, "seed": self._seed_of_epoch(), "device": name}
         for batch in stream.worlds(self.job, self.annotators, count=count, ahead=self.ahead, **options):
             batch.wait()
             made = {

@@ -8,7 +8,7 @@ from usdsdg.image_files.run_kernels import deflate_runs
 from usdsdg.kernels.compilation import THREADS, ModuleLoad, Progress, load_modules
 from usdsdg.parallel import CUDA_BLOCK, available_threads
 from usdsdg_render.bvh import build, compress, forest
-from usdsdg_render.kernels.labels import label_kernels, label_tiles, parts
+from usdsdg_render.kernels.labels import label_boxes, label_kernels, label_tiles, parts
 from usdsdg_render.kernels.path import cpu_path, tone_map, wavefront, wavelet_denoiser
 from usdsdg_render.kernels.scene import instance_transforms
 
@@ -54,9 +54,7 @@ def precompile_beside(device: str, progress: Progress | None = None) -> None:
 def _precompile(device: str, progress: Progress | None, *, everything: bool = False) -> int:
     if {(device, everything), (device, True)} & _ready:
         return 0
-    loads = module_loads(wp.get_device(device), everything=everything)
-    for load in loads:
-        without_bfloat16(load.module)
+    loads = _prepared_loads(device, everything=everything)
     compiled = load_modules(
         loads, what="render kernels", threads=min(MAX_THREADS, available_threads()), progress=progress
     )
@@ -66,10 +64,20 @@ def _precompile(device: str, progress: Progress | None, *, everything: bool = Fa
 
 def cold_modules(device: str) -> list[str]:
     """Return the names of the modules that the first image on a device would compile."""
-    loads = module_loads(wp.get_device(device))
-    for load in loads:
-        without_bfloat16(load.module)
+    loads = _prepared_loads(device)
     return [load.module.name for load in loads if not load.is_cached()]
+
+
+def _prepared_loads(device: str, *, everything: bool = False) -> list[ModuleLoad]:
+    """Return `module_loads`, after the options of all modules are set: also of those that compile at their first launch.
+
+    Else these would be others than those that were compiled with everything else.
+    """
+    target = wp.get_device(device)
+    every = module_loads(target, everything=True)
+    for load in every:
+        without_bfloat16(load.module)
+    return every if everything else module_loads(target)
 
 
 def module_loads(target: wp.Device, *, everything: bool = False) -> list[ModuleLoad]:
@@ -89,6 +97,7 @@ def module_loads(target: wp.Device, *, everything: bool = False) -> list[ModuleL
         loads.append(ModuleLoad(label_tiles.label_tiles.module, target, block, 1.0))
     if everything:
         loads.append(ModuleLoad(parts.tell_parts_apart.module, target, block, 3.0))
+        loads.append(ModuleLoad(label_boxes.label_boxes.module, target, block, 0.3))
     # Transforms of instances are set, BVHs built and images compressed on the CPU for either device.
     on_host = [build.build_tree, instance_transforms.set_instance_transforms, deflate_runs]
     on_host += [compress.compress_tree] * cuda

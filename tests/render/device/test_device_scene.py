@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
+import json
+import pkgutil
 import re
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,6 +15,7 @@ import pytest
 import warp as wp
 
 import usdsdg_render
+from tests import forked
 from tests.render import scenes
 from tests.render.images import radiance, renderer_of
 from tests.sampled_cases import sampled
@@ -175,8 +179,41 @@ def test_a_cuda_host_compiles_for_its_cpu_only_what_runs_there():
     assert on_cpu == {"build", "compress", "forest", "instance_transforms", "run_kernels"}
     blocks = {load.module.name.rpartition(".")[2]: load.block for load in loads if load.device is cuda}
     assert blocks == {
-        "wavefront": 128, "label_module": 64, "wavelet_denoiser": 64, "tone_map": 64, "parts": 64
+        "wavefront": 128, "label_module": 64, "wavelet_denoiser": 64, "tone_map": 64, "parts": 64, "label_boxes": 64,
     }  # fmt: skip
+
+
+def test_every_kernel_of_the_renderer_is_in_a_module_that_is_compiled_ahead():
+    targets: list[Any] = [wp.get_device("cpu"), SimpleNamespace(is_cuda=True, is_cpu=False)]
+    ahead = {load.module for target in targets for load in module_loads(target, everything=True)}
+    names = [each.name for each in pkgutil.walk_packages(usdsdg_render.__path__, "usdsdg_render.")]
+    found = [each for name in names for each in vars(importlib.import_module(name)).values()]
+    assert {each.module.name for each in found if isinstance(each, wp.Kernel)} <= {each.name for each in ahead}
+
+
+# Prints where Warp keeps each module of the renderer, after those of all scenes, or of most, are said to be compiled.
+PLACES = """
+import json, sys
+from usdsdg_render.device import precompile
+from usdsdg.kernels import cache
+from usdsdg.warp_start import quiet_warp, start_warp
+import warp as wp
+quiet_warp()
+start_warp()
+precompile.load_modules = lambda *_, **__: []
+precompile.precompile("cpu", everything=sys.argv[1] == "everything")
+loads = precompile.module_loads(wp.get_device("cpu"), everything=True)
+print(json.dumps({load.module.name: cache._folder(load.module, 1) for load in loads}))
+"""
+
+
+def test_what_is_compiled_ahead_for_some_scenes_is_what_they_load():
+    """Options of a module are part of its name in the cache."""
+    places = [
+        json.loads(forked.run(["-c", PLACES, which], cwd=forked.ROOT).stdout.splitlines()[-1])
+        for which in ("everything", "most")
+    ]
+    assert places[0] == places[1]
 
 
 def test_kernels_of_one_module_are_launched_with_one_size_of_blocks(monkeypatch):

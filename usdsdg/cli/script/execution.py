@@ -18,7 +18,7 @@ from typing import Any
 from click.exceptions import Exit
 
 from usdsdg.cli.script.packed_colors import reads_packed_colors
-from usdsdg.errors import UsdsdgError
+from usdsdg.errors import ScriptStopped, UsdsdgError
 
 
 class ScriptEnded(Exit):
@@ -66,9 +66,12 @@ def exit_of(script: Path) -> Iterator[None]:
 
     Raises:
         ScriptEnded: the script failed or called sys.exit; its traceback, from the script on, has been printed.
+        ScriptStopped: it was ended from outside.
     """
     try:
         yield
+    except ScriptStopped:
+        raise
     except SystemExit as ended:
         if code := _exit_code(ended):
             raise ScriptEnded(code, "" if isinstance(ended.code, int) else str(ended.code)) from None
