@@ -1,5 +1,6 @@
 """A script may remove or move its own output folder after its last file."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -24,7 +25,9 @@ print("removed")
 
 
 MOVED = """
+import errno
 import os
+import shutil
 import sys
 import usdsdg as rep
 camera = rep.create.camera(position=(4, 4, 3), look_at=(0, 0, 0))
@@ -37,6 +40,17 @@ for name, options in (("BasicWriter", {"rgb": True}), ("CocoWriter", {"plain_nam
 rep.orchestrator.run_until_complete(num_frames=2)
 if "move" in sys.argv:
     os.rename(sys.argv[1], sys.argv[1] + " moved")
+if "disk" in sys.argv:
+
+    def refuse(*paths, **options):
+        raise OSError(errno.EXDEV, os.strerror(errno.EXDEV))
+
+    os.rename = refuse  # as the system does where the place is on another disk
+    os.mkdir(sys.argv[1] + " moved")
+    shutil.move(sys.argv[1], sys.argv[1] + " moved")
+if "copy" in sys.argv:
+    shutil.copytree(sys.argv[1], sys.argv[1] + " moved/out")
+    shutil.rmtree(sys.argv[1])
 """
 PROGRAMS = {"python": [sys.executable], "usdsdg run": [sys.executable, "-m", "usdsdg", "run"]}
 
@@ -79,3 +93,23 @@ def test_a_folder_that_was_moved_is_the_dataset_that_stays(program, tmp_path):
     )
     assert verified.returncode == 0, verified.stdout
     assert verified.stdout.count("0 faults") == 2
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="open files cannot be removed there")
+@pytest.mark.parametrize(("program", "how"), [("python", "disk"), ("usdsdg run", "disk"), ("usdsdg run", "copy")])
+def test_a_folder_that_was_moved_to_another_disk_is_the_dataset_that_stays(program, how, tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(MOVED)
+    kept, gone, moved = tmp_path / "kept/out", tmp_path / "gone/out", tmp_path / "gone/out moved/out"
+    for folder, word in ((kept, "stay"), (gone, how)):
+        done = run(program, script, folder, word)
+        assert (done.returncode, "error" in done.stderr) == (0, False), done.stderr
+    assert not gone.exists()
+    assert files_below(kept).keys() == files_below(moved).keys()
+    recipe = Path("BasicWriter/.usdsdg/recipe.json")
+    assert json.loads((moved / recipe).read_bytes())["frames"] == 2
+    last = (moved / "CocoWriter/.usdsdg/journal.jsonl").read_text().splitlines()[-1]
+    assert json.loads(last)["complete"]
+    command = [sys.executable, "-m", "usdsdg", "verify", "--files", str(moved)]
+    verified = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert verified.returncode == 0, verified.stdout

@@ -14,6 +14,7 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg.annotators.class_table import ClassTable, ids_are_stable
 from usdsdg.annotators.colors import FIRST_LABELED
 from usdsdg.annotators.ownership import (
+    Chain,
     LabeledStage,
     Labels,
     Owner,
@@ -22,12 +23,14 @@ from usdsdg.annotators.ownership import (
     parse_filter,
     warn_of_empty_selection,
 )
-from usdsdg.annotators.point_instances import PointFrames, Steps
+from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
 from usdsdg.annotators.prims.keypoint_prims import KeypointPrim, KeypointReader
 from usdsdg.annotators.prims.label_tables import FrameClasses, PrimTable
 from usdsdg.annotators.prims.possible_labels import possible_outputs
 from usdsdg.annotators.prims.prim_bounds import PrimBounds
 from usdsdg.annotators.prims.skeleton_prims import SkeletonPrims
+from usdsdg.annotators.prims.stage_numbers import StageNumbers, decides_points
+from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.graph.label_sources import label_sources
 from usdsdg.session.session import current
 from usdsdg.stage.change_tracker import ChangeTracker
@@ -35,6 +38,7 @@ from usdsdg.stage.changes import Changes
 
 # What decides which material a gprim shows: relationships to materials, and collections of prims that bind one.
 _BINDINGS = ("material:binding", "collection:")
+_PROTOTYPES = "prototypes"  # of a point instancer
 
 
 # The prims that change are mostly those that changed before.
@@ -77,6 +81,7 @@ class LabeledPrims:
     local_to_world: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 4)))  # (N, 4, 4) float64
     row_of_gprim: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))  # (G,) row, -1 = unlabeled
     selections: Mapping[str | None, Selection] = field(default_factory=dict)
+    gprim_numbers: np.ndarray | None = None  # (G,) int64: of each gprim, the same in all frames; None: its index
     read_keypoints: Callable[[], tuple[KeypointPrim, ...]] = tuple  # reads the prims with keypoints from the stage
     find_skeletons: Callable[[], Sequence[Sdf.Path]] | None = None  # finds all skeletons of the stage; None: not known
 
@@ -121,6 +126,7 @@ class _Ownership:
     labels: tuple[Labels, ...]
     groups: tuple[tuple[int, ...], ...]
     selections: Mapping[str | None, Selection]
+    gprim_numbers: np.ndarray | None
 
 
 class LabeledPrimReader:
@@ -138,7 +144,11 @@ class LabeledPrimReader:
         self._ownership: _Ownership | None = None
         self._filters: dict[str | None, None] = {None: None}  # all requested so far; the unfiltered one is first
         self._is_surveyed: set[str | None] = set()  # filters whose prims have numbers as the stage is now
-        self._prims: dict[str | None, PrimTable] = {}  # by filter
+        self._begun: set[str | None] = set()  # filters whose class table has what the graph can show
+        self._prims: dict[str | None, StageNumbers] = {}  # by filter
+        self._gprims = StageNumbers(stage)
+        self._gprims_are_surveyed = False  # as the stage is now
+        self._subsets_are_told_apart = False
         self._tables_version = -1  # of the class tables that the ownership has ids of; 0 where ids are not stable
         self._keypoints, self._skeletons = KeypointReader(stage), SkeletonPrims(stage)
         self._time: Usd.TimeCode | None = None
@@ -176,6 +186,7 @@ class LabeledPrimReader:
             # The unfiltered selection is the first, so its members are the rows.
             owned.selections[None].member_of_gprim,
             owned.selections,
+            owned.gprim_numbers,
             lambda: self._keypoints.read(owned.gprims, owned.steps, frames, time),
             self._skeletons.find,
         )
@@ -190,31 +201,24 @@ class LabeledPrimReader:
 
     def _owned(self, gprims: tuple[str, ...], filters: Iterable[str | None], time: Usd.TimeCode) -> _Ownership:
         """Return which prims own gprims now, after what has changed on the stage."""
-        self._invalidate(self._changes.take())
-        if time != self._time:
-            self._bounds.leave_time()
-            self._time = time
-            if self._labels.set_time(time):
-                self._ownership = None
-        # Earlier filters are kept, since render products with different filters alternate.
-        self._filters |= dict.fromkeys(filters)
-        self._follow_tables()
+        self._follow(filters, time)
         owned = self._ownership
         if owned is None or owned.gprims != gprims or owned.selections.keys() != self._filters.keys():
             owned = self._ownership = self._assign(gprims)
             self._bounds.divide(gprims)
         return owned
 
-    def survey(self, filters: Iterable[str | None]) -> None:
+    def survey(self, filters: Iterable[str | None], *, time: Usd.TimeCode) -> None:
         """Number what a frame could show that is not rendered here, as `read` does, so that later ones agree.
 
         filters: label filters that would be selected from the result.
         """
-        self._invalidate(self._changes.take())
-        self._filters |= dict.fromkeys(filters)
-        self._follow_tables()
-        for predicate in self._filters:
-            self._tables(predicate)
+        self._follow(filters, time)
+
+    def numbers_of(self, gprims: Sequence[str], *, time: Usd.TimeCode) -> np.ndarray:
+        """Return the number of each gprim as `read` does, int64 (G,); their indices where ids are not stable."""
+        numbers = self._owned(tuple(gprims), (), time).gprim_numbers
+        return np.arange(len(gprims)) if numbers is None else numbers
 
     def close(self) -> None:
         """Stop listening to the stage."""
@@ -243,42 +247,90 @@ class LabeledPrimReader:
                 warn_of_empty_selection(predicate, [labels for _, chain in found for _, labels in chain])
         owners, groups = tuple(owner for owner, _ in row_of), tuple(group for _, group in row_of)
         names = tuple(owner.name for owner in owners)
-        return _Ownership(gprims, [steps for steps, _ in found], owners, names, tuple(labels), groups, selections)
+        numbers = self._gprims.table.numbers(gprims) if self._has_tables() else None
+        steps = [steps for steps, _ in found]
+        return _Ownership(gprims, steps, owners, names, tuple(labels), groups, selections, numbers)
 
     def _has_tables(self) -> bool:
         """Return whether ids are those of the session's class tables."""
         return self._for_dataset and ids_are_stable()
 
+    def _tables(self, predicate: str | None) -> tuple[ClassTable | FrameClasses, PrimTable]:
+        """Return the tables of a filter."""
+        if not self._has_tables():
+            return FrameClasses(), PrimTable()
+        return current().class_tables.of(predicate), self._prims[predicate].table
+
+    # Numbers
+
+    def _follow(self, filters: Iterable[str | None], time: Usd.TimeCode) -> None:
+        """Follow what has changed on the stage until a time, and give ids and numbers to all that it has now."""
+        self._invalidate(self._changes.take())
+        if time != self._time:
+            self._bounds.leave_time()
+            self._time = time
+            if self._labels.set_time(time):
+                self._select_again()
+            for each in self._all_numbers():
+                each.leave_time()
+        # Earlier filters are kept, since render products with different filters alternate. Their order decides that of
+        # the rows, and is none of which writer was due first in this process.
+        self._filters = dict.fromkeys(sorted({*self._filters, *filters}, key=lambda each: each or ""))
+        self._follow_tables()
+        if self._has_tables():
+            self._number(time)
+
     def _follow_tables(self) -> None:
         """Assign ids again where the user has changed the classes, or whether ids are stable."""
         version = current().class_tables.version if self._has_tables() else 0
         if version != self._tables_version:
-            self._tables_version, self._ownership = version, None
-            self._prims.clear()
-            self._is_surveyed.clear()
+            self._tables_version = version
+            self._begun.clear()
+            self._select_again()
+        if self._subsets_are_told_apart != subsets_are_told_apart():
+            self._subsets_are_told_apart = not self._subsets_are_told_apart
+            self._survey_again()
 
-    def _tables(self, predicate: str | None) -> tuple[ClassTable | FrameClasses, PrimTable]:
-        """Return the tables of a filter, with all that the stage has now; at first also with what the graph can show.
+    def _survey_again(self) -> None:
+        self._gprims_are_surveyed = False
+        self._select_again()
+
+    def _select_again(self) -> None:
+        self._ownership = None
+        self._is_surveyed.clear()
+
+    def _number(self, time: Usd.TimeCode) -> None:
+        """Give ids and numbers to what the stage has at a time; to classes at first also to what the graph can show.
 
         What is in view does not decide, so that processes that render different frames have the same tables.
         """
-        if not self._has_tables():
-            return FrameClasses(), PrimTable()
-        classes = current().class_tables.of(predicate)
-        if predicate not in self._is_surveyed:
-            self._is_surveyed.add(predicate)
-            is_new = predicate not in self._prims
-            prims = self._prims.setdefault(predicate, PrimTable())
-            label_filter, gprims = parse_filter(predicate), self._labels.every_gprim()
-            chains, outputs = [chain for _, chain in self._labels.chains(gprims)], []
-            for owned in find_owners(self._labels, gprims, chains, label_filter):
-                outputs.append(owned.output)
-                if not owned.owner.steps:  # point instances are numbered when they are drawn
-                    prims.numbers([owned.owner.name])
-            if is_new and (sources := label_sources()):
-                outputs += possible_outputs(self._labels, sources, label_filter)
-            classes.add(outputs)
-        return classes, self._prims[predicate]
+        missing = [each for each in self._filters if each not in self._is_surveyed]
+        if missing or not self._gprims_are_surveyed:
+            gprims = self._labels.every_gprim()
+            found = self._labels.chains(gprims)
+            if not self._gprims_are_surveyed:
+                self._gprims.survey((str(prim_path(each)), steps) for each, (steps, _) in zip(gprims, found))
+                self._gprims_are_surveyed = True
+            for predicate in missing:
+                self._survey(predicate, gprims, [chain for _, chain in found])
+        for each in self._all_numbers():
+            each.number_points(time)
+
+    def _all_numbers(self) -> list[StageNumbers]:
+        return [self._gprims, *self._prims.values()]
+
+    def _survey(self, predicate: str | None, gprims: Sequence[str], chains: Sequence[Chain]) -> None:
+        """Give ids and numbers to the prims that a filter selects of all gprims on the stage."""
+        self._is_surveyed.add(predicate)
+        label_filter = parse_filter(predicate)
+        found = list(find_owners(self._labels, gprims, chains, label_filter))
+        outputs = [each.output for each in found]
+        if predicate not in self._begun and (sources := label_sources()):
+            outputs += possible_outputs(self._labels, sources, label_filter)
+        self._begun.add(predicate)
+        current().class_tables.of(predicate).add(outputs)
+        prims = self._prims.setdefault(predicate, StageNumbers(self._stage))
+        prims.survey((str(each.owner.path), each.owner.steps) for each in found)
 
     # Changes
 
@@ -292,14 +344,16 @@ class LabeledPrimReader:
         if changes.resynced or any(map(self._keypoints.affects, changes.by_names)):
             self._keypoints.invalidate()
         if changes.resynced:
-            self._ownership = None
-            self._is_surveyed.clear()
+            self._survey_again()
             self._labels.invalidate(changes.resynced)
         for names in changes.by_names:
             if any(name.startswith(("semantics:", "semantic:")) for name in names):
-                self._ownership = None
-                self._is_surveyed.clear()
+                self._select_again()
                 self._labels.invalidate()
             elif self._labels.has_labeled_materials and any(name.startswith(_BINDINGS) for name in names):
-                self._ownership = None
-                self._is_surveyed.clear()
+                self._select_again()
+            elif _PROTOTYPES in names:
+                self._survey_again()
+            elif decides_points(names):
+                for each in self._all_numbers():
+                    each.forget_points()

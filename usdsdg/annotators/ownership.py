@@ -42,6 +42,10 @@ class Owner(NamedTuple):
         return str(self.path) + "".join(step.name for step in self.steps)
 
 
+# The labeled ancestors of a gprim, and itself, with their own labels, nearest first.
+Chain = Sequence[tuple[Owner, Labels]]
+
+
 class LabeledStage:
     """The labels of a stage at one time, read once per prim."""
 
@@ -209,7 +213,7 @@ class Owned(NamedTuple):
 def find_owners(
     stage: LabeledStage,
     gprims: Sequence[str],
-    chains: Sequence[Sequence[tuple[Owner, Labels]]],
+    chains: Sequence[Chain],
     label_filter: LabelFilter | None,
 ) -> Iterator[Owned]:
     """Yield the owners of gprims in the order of their first one.
@@ -222,9 +226,7 @@ def find_owners(
             yield Owned(owner, group, labels, output)
 
 
-def _group_by_owner(
-    chains: Sequence[Sequence[tuple[Owner, Labels]]], label_filter: LabelFilter | None
-) -> dict[Owner, tuple[int, ...]]:
+def _group_by_owner(chains: Sequence[Chain], label_filter: LabelFilter | None) -> dict[Owner, tuple[int, ...]]:
     groups: dict[Owner, list[int]] = {}
     for index, chain in enumerate(chains):
         owner = next((owner for owner, own in chain if label_filter is None or label_filter.select(own)), None)

@@ -48,15 +48,29 @@ def find_steps(stage: Usd.Stage, gprims: Sequence[str]) -> list[Steps]:
 
 
 def first_points(stage: Usd.Stage, gprims: Sequence[str]) -> list[str]:
-    """Return the gprims with those in prototypes as instances of point 0, once for each way that they are drawn."""
+    """Return the gprims with those in prototypes as instances of point 0, once for each way that they are drawn.
+
+    Prototypes, and instancers in these, that stand in the scene are drawn by themselves, too.
+    """
     prototypes = Prototypes(stage)
     if not prototypes.of:
         return list(gprims)
-    return [
-        gprim + "".join(_point_name(prototypes, each, 0) for each in way)
-        for gprim in gprims
-        for way in _ways_to(Sdf.Path(gprim), prototypes, ())
-    ]
+    found: dict[str, None] = {}
+    for gprim in gprims:
+        for way in _ways_to(Sdf.Path(gprim), prototypes, ()):
+            points = [_point_name(prototypes, each, 0) for each in way]
+            outermost = [Sdf.Path(gprim), *(instancer for instancer, _ in way)]
+            for count, path in enumerate(outermost):
+                if count == len(way) or _stands_alone(stage, path, prototypes):
+                    found.setdefault(gprim + "".join(points[:count]))
+    return list(found)
+
+
+def _stands_alone(stage: Usd.Stage, path: Sdf.Path, prototypes: Prototypes) -> bool:
+    """Return whether a prim is drawn where it is, if it is shown: what is below an instancer is not."""
+    prim = stage.GetPrimAtPath(path)
+    is_below = any(each in prototypes.of for each in path.GetParentPath().GetPrefixes())
+    return prim.IsDefined() and not prim.IsAbstract() and not is_below
 
 
 def undefined_prototypes(stage: Usd.Stage) -> list[Usd.Prim]:

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from pxr import Usd
 
 from usdsdg import listeners, rng
+from usdsdg.annotators.labeled_prims import LabeledPrimReader
 from usdsdg.app.app import get_app
 from usdsdg.app.frames_of_others import FramesOfOthers
 from usdsdg.app.run_ends import all_ended, ends_without_picture, triggers_remain, triggers_that_end
@@ -60,6 +61,11 @@ class Orchestrator:
         self._run: object = None  # stands for the `run` that has begun last, until it ends
         self._last: int | None = None  # frame before which the current `run` ends; None: triggers end it
         self.frames_without_end: int | None = None  # of a run that nothing ends; None: an error
+
+    @property
+    def labeled_prims(self) -> LabeledPrimReader:
+        """The reader of the labeled prims of the stage."""
+        return self._capture.labeled_prims()
 
     def reset(self) -> None:
         """Restore the initial state for a new stage; callbacks stay."""

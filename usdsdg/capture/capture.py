@@ -28,6 +28,7 @@ from usdsdg.session import engines
 from usdsdg.session.progress import report_frames
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
+from usdsdg.session.timeline import stage_time
 from usdsdg.stage.cameras.camera_reader import CameraReader
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.stage.cameras.tiled_view import TiledView
@@ -174,7 +175,7 @@ class Capture:
     def pass_over(self, frame: int) -> None:
         """Count a frame of which no writer makes files here, without looking at the stage."""
         self.begin(frame)
-        self._requests.skipped_filters.clear()
+        self._requests.skips_pictures = False
         self._skip({})
         current().observations.frames += bool(self._requests.skipped)
         if self._stages is not None:
@@ -195,11 +196,18 @@ class Capture:
         return is_recorded and self._stages_of_record().follow_unseen(values)
 
     def _skip(self, frames: Mapping[str, Frame]) -> None:
-        if self._requests.skipped_filters:
-            self._labeled_prim_reader().survey(self._requests.skipped_filters)
+        if self._requests.skips_pictures:
+            stage = current_stage()
+            self.labeled_prims().survey(self._requests.skipped_filters, time=stage_time(stage))
         current().observations.goes_on |= any(each.is_made for each in self._requests.skipped)
         for skipped in self._requests.skipped:
             self._output.skip(skipped, frames)
+
+    def labeled_prims(self) -> LabeledPrimReader:
+        """Return the reader of the labeled prims of the stage, which numbers all that is in its pictures."""
+        if self._labeled_prims is None:
+            self._labeled_prims = LabeledPrimReader(current_stage())
+        return self._labeled_prims
 
     def show(self, path: str, mode: RenderMode, *, number: int, seconds: float) -> None:
         """Compute the attached annotators of the product at `path`, without capturing a frame.
@@ -236,7 +244,7 @@ class Capture:
         renderer = engines.renderer()
         cameras = self._camera_reader()
         views = {product.path: view_of(product, cameras, renderer.time) for product in self._requests.products()}
-        labels = render_labels(self._requests, views, self._labeled_prim_reader())
+        labels = render_labels(self._requests, views, self.labeled_prims())
         images = self._images(views)
         frames = {
             path: Frame(
@@ -251,11 +259,6 @@ class Capture:
         for frame in frames.values():
             frame.together.extend(frames.values())
         return frames
-
-    def _labeled_prim_reader(self) -> LabeledPrimReader:
-        if self._labeled_prims is None:
-            self._labeled_prims = LabeledPrimReader(current_stage())
-        return self._labeled_prims
 
     def _camera_reader(self) -> CameraReader:
         if self._cameras is None:

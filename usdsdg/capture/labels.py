@@ -39,7 +39,8 @@ def render_labels(
         key = (needs.aovs.difference(LIGHT_AOVS), needs.amodal_masks, needs.filters, needs.poses)
         batches.setdefault(key, []).append(path)
     labels = {}
-    for (aovs, amodal_masks, filters, poses), paths in batches.items():
+    filters = {each for _, _, own, _ in batches for each in own}  # all, so that which product is first decides no row
+    for (aovs, amodal_masks, _, poses), paths in batches.items():
         labeled_prims = reader.read(table.gprims, filters, time=renderer.time, poses=poses)
         cameras = [camera for path in paths for camera in views_of(views[path])]
         if amodal_masks:

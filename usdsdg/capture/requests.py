@@ -48,6 +48,7 @@ class Requests:
     writers: list[Writer] = field(default_factory=list)  # those that are due at this frame
     skipped: list[Skipped] = field(default_factory=list)  # those that are due, whose files are not to be made here
     files: FrameFiles | None = None  # those of the frame, where writers are due
+    skips_pictures: bool = False  # whether products would be rendered for `skipped`
     skipped_filters: dict[str | None, None] = field(default_factory=dict)  # of labels that `skipped` read
     keys: dict[int, tuple[str, str | None]] = field(default_factory=dict)  # key and folder of writers by their id
     tapped: list[str] = field(default_factory=list)  # paths of products whose views are handed out in their place
@@ -129,6 +130,7 @@ class Requests:
             for path in writer.render_products:
                 read = writer.annotators_of(path)
                 if path in enabled:
+                    self.skips_pictures = True
                     self.skipped_filters |= dict.fromkeys(requirements(read).filters)
                     self._made.setdefault(path, []).extend(read if skipped.is_made else [])
                 ahead = max(map(history_of, read), default=0)
@@ -152,6 +154,7 @@ class Requests:
         ]
         if not tap.needs(frame):
             # Classes are numbered at the same frames in all processes that share out the frames.
+            self.skips_pictures = bool(shown)
             self.skipped_filters |= dict.fromkeys(requirements(tap.annotators).filters if shown else ())
             return
         for path in shown:

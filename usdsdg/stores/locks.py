@@ -62,6 +62,12 @@ class FileLock:
         except OSError:  # such as a folder that this user may not read
             return None
 
+    def content(self) -> bytes:
+        """Return what is in the file, also where it was removed; the lock is held."""
+        with open(os.dup(self._descriptor), "rb") as file:
+            file.seek(0)
+            return file.read()
+
     def release(self) -> None:
         """Give the lock back; nothing happens the second time."""
         if self._descriptor >= 0:

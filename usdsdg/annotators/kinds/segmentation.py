@@ -1,8 +1,9 @@
 """Segmentation: the id of every pixel, and tables from ids to labels and prims.
 
-Ids: 0 is background, 1 is a gprim without (selected) labels. Labeled prims count from 2 in stage order, classes have
-the ids of the class table (`class_table.py`). They stay the same for all frames of a stage, whatever is hidden, removed
-or added; the tables list 0, 1 and the ids that are present in the image, as Isaac Sim's do.
+Ids: 0 is background, 1 is a gprim without (selected) labels. Labeled prims and gprims count from 2 in stage order, then
+the points of point instancers, classes have the ids of the class table (`class_table.py`). They stay the same for all
+frames of a stage, whatever is hidden, removed or added; the tables list 0, 1 and the ids that are present in the image,
+as Isaac Sim's do.
 """
 
 import json
@@ -135,15 +136,20 @@ def shown_gprims(frame: Frame, params: Params) -> Shown:
 
 
 def _every_gprim(frame: Frame, params: Params) -> Shown:
-    ids = np.append(np.arange(len(frame.gprims)) + FIRST_LABELED, BACKGROUND).astype(np.uint32)
-    names = ["INVALID", "UNLABELLED", *frame.gprims]
+    numbers = frame.labeled_prims.gprim_numbers
+    own = (np.arange(len(frame.gprims)) if numbers is None else numbers) + FIRST_LABELED
+    names = ["INVALID", "UNLABELLED", *[""] * (int(own.max(initial=FIRST_LABELED - 1)) + 1 - FIRST_LABELED)]
+    for number, gprim in zip(own.tolist(), frame.gprims):
+        names[number] = gprim
 
     def keys() -> list[list[str]]:
+        described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *[{}] * (len(names) - FIRST_LABELED)]
         selection = frame.selection(predicate_of(params))
-        labels = [selection.labels[member] if member >= 0 else {} for member in selection.member_of_gprim]
-        described = [_BACKGROUND_LABEL, _UNLABELLED_LABEL, *labels]
+        for number, member in zip(own.tolist(), selection.member_of_gprim.tolist()):
+            described[number] = selection.labels[member] if member >= 0 else {}
         return [["BACKGROUND"] if name == "INVALID" else [name, *_keys(own)] for name, own in zip(names, described)]
 
+    ids = np.append(own, BACKGROUND).astype(np.uint32)
     return _mapped(frame, Shown(ids, {"idToLabels": names}), params["mapping"], keys, always=(BACKGROUND,))
 
 

@@ -16,6 +16,7 @@ from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.locks import FileLock, Locked
 from usdsdg.stores.whole_file import not_writable, write_whole
 from usdsdg.writers.journal import journal, lines, recipe
+from usdsdg.writers.journal.copied_folders import copies_of, watch
 from usdsdg.writers.journal.earlier_files import (
     remove_files,
     remove_run,
@@ -80,6 +81,8 @@ class DatasetFolder:
             home.mkdir(parents=True, exist_ok=True)
             self._sharing = place.sharing_lock() if shares_out else None
             self._locks = place.locks(portion)
+            self._real_path = path.resolve()  # with the lock, so that it is there
+            watch()
         except Locked as held:
             self.end_sharing()
             raise in_use(place, held) from None
@@ -218,10 +221,11 @@ class DatasetFolder:
     def follow(self) -> bool:
         """Where a script has moved the folder, close the dataset there; return whether that is known.
 
-        It is not where the folder was removed, or copied to another disk, or where the system does not tell.
+        It is not where the folder was removed, or another program has moved it to another disk, or the system does not
+        tell.
         """
         first = self._locks[0]
-        journal_now = first.path_now() if isinstance(first, FileLock) else None
+        journal_now = (first.path_now() or self._copied_journal(first)) if isinstance(first, FileLock) else None
         if journal_now is None:
             say_once(
                 f"{self.place.name} is not there any more, so its journal has no end: "
@@ -232,6 +236,22 @@ class DatasetFolder:
         self.place, self.path, self._home = FolderPlace(now), now, now / self._home.relative_to(before)
         self.spools.folder, self.journal.path = self._home / AGGREGATES, self._home / NAME
         return True
+
+    def _copied_journal(self, own: FileLock) -> Path | None:
+        """Return the journal of a copy of the folder, as on another disk, with its lock in place of `own`; None: none.
+
+        What is copied while it is appended to is no copy.
+        """
+        for copy in copies_of(self._real_path) if self.portion is None else ():
+            file = copy / BESIDE / NAME
+            if file.is_file() and file.read_bytes() == own.content():
+                try:
+                    self._locks = [FileLock(file)]
+                except OSError:  # also where another process goes on with it
+                    return None
+                own.release()
+                return file
+        return None
 
     def release(self) -> None:
         """Let other processes write there."""

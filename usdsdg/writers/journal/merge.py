@@ -165,15 +165,18 @@ def _joined_classes(parts: list[Path]) -> bytes | None:
 
 
 def _latest(ends: Mapping[Path, int]) -> dict[str, bytes]:
-    """Return the files of which each part has a version of its own, as the part with the last frames has them.
+    """Return the files of which each part has a version of its own, as the part with the last picture has them.
 
-    ends: by the folder of a part, the frame after its last one.
+    They grow with the pictures, so that is the longest version: the part with the last frames may have no picture
+    there, where render products were off. ends: by the folder of a part, the frame after its last one.
     """
     found: dict[str, bytes] = {}
     for part in sorted(ends, key=lambda each: ends[each]):
         for file in sorted((part / LATEST).rglob("*")):
             if file.is_file():
-                found[file.relative_to(part / LATEST).as_posix()] = file.read_bytes()
+                name, data = file.relative_to(part / LATEST).as_posix(), file.read_bytes()
+                if len(data) >= len(found.get(name, b"")):
+                    found[name] = data
     return found
 
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 from usdsdg.annotators.colors import FIRST_LABELED
 from usdsdg.annotators.ownership import LabeledStage, Owner
 from usdsdg.session import engines
+from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.semantics.labels import get_labels
 
@@ -24,7 +25,8 @@ def gprim_ids() -> dict[str, int]:
     """Return the id of each gprim that is drawn, by path: its value in the segmentation of gprims."""
     renderer = engines.renderer()
     renderer.sync()
-    return {path: index + FIRST_LABELED for index, path in enumerate(renderer.gprims)}
+    numbers = current().orchestrator.labeled_prims.numbers_of(renderer.gprims, time=renderer.time) + FIRST_LABELED
+    return dict(zip(renderer.gprims, numbers.tolist(), strict=True))
 
 
 def instance_mappings() -> list[InstanceMapping]:

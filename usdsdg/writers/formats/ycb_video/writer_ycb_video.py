@@ -29,6 +29,7 @@ from usdsdg.writers.formats.ycb_video.ycb_list import LIST, ROOT, VIDEO, TrainLi
 from usdsdg.writers.formats.ycb_video.ycb_meta import BOXES, CAMERA, DEPTH, INSTANCES, exact_meta, node_meta
 from usdsdg.writers.formats.ycb_video.ycb_models import Models, points_file, vertices_in
 from usdsdg.writers.formats.ycb_video.ycb_pictures import box_lines, depth_steps, inverse_depth, label_picture
+from usdsdg.writers.latest import keep_latest
 from usdsdg.writers.options import typed
 from usdsdg.writers.registry import get
 
@@ -200,6 +201,10 @@ class YCBVideoWriter(AggregateWriter):
     def on_final_frame(self) -> None:
         """List the frames that there are, and warn if no frame had an object."""
         self._list.write()
+        if self.num_written and not self._frame_id and self.backend is not None:
+            keep_latest(self.backend, LIST, "")
+            if not current().run.is_part:
+                self.backend.schedule_after_all(write_text, path=LIST, text="")
         self._left_out.warn("YCBVideoWriter")
 
     def survey(self) -> None:
