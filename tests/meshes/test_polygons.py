@@ -71,8 +71,40 @@ def ply_binary(points, faces):
     return header("binary_little_endian", points, faces) + np.asarray(points, "<f4").tobytes() + rows
 
 
+def collada(points, groups):
+    """A mesh with groups of polygons: texts of elements that have the points as VERTEX, with offset 1 of 2."""
+    values = " ".join(str(each) for point in points for each in point)
+    return f"""<?xml version="1.0" encoding="utf-8"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="1"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="places"><float_array id="p" count="{3 * len(points)}">{values}</float_array><technique_common>
+<accessor source="#p" count="{len(points)}" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<source id="flat"><float_array id="n" count="3">0 0 1</float_array><technique_common>
+<accessor source="#n" count="1" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+<param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#places"/></vertices>{groups}</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"/></node></visual_scene>
+</library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>""".encode()
+
+
+INPUTS = '<input semantic="NORMAL" source="#flat" offset="0"/><input semantic="VERTEX" source="#v" offset="1"/>'
+
+
+def dae(points, faces):
+    counts, rows = " ".join(str(len(face)) for face in faces), " ".join(f"0 {i}" for face in faces for i in face)
+    group = f'<polylist count="{len(faces)}">{INPUTS}<vcount>{counts}</vcount><p>{rows}</p></polylist>'
+    return collada(points, group)
+
+
+def dae_polygons(points, faces):
+    rows = "".join("<p>" + " ".join(f"0 {i}" for i in face) + "</p>" for face in faces)
+    return collada(points, f'<polygons count="{len(faces)}">{INPUTS}{rows}</polygons>')
+
+
 @pytest.mark.parametrize("polygons", [[ARROW], [CORNER], [SQUARE], [TRIANGLE, SQUARE, ARROW, CORNER]], ids=len)
-@pytest.mark.parametrize("write", [obj, obj_backward, off, ply, ply_binary])
+@pytest.mark.parametrize("write", [obj, obj_backward, off, ply, ply_binary, dae, dae_polygons])
 def test_polygons_have_their_area(write, polygons, tmp_path):
     for start in range(6):
         file = tmp_path / f"polygons.{write.__name__.partition('_')[0]}"

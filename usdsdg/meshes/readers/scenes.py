@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import codecs
 import io
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +15,7 @@ from PIL import Image
 
 from usdsdg.errors import AssetUnreadable, Unsupported
 from usdsdg.meshes.model import Material, MeshFile, Part, Texture
-from usdsdg.meshes.readers import gltf, obj, ply, polygons
+from usdsdg.meshes.readers import collada, gltf, obj, ply, polygons
 from usdsdg.meshes.readers.gltf_looks import Look
 
 # By convention: glTF prescribes Y, modelling programs export OBJ with Y, scanners and CAD have Z.
@@ -28,7 +27,7 @@ def read(file: Path) -> MeshFile:
     """Read a file with trimesh; node transforms are applied, faces with more than three corners are split."""
     import trimesh
 
-    if file.suffix.lower() == ".dae" and not _has_collada():
+    if file.suffix.lower() == ".dae" and not collada.is_installed():
         raise Unsupported(f"{file}: COLLADA needs the package pycollada; install it with {_HOW_TO_INSTALL}")
     resolver: Any = _Recorder(file)
     is_gltf = file.suffix.lower() in (".glb", ".gltf")
@@ -46,6 +45,8 @@ def read(file: Path) -> MeshFile:
             content = polygons.prepared_off(content)
         elif form == "ply":
             content = ply.prepared(content)
+        elif form == "dae":
+            content = collada.prepared(content)
     scene: Any = trimesh.load_scene(io.BytesIO(content), file_type=form, resolver=resolver, process=False)
     materials = _Materials(looks, resolver)
     parts = []
@@ -61,7 +62,7 @@ def read(file: Path) -> MeshFile:
         _check_whole(file, content)
     if not parts and len(scene.geometry):
         raise AssetUnreadable(f"{file} has points or lines but no triangles; give a mesh")
-    up, unit = _collada_axes(file) if file.suffix.lower() == ".dae" else (_UP.get(file.suffix.lower(), "Y"), 1.0)
+    up, unit = collada.axes(content) if form == "dae" else (_UP.get(file.suffix.lower(), "Y"), 1.0)
     told = tuple([*notes, *_missing(file, resolver), *dict.fromkeys(materials.notes)])
     return MeshFile(tuple(parts), tuple(materials.list), up, unit, told, tuple(sorted(resolver.read)))
 
@@ -235,26 +236,12 @@ def _text_or_bytes(file: Path) -> bytes:
     return file.read_bytes().removeprefix(codecs.BOM_UTF8)
 
 
-def _collada_axes(file: Path) -> tuple[str, float]:
-    """Return the up axis and meters per unit of a COLLADA file; trimesh applies neither."""
-    text = file.read_bytes()[:20000].decode("utf-8", "replace")
-    up = re.search(r"<up_axis>\s*([XYZ])_UP\s*</up_axis>", text)
-    unit = re.search(r"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']+)[\"']", text)
-    return (up[1] if up else "Y"), (float(unit[1]) if unit else 1.0)
-
-
 def _check_whole(file: Path, content: bytes) -> None:
     """Raise an error for a binary STL file that announces more triangles than it has."""
     announced = int.from_bytes(content[80:84], "little")
     there = max(len(content) - 84, 0) // 50
     if there < announced < 1 << 28:
         raise AssetUnreadable(f"{file} is cut off: it has {there} of the {announced} triangles that it announces")
-
-
-def _has_collada() -> bool:
-    import importlib.util
-
-    return importlib.util.find_spec("collada") is not None
 
 
 class _Recorder:
