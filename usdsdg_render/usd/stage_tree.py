@@ -25,7 +25,6 @@ from usdsdg_render.usd.prim_kinds import (
 from usdsdg_render.usd.transforms import Levels, TransformHierarchy
 from usdsdg_render.usd.world_transforms import WorldTransforms
 
-
 _MODEL = "GeomModelAPI"
 
 

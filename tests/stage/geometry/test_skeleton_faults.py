@@ -144,3 +144,11 @@ def test_blend_shapes_that_do_not_count_are_named_once(harm, said):
     assert said in told[0]
     assert stage
     assert shaped
+
+
+def test_animations_with_samples_alone_are_not_named_at_the_default_time():
+    stage, mesh = character(shapes=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Skinning().skin(mesh.GetPrim(), Usd.TimeCode.Default())
+    assert stage

@@ -89,6 +89,8 @@ def warn_of_channels(skeleton: UsdSkel.SkeletonQuery, prim: Usd.Prim, time: Usd.
     if not animation:
         return
     prim, joints = animation_of(skeleton, prim), len(animation.GetJointOrder())
+    # At the default time, what has samples alone has no value, which is no fault of it.
+    time = Usd.TimeCode.EarliestTime() if time.IsDefault() else time
     lengths = [len(prim.GetAttribute(name).Get(time) or ()) for name in _CHANNELS]
     if joints and set(lengths) != {joints}:
         found = ", ".join(f"{length} {name}" for name, length in zip(_CHANNELS, lengths))
