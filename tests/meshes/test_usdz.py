@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from PIL import Image
-from pxr import Usd, UsdGeom, UsdLux, UsdPhysics, UsdShade
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdShade
 
 import usdsdg as rep
 from tests.meshes.test_conversion import meshes, opened, source_of, surface
@@ -17,6 +17,7 @@ from usdsdg.meshes import cache
 from usdsdg.session.stage_context import current_stage, open_stage
 
 pytestmark = pytest.mark.usefixtures("own_cache")
+T = Sdf.ValueTypeNames
 
 
 def corners_of(mesh):
@@ -161,3 +162,85 @@ def test_a_package_without_its_picture_or_mesh(tmp_path):
     package(tmp_path / "bare.usdz", textured_box(), edit=lambda stage: stage.RemovePrim("/scan/Geom"))
     with pytest.raises(AssetError, match=r"bare\.usdz has no triangles"):
         opened(tmp_path / "bare.usdz", tmp_path)
+
+
+def card(tmp_path, edit):
+    """Write a square with one material and two pictures; return the file. `edit` gets the stage and the shaders."""
+    Image.fromarray(np.full((2, 2, 3), (10, 20, 30), np.uint8)).save(tmp_path / "a.png")
+    stage = Usd.Stage.CreateNew(str(tmp_path / "card.usda"))
+    root = UsdGeom.Xform.Define(stage, "/card")
+    stage.SetDefaultPrim(root.GetPrim())
+    UsdGeom.SetStageUpAxis(stage, "Z")
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    mesh = UsdGeom.Mesh.Define(stage, "/card/Mesh")
+    mesh.CreatePointsAttr([Gf.Vec3f(0), Gf.Vec3f(1, 0, 0), Gf.Vec3f(1, 1, 0), Gf.Vec3f(0, 1, 0)])
+    mesh.CreateFaceVertexCountsAttr([4])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
+    mesh.CreateDisplayColorPrimvar("vertex").Set([Gf.Vec3f(0.25 * k, 0, 1) for k in range(4)])
+    st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", T.TexCoord2fArray, "vertex")
+    st.Set([Gf.Vec2f(0, 0), Gf.Vec2f(1, 0), Gf.Vec2f(1, 1), Gf.Vec2f(0, 1)])
+    material = UsdShade.Material.Define(stage, "/card/M")
+    kinds = {"S": "PreviewSurface", "T": "UVTexture", "N": "UVTexture", "R": "PrimvarReader_float2", "X": "Transform2d"}
+    shaders = {name: UsdShade.Shader.Define(stage, f"/card/M/{name}") for name in kinds}
+    for name, kind in kinds.items():
+        shaders[name].CreateIdAttr(f"Usd{kind}")
+    material.CreateSurfaceOutput().ConnectToSource(shaders["S"].ConnectableAPI(), "surface")
+    shaders["R"].CreateInput("varname", T.String).Set("st")
+    for name, target, kind in (("T", "diffuseColor", T.Color3f), ("N", "normal", T.Normal3f)):
+        shaders[name].CreateInput("file", T.Asset).Set("./a.png")
+        shaders[name].CreateInput("st", T.Float2).ConnectToSource(shaders["R"].ConnectableAPI(), "result")
+        shaders["S"].CreateInput(target, kind).ConnectToSource(shaders[name].ConnectableAPI(), "rgb")
+    UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)
+    edit(shaders)
+    stage.GetRootLayer().Save()
+    return tmp_path / "card.usda"
+
+
+def test_transforms_of_uvs_are_applied(tmp_path):
+    def edit(shaders):
+        shaders["X"].CreateInput("scale", T.Float2).Set(Gf.Vec2f(2, -1))
+        shaders["X"].CreateInput("rotation", T.Float).Set(30.0)
+        shaders["X"].CreateInput("translation", T.Float2).Set(Gf.Vec2f(0.25, 1))
+        shaders["X"].CreateInput("in", T.Float2).ConnectToSource(shaders["R"].ConnectableAPI(), "result")
+        for name in "TN":
+            shaders[name].GetInput("st").ConnectToSource(shaders["X"].ConnectableAPI(), "result")
+
+    stage, report, _ = opened(card(tmp_path, edit), tmp_path)
+    [mesh] = meshes(stage)
+    points = np.array(UsdGeom.Mesh(mesh).GetPointsAttr().Get())[:, :2]
+    cosine, sine = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    expected = points * (2, -1) @ np.array([[cosine, sine], [-sine, cosine]]) + (0.25, 1)
+    found = np.array(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st").Get())
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+    assert report.notes == []
+
+
+def test_wrap_modes_color_spaces_and_normal_maps_of_directx(tmp_path):
+    def edit(shaders):
+        shaders["T"].CreateInput("wrapS", T.Token).Set("clamp")
+        shaders["T"].CreateInput("wrapT", T.Token).Set("mirror")
+        shaders["T"].CreateInput("sourceColorSpace", T.Token).Set("raw")
+        shaders["N"].CreateInput("scale", T.Float4).Set(Gf.Vec4f(1, -1, 2, 1))
+        shaders["N"].CreateInput("bias", T.Float4).Set(Gf.Vec4f(-0.5, 0.5, -1, 0))
+
+    stage, _, _ = opened(card(tmp_path, edit), tmp_path)
+    color, _ = source_of(surface(stage), "diffuseColor")
+    assert [color.GetInput(name).Get() for name in ("wrapS", "wrapT", "sourceColorSpace")] == ["clamp", "mirror", "raw"]
+    normal, _ = source_of(surface(stage), "normal")
+    assert (normal.GetInput("scale").Get(), normal.GetInput("bias").Get()) == ((1, 1, 2, 1), (-0.5, -0.5, -1, 0))
+    with Image.open(normal.GetInput("file").Get().resolvedPath) as image:
+        assert image.getpixel((0, 0)) == (10, 235, 30)
+
+
+def test_a_color_may_be_that_of_the_mesh(tmp_path):
+    def edit(shaders):
+        shaders["X"].CreateIdAttr("UsdPrimvarReader_float3")
+        shaders["X"].CreateInput("varname", T.String).Set("displayColor")
+        shaders["S"].GetInput("diffuseColor").ConnectToSource(shaders["X"].ConnectableAPI(), "result")
+
+    stage, _, _ = opened(card(tmp_path, edit), tmp_path)
+    reader, _ = source_of(surface(stage), "diffuseColor")
+    assert reader.GetInput("varname").Get() == "displayColor"
+    [mesh] = meshes(stage)
+    found = UsdGeom.Gprim(mesh).GetDisplayColorAttr().Get()
+    assert [tuple(each) for each in found] == [(0.25 * k, 0, 1) for k in range(4)]

@@ -15,6 +15,7 @@ class Texture:
     image: Image.Image
     name: str  # of its file, without folder and extension
     is_color: bool = False  # sRGB; otherwise numbers
+    wraps: tuple[str, str] = ("repeat", "repeat")  # along u and v, as USD calls them
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class Material:
     name: str = "Material"
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     color_texture: Texture | None = None
+    color_from_points: bool = False  # that of the points counts, of which `color` is then a factor already
     opacity: float = 1.0
     opacity_from_color: bool = False  # the alpha of the color texture counts
     opacity_threshold: float = 0.0  # above 0: what is less opaque is a hole
@@ -34,6 +36,7 @@ class Material:
     emission: tuple[float, float, float] = (0.0, 0.0, 0.0)
     emission_texture: Texture | None = None
     normal_texture: Texture | None = None
+    normal_scale: float = 1.0
     occlusion_texture: Texture | None = None  # the red channel
 
 
@@ -51,7 +54,7 @@ class Part:
     triangles: np.ndarray  # (T, 3) int64, counterclockwise from outside
     normals: np.ndarray | None = None  # (P, 3) or (T * 3, 3); None: the file has none
     uvs: np.ndarray | None = None  # (P, 2) or (T * 3, 2), origin at the lower left
-    colors: np.ndarray | None = None  # (P, 3) linear
+    colors: np.ndarray | None = None  # (P, 3) or (T * 3, 3), linear
     material: int | None = None  # index into the materials
     is_double_sided: bool = True
 
@@ -84,7 +87,13 @@ class Part:
             is_per_corner = values is not None and len(values) == per_corner != len(self.points)
             return values[order] if values is not None and is_per_corner else values
 
-        return replace(self, triangles=self.triangles[:, ::-1], normals=follow(self.normals), uvs=follow(self.uvs))
+        return replace(
+            self,
+            triangles=self.triangles[:, ::-1],
+            normals=follow(self.normals),
+            uvs=follow(self.uvs),
+            colors=follow(self.colors),
+        )
 
 
 @dataclass(frozen=True)

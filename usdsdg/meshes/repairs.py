@@ -136,4 +136,5 @@ def _kept(part: Part, good: np.ndarray) -> Part:
         is_per_corner = values is not None and len(values) == len(corners) != len(part.points)
         return values[corners] if values is not None and is_per_corner else values
 
-    return replace(part, triangles=part.triangles[good], normals=rows(part.normals), uvs=rows(part.uvs))
+    kept = {name: rows(getattr(part, name)) for name in ("normals", "uvs", "colors")}
+    return replace(part, triangles=part.triangles[good], **kept)

@@ -103,7 +103,10 @@ class _Looks:
         material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
         network = _Network(self._stage, path, surface)
         color = self._picture(network, given.color_texture, "color", scale=(*given.color, given.opacity))
-        network.set("diffuseColor", Sdf.ValueTypeNames.Color3f, Gf.Vec3f(*given.color), color, "rgb")
+        if given.color_from_points:
+            network.set_from_points("diffuseColor")
+        else:
+            network.set("diffuseColor", Sdf.ValueTypeNames.Color3f, Gf.Vec3f(*given.color), color, "rgb")
         alpha = color if given.opacity_from_color else None
         network.set("opacity", Sdf.ValueTypeNames.Float, given.opacity, alpha, "a")
         if given.opacity_threshold > 0.0:
@@ -115,9 +118,11 @@ class _Looks:
         glow = self._picture(network, given.emission_texture, "emission", scale=(*given.emission, 1.0))
         if any(given.emission):
             network.set("emissiveColor", Sdf.ValueTypeNames.Color3f, Gf.Vec3f(*given.emission), glow, "rgb")
+        steep = given.normal_scale
         normal = self._picture(
-            network, given.normal_texture, "normal", scale=(2.0, 2.0, 2.0, 1.0), bias=(-1.0, -1.0, -1.0, 0.0)
-        )
+            network, given.normal_texture, "normal", scale=(2.0 * steep, 2.0 * steep, 2.0, 1.0),
+            bias=(-steep, -steep, -1.0, 0.0),
+        )  # fmt: skip
         if normal is not None:
             network.set("normal", Sdf.ValueTypeNames.Normal3f, None, normal, "rgb")
         occlusion = self._picture(network, given.occlusion_texture, "occlusion")
@@ -136,7 +141,7 @@ class _Looks:
     ) -> UsdShade.Shader | None:
         if texture is None:
             return None
-        return network.picture(role, self._saved(texture), is_color=texture.is_color, scale=scale, bias=bias)
+        return network.picture(role, self._saved(texture), texture, scale=scale, bias=bias)
 
     def _saved(self, texture: Texture) -> str:
         """Write a picture, once, and return its path relative to the USD file."""
@@ -177,16 +182,24 @@ class _Network:
         elif value is not None:
             entry.Set(value)
 
+    def set_from_points(self, name: str) -> None:
+        """Let an input of the surface be the displayColor of the mesh."""
+        reader = UsdShade.Shader.Define(self._stage, f"{self._material}/displayColor")
+        reader.CreateIdAttr("UsdPrimvarReader_float3")
+        reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("displayColor")
+        entry = self._surface.CreateInput(name, Sdf.ValueTypeNames.Color3f)
+        entry.ConnectToSource(reader.CreateOutput("result", Sdf.ValueTypeNames.Float3))
+
     def picture(
-        self, role: str, file: str, *, is_color: bool, scale: tuple[float, ...], bias: tuple[float, ...]
+        self, role: str, file: str, given: Texture, *, scale: tuple[float, ...], bias: tuple[float, ...]
     ) -> UsdShade.Shader:
-        """Define a UsdUVTexture that repeats, with st as its coordinates."""
+        """Define a UsdUVTexture with st as its coordinates."""
         shader = UsdShade.Shader.Define(self._stage, f"{self._material}/{role}")
         shader.CreateIdAttr("UsdUVTexture")
         shader.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(Sdf.AssetPath(file))
-        shader.CreateInput("sourceColorSpace", Sdf.ValueTypeNames.Token).Set("sRGB" if is_color else "raw")
-        for wrap in ("wrapS", "wrapT"):
-            shader.CreateInput(wrap, Sdf.ValueTypeNames.Token).Set("repeat")
+        shader.CreateInput("sourceColorSpace", Sdf.ValueTypeNames.Token).Set("sRGB" if given.is_color else "raw")
+        for name, wrap in zip(("wrapS", "wrapT"), given.wraps):
+            shader.CreateInput(name, Sdf.ValueTypeNames.Token).Set(wrap)
         if any(each != 1.0 for each in scale):
             shader.CreateInput("scale", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(*scale))
         if any(bias):

@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from pxr import Sdf, Usd
+from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg import errors
 from usdsdg.stage.geometry.skinning import Skinning
@@ -13,6 +13,7 @@ from usdsdg_render.geometry import shapes, tubes
 from usdsdg_render.geometry.color_atlas import atlas_uvs, element_colors
 from usdsdg_render.geometry.mesh_source import MeshSource, read_mesh
 from usdsdg_render.geometry.meshes import build_prototype, repainted
+from usdsdg_render.geometry.primvar_faults import warn_of_excess
 from usdsdg_render.geometry.skinned_mesh import skinned
 from usdsdg_render.scene.scene import Prototype
 from usdsdg_render.usd.prim_kinds import CURVES, IGNORED_PREFIXES, MESH, kind_of
@@ -68,7 +69,8 @@ class PrototypeCache:
         """
         if own:
             return self._read(prim, time, uv_name, subsets, colored)
-        specs = (kind_of(prim), uv_name, colored, _specs(prim), *(_specs(subset) for subset in subsets))
+        above = _inherited_uvs(prim, uv_name)
+        specs = (kind_of(prim), uv_name, colored, above, _specs(prim), *(_specs(subset) for subset in subsets))
         if specs not in self._by_specs:
             self._by_specs[specs] = self._read(prim, time, uv_name, subsets, colored)
         return self._by_specs[specs]
@@ -115,6 +117,8 @@ class PrototypeCache:
         source = read_mesh(prim, time, uv_name=uv_name, subsets=subsets, colored=colored)
         if source is None:
             return None
+        # No material reads texture coordinates without a name.
+        warn_of_excess(str(prim.GetPath()), source if uv_name else source._replace(uvs=None))
         source = skinned(source, prim, time, self.skinning)
         addresses = _addresses(source)
         entry = self._by_address.get(addresses)
@@ -202,6 +206,14 @@ def _warn_if_extreme(prototype: Prototype) -> Prototype:
 def _specs(prim: Usd.Prim) -> tuple:
     """Return the (layer, path) of the specs of a prim that may affect its geometry, not only its physics or labels."""
     return tuple((spec.layer.identifier, spec.path) for spec in prim.GetPrimStack() if _affects_geometry(spec))
+
+
+def _inherited_uvs(prim: Usd.Prim, uv_name: str) -> str:
+    """Return where the texture coordinates are that a mesh inherits from a prim above; "" for its own, or none."""
+    if not uv_name or prim.HasAttribute(f"primvars:{uv_name}"):
+        return ""
+    inherited = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(uv_name)
+    return str(inherited.GetAttr().GetPath()) if inherited else ""
 
 
 def _affects_geometry(spec: Sdf.PrimSpec) -> bool:

@@ -207,19 +207,24 @@ def _coordinates(network: Network, texture: UsdShade.Shader) -> UvTransform:
     """Read the texture's UV transform and note its primvar, of which a material has one."""
     transform = UvTransform()
     reader = network.source(texture, "st").shader
-    if reader is not None and shader_id(reader) == "UsdTransform2d":
-        transform = UvTransform.of(
+    passed = set()
+    while reader is not None and shader_id(reader) == "UsdTransform2d" and reader.GetPath() not in passed:
+        passed.add(reader.GetPath())
+        own = UvTransform.of(
             network.floats(reader, "scale", (1.0, 1.0)),
             math.radians(network.number(reader, "rotation", 0.0)),
             network.floats(reader, "translation", (0.0, 0.0)),
         )
+        transform = transform.after(own)
         reader = network.source(reader, "in").shader
     primvar = "st"
     if reader is not None and shader_id(reader) == "UsdPrimvarReader_float2":
         primvar = str(network.value(reader, "varname") or "st")
     elif reader is not None:
         network.warn(
-            reader, f"shader '{shader_id(reader)}' as texture coordinates is not supported; primvars:st is used."
+            reader,
+            f"shader '{shader_id(reader)}' as texture coordinates is not supported; primvars:st is used. Connect a "
+            f"UsdPrimvarReader_float2, or a UsdTransform2d of one.",
         )
     network.use_uv(texture, primvar.removeprefix("primvars:"))
     return transform

@@ -76,6 +76,14 @@ class UvTransform(NamedTuple):
         cos, sin = math.cos(rotation), math.sin(rotation)
         return cls((cos * scale[0], -sin * scale[1], translation[0]), (sin * scale[0], cos * scale[1], translation[1]))
 
+    def after(self, first: UvTransform) -> UvTransform:
+        """Return the transform that applies `first`, then this one."""
+        rows = []
+        for u, v, offset in self:
+            a, b = first
+            rows.append((u * a[0] + v * b[0], u * a[1] + v * b[1], u * a[2] + v * b[2] + offset))
+        return UvTransform(*rows)
+
 
 IDENTITY_UV = UvTransform()
 

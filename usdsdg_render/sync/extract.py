@@ -139,15 +139,20 @@ class SceneExtractor:
             self._animation.add_to(dirty, now)
             dirty.geometry |= self._skinned
         if dirty.skinning:  # meshes that were not skinned may be now
-            dirty.geometry.update(path for path in self._gprims.known if is_below(path, self._tree.skel_roots))
+            dirty.geometry.update(path for path in self._gprims.known if is_below(path, self._skel_roots))
         return dirty
+
+    @property
+    def _skel_roots(self) -> Set[Sdf.Path]:
+        own = self._tree.skel_roots if self._tree is not None else set()
+        return own | self._gprims.prototype_skel_roots
 
     def _take_changes(self) -> Changes:
         tree = self._tree
         if tree is None:
             return self._tracker.take()
         # Skinning and animation need the paths of the properties, not only the nodes that they move.
-        handles = None if tree.skel_roots or self._animation.is_animated else self._handles
+        handles = None if self._skel_roots or self._animation.is_animated else self._handles
         return self._tracker.take(is_relevant=tree.has_other_schemas, handles=handles)
 
     def _invalidate(self, dirty: DirtySet) -> None:
@@ -197,7 +202,7 @@ class SceneExtractor:
         changed = [gprim for gprim in drawn if gprim.materials is None]
         self._materials.read(changed, self._time)
         if everything:
-            self._find_skinned(tree)
+            self._find_skinned()
         replaced = self._read_geometry(changed) or everything
         if replaced:
             self._write_prototypes()
@@ -212,8 +217,8 @@ class SceneExtractor:
             self._instances.set_placements(self._gprims.placements)
         return replaced
 
-    def _find_skinned(self, tree: StageTree) -> None:
-        skinning, has_skeletons = self._prototypes.skinning, bool(tree.skel_roots)
+    def _find_skinned(self) -> None:
+        skinning, has_skeletons = self._prototypes.skinning, bool(self._skel_roots)
         known = self._gprims.known.values()
         self._skinned = {g.path for g in known if has_skeletons and skinning.is_skinned(g.prim)}
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 
 import numpy as np
-from pxr import Sdf, Usd
+from pxr import Sdf, Usd, UsdSkel
 
 from usdsdg.stage.changes import is_below
 from usdsdg.stage.geometry.point_names import Prototypes, PrototypeUse, prototypes_of
@@ -97,6 +97,7 @@ class Gprims:
         self.drawn: list[Gprim] = []  # each once, in stage order
         self.placements = Placements()
         self.known: dict[Sdf.Path, Gprim] = {}
+        self.prototype_skel_roots: set[Sdf.Path] = set()  # SkelRoots in prototypes of instancers, which no tree has
         self._users: dict[Sdf.Path, list[Gprim]] | None = None  # of materials; None must be found
         self._point_instances: dict[Sdf.Path, list[PointInstance]] = {}  # of each instancer
         self._prototypes: dict[Sdf.Path, set[Sdf.Path]] = {}  # prototype roots of each instancer, nested ones included
@@ -196,6 +197,7 @@ class Gprims:
         self.forget_users()
         self.placements = Placements()
         drawn: dict[Sdf.Path, Gprim] = {}
+        self.prototype_skel_roots = set()
         shared = self._read_shared([tree.prims[node] for node in tree.of_kind(INSTANCER)])
         point_instances, self._point_instances = self._point_instances, {}
         for node in tree.of_kind(*GPRIMS, INSTANCER):
@@ -214,6 +216,8 @@ class Gprims:
                 source = instance.prim.GetPath()
                 if source not in drawn:
                     drawn[source] = self._gprim(instance.prim, source, instance.subsets)
+                    if root := UsdSkel.Root.Find(instance.prim):
+                        self.prototype_skel_roots.add(root.GetPath())
                 self.placements.add(drawn[source], instance.path, node, instance.to_instancer)
         self._prototypes = {path: self._prototypes[path] for path in self._point_instances}
         self.drawn = list(drawn.values())

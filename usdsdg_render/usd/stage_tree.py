@@ -26,6 +26,8 @@ from usdsdg_render.usd.prim_kinds import (
 from usdsdg_render.usd.transforms import Levels, TransformHierarchy
 from usdsdg_render.usd.world_transforms import WorldTransforms
 
+_MODEL = "GeomModelAPI"
+
 
 class Node(NamedTuple):
     """One prim of the tree."""
@@ -207,7 +209,7 @@ class StageTree:
                 iterator.PruneChildren()
             elif kind in (prim_kinds.UNSUPPORTED_GPRIM, prim_kinds.UNSUPPORTED_LIGHT) and _is_drawn(node):
                 warn_unsupported(prim)
-            elif kind == prim_kinds.OTHER:
+            elif kind == prim_kinds.OTHER or (node.schemas and _MODEL in node.schemas):
                 self._note_schemas(prim, path)
 
     def _index_nodes(self, nodes: list[Node], new: np.ndarray, old: np.ndarray) -> None:
@@ -241,7 +243,10 @@ class StageTree:
         if prim.HasAPI(UsdGeom.ModelAPI):
             mode = prim.GetAttribute("model:drawMode").Get()
             if mode in ("cards", "bounds", "origin"):
-                errors.warn_once(f"{path}: draw mode {mode} is not supported; the full geometry is drawn.")
+                errors.warn_once(
+                    f"{path}: draw mode {mode} is not supported; the full geometry is drawn. Set model:drawMode to "
+                    f"default."
+                )
 
     def has_other_schemas(self, path: Sdf.Path) -> bool:
         """Whether the applied schemas of a prim differ from those at its traversal."""

@@ -198,6 +198,38 @@ def test_transform_and_primvar_name_are_followed(tmp_path):
     assert looks.read().uv_primvar == "UVMap"
 
 
+def test_transforms_one_after_the_other_are_all_applied(tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "a.png", (1, 2, 3)))
+    source, output, matrix = looks.shader("/Looks/M/Reader", "UsdPrimvarReader_float2"), "result", np.eye(3)
+    for k, (scale, degrees, move) in enumerate([((2, 3), 90, (0.25, 0.5)), ((0.5, 4), -30, (-1, 2))]):
+        transform = looks.shader(f"/Looks/M/Transform{k}", "UsdTransform2d")
+        transform.CreateInput("scale", T.Float2).Set(Gf.Vec2f(*scale))
+        transform.CreateInput("rotation", T.Float).Set(float(degrees))
+        transform.CreateInput("translation", T.Float2).Set(Gf.Vec2f(*move))
+        transform.CreateInput("in", T.Float2).ConnectToSource(source.ConnectableAPI(), output)
+        source, angle = transform, np.radians(degrees)
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        step = np.eye(3)
+        step[:2, :2], step[:2, 2] = turn @ np.diag(scale), move
+        matrix = step @ matrix
+    texture.CreateInput("st", T.Float2).ConnectToSource(source.ConnectableAPI(), "result")
+    looks.connect("diffuseColor", texture)
+    row, textures = looks.row()
+    np.testing.assert_allclose(textures[row["base_color_texture"]].transform, matrix[:2], atol=1e-12)
+
+
+def test_transforms_in_a_circle_are_named(tmp_path):
+    looks = Looks()
+    texture = looks.texture(save(tmp_path / "a.png", (1, 2, 3)))
+    transform = looks.shader("/Looks/M/Transform", "UsdTransform2d")
+    transform.CreateInput("in", T.Float2).ConnectToSource(transform.ConnectableAPI(), "result")
+    texture.CreateInput("st", T.Float2).ConnectToSource(transform.ConnectableAPI(), "result")
+    looks.connect("diffuseColor", texture)
+    with pytest.warns(UserWarning, match="/Looks/M/Transform: .*Connect a UsdPrimvarReader_float2"):
+        assert looks.read().uv_primvar == "st"
+
+
 def test_values_come_through_the_interface_and_node_graphs(tmp_path):
     looks = Looks()
     tint = looks.material.CreateInput("tint", T.Color3f)

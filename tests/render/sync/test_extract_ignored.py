@@ -92,3 +92,12 @@ def test_a_light_of_infinite_intensity_and_a_temperature_is_told_once(recwarn):
     prim.GetAttribute("inputs:colorTemperature").Set(1000.0)
     extract(stage)
     assert ["/Light: intensity" in str(each.message) for each in recwarn] == [True]
+
+
+@pytest.mark.parametrize("kind", ["Cube", "Xform", "Mesh"])
+def test_draw_modes_are_told_of_all_prims(kind):
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.ModelAPI.Apply(stage.DefinePrim("/Model", kind)).CreateModelDrawModeAttr("cards")
+    forget_warnings()
+    with pytest.warns(UsdsdgWarning, match="/Model: draw mode cards is not supported.* Set model:drawMode to default"):
+        extract(stage)

@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 import pytest
 from PIL import Image
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdShade
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdShade, Vt
 
 from usdsdg.stage.poses.transforms import local_to_world
 from usdsdg_render.sync.extract import SceneExtractor
@@ -223,6 +223,77 @@ def test_equal_meshes_of_different_layers_share_too():
     add_mesh(stage, "/other", [Gf.Vec3f(0), Gf.Vec3f(2, 0, 0), Gf.Vec3f(0, 1, 0)])
     scene = extract(stage)
     assert scene.instances.prototype.tolist() == [0, 0, 0, 0, 1]
+
+
+def add_textured_material(stage, file):
+    Image.new("RGB", (2, 2), "red").save(file)
+    material = add_material(stage, "/Looks/M")
+    texture = UsdShade.Shader.Define(stage, "/Looks/M/Texture")
+    texture.CreateIdAttr("UsdUVTexture")
+    texture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(str(file))
+    surface = UsdShade.Shader.Get(stage, "/Looks/M/Surface")
+    surface.GetInput("diffuseColor").ConnectToSource(texture.ConnectableAPI(), "rgb")
+    texture.CreateOutput("rgb", Sdf.ValueTypeNames.Float3)
+    return material
+
+
+def test_meshes_of_one_asset_have_the_texture_coordinates_of_the_prims_above(tmp_path):
+    """Constant ones, as of swatches: they are in no spec of the meshes."""
+    stage = make_stage()
+    stage.CreateClassPrim("/_asset")
+    bind(add_mesh(stage, "/_asset/Card").GetPrim(), add_textured_material(stage, tmp_path / "a.png"))
+    wanted = [(0.25, 0.5), (0.75, 0.125)]
+    for k, uv in enumerate(wanted):
+        above = stage.DefinePrim(f"/Card{k}", "Xform")
+        above.GetReferences().AddInternalReference("/_asset")
+        primvars = UsdGeom.PrimvarsAPI(above)
+        primvars.CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "constant").Set([Gf.Vec2f(*uv)])
+    scene = extract(stage)
+    found = [scene.prototypes[k].uvs[0, 0].tolist() for k in scene.instances.prototype]
+    assert found == [list(uv) for uv in wanted]
+
+
+@pytest.mark.parametrize("is_indexed", [False, True])
+@pytest.mark.parametrize(
+    ("interpolation", "count", "wanted", "remedy"),
+    [
+        ("vertex", 7, 3, "Author one value for each element"),
+        ("uniform", 3, 1, "Set the interpolation to faceVarying"),
+        ("faceVarying", 3, 3, ""),
+    ],
+)
+def test_primvars_with_more_values_than_elements_are_named(interpolation, count, wanted, remedy, is_indexed, tmp_path):
+    stage = make_stage()
+    mesh = add_mesh(stage, "/Card")
+    bind(mesh.GetPrim(), add_textured_material(stage, tmp_path / "a.png"))
+    primvars = UsdGeom.PrimvarsAPI(mesh)
+    for name, kind, value in (
+        ("st", "TexCoord2fArray", Gf.Vec2f(0.5)),
+        ("normals", "Normal3fArray", Gf.Vec3f(0, 0, 1)),
+    ):
+        primvar = primvars.CreatePrimvar(name, getattr(Sdf.ValueTypeNames, kind), interpolation)
+        primvar.Set([value] * (1 if is_indexed else count))
+        if is_indexed:
+            primvar.SetIndices(Vt.IntArray([0] * count))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        extract(stage)
+    noun = "indices" if is_indexed else "values"
+    expected = [
+        f"/Card: the {count} {noun} of its {interpolation} {what} are more than {wanted}; those at the end are "
+        f"ignored. {remedy}."
+        for what in ("texture coordinates", "normals")
+    ]
+    assert [str(each.message) for each in caught] == (expected if count > wanted else [])
+
+
+def test_texture_coordinates_that_no_material_reads_are_not_counted():
+    stage = make_stage()
+    primvars = UsdGeom.PrimvarsAPI(add_mesh(stage, "/Card"))
+    primvars.CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "vertex").Set([Gf.Vec2f(0.5)] * 7)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        extract(stage)
 
 
 def test_shapes_share_by_their_parameters():

@@ -287,6 +287,35 @@ def test_instanced_characters_are_skinned(tmp_path):
     assert scene.instances.local_to_world[:, 3, 0].tolist() == [0, 5]
 
 
+@pytest.mark.parametrize("instanced", [False, True])
+def test_characters_of_a_point_instancer_are_skinned_at_each_time(instanced):
+    stage = make_stage()
+    crowd = UsdGeom.PointInstancer.Define(stage, "/Crowd")
+    add_character(stage, "/_class_Walker" if instanced else "/Crowd/Walker")
+    if instanced:
+        walker = stage.DefinePrim("/Crowd/Walker")
+        walker.GetReferences().AddInternalReference("/_class_Walker")
+        walker.SetInstanceable(True)
+        stage.GetPrimAtPath("/_class_Walker").SetSpecifier(Sdf.SpecifierClass)
+    crowd.CreatePrototypesRel().SetTargets([Sdf.Path("/Crowd/Walker")])
+    crowd.CreateProtoIndicesAttr([0, 0])
+    crowd.CreatePositionsAttr([Gf.Vec3f(0), Gf.Vec3f(5, 0, 0)])
+    extractor = SceneExtractor(stage)
+
+    def end():
+        (prototype,) = set(extractor.scene.instances.prototype.tolist())
+        return extractor.scene.prototypes[prototype].points[-SIDES:].mean(axis=0)
+
+    for code in (0, 12, 24):
+        at(extractor, code)
+        bend = np.radians(90 * code / 24)
+        np.testing.assert_allclose(end(), [0, -np.sin(bend), LENGTH / 2 - 0.5 * code / 24 + np.cos(bend)], atol=1e-6)
+    animation = stage.GetPrimAtPath("/_class_Walker/Bend" if instanced else "/Crowd/Walker/Bend")
+    UsdSkel.Animation(animation).GetTranslationsAttr().Set([Gf.Vec3f(3, 0, -0.5), Gf.Vec3f(0, 0, 1)], 24)
+    at(extractor, 24)
+    np.testing.assert_allclose(end(), [3, -LENGTH / 2, LENGTH / 2 - 0.5], atol=1e-5)
+
+
 def test_lights_follow_the_time():
     stage = make_stage()
     lamp = UsdLux.SphereLight.Define(stage, "/Lamp")

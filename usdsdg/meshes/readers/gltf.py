@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import copy
 import importlib.util
-import io
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from usdsdg.errors import Unsupported
 from usdsdg.meshes.readers.gltf_document import Document
+from usdsdg.meshes.readers.gltf_looks import Look, pictures_left_out, read_looks
 from usdsdg.stage.poses.rotations import matrix_from_quat
 
 _DRACO, _INSTANCES, _TRANSFORM = "KHR_draco_mesh_compression", "EXT_mesh_gpu_instancing", "KHR_texture_transform"
@@ -26,8 +25,8 @@ _LOOKS = ("KHR_materials_", "KHR_technique")
 _FAN = 6
 
 
-def prepared(file: Path, beside: Callable[[str], bytes]) -> tuple[bytes, list[str]]:
-    """Return a file as the bytes of a GLB file that trimesh reads in full, and notes of what is left out.
+def prepared(file: Path, beside: Callable[[str], bytes]) -> tuple[bytes, list[str], list[Look]]:
+    """Return a file as the bytes of a GLB file that trimesh reads in full, notes of what is left out, and materials.
 
     Raises:
         AssetUnreadable: it is damaged. Unsupported: it requires an extension that is not read.
@@ -35,14 +34,17 @@ def prepared(file: Path, beside: Callable[[str], bytes]) -> tuple[bytes, list[st
     document = Document(file, beside)
     model = document.json
     _check_extensions(file, model)
-    notes = [*_left_out(model), *_pictures_left_out(document)]
+    notes = [*_left_out(model), *pictures_left_out(document, beside)]
+    _choose_scene(model)
     _pose_skins(document)
     _place_instances(document)
     for primitive in _primitives(model):
         if _DRACO not in primitive.get("extensions", {}):
             notes += _choose_uvs(document, primitive)
             _unpack(document, primitive)
-    return document.glb(), list(dict.fromkeys(notes))
+    _part_meshes(model)
+    looks, lost = read_looks(document)
+    return document.glb(), list(dict.fromkeys([*notes, *lost])), looks
 
 
 def _check_extensions(file: Path, model: dict[str, Any]) -> None:
@@ -66,20 +68,12 @@ def _left_out(model: dict[str, Any]) -> Iterator[str]:
         yield "animations are left out"
     if any(primitive.get("targets") for primitive in _primitives(model)):
         yield "morph targets are left out"
-
-
-def _pictures_left_out(document: Document) -> Iterator[str]:
-    """Name the pictures inside the file that cannot be read."""
-    for texture in document.json.get("textures", []):
-        if "KHR_texture_basisu" in texture.get("extensions", {}) and "source" not in texture:
-            yield "pictures of KHR_texture_basisu (KTX2) are not read, so their part of the look is left out"
-    for number, image in enumerate(document.json.get("images", [])):
-        if "bufferView" in image and image.get("mimeType") != "image/ktx2":
-            try:
-                Image.open(io.BytesIO(document.bytes_of_view(image["bufferView"]))).close()
-            except (OSError, ValueError, Image.DecompressionBombError):
-                name = image.get("name", number)
-                yield f"the picture {name} inside the file cannot be read, so its part of the look is left out"
+    if model.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights"):
+        yield "lights are left out"
+    if model.get("cameras"):
+        yield "cameras are left out"
+    if "KHR_materials_variants" in model.get("extensions", {}):
+        yield "variants of materials are left out; the first ones are used"
 
 
 def _primitives(model: dict[str, Any]) -> Iterator[dict[str, Any]]:
@@ -177,6 +171,36 @@ def _pose(document: Document, attributes: dict[str, int], joints: np.ndarray) ->
         turned = np.einsum("nji,nj->ni", np.linalg.pinv(matrices[:, :3, :3]), normals)
         turned /= np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-30)
         attributes["NORMAL"] = document.add(turned.astype(np.float32))
+
+
+def _choose_scene(model: dict[str, Any]) -> None:
+    """Give a library without a scene one of all its nodes; cameras would take their nodes out of it."""
+    nodes = model.get("nodes", [])
+    for node in nodes:
+        node.pop("camera", None)
+    if not model.get("scenes"):
+        children = {child for node in nodes for child in node.get("children", [])}
+        model["scenes"] = [{"nodes": [number for number in range(len(nodes)) if number not in children]}]
+        model["scene"] = 0
+
+
+def _part_meshes(model: dict[str, Any]) -> None:
+    """Give each of several primitives of a mesh a node of its own: trimesh would draw their names by lot."""
+    nodes, meshes = model.get("nodes", []), model.get("meshes", [])
+    parts: dict[int, list[int]] = {}
+    for number, mesh in enumerate(list(meshes)):
+        if len(mesh.get("primitives", [])) > 1:
+            parts[number] = list(range(len(meshes), len(meshes) + len(mesh["primitives"])))
+            name = mesh.get("name", f"mesh_{number}")
+            meshes += [{"name": f"{name}_{k}", "primitives": [each]} for k, each in enumerate(mesh["primitives"])]
+    for number, node in enumerate(list(nodes)):
+        if (own := parts.get(node.get("mesh", -1))) is None:
+            continue
+        name = node.get("name") or meshes[node["mesh"]].get("name") or f"node_{number}"
+        del node["mesh"]
+        for k, mesh in enumerate(own):
+            node.setdefault("children", []).append(len(nodes))
+            nodes.append({"name": f"{name}_{k}", "mesh": mesh})
 
 
 def _place_instances(document: Document) -> None:

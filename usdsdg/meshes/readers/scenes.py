@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import codecs
 import io
-import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -14,8 +14,9 @@ import numpy as np
 from PIL import Image
 
 from usdsdg.errors import AssetUnreadable, Unsupported
-from usdsdg.meshes.model import Material, MeshFile, Part, Texture, roughness_of_exponent
-from usdsdg.meshes.readers import gltf
+from usdsdg.meshes.model import Material, MeshFile, Part, Texture
+from usdsdg.meshes.readers import collada, gltf, obj, ply, polygons
+from usdsdg.meshes.readers.gltf_looks import Look
 from usdsdg.stage.colors import srgb_to_linear
 
 # By convention: glTF prescribes Y, modelling programs export OBJ with Y, scanners and CAD have Z.
@@ -27,20 +28,34 @@ def read(file: Path) -> MeshFile:
     """Read a file with trimesh; node transforms are applied, faces with more than three corners are split."""
     import trimesh
 
-    if file.suffix.lower() == ".dae" and not _has_collada():
+    if file.suffix.lower() == ".dae" and not collada.is_installed():
         raise Unsupported(f"{file}: COLLADA needs the package pycollada; install it with {_HOW_TO_INSTALL}")
     resolver: Any = _Recorder(file)
     is_gltf = file.suffix.lower() in (".glb", ".gltf")
-    content, notes = gltf.prepared(file, resolver.get) if is_gltf else (_text_or_bytes(file), [])
     form = "glb" if is_gltf else file.suffix.lower()[1:]
+    looks: list[Look] = []
+    notes: list[str] = []
+    if is_gltf:
+        content, notes, looks = gltf.prepared(file, resolver.get)
+    else:
+        content = _text_or_bytes(file)
+        if form == "obj":
+            content, resolver.library, notes, missing = obj.prepared(content, resolver.find)
+            resolver.missing += missing
+        elif form == "off":
+            content = polygons.prepared_off(content)
+        elif form == "ply":
+            content = ply.prepared(content)
+        elif form == "dae":
+            content = collada.prepared(content)
     scene: Any = trimesh.load_scene(io.BytesIO(content), file_type=form, resolver=resolver, process=False)
-    materials = _Materials()
+    materials = _Materials(looks, resolver)
     parts = []
     for node in scene.graph.nodes_geometry:
         matrix, name = scene.graph[node]
         geometry = scene.geometry[name]
         if isinstance(geometry, trimesh.Trimesh) and len(geometry.faces):
-            if file.suffix.lower() == ".stl":
+            if form == "stl":
                 geometry.merge_vertices()  # a file of separate triangles
             part = _part(str(node), geometry, materials, is_gltf=is_gltf)
             parts.append(part.moved(np.asarray(matrix).T))
@@ -48,65 +63,99 @@ def read(file: Path) -> MeshFile:
         _check_whole(file, content)
     if not parts and len(scene.geometry):
         raise AssetUnreadable(f"{file} has points or lines but no triangles; give a mesh")
-    up, unit = _collada_axes(file) if file.suffix.lower() == ".dae" else (_UP.get(file.suffix.lower(), "Y"), 1.0)
-    notes = tuple([*notes, *_missing(file, resolver), *dict.fromkeys(materials.notes)])
-    return MeshFile(tuple(parts), tuple(materials.list), up, unit, notes, tuple(sorted(resolver.read)))
+    up, unit = collada.axes(content) if form == "dae" else (_UP.get(file.suffix.lower(), "Y"), 1.0)
+    told = tuple([*notes, *_missing(file, resolver), *dict.fromkeys(materials.notes)])
+    return MeshFile(tuple(parts), tuple(materials.list), up, unit, told, tuple(sorted(resolver.read)))
 
 
 class _Materials:
     """Materials in the order of their first use."""
 
-    def __init__(self) -> None:
+    def __init__(self, looks: Sequence[Look], resolver: _Recorder) -> None:
         self.list: list[Material] = []
         self.notes: list[str] = []
-        self._index: dict[int, int] = {}
+        self._looks, self._resolver = looks, resolver
+        self._index: dict[tuple[int, bool], int] = {}
+        self._converted: dict[int, Material] = {}
         self._kept: list[Any] = []  # so that no id is used twice
 
-    def index(self, material: Any) -> int | None:
+    def index(self, material: Any, part: str, *, has_colors: bool) -> tuple[int | None, tuple[float, ...] | None]:
+        """Return the number of a material, and by what it multiplies the colors of a part's points.
+
+        None for no material, and where the colors of the points do not count.
+        """
         if material is None or _is_stand_in(material):
+            return None, (1.0, 1.0, 1.0)
+        made = self._made(material)
+        if has_colors and made.color_texture is not None:
+            self.notes.append(f"the colors of the points of {part} are left out, since {made.name} has a picture")
+            has_colors = False
+        key = id(material), has_colors
+        if key not in self._index:
+            self._index[key] = len(self.list)
+            self.list.append(replace(made, color_from_points=True) if has_colors else made)
+        return self._index[key], made.color if has_colors else None
+
+    def _made(self, given: Any) -> Material:
+        if id(given) not in self._converted:
+            self._kept.append(given)
+            self._converted[id(given)] = self._convert(given)
+        return self._converted[id(given)]
+
+    def _convert(self, given: Any) -> Material:
+        name = str(getattr(given, "name", None) or "Material")
+        if type(given).__name__ == "PBRMaterial":
+            is_known = name.isdigit() and int(name) < len(self._looks)
+            return _metallic_roughness(self._looks[int(name)] if is_known else Look(name), given, self.notes)
+        texture = _texture(getattr(given, "image", None), f"{name}_color", self.notes, is_color=True)
+        return obj.material_of(name, given, texture, self._opened, self.notes)
+
+    def _opened(self, name: str) -> Image.Image | None:
+        try:
+            image = Image.open(io.BytesIO(self._resolver.get(name)))
+            image.load()
+        except FileNotFoundError:
             return None
-        if id(material) not in self._index:
-            self._index[id(material)] = len(self.list)
-            self._kept.append(material)
-            self.list.append(_material(material, self.notes))
-        return self._index[id(material)]
+        except (OSError, ValueError, SyntaxError) as error:
+            self.notes.append(f"the picture {name} cannot be read ({error}), so its part of the look is left out")
+            return None
+        return image
 
 
 def _part(name: str, mesh: Any, materials: _Materials, *, is_gltf: bool) -> Part:
     visual = mesh.visual
     uvs = getattr(visual, "uv", None)
     material = getattr(visual, "material", None) if visual.kind == "texture" else None
-    colors = np.asarray(visual.vertex_colors)[:, :3] / 255.0 if visual.kind in ("vertex", "face") else None
     # Those that trimesh would compute are not the file's.
     normals = mesh._cache.cache.get("vertex_normals")
-    return Part(
+    made = Part(
         name,
         np.asarray(mesh.vertices, np.float64),
         np.asarray(mesh.faces, np.int64),
         None if normals is None or len(normals) != len(mesh.vertices) else np.asarray(normals, np.float64),
         None if uvs is None or len(uvs) != len(mesh.vertices) else np.asarray(uvs, np.float64)[:, :2],
-        colors if colors is None or is_gltf else srgb_to_linear(colors),
-        materials.index(material),
-        not is_gltf or bool(getattr(material, "doubleSided", False)),
+        _colors(visual, len(mesh.vertices), is_gltf=is_gltf),
+        is_double_sided=not is_gltf or bool(getattr(material, "doubleSided", False)),
     )
+    number, factor = materials.index(material, name, has_colors=made.colors is not None)
+    if made.colors is None or factor is None:
+        return replace(made, material=number, colors=None)
+    return replace(made, material=number, colors=made.colors * np.array(factor))
 
 
-def _material(given: Any, notes: list[str]) -> Material:
-    """Convert a material of trimesh: that of glTF, or the simple one of OBJ and COLLADA."""
-    name = str(getattr(given, "name", None) or "Material")
-    if type(given).__name__ == "PBRMaterial":
-        return _metallic_roughness(name, given, notes)
-    color = _rgba(getattr(given, "diffuse", None))
-    texture = _texture(getattr(given, "image", None), f"{name}_color", notes, is_color=True)
-    return Material(
-        name,
-        # A simple material's color is the texture's where there is one.
-        color=(1.0, 1.0, 1.0) if texture is not None else color[:3],
-        color_texture=texture,
-        opacity=color[3],
-        opacity_from_color=_has_alpha(texture),
-        roughness=roughness_of_exponent(float(getattr(given, "glossiness", 0.0) or 0.0)),
-    )
+def _colors(visual: Any, count: int, *, is_gltf: bool) -> np.ndarray | None:
+    """Return the linear colors of points (P, 3), or of the corners of triangles (T * 3, 3); None for no colors."""
+    if visual.kind == "face":
+        return srgb_to_linear(np.repeat(np.asarray(visual.face_colors)[:, :3] / 255.0, 3, axis=0))
+    colors = visual.vertex_colors if visual.kind == "vertex" else None
+    if visual.kind == "texture":
+        colors = (getattr(visual, "vertex_attributes", None) or {}).get("color")
+    if colors is None or np.ndim(colors) != 2 or len(colors) != count:
+        return None
+    colors = np.asarray(colors)
+    most = float(np.iinfo(colors.dtype).max) if colors.dtype.kind in "iu" else 1.0
+    values = colors[:, :3].astype(np.float64) / most
+    return values if is_gltf else srgb_to_linear(values)
 
 
 def _is_stand_in(given: Any) -> bool:
@@ -115,34 +164,45 @@ def _is_stand_in(given: Any) -> bool:
     return known == {} and image is not None and image.size == (2, 2) and not np.ptp(image, axis=(0, 1)).any()
 
 
-def _metallic_roughness(name: str, given: Any, notes: list[str]) -> Material:
-    color = _rgba(given.baseColorFactor)
-    packed = _texture(given.metallicRoughnessTexture, f"{name}_metallic_roughness", notes)
-    texture = _texture(given.baseColorTexture, f"{name}_color", notes, is_color=True)
+def _metallic_roughness(look: Look, given: Any, notes: list[str]) -> Material:
+    name = look.name
+
+    def texture(role: str, image: Any, *, is_color: bool = False) -> Texture | None:
+        suffix = "metallic_roughness" if role == "packed" else role
+        found = _texture(image, f"{name}_{suffix}", notes, is_color=is_color)
+        return found and replace(found, wraps=look.wraps.get(role, found.wraps))
+
+    color = look.color or _rgba(given.baseColorFactor)
+    packed, picture = (
+        texture("packed", given.metallicRoughnessTexture),
+        texture("color", given.baseColorTexture, is_color=True),
+    )
     mode = str(given.alphaMode or "OPAQUE").upper()
     blended = mode in ("BLEND", "MASK")
     cutoff = 0.5 if given.alphaCutoff is None else float(given.alphaCutoff)
-    emission = np.asarray(given.emissiveFactor if given.emissiveFactor is not None else (0.0, 0.0, 0.0), float)
-    emission_texture = _texture(given.emissiveTexture, f"{name}_emission", notes, is_color=True)
-    if emission.max(initial=0.0) > 1.0 and np.issubdtype(np.asarray(given.emissiveFactor).dtype, np.integer):
-        emission = emission / 255.0
+    emission = np.asarray(look.emission if any(look.emission) else (0.0, 0.0, 0.0), float)
+    # The defaults of glTF are 1.
+    metallic = 1.0 if given.metallicFactor is None else float(given.metallicFactor)
+    roughness = 1.0 if given.roughnessFactor is None else float(given.roughnessFactor)
+    if look.is_unlit:
+        metallic, roughness, packed = 0.0, 1.0, None
     return Material(
         name,
         # glTF's factors are linear.
         color=(color[0], color[1], color[2]),
-        color_texture=texture,
+        color_texture=picture,
         opacity=color[3] if blended else 1.0,
-        opacity_from_color=blended and _has_alpha(texture),
+        opacity_from_color=blended and picture is not None and obj.has_alpha(picture.image),
         opacity_threshold=cutoff if mode == "MASK" else 0.0,
-        # The defaults of glTF are 1.
-        metallic=1.0 if given.metallicFactor is None else float(given.metallicFactor),
+        metallic=metallic,
         metallic_texture=packed,
-        roughness=1.0 if given.roughnessFactor is None else float(given.roughnessFactor),
+        roughness=roughness,
         roughness_texture=packed,
         emission=tuple(emission[:3].tolist()),  # pyright: ignore[reportArgumentType]
-        emission_texture=emission_texture,
-        normal_texture=_texture(given.normalTexture, f"{name}_normal", notes),
-        occlusion_texture=_texture(given.occlusionTexture, f"{name}_occlusion", notes),
+        emission_texture=texture("emission", given.emissiveTexture, is_color=True),
+        normal_texture=texture("normal", given.normalTexture),
+        normal_scale=look.normal_scale,
+        occlusion_texture=texture("occlusion", given.occlusionTexture),
     )
 
 
@@ -155,12 +215,6 @@ def _texture(image: Any, name: str, notes: list[str], *, is_color: bool = False)
         notes.append(f"the picture {name} cannot be read ({error}), so its part of the look is left out")
         return None
     return Texture(image, name, is_color)
-
-
-def _has_alpha(texture: Texture | None) -> bool:
-    if texture is None or texture.image.mode not in ("RGBA", "LA", "PA"):
-        return False
-    return bool(np.asarray(texture.image.getchannel("A")).min() < 255)
 
 
 def _rgba(color: Any) -> tuple[float, float, float, float]:
@@ -178,26 +232,12 @@ def _text_or_bytes(file: Path) -> bytes:
     return file.read_bytes().removeprefix(codecs.BOM_UTF8)
 
 
-def _collada_axes(file: Path) -> tuple[str, float]:
-    """Return the up axis and meters per unit of a COLLADA file; trimesh applies neither."""
-    text = file.read_bytes()[:20000].decode("utf-8", "replace")
-    up = re.search(r"<up_axis>\s*([XYZ])_UP\s*</up_axis>", text)
-    unit = re.search(r"<unit\b[^>]*\bmeter\s*=\s*[\"']([^\"']+)[\"']", text)
-    return (up[1] if up else "Y"), (float(unit[1]) if unit else 1.0)
-
-
 def _check_whole(file: Path, content: bytes) -> None:
     """Raise an error for a binary STL file that announces more triangles than it has."""
     announced = int.from_bytes(content[80:84], "little")
     there = max(len(content) - 84, 0) // 50
     if there < announced < 1 << 28:
         raise AssetUnreadable(f"{file} is cut off: it has {there} of the {announced} triangles that it announces")
-
-
-def _has_collada() -> bool:
-    import importlib.util
-
-    return importlib.util.find_spec("collada") is not None
 
 
 class _Recorder:
@@ -210,19 +250,39 @@ class _Recorder:
         self._folder = file.parent
         self.read: set[str] = set()
         self.missing: list[str] = []
+        self.library: bytes | None = None  # the materials of an OBJ file
 
     def get(self, name: str) -> bytes:
         """Return the bytes of a file."""
+        content = self.find(name)
+        if content is None:
+            self.missing.append(unquote(name.strip().replace("\\", "/")))
+            raise FileNotFoundError(f"{self._folder} has no {self.missing[-1]}")
+        return content
+
+    def find(self, name: str) -> bytes | None:
+        """Return the bytes of a file; None where there is none."""
+        if self.library is not None and name == obj.LIBRARY:
+            return self.library
         plain = name.strip().replace("\\", "/")
-        for candidate in dict.fromkeys((name, plain, unquote(plain), unquote(plain).rsplit("/", 1)[-1])):
+        names = (name, plain, unquote(plain), unquote(plain).rsplit("/", 1)[-1])
+        for candidate in dict.fromkeys((*names, *filter(None, map(self._in_any_case, names[2:])))):
             try:
                 content = self._inner.get(candidate)
             except (OSError, ValueError):
                 continue
             self.read.add(str((self._folder / candidate.removeprefix("./")).resolve()))
             return content
-        self.missing.append(unquote(plain))
-        raise FileNotFoundError(f"{self._folder} has no {plain}")
+        return None
+
+    def _in_any_case(self, name: str) -> str | None:
+        """Return the name of the only file that differs from this one in the case of its letters, as on Windows."""
+        folder, _, last = name.rpartition("/")
+        try:
+            found = [each.name for each in (self._folder / folder).iterdir() if each.name.lower() == last.lower()]
+        except OSError:
+            return None
+        return f"{folder}/{found[0]}" if folder and len(found) == 1 else found[0] if len(found) == 1 else None
 
     def __getitem__(self, name: str) -> bytes:
         return self.get(name)

@@ -147,7 +147,9 @@ def _part(
 ) -> Part:
     primvars = UsdGeom.PrimvarsAPI(mesh)
     index, coordinates = looks.index(material)
-    uvs = _values(primvars.GetPrimvar(coordinates), 2)
+    uvs = _values(primvars.GetPrimvar(coordinates.primvar), 2)
+    if uvs is not None:
+        uvs = coordinates.of(uvs[0]), uvs[1]
     colors = _values(primvars.GetPrimvar("displayColor"), 3)
     normals = _values(primvars.GetPrimvar("normals"), 3)
     if normals is None and mesh.GetNormalsAttr().HasAuthoredValue():

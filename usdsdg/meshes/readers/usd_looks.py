@@ -5,14 +5,26 @@ from __future__ import annotations
 import io
 from typing import Any, NamedTuple
 
-from PIL import Image
+import numpy as np
+from PIL import Image, ImageChops
 from pxr import Ar, Gf, Sdf, UsdShade
 
 from usdsdg.meshes.model import Material, Texture
 
-_DEFAULT_COORDINATES = "st"
+_WRAPS = ("repeat", "clamp", "mirror", "black")
 # Inputs of UsdPreviewSurface that our materials do not have, with their fallbacks.
 _LEFT_OUT = {"clearcoat": 0.0, "displacement": 0.0, "useSpecularWorkflow": 0}
+
+
+class Coordinates(NamedTuple):
+    """The UVs of a picture: a primvar, and the rows of what is multiplied with each (u, v, 1) of it."""
+
+    primvar: str = "st"
+    rows: tuple[tuple[float, ...], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+
+    def of(self, values: np.ndarray) -> np.ndarray:
+        """Return the UVs (N, 2) of values of the primvar (N, 2)."""
+        return np.c_[values, np.ones(len(values))] @ np.array(self.rows).T
 
 
 class _Picture(NamedTuple):
@@ -20,7 +32,9 @@ class _Picture(NamedTuple):
     name: str
     output: str  # channels that are read: "rgb", "r", ...
     scale: tuple[float, ...]  # factors of r, g, b, a
-    coordinates: str  # the primvar with its UVs
+    coordinates: Coordinates
+    wraps: tuple[str, str]  # along u and v
+    is_raw: bool  # whether its colors are linear
 
 
 class Looks:
@@ -30,30 +44,31 @@ class Looks:
         self.materials: list[Material] = []
         self.files: list[str] = []
         self.notes: list[str] = []
-        self._known: dict[Sdf.Path, tuple[int | None, str]] = {}
+        self._known: dict[Sdf.Path, tuple[int | None, Coordinates]] = {}
         self._images: dict[str, Image.Image | None] = {}
 
-    def index(self, material: UsdShade.Material) -> tuple[int | None, str]:
-        """Return where a material is in the list, and the primvar with its UVs; None for none or an unknown one."""
+    def index(self, material: UsdShade.Material) -> tuple[int | None, Coordinates]:
+        """Return where a material is in the list, and its UVs; None for none or an unknown one."""
         if not material:
-            return None, _DEFAULT_COORDINATES
+            return None, Coordinates()
         path = material.GetPath()
         if path not in self._known:
             surface = material.ComputeSurfaceSource()[0]
             if not surface or surface.GetIdAttr().Get() != "UsdPreviewSurface":
-                self._known[path] = None, _DEFAULT_COORDINATES
+                self._known[path] = None, Coordinates()
             else:
                 made, coordinates = self._material(path.name, surface)
                 self._known[path] = len(self.materials), coordinates
                 self.materials.append(made)
         return self._known[path]
 
-    def _material(self, name: str, surface: UsdShade.Shader) -> tuple[Material, str]:
+    def _material(self, name: str, surface: UsdShade.Shader) -> tuple[Material, Coordinates]:
         pictures = {each.GetBaseName(): self._picture(each) for each in surface.GetInputs()}
         color, opacity = pictures.get("diffuseColor"), pictures.get("opacity")
         normal, glow = pictures.get("normal"), pictures.get("emissiveColor")
         occlusion = pictures.get("occlusion")
         packed = _packed(pictures.get("roughness"), pictures.get("metallic"))
+        reads_points = color is None and _reads_display_color(surface)
         emission = glow.scale[:3] if glow is not None else _color(surface, "emissiveColor", 0.0)
         for left, fallback in _LEFT_OUT.items():
             if pictures.get(left) is not None or _number(surface, left, fallback) != fallback:
@@ -61,6 +76,7 @@ class Looks:
         look = Material(
             name,
             color=_three(color.scale) if color is not None else _color(surface, "diffuseColor", 0.18),
+            color_from_points=reads_points,
             color_texture=_color_texture(color, opacity, name),
             opacity=opacity.scale[3] if opacity is not None else _number(surface, "opacity", 1.0),
             opacity_from_color=opacity is not None,
@@ -70,14 +86,15 @@ class Looks:
             roughness=_factor(pictures.get("roughness"), surface, "roughness", 0.5),
             roughness_texture=packed,
             emission=_three(emission),
-            emission_texture=None if glow is None else Texture(glow.image, glow.name, is_color=True),
-            normal_texture=None if normal is None else Texture(normal.image, normal.name),
-            occlusion_texture=None if occlusion is None else Texture(_channel(occlusion), occlusion.name),
+            emission_texture=None if glow is None else Texture(glow.image, glow.name, not glow.is_raw, glow.wraps),
+            normal_texture=None if normal is None else Texture(_upward(normal), normal.name, wraps=normal.wraps),
+            normal_scale=1.0 if normal is None or set(normal.scale) == {1.0} else abs(normal.scale[0]) / 2.0,
+            occlusion_texture=occlusion and Texture(_channel(occlusion), occlusion.name, wraps=occlusion.wraps),
         )
         used = [each.coordinates for each in pictures.values() if each is not None]
         if len(set(used)) > 1:
-            self.notes.append(f"the material {name} has several sets of UVs; {used[0]} is used for all")
-        return look, used[0] if used else _DEFAULT_COORDINATES
+            self.notes.append(f"the material {name} has several sets of UVs; that of its first picture is used for all")
+        return look, used[0] if used else Coordinates()
 
     def _picture(self, given: UsdShade.Input) -> _Picture | None:
         """Return the picture that an input of a surface is connected to; None for a value."""
@@ -91,22 +108,38 @@ class Looks:
         scale = shader.GetInput("scale").Get() if shader.GetInput("scale") else None
         output = attributes[0].GetName().partition(":")[2]
         name = file.path.rsplit("/", 1)[-1].rsplit(".", 1)[0]
-        return _Picture(image, name, output, tuple(scale or (1.0, 1.0, 1.0, 1.0)), self._coordinates(shader))
+        bias = shader.GetInput("bias").Get() if shader.GetInput("bias") else None
+        if any(bias or ()) and given.GetBaseName() != "normal":
+            self.notes.append(f"{shader.GetPath()}: its bias is left out")
+        wraps = [_token(shader, key) for key in ("wrapS", "wrapT")]
+        return _Picture(
+            image,
+            name,
+            output,
+            tuple(scale or (1.0, 1.0, 1.0, 1.0)),
+            self._coordinates(shader),
+            (wraps[0] if wraps[0] in _WRAPS else "repeat", wraps[1] if wraps[1] in _WRAPS else "repeat"),
+            _token(shader, "sourceColorSpace") == "raw",
+        )
 
-    def _coordinates(self, shader: UsdShade.Shader) -> str:
-        """Return the primvar that a picture's UVs come from."""
-        given = shader.GetInput("st")
-        for _ in range(2):
-            attributes = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
+    def _coordinates(self, shader: UsdShade.Shader) -> Coordinates:
+        """Return the primvar that a picture's UVs come from, and how they are transformed."""
+        given, matrix, passed = shader.GetInput("st"), np.eye(3), set()
+        while given:
+            attributes = UsdShade.Utils.GetValueProducingAttributes(given)
             reader = UsdShade.Shader(attributes[0].GetPrim()) if attributes else None
             kind = reader.GetIdAttr().Get() if reader else None
-            if reader and kind == "UsdTransform2d":
-                self.notes.append(f"{reader.GetPath()}: the transform of UVs is left out")
+            if reader and kind == "UsdTransform2d" and reader.GetPath() not in passed:
+                passed.add(reader.GetPath())
+                matrix = matrix @ _transform(reader)
                 given = reader.GetInput("in")
             elif reader and str(kind).startswith("UsdPrimvarReader"):
-                name = UsdShade.Utils.GetValueProducingAttributes(reader.GetInput("varname"))
-                return str(name[0].Get()) if name and name[0].Get() else _DEFAULT_COORDINATES
-        return _DEFAULT_COORDINATES
+                varname = reader.GetInput("varname")
+                name = UsdShade.Utils.GetValueProducingAttributes(varname) if varname else []
+                return Coordinates(str(name[0].Get() or "st") if name else "st", _rows(matrix))
+            else:
+                break
+        return Coordinates(rows=_rows(matrix))
 
     def _image(self, file: Sdf.AssetPath) -> Image.Image | None:
         path = file.resolvedPath
@@ -120,6 +153,43 @@ class Looks:
                 why = "is missing" if not path else f"cannot be read ({' '.join(str(error).split())})"
                 self.notes.append(f"the picture {file.path} {why}, so its part of the look is left out")
         return self._images[path or file.path]
+
+
+def _rows(matrix: np.ndarray) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(map(float, row)) for row in matrix[:2])
+
+
+def _transform(shader: UsdShade.Shader) -> np.ndarray:
+    """Return the matrix (3, 3) of a UsdTransform2d: scale, then rotation, then translation."""
+    values = {name: _value(shader, name) for name in ("scale", "rotation", "translation")}
+    scale, angle = values["scale"] or (1.0, 1.0), np.radians(values["rotation"] or 0.0)
+    turned = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ np.diag(list(scale))
+    matrix = np.eye(3)
+    matrix[:2, :2], matrix[:2, 2] = turned, list(values["translation"] or (0.0, 0.0))
+    return matrix
+
+
+def _token(shader: UsdShade.Shader, name: str) -> str:
+    return str(_value(shader, name) or "")
+
+
+def _reads_display_color(surface: UsdShade.Shader) -> bool:
+    """Whether the color of a surface is the displayColor of the mesh."""
+    given = surface.GetInput("diffuseColor")
+    attributes = UsdShade.Utils.GetValueProducingAttributes(given) if given else []
+    reader = UsdShade.Shader(attributes[0].GetPrim()) if attributes else None
+    if not reader or not str(reader.GetIdAttr().Get()).startswith("UsdPrimvarReader"):
+        return False
+    return _token(reader, "varname").removeprefix("primvars:") == "displayColor"
+
+
+def _upward(normal: _Picture) -> Image.Image:
+    """Return a normal map as OpenGL has it: with green inverted where its scale is negative."""
+    image = normal.image.convert("RGB")
+    if len(normal.scale) < 2 or normal.scale[1] >= 0.0:
+        return normal.image
+    red, green, blue = image.split()
+    return Image.merge("RGB", (red, ImageChops.invert(green), blue))
 
 
 def _read(path: str) -> Image.Image:
@@ -148,24 +218,29 @@ def _packed(roughness: _Picture | None, metallic: _Picture | None) -> Texture | 
         return None
     outputs = roughness and roughness.output, metallic and metallic.output
     if roughness and metallic and roughness.image is metallic.image and outputs == ("g", "b"):
-        return Texture(roughness.image, roughness.name)
+        return Texture(roughness.image, roughness.name, wraps=roughness.wraps)
     channels = [None if each is None else _channel(each).convert("L") for each in (roughness, metallic)]
     size = max((each.size for each in channels if each is not None), key=lambda size: size[0] * size[1])
     white = Image.new("L", size, 255)
     green, blue = (white if each is None else each.resize(size) for each in channels)
-    return Texture(Image.merge("RGB", (white, green, blue)), f"{first.name}_roughness_metallic")
+    return Texture(Image.merge("RGB", (white, green, blue)), f"{first.name}_roughness_metallic", wraps=first.wraps)
 
 
 def _color_texture(color: _Picture | None, opacity: _Picture | None, name: str) -> Texture | None:
     """Return the picture of the color, with the opacity in its alpha channel where that is a picture."""
-    if opacity is None:
-        return None if color is None else Texture(color.image, color.name, is_color=True)
-    if color is not None and color.image is opacity.image and opacity.output == "a":
-        return Texture(color.image, color.name, is_color=True)
+    first = color or opacity
+    if first is None:
+        return None
+    is_color = color is None or not color.is_raw
+    if color is not None and (opacity is None or (color.image is opacity.image and opacity.output == "a")):
+        return Texture(color.image, color.name, is_color, color.wraps)
+    assert opacity is not None
     alpha = _channel(opacity).convert("L")
     plain = Image.new("RGB", alpha.size, (255, 255, 255)) if color is None else color.image.convert("RGB")
     red, green, blue = plain.split()
-    return Texture(Image.merge("RGBA", (red, green, blue, alpha.resize(plain.size))), f"{name}_color", is_color=True)
+    return Texture(
+        Image.merge("RGBA", (red, green, blue, alpha.resize(plain.size))), f"{name}_color", is_color, first.wraps
+    )
 
 
 def _factor(picture: _Picture | None, surface: UsdShade.Shader, name: str, fallback: float) -> float:

@@ -7,6 +7,9 @@ from pxr import Usd, UsdSkel
 
 from usdsdg.errors import warn_once
 
+# Weights in half floats or bytes sum to one within this.
+MOST_OFF_ONE = 0.02
+
 
 def warn_of_influences(prim: Usd.Prim, mesh: UsdSkel.SkinningQuery, joints: int, time: Usd.TimeCode) -> None:
     """Warn of indices that are no joints, and of weights that no points can have.
@@ -37,4 +40,11 @@ def warn_of_influences(prim: Usd.Prim, mesh: UsdSkel.SkinningQuery, joints: int,
             f"{prim.GetPath()}: jointWeights has only 0 for {len(held_by_none)} of {len(per_point)} points, the first "
             f"of them point {held_by_none[0]}, which no joint holds: they are drawn at the origin of the skeleton. "
             "Give each a weight."
+        )
+    sums = per_point.sum(axis=1, dtype=np.float64)
+    if len(off := np.flatnonzero((np.abs(sums - 1.0) > MOST_OFF_ONE) & (sums > 0.0))):
+        warn_once(
+            f"{prim.GetPath()}: the jointWeights of {len(off)} of {len(per_point)} points do not sum to 1, those of "
+            f"point {off[0]} to {sums[off[0]]:.3g}: they are drawn nearer to the origin of the skeleton, or farther "
+            "from it. Normalize the weights."
         )

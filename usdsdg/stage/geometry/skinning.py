@@ -12,6 +12,13 @@ from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSkel, Vt
 from usdsdg.errors import warn_once
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.geometry.joint_influences import warn_of_influences
+from usdsdg.stage.geometry.skeleton_faults import (
+    has_bind_pose,
+    has_blend_shapes,
+    warn_of_animation,
+    warn_of_channels,
+    warn_of_lost_skeleton,
+)
 from usdsdg.stage.usd_errors import reason
 
 # Properties and prim types that define how meshes are skinned, or the poses of joints.
@@ -38,7 +45,7 @@ class Skinning:
 
     def __init__(self) -> None:
         self._bindings: dict[Sdf.Path, dict[Sdf.Path, _Binding]] = {}  # SkelRoot -> mesh
-        self._looked_at: set[Sdf.Path] = set()  # meshes of which faults of joint influences were named
+        self._looked_at: set[Sdf.Path] = set()  # meshes of which faults of joints and blend shapes were named
         self._cache = UsdSkel.Cache()
 
     def invalidate(self) -> None:
@@ -89,20 +96,27 @@ class Skinning:
         rest = UsdGeom.PointBased(prim).GetPointsAttr().Get(time)
         if rest is None or not len(rest):
             return None
+        is_new = prim.GetPath() not in self._looked_at
+        self._looked_at.add(prim.GetPath())
+        if is_new:
+            warn_of_channels(binding.skeleton, binding.skeleton_prim, time)
         points = Vt.Vec3fArray(rest)
         skinned = None if normals is None else np.ascontiguousarray(normals, np.float32)
-        if binding.mesh.HasBlendShapes():
+        if binding.mesh.HasBlendShapes() and has_blend_shapes(prim):
             skinned = self._blend(prim, binding, points, skinned, vertices, time)
         if not binding.mesh.HasJointInfluences():
             return SkinnedMesh(np.array(points), skinned)
+        if not has_bind_pose(binding.skeleton, binding.skeleton_prim):
+            return SkinnedMesh(np.array(points), skinned)
+        if is_new:
+            known = binding.mesh.GetJointOrder() or binding.skeleton.GetJointOrder()
+            warn_of_influences(prim, binding.mesh, len(known), time)
         joints = binding.skeleton.ComputeSkinningTransforms(time)
-        if prim.GetPath() not in self._looked_at:
-            self._looked_at.add(prim.GetPath())
-            warn_of_influences(prim, binding.mesh, len(binding.mesh.GetJointOrder() or joints or ()), time)
         if not joints or not binding.mesh.ComputeSkinnedPoints(joints, points, time):
             warn_once(
                 f"{prim.GetPath()}: its joints cannot be read, so it is drawn as authored. Correct its skel:joints, "
-                f"jointIndices and jointWeights, and the joints of {binding.skeleton_prim.GetPath()}."
+                f"jointIndices and jointWeights, and the joints and restTransforms of "
+                f"{binding.skeleton_prim.GetPath()}."
             )
             return None
         to_mesh = _skeleton_to_mesh(binding.skeleton_prim, prim, time)
@@ -126,7 +140,10 @@ class Skinning:
         path = root.GetPath()
         if path not in self._bindings:
             self._bindings[path] = self._read(root)
-        return self._bindings[path].get(prim.GetPath())
+        found = self._bindings[path].get(prim.GetPath())
+        if found is None:
+            warn_of_lost_skeleton(prim)
+        return found
 
     def _read(self, root: UsdSkel.Root) -> dict[Sdf.Path, _Binding]:
         through_instances = Usd.TraverseInstanceProxies()
@@ -140,6 +157,7 @@ class Skinning:
                     f"as authored. Correct its joints, bindTransforms and restTransforms."
                 )
                 continue
+            warn_of_animation(skeleton, binding.GetSkeleton().GetPrim(), binding.GetSkinningTargets())
             animation = skeleton.GetAnimQuery()
             prims = [binding.GetSkeleton().GetPrim(), *([animation.GetPrim()] if animation else [])]
             parts = tuple(prim.GetPath() for prim in prims)

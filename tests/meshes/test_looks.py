@@ -1,0 +1,259 @@
+"""Looks of OBJ, glTF and PLY files: what the formats' specifications say, on the converted materials."""
+
+import base64
+import json
+import struct
+
+import numpy as np
+import pytest
+from PIL import Image
+from pxr import UsdGeom, UsdShade
+
+from tests.meshes.test_conversion import gltf_with, meshes, opened, source_of, surface
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+FACE = "f 1/1 2/2 3/3 4/4\n"
+
+
+def obj_with(library, tmp_path, *, head="mtllib look.mtl\n", face="usemtl a\n" + FACE):
+    """Convert a square with a material library; return the stage and the notes."""
+    Image.new("RGB", (4, 4), (10, 20, 30)).save(tmp_path / "Wood 1.png")
+    Image.new("L", (8, 8), 51).save(tmp_path / "mask.png")
+    (tmp_path / "look.mtl").write_text(library)
+    (tmp_path / "thing.obj").write_text(head + SQUARE + face)
+    stage, report, _ = opened(tmp_path / "thing.obj", tmp_path)
+    return stage, report.notes
+
+
+def value(stage, name):
+    return surface(stage).GetInput(name).Get()
+
+
+def picture(stage, name):
+    """The texels of what feeds an input."""
+    file = source_of(surface(stage), name)[0].GetInput("file").Get().resolvedPath
+    with Image.open(file) as image:
+        return np.array(image)
+
+
+@pytest.mark.parametrize(
+    ("lines", "opacity", "told"),
+    [("d 0.25", 0.25, 0), ("Tr 0.25", 0.75, 0), ("d 0.5\nTr 0.9", 0.5, 0), ("d -halo 0.5", 0.5, 0), ("Tr 1.0", 1, 1)],
+)
+def test_opacity_of_mtl(lines, opacity, told, tmp_path):
+    stage, notes = obj_with(f"newmtl a\nKd 0.3 0.4 0.5\n{lines}\n", tmp_path)
+    assert value(stage, "opacity") == opacity
+    np.testing.assert_allclose(value(stage, "diffuseColor"), (0.3, 0.4, 0.5), rtol=1e-6)
+    assert len(notes) == told
+
+
+def test_a_mask_of_mtl_is_the_alpha_of_the_color(tmp_path):
+    stage, notes = obj_with("newmtl a\nmap_Kd Wood 1.png\nmap_d mask.png\n", tmp_path)
+    assert source_of(surface(stage), "opacity")[1] == "a"
+    assert picture(stage, "diffuseColor")[0, 0].tolist() == [10, 20, 30, 51]
+    assert notes == []
+
+
+def test_glow_metal_and_normals_of_mtl(tmp_path):
+    stage, notes = obj_with("newmtl a\nKe 1 2 3\nPm 0.75\nPr 0.25\nnorm Wood 1.png\nmap_Ke mask.png\n", tmp_path)
+    assert [value(stage, name) for name in ("metallic", "roughness")] == [0.75, 0.25]
+    glow, output = source_of(surface(stage), "emissiveColor")
+    assert (glow.GetInput("scale").Get(), output) == ((1, 2, 3, 1), "rgb")
+    assert picture(stage, "normal")[0, 0].tolist() == [10, 20, 30]
+    assert notes == []
+
+
+def test_options_of_pictures_are_no_part_of_their_name(tmp_path):
+    library = "newmtl a\nmap_Kd -blendu on -s 1 1 1 -o 0 0 Wood 1.png\n"
+    stage, notes = obj_with(library, tmp_path)
+    assert picture(stage, "diffuseColor")[0, 0].tolist() == [10, 20, 30]
+    assert notes == []
+    stage, notes = obj_with(library.replace("1 1 1", "2 2"), tmp_path)
+    assert picture(stage, "diffuseColor")[0, 0].tolist() == [10, 20, 30]
+    assert notes == ["the options -s 2 2 of the picture Wood 1.png are left out"]
+
+
+def test_names_of_files_in_another_case_are_found(tmp_path):
+    stage, notes = obj_with("newmtl a\nmap_Kd textures\\wood 1.PNG\n", tmp_path, head="mtllib LOOK.mtl\n")
+    assert picture(stage, "diffuseColor")[0, 0].tolist() == [10, 20, 30]
+    assert notes == []
+
+
+def test_several_libraries_are_read_and_unknown_materials_named(tmp_path):
+    (tmp_path / "more.mtl").write_text("newmtl b\nKd 0 1 0\n")
+    head = "mtllib look.mtl more.mtl\nmtllib gone.mtl\n"
+    face = "usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\nusemtl c\nf 2 3 4\n"
+    stage, notes = obj_with("newmtl a\nKd 1 0 0\n", tmp_path, head=head, face=face)
+    looks = {prim.GetName() for prim in stage.Traverse() if prim.IsA(UsdShade.Material)}
+    assert looks == {"a", "b"}
+    assert sorted(notes) == [
+        "c is in none of its material files, so it has no look",
+        "gone.mtl is missing beside thing.obj, so its part of the look is left out",
+    ]
+
+
+def test_what_is_left_out_of_mtl_is_named(tmp_path):
+    _, notes = obj_with("newmtl a\nbump -bm 2 mask.png\nmap_Pr mask.png\n", tmp_path)
+    assert notes == ["bump, map_pr of the material a are left out"]
+
+
+def edited(file, edit):
+    model = json.loads(file.read_text())
+    edit(model)
+    file.write_text(json.dumps(model))
+    return file
+
+
+def with_colors(model, rows, kind):
+    """Add COLOR_0 to the square of `gltf_with`."""
+    content = np.ascontiguousarray(rows).tobytes()
+    uri = "data:application/octet-stream;base64," + base64.b64encode(content).decode()
+    model["buffers"].append({"byteLength": len(content), "uri": uri})
+    model["bufferViews"].append({"buffer": 1, "byteLength": len(content)})
+    entry = {
+        "bufferView": 3,
+        "componentType": kind,
+        "count": 4,
+        "type": f"VEC{rows.shape[1]}",
+        "normalized": kind != 5126,
+    }
+    model["accessors"].append(entry)
+    model["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 3
+
+
+COLORS = np.array([(1, 0, 0.2, 1), (0, 1, 0.4, 1), (0, 0, 1, 1), (0.6, 0.6, 0.6, 1)])
+
+
+@pytest.mark.parametrize(
+    ("kind", "rows"),
+    [
+        (5126, COLORS.astype("<f4")),
+        (5126, COLORS[:, :3].astype("<f4")),
+        (5121, (COLORS * 255).round().astype("u1")),
+        (5123, (COLORS * 65535).round().astype("<u2")),
+    ],
+)
+def test_colors_of_points_multiply_the_factor_of_their_material(kind, rows, tmp_path):
+    file = gltf_with({"pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.25, 0.0625, 1]}}, [], tmp_path)
+    stage, report, _ = opened(edited(file, lambda model: with_colors(model, rows, kind)), tmp_path)
+    reader, _ = source_of(surface(stage), "diffuseColor")
+    assert reader.GetInput("varname").Get() == "displayColor"
+    [mesh] = meshes(stage)
+    found = np.array(UsdGeom.Gprim(mesh).GetDisplayColorAttr().Get())
+    np.testing.assert_allclose(found, COLORS[:, :3] * (0.5, 0.25, 0.0625), atol=1e-5)
+    assert report.notes == []
+
+
+def test_colors_of_points_beside_a_picture_are_named(tmp_path):
+    file = gltf_with({"name": "wood", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, ["a.png"], tmp_path)
+    stage, report, _ = opened(edited(file, lambda model: with_colors(model, COLORS.astype("<f4"), 5126)), tmp_path)
+    assert source_of(surface(stage), "diffuseColor")[1] == "rgb"
+    [note] = report.notes
+    assert "the colors of the points" in note
+    assert "wood has a picture" in note
+
+
+@pytest.mark.parametrize(
+    ("sampler", "expected"),
+    [
+        ({}, ("repeat", "repeat")),
+        ({"wrapS": 33071, "wrapT": 33648}, ("clamp", "mirror")),
+        ({"wrapT": 33071}, ("repeat", "clamp")),
+    ],
+)
+def test_wrap_modes_of_gltf(sampler, expected, tmp_path):
+    file = gltf_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, ["a.png"], tmp_path)
+
+    def edit(model):
+        model["samplers"] = [sampler]
+        model["textures"][0]["sampler"] = 0
+
+    stage, _, _ = opened(edited(file, edit), tmp_path)
+    color, _ = source_of(surface(stage), "diffuseColor")
+    assert (color.GetInput("wrapS").Get(), color.GetInput("wrapT").Get()) == expected
+
+
+def test_factors_of_gltf_are_not_rounded_and_strengths_count(tmp_path):
+    material = {
+        "pbrMetallicRoughness": {"baseColorFactor": [0.001, 0.0123, 0.5, 1]},
+        "normalTexture": {"index": 0, "scale": 0.5},
+        "emissiveFactor": [1, 0.5, 0.25],
+        "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 40}},
+    }
+    stage, report, _ = opened(gltf_with(material, ["a.png"], tmp_path), tmp_path)
+    np.testing.assert_allclose(value(stage, "diffuseColor"), (0.001, 0.0123, 0.5), rtol=1e-6)
+    np.testing.assert_allclose(value(stage, "emissiveColor"), (40, 20, 10), rtol=1e-6)
+    normal, _ = source_of(surface(stage), "normal")
+    # (texel * 2 - 1) * (scale, scale, 1)
+    assert (normal.GetInput("scale").Get(), normal.GetInput("bias").Get()) == ((1, 1, 2, 1), (-0.5, -0.5, -1, 0))
+    assert report.notes == []
+
+
+def test_what_is_left_out_of_gltf_is_named(tmp_path):
+    extensions = {"KHR_materials_unlit": {}, "KHR_materials_clearcoat": {"clearcoatFactor": 1}}
+    file = gltf_with({"name": "paint", "extensions": extensions}, ["a.png"], tmp_path)
+
+    def edit(model):
+        model["extensions"] = {"KHR_lights_punctual": {"lights": [{"type": "point"}]}}
+        model["cameras"] = [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]
+        model["nodes"][0]["camera"] = 0
+
+    stage, report, points = opened(edited(file, edit), tmp_path)
+    assert report.notes == [
+        "lights are left out",
+        "cameras are left out",
+        "the material paint is unlit; it is drawn as a lit one, without metal or highlights",
+        "KHR_materials_clearcoat of the material paint is left out",
+    ]
+    assert [value(stage, name) for name in ("metallic", "roughness")] == [0, 1]
+    assert len(points) == 4
+
+
+@pytest.mark.parametrize("uri", ["data:image/png;base64,AAAA", "broken.png"])
+def test_pictures_that_are_none_are_named(uri, tmp_path):
+    file = gltf_with({"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, ["a.png"], tmp_path)
+    (tmp_path / "broken.png").write_bytes(b"no picture")
+    _, report, _ = opened(edited(file, lambda model: model["images"][0].update(uri=uri)), tmp_path)
+    [note] = report.notes
+    assert "cannot be read, so its part of the look is left out" in note
+
+
+def test_a_gltf_without_scenes_has_all_its_nodes(tmp_path):
+    def edit(model):
+        del model["scenes"], model["scene"]
+        model["nodes"] = [{"children": [1]}, {"mesh": 0, "translation": [0, 0, 3]}, {"mesh": 0}]
+
+    _, _, points = opened(edited(gltf_with({}, [], tmp_path), edit), tmp_path, up_axis="Y")
+    assert sorted(points[:, 2].tolist()) == [0] * 4 + [3] * 4
+
+
+def test_names_of_parts_are_the_same_in_every_conversion(tmp_path):
+    def edit(model):
+        model["meshes"][0]["primitives"] *= 3
+        model["nodes"][0]["name"] = "body"
+
+    file = edited(gltf_with({}, [], tmp_path), edit)
+    for _ in range(2):
+        stage, _, _ = opened(file, tmp_path)
+        assert {prim.GetName() for prim in meshes(stage)} == {"body_0", "body_1", "body_2"}
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0)])
+def test_colors_of_the_faces_of_ply_do_not_run(order, tmp_path):
+    faces = [(0, 1, 2), (0, 2, 3), (0, 2, 1), (0, 3, 2)]
+    colors = [(255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)]
+    head = (
+        "ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 4\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\n"
+        "property uchar blue\nend_header\n"
+    )
+    points = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], "<f4")
+    rows = b"".join(struct.pack("<B3i3B", 3, *(face[k] for k in order), *color) for face, color in zip(faces, colors))
+    (tmp_path / "a.ply").write_bytes(head.encode() + points.tobytes() + rows)
+    stage, _, _ = opened(tmp_path / "a.ply", tmp_path)
+    [mesh] = meshes(stage)
+    shown = UsdGeom.Gprim(mesh).GetDisplayColorPrimvar()
+    assert shown.GetInterpolation() == "faceVarying"
+    found = np.array(shown.Get()).reshape(-1, 3, 3)
+    assert sorted(map(tuple, found[:, 0].tolist())) == sorted(tuple(c / 255 for c in color) for color in colors)
+    assert (found == found[:, :1]).all()

@@ -1,0 +1,194 @@
+"""PLY files with other polygons than triangles, made into triangles: trimesh reads no binary file that mixes them."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from usdsdg.meshes.readers.polygons import concave_ones
+
+_KINDS = {
+    "char": "b", "int8": "b", "uchar": "B", "uint8": "B", "short": "h", "int16": "h", "ushort": "H", "uint16": "H",
+    "int": "i", "int32": "i", "uint": "I", "uint32": "I", "float": "f", "float32": "f", "double": "d", "float64": "d",
+}  # fmt: skip
+_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
+_CORNERS = ("vertex_indices", "vertex_index")
+
+
+class _Property(NamedTuple):
+    name: str
+    kind: str  # as `struct` calls it
+    count_kind: str = ""  # of a list
+
+
+@dataclass
+class _Element:
+    name: str
+    count: int
+    properties: list[_Property]
+
+    @property
+    def is_fixed(self) -> bool:
+        return not any(each.count_kind for each in self.properties)
+
+    @property
+    def row(self) -> str:
+        """The kinds of one row without lists."""
+        return "".join(each.kind for each in self.properties)
+
+
+def prepared(content: bytes) -> bytes:
+    """Return a PLY file with triangles alone; the file itself where it has these already, or cannot be understood."""
+    head, mark, body = content.partition(b"end_header")
+    body = body.partition(b"\n")[2]
+    lines = head.decode("ascii", "replace").splitlines()
+    try:
+        order, elements = _header(lines)
+        if not mark or all(each.name != "face" for each in elements):
+            return content
+        return _cut(lines, order, elements, body) or content
+    except (KeyError, IndexError, ValueError, StopIteration, struct.error):
+        return content  # trimesh says what is wrong
+
+
+def _header(lines: list[str]) -> tuple[str, list[_Element]]:
+    order, elements = "", []
+    for words in map(str.split, lines):
+        if words[:1] == ["format"]:
+            order = _ORDERS[words[1]]
+        elif words[:1] == ["element"]:
+            elements.append(_Element(words[1], int(words[2]), []))
+        elif words[:2] == ["property", "list"]:
+            elements[-1].properties.append(_Property(words[4], _KINDS[words[3]], _KINDS[words[2]]))
+        elif words[:1] == ["property"]:
+            elements[-1].properties.append(_Property(words[2], _KINDS[words[1]]))
+    return order, elements
+
+
+def _cut(lines: list[str], order: str, elements: list[_Element], body: bytes) -> bytes | None:
+    """Return the file with its polygons cut; None where nothing is to be cut."""
+    names = [each.name for each in elements]
+    faces = elements[names.index("face")]
+    before = elements[: names.index("face")]
+    corners = next(each.name for each in faces.properties if each.name in _CORNERS and each.count_kind)
+    if not all(each.is_fixed for each in before):
+        return None
+    start = sum(each.count * _width(each, order) for each in before)
+    if order and _are_triangles(faces, order, body, start):
+        return None
+    text = body.decode("ascii").split() if not order else []
+    rows, end = _rows(faces, order, body, text, start)
+    polygons = [[int(each) for each in row[corners]] for row in rows]
+    if all(len(each) == 3 for each in polygons):
+        return None
+    points = _points(before, order, body, text)
+    usable = [len(each) >= 3 and min(each) >= 0 and max(each) < len(points) for each in polygons]
+    if not all(usable):
+        return None
+    concave = concave_ones(points, polygons)
+    cut = []
+    for number, (row, polygon) in enumerate(zip(rows, polygons)):
+        triangles = concave[number] if number in concave else [(0, k, k + 1) for k in range(1, len(polygon) - 1)]
+        cut += [_corner_values(row, len(polygon), list(map(int, triangle))) for triangle in triangles]
+    head = [f"element face {len(cut)}" if line.split()[:2] == ["element", "face"] else line for line in lines]
+    written = "\n".join([*head, "end_header", ""]).encode()
+    if not order:
+        kept, first = body.decode("ascii").splitlines(), sum(each.count for each in before)
+        kept[first : first + faces.count] = [" ".join(_words(faces, row)) for row in cut]
+        return written + "\n".join([*kept, ""]).encode()
+    return written + body[:start] + b"".join(_packed(faces, order, row) for row in cut) + body[end:]
+
+
+def _width(element: _Element, order: str) -> int:
+    """Bytes of a row without lists; in a text its words."""
+    return struct.calcsize(order + element.row) if order else len(element.properties)
+
+
+def _are_triangles(faces: _Element, order: str, body: bytes, start: int) -> bool:
+    """Whether a binary file has triangles alone, without a look at each row; False where that cannot be said so."""
+    lists = [each for each in faces.properties if each.count_kind]
+    if len(lists) != 1:
+        return False
+    kinds: list[tuple[str, str] | tuple[str, str, tuple[int]]] = []
+    for each in faces.properties:
+        if each.count_kind:
+            kinds += [("corners", order + each.count_kind), (f"list {each.name}", order + each.kind, (3,))]
+        else:
+            kinds.append((each.name, order + each.kind))
+    row = np.dtype(kinds)
+    if len(body) < start + row.itemsize * faces.count:
+        return False
+    return bool((np.frombuffer(body, row, faces.count, start)["corners"] == 3).all())
+
+
+def _points(before: list[_Element], order: str, body: bytes, text: list[str]) -> np.ndarray:
+    """Return the points (V, 3)."""
+    start = 0
+    for element in before:
+        width = _width(element, order)
+        if element.name == "vertex":
+            axes = [[each.name for each in element.properties].index(axis) for axis in "xyz"]
+            if not order:
+                words = np.array(text[start : start + element.count * width]).reshape(-1, width)
+                return words[:, axes].astype(np.float64)
+            kinds = np.dtype([(str(k), order + each.kind) for k, each in enumerate(element.properties)])
+            table = np.frombuffer(body, kinds, element.count, start)
+            return np.stack([table[str(axis)].astype(np.float64) for axis in axes], axis=1)
+        start += element.count * width
+    raise KeyError("vertex")
+
+
+def _rows(
+    faces: _Element, order: str, body: bytes, text: list[str], start: int
+) -> tuple[list[dict[str, list[float]]], int]:
+    """Return the values of each face by property, one or a list, and where they end."""
+    rows, at = [], start
+    for _ in range(faces.count):
+        row: dict[str, list[float]] = {}
+        for each in faces.properties:
+            count = 1
+            if each.count_kind and order:
+                [count] = struct.unpack_from(order + each.count_kind, body, at)
+                at += struct.calcsize(order + each.count_kind)
+            elif each.count_kind:
+                count, at = int(text[at]), at + 1
+            if order:
+                form = f"{order}{count}{each.kind}"
+                row[each.name] = list(struct.unpack_from(form, body, at))
+                at += struct.calcsize(form)
+            else:
+                row[each.name] = [float(word) for word in text[at : at + count]]
+                at += count
+        rows.append(row)
+    return rows, at
+
+
+def _corner_values(row: dict[str, list[float]], corners: int, triangle: list[int]) -> dict[str, list[float]]:
+    """Return the values of a triangle: of lists with one or more for each corner those of its own corners."""
+    found = {}
+    for name, values in row.items():
+        per_corner = len(values) // corners if len(values) % corners == 0 else 0
+        chosen = [values[k * per_corner + i] for k in triangle for i in range(per_corner)]
+        found[name] = chosen if per_corner and len(values) > 1 else values
+    return found
+
+
+def _packed(faces: _Element, order: str, row: dict[str, list[float]]) -> bytes:
+    parts = []
+    for each in faces.properties:
+        values = row[each.name]
+        head = struct.pack(order + each.count_kind, len(values)) if each.count_kind else b""
+        parts.append(head + struct.pack(f"{order}{len(values)}{each.kind}", *values))
+    return b"".join(parts)
+
+
+def _words(faces: _Element, row: dict[str, list[float]]) -> Iterator[str]:
+    for each in faces.properties:
+        values = row[each.name]
+        if each.count_kind:
+            yield str(len(values))
+        yield from (repr(value) if each.kind in "fd" else str(int(value)) for value in values)
