@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdSkel
+from pxr import Gf, Sdf, Usd, UsdSkel
 
 from tests.stage.geometry.characters import RINGS, SIDES, add_blend_shape, add_character
 from usdsdg.stage.geometry.skinning import Skinning
@@ -152,3 +152,15 @@ def test_animations_with_samples_alone_are_not_named_at_the_default_time():
         warnings.simplefilter("error")
         Skinning().skin(mesh.GetPrim(), Usd.TimeCode.Default())
     assert stage
+
+
+@pytest.mark.parametrize("path", ["Skeleton.bindTransforms", "Bend.rotations", "Bend.blendShapeWeights"])
+def test_numbers_in_place_of_arrays_are_named(path):
+    stage, mesh = character(shapes=True)
+    name, _, attribute = path.partition(".")
+    prim = stage.GetPrimAtPath(f"/Character/{name}")
+    prim.RemoveProperty(attribute)
+    spec = Sdf.AttributeSpec(stage.GetRootLayer().GetPrimAtPath(prim.GetPath()), attribute, Sdf.ValueTypeNames.Float)
+    spec.default = 1.0
+    _, told = skinned_at_end(mesh)
+    assert any(each.startswith(f"/Character/{name}: it has 2 ") for each in told)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 
 from pxr import Usd, UsdSkel
 
@@ -17,7 +17,7 @@ def has_bind_pose(skeleton: UsdSkel.SkeletonQuery, prim: Usd.Prim) -> bool:
     prim: the skeleton, inside an instance its instance proxy.
     """
     joints = len(skeleton.GetJointOrder())
-    transforms = len(UsdSkel.Skeleton(prim).GetBindTransformsAttr().Get() or ())
+    transforms = _length(UsdSkel.Skeleton(prim).GetBindTransformsAttr(), Usd.TimeCode.Default())
     if joints != transforms:
         warn_once(
             f"{prim.GetPath()}: it has {counted(joints, 'joint')} and {counted(transforms, 'bindTransform')}, so its "
@@ -91,7 +91,7 @@ def warn_of_channels(skeleton: UsdSkel.SkeletonQuery, prim: Usd.Prim, time: Usd.
     prim, joints = animation_of(skeleton, prim), len(animation.GetJointOrder())
     # At the default time, what has samples alone has no value, which is no fault of it.
     time = Usd.TimeCode.EarliestTime() if time.IsDefault() else time
-    lengths = [len(prim.GetAttribute(name).Get(time) or ()) for name in _CHANNELS]
+    lengths = [_length(prim.GetAttribute(name), time) for name in _CHANNELS]
     if joints and set(lengths) != {joints}:
         found = ", ".join(f"{length} {name}" for name, length in zip(_CHANNELS, lengths))
         warn_once(
@@ -99,18 +99,24 @@ def warn_of_channels(skeleton: UsdSkel.SkeletonQuery, prim: Usd.Prim, time: Usd.
             f"three for each joint.",
             key=f"{prim.GetPath()}: channels of joints",
         )
-    shapes, weights = len(animation.GetBlendShapeOrder()), prim.GetAttribute("blendShapeWeights").Get(time) or ()
-    if len(weights) != shapes:
+    shapes, weights = len(animation.GetBlendShapeOrder()), _length(prim.GetAttribute("blendShapeWeights"), time)
+    if weights != shapes:
         warn_once(
-            f"{prim.GetPath()}: it has {counted(shapes, 'name', 'names')} in blendShapes and {len(weights)} "
+            f"{prim.GetPath()}: it has {counted(shapes, 'name', 'names')} in blendShapes and {weights} "
             f"blendShapeWeights; shapes without a weight have 0. Author one for each name.",
             key=f"{prim.GetPath()}: weights of blend shapes",
         )
 
 
+def _length(attribute: Usd.Attribute, time: Usd.TimeCode) -> int:
+    """Return how many values an array has; 0 for what is none."""
+    value = attribute.Get(time) if attribute else None
+    return len(value) if isinstance(value, Sized) else 0
+
+
 def has_blend_shapes(mesh: Usd.Prim) -> bool:
     """Return whether each blend shape that a mesh names exists; warn if not, except of shapes without any names."""
-    names = len(mesh.GetAttribute("skel:blendShapes").Get() or ())
+    names = _length(mesh.GetAttribute("skel:blendShapes"), Usd.TimeCode.Default())
     targets = mesh.GetRelationship("skel:blendShapeTargets").GetForwardedTargets()
     stage = mesh.GetStage()
     if lost := [path for path in targets if not UsdSkel.BlendShape(stage.GetPrimAtPath(path))]:
