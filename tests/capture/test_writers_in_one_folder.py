@@ -63,6 +63,15 @@ def test_a_writer_in_the_folder_of_one_that_has_ended_gives_a_warning(script, po
         run(script, tmp_path, portion)
 
 
+@pytest.mark.parametrize(("script", "is_told"), [(two_stages, False), (initialized_again, True)])
+def test_that_the_first_frames_are_lost_is_told_where_one_writer_was_initialized_again(script, is_told, tmp_path):
+    with pytest.warns(UsdsdgWarning, match=SEVERAL) as told:
+        run(script, tmp_path)
+    [message] = [str(each.message) for each in told if SEVERAL in str(each.message)]
+    assert ("BasicWriter was initialized again, and numbers its files from 0" in message) is is_told
+    assert ("Give each writer an output_dir of its own" in message) is not is_told
+
+
 def test_a_writer_that_is_attached_again_goes_on(tmp_path, recwarn):
     run(attached_again, tmp_path)
     assert not [each for each in recwarn if SEVERAL in str(each.message)]

@@ -105,7 +105,7 @@ class Requests:
         run, folders = get_run(), [frame_records.folder_of(writer) for writer in due]
         for writer, folder in zip(due, folders):
             if folder is not None:
-                note_writer(folder, writer.turn, type(writer))
+                note_writer(folder, writer)
         self._number = run.captures
         number, wanted = run.begin_frame(folders)
         self.writers = [writer for writer, is_wanted in zip(due, wanted) if is_wanted]

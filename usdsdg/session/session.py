@@ -13,7 +13,7 @@ from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from weakref import WeakValueDictionary
+from weakref import ReferenceType, WeakValueDictionary
 
 from pxr import Usd, UsdUtils
 
@@ -105,8 +105,8 @@ class Session:
         self.writers: list[Any] = []  # attached, in the order of attaching
         # By output folder, the first live backend that wrote into it.
         self.backends: WeakValueDictionary[str, Any] = WeakValueDictionary()
-        # By output folder or URL, what stands for the first writer that was due there.
-        self.writers_turns: dict[str, object] = {}
+        # By output folder or URL, what stands for the first writer that was due there, and that writer.
+        self.writers_turns: dict[str, tuple[object, ReferenceType[Any]]] = {}
         self.companion: Any = None  # a `JobRecording`, which records what writers are attached to
         self.tap: Any = None  # a `usdsdg.capture.tap.Tap`, which gets the frames in place of the writers
         self.worlds: Any = None  # a `usdsdg.capture.worlds.WorldTap`, which gets many worlds at each step
