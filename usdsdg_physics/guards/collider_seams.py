@@ -6,12 +6,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from usdsdg.stage.poses.rotations import matrix_from_quat
-from usdsdg_physics.scene.records import STATIC, Collider, Scene, Shape
+from usdsdg_physics.scene.records import STATIC, Collider, Scene, Shape, ShapeKind, Solid, Vec3
 from usdsdg_physics.scene.triangles import is_closed
 
 if TYPE_CHECKING:
@@ -21,8 +22,13 @@ if TYPE_CHECKING:
 
 # Colliders that are no farther apart than this [m] are neighbors.
 NEAR = 2e-3
+# Faces of neighbors whose normals have this cosine, and which are no farther [m] from one plane, are level.
+SAME_DIRECTION = 0.9999
+LEVEL, LEVEL_BY_SIZE = 5e-4, 1e-5
 # What has more faces than this is round, and no tile.
 MOST_FACES = 64
+MOST_TRIANGLES = 1024
+_CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
 
 
 class ColliderSeams:
@@ -36,11 +42,24 @@ class ColliderSeams:
         import warp as wp
 
         self._model, self._contacts = model, contacts
-        colliders = [collider for collider in scene.colliders.values() if _may_have_seams(collider, scene)]
-        planes = [_face_planes(collider.shape) for collider in colliders]
+        # What passes through some others may pass through a neighbor too.
+        filtered = {path for pair in scene.filtered for path in pair}
+        colliders = [
+            collider
+            for collider in scene.colliders.values()
+            if _may_have_seams(collider, scene) and collider.path not in filtered
+        ]
+        planes = [_face_planes(each.shape.kind, each.shape.size, each.shape.solid) for each in colliders]
         kept = [row for row, faces in enumerate(planes) if 0 < len(faces) <= MOST_FACES]
         colliders, planes = [colliders[row] for row in kept], [planes[row] for row in kept]
-        neighbors = neighbors_of([_bounds(collider, scene) for collider in colliders])
+        poses = [scene.bodies[each.body].pose if each.body != STATIC else None for each in colliders]
+        beside = neighbors_of([_bounds(each.shape, pose) for each, pose in zip(colliders, poses)])
+        placed = [_in_world(faces, each.shape, pose) for faces, each, pose in zip(planes, colliders, poses)]
+        neighbors = [
+            # Nothing is in front of an edge of a plane.
+            [other for other in rows if each.shape.kind != "plane" and _are_level(placed[row], placed[other])]
+            for row, (each, rows) in enumerate(zip(colliders, beside))
+        ]
         numbers = [shape_index[collider.path] for collider in colliders]
         self._any = any(map(len, neighbors))
 
@@ -103,36 +122,39 @@ def neighbors_of(bounds: Sequence[np.ndarray]) -> list[list[int]]:
 
 
 def _may_have_seams(collider: Collider, scene: Scene) -> bool:
-    """Return whether a collider has faces, and nothing pushes it; of one that passes through others nobody knows."""
+    """Return whether a collider has faces, and nothing pushes it."""
     stays = collider.body == STATIC or scene.bodies[collider.body].kinematic
-    filtered = {path for pair in scene.filtered for path in pair}
-    has_faces = collider.shape.kind in ("box", "hull", "mesh", "plane")
-    return stays and has_faces and not collider.trigger and collider.path not in filtered
+    solid = collider.shape.solid
+    has_faces = collider.shape.kind in ("box", "plane") or (
+        solid is not None and len(solid.triangles) <= MOST_TRIANGLES
+    )
+    return stays and has_faces and not collider.trigger
 
 
-def _face_planes(shape: Shape) -> np.ndarray:
+@lru_cache(maxsize=8192)  # a scene is built again when something is added to it while it plays
+def _face_planes(kind: ShapeKind, size: Vec3, solid: Solid | None) -> np.ndarray:
     """Return the planes (F, 4) of a shape's faces around its own origin: outward normal, and distance [m].
 
     There are none of triangles that enclose no convex solid.
     """
-    if shape.kind == "plane":
+    if kind == "plane":
         return np.array([[0.0, 0.0, 1.0, 0.0]])
-    if shape.kind == "box":
+    if kind == "box":
         sides = np.vstack([np.eye(3), -np.eye(3)])
-        return np.hstack([sides, np.tile(shape.size, 2)[:, None]])
-    assert shape.solid is not None
-    vertices = shape.solid.vertices.astype(np.float64) * shape.size
-    corners = vertices[shape.solid.triangles]
+        return np.hstack([sides, np.tile(size, 2)[:, None]])
+    assert solid is not None
+    vertices = solid.vertices.astype(np.float64) * size
+    corners = vertices[solid.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     corners, normals = corners[lengths > 0.0], normals[lengths > 0.0] / lengths[lengths > 0.0, None]
-    middle = shape.solid.centroid * shape.size
+    middle = solid.centroid * size
     normals *= np.where(((corners[:, 0] - middle) * normals).sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
     planes = np.hstack([normals, (corners[:, 0] * normals).sum(axis=1, keepdims=True)])
     # Triangles of one face differ in their last digits.
     _, first = np.unique(np.round(planes, 4), axis=0, return_index=True)
     planes = planes[np.sort(first)][: MOST_FACES + 1]
-    is_convex = shape.kind == "hull" or is_solid(vertices, shape.solid.triangles, planes)
+    is_convex = kind == "hull" or is_solid(vertices, solid.triangles, planes)
     return planes if is_convex else np.zeros((0, 4))
 
 
@@ -143,21 +165,36 @@ def is_solid(vertices: np.ndarray, triangles: np.ndarray, planes: np.ndarray) ->
     return is_closed(triangles) and bool(behind.all())
 
 
-def _bounds(collider: Collider, scene: Scene) -> np.ndarray:
-    """Return the lower and upper corner (2, 3) of a collider in the world [m]; a plane has neighbors everywhere."""
-    shape = collider.shape
+@lru_cache(maxsize=8192)
+def _bounds(shape: Shape, pose: tuple[float, ...] | None) -> np.ndarray:
+    """Return the lower and upper corner (2, 3) of a collider in the world [m]; a plane has neighbors everywhere.
+
+    `pose` is that of its body; None for a static one.
+    """
     if shape.kind == "plane":
         return np.array([[-np.inf] * 3, [np.inf] * 3])
-    if shape.kind == "box":
-        points = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * shape.size
-    else:
-        assert shape.solid is not None
-        points = shape.solid.vertices.astype(np.float64) * shape.size
-    points = points @ matrix_from_quat(shape.rotation) + shape.position
-    if collider.body != STATIC:
-        pose = np.asarray(scene.bodies[collider.body].pose)
-        points = points @ matrix_from_quat(pose[3:]) + pose[:3]
+    corners = _CORNERS if shape.solid is None else shape.solid.vertices.astype(np.float64)
+    points = (corners * shape.size) @ matrix_from_quat(np.asarray(shape.rotation)) + shape.position
+    if pose is not None:
+        points = points @ matrix_from_quat(np.asarray(pose[3:])) + pose[:3]
     return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def _in_world(planes: np.ndarray, shape: Shape, pose: tuple[float, ...] | None) -> np.ndarray:
+    """Return planes (F, 4) of a shape in the world; `pose` as in `_bounds`."""
+    normals, distances = planes[:, :3], planes[:, 3]
+    for frame in ((*shape.position, *shape.rotation), pose):
+        if frame is not None:
+            normals = normals @ matrix_from_quat(np.asarray(frame[3:]))
+            distances = distances + normals @ np.asarray(frame[:3])
+    return np.column_stack([normals, distances])
+
+
+def _are_level(planes: np.ndarray, others: np.ndarray) -> bool:
+    """Return whether a face of one collider continues one of another: that is where things slide over a seam."""
+    alike = planes[:, :3] @ others[:, :3].T > SAME_DIRECTION
+    apart = np.abs(planes[:, 3, None] - others[:, 3])
+    return bool((alike & (apart < LEVEL + LEVEL_BY_SIZE * np.abs(others[:, 3]))).any())
 
 
 def _set_rows(table: np.ndarray, numbers: Sequence[int], counts: Iterable[int]) -> None:
