@@ -18,7 +18,7 @@ from usdsdg.meshes.model import Material, MeshFile, Part, Texture, roughness_of_
 from usdsdg.meshes.readers import gltf
 from usdsdg.stage.colors import srgb_to_linear
 
-# By convention: glTF prescribes Y, modelling programs export OBJ with Y, scanners and CAD have Z.
+# By convention: glTF prescribes Y, modeling programs export OBJ with Y, scanners and CAD have Z.
 _UP = {".ply": "Z", ".stl": "Z", ".off": "Z"}
 _HOW_TO_INSTALL = "pip install 'usdsdg[meshes]'"
 
