@@ -61,7 +61,7 @@ def run_parts(script: Script, folder: Path, *portions: str) -> None:
 
 
 def run_again(script: Script, folder: Path, whole: Path, frames: int) -> None:
-    """Go on with a run that died after so many frames of `whole`: the files of later ones are not whole."""
+    """Resume a run that died after so many frames of `whole`: the files of later ones are not whole."""
     shutil.copytree(whole, folder)
     for home in folders(folder):
         cut(home, frames)

@@ -62,7 +62,7 @@ def test_frames_are_added_as_if_they_had_been_made_at_once(table, tmp_path):
         made(table, grown, FRAMES, Mode.RESUME)
         assert differences(grown, tmp_path / "whole") == [], f"from {frames} frames"
         made(table, grown, FRAMES, Mode.RESUME)
-        assert differences(grown, tmp_path / "whole") == [], "gone on with once more"
+        assert differences(grown, tmp_path / "whole") == [], "resumed once more"
 
 
 @pytest.fixture(scope="module")

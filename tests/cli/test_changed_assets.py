@@ -1,4 +1,4 @@
-"""A run that is gone on with tells of assets that were changed since its first frames."""
+"""A run that is resumed tells of assets that were changed since its first frames."""
 
 import pytest
 

@@ -76,11 +76,11 @@ def leave_part(out):
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
-        (unfinish, "is of a run that has not ended. Go on with it first, with --resume"),
+        (unfinish, "is of a run that has not ended. Resume it first, with --resume"),
         (leave_part, "has parts that are not joined. Make the missing ones, and join them: usdsdg merge"),
         (lambda out: (out / ".usdsdg/journal.jsonl").unlink(), "has no journal"),
         (lambda out: (out / ".usdsdg/journal.jsonl").write_bytes(b""), "is of a run that has not ended"),
-        (cut_off, "is of a run that has not ended. Go on with it first, with --resume"),
+        (cut_off, "is of a run that has not ended. Resume it first, with --resume"),
         (lambda out: change(out / ".usdsdg/journal.jsonl", '"files"', '"fil'), "the journal is damaged"),
         (lambda out: change(out / ".usdsdg/journal.jsonl", "2.png", "7.png"), "its lines are not those"),
         (lambda out: (out / ".usdsdg/recipe.json").unlink(), "recipe.json is missing"),

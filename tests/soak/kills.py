@@ -1,4 +1,4 @@
-"""Runs that are ended at random moments and gone on with: `python -m tests.soak kills` compares every byte at the end.
+"""Runs that are ended at random moments and resumed: `python -m tests.soak kills` compares every byte at the end.
 
 The job drops parts into a bin and writes PoseWriter's files and COCO. Each trial ends its process once or several
 times, by --how: kill (SIGKILL), term, hup, int, full (the disk is full; needs the right to mount a tmpfs), worker
@@ -89,7 +89,7 @@ class Trials:
         return end
 
     def _fill(self, out: Path) -> None:
-        """Let the disk be full after some bytes; what is there then is gone on with on a larger one."""
+        """Let the disk be full after some bytes; what is there then is resumed on a larger one."""
         disk = self._folder / "disk"
         disk.mkdir(exist_ok=True)
         size = self._random.randint(FULL // 20, FULL)

@@ -48,7 +48,7 @@ def check_repairable(folder: Path, name: str) -> Listing:
         raise DatasetError(f"{name} has parts that are not joined. Make the missing ones, and join them: usdsdg merge.")
     is_unfinished = any("the run is unfinished" in fault.what for fault in own)
     if is_unfinished and (listing.is_cut_off or not listing.is_damaged):
-        raise DatasetError(f"{name} is of a run that has not ended. Go on with it first, with --resume.")
+        raise DatasetError(f"{name} is of a run that has not ended. Resume it first, with --resume.")
     if own:
         raise DatasetError(
             f"{name}: the journal is damaged ({JOURNAL}: {own[0].what}), so it is not known which bytes the files had. "

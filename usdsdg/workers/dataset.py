@@ -34,7 +34,7 @@ def make_dataset(places: Sequence[str], frames: int, count: int, make: MakeParts
         raise BadValue("several processes need an output folder that all of them see; this job writes to none")
     current().run.shares_out = True
     for each in places:
-        current().run.claim(each)  # removes an earlier run, or goes on with it, as the options say
+        current().run.claim(each)  # removes an earlier run, or resumes it, as the options say
     claimed = current().run.folders
     current().run.release()
     make_claimed(claimed, frames, count, make, unit=unit)

@@ -45,7 +45,7 @@ class _Process:
 def make_parts(
     command: Callable[[Part], Sequence[str]], parts: Sequence[Part], count: int, tick: Callable[[], None]
 ) -> list[str]:
-    """Run the command of each part, `count` at a time; where a process dies, its part is gone on with by another.
+    """Run the command of each part, `count` at a time; where a process dies, its part is resumed by another.
 
     tick: called again and again meanwhile.
 

@@ -91,7 +91,7 @@ def _cut(gap: Part, count: int, frames: int, unit: int) -> list[Part]:
 def _keep_as_parts(places: Sequence[Place]) -> None:
     """Make the frames of one process that died a part, so that others can make the rest.
 
-    It ends at the same frame in each place; where a journal ends before, the part is one to be gone on with.
+    It ends at the same frame in each place; where a journal ends before, the part is one to be resumed.
     """
     ends = [(place, end) for place in places if (end := _end_of_one_process(place.path))]
     last = max((end for _, end in ends), default=0)

@@ -47,7 +47,7 @@ def make_parts(
     address: str,
     resources: Resources,
 ) -> None:
-    """Make parts with actors, `count` at a time; where one dies, another goes on with its part.
+    """Make parts with actors, `count` at a time; where one dies, another resumes its part.
 
     command: the arguments of `usdsdg` that make a part, for make_part, which nodes import by its name.
     count: None: as many as the cluster has room for. tick: called again and again meanwhile.
@@ -108,7 +108,7 @@ def _run(
             busy_at = time.monotonic() if running or idle else busy_at
             if time.monotonic() - busy_at > ROOM_SECONDS:
                 raise WorkerFailed(
-                    f"the cluster has had no room for an actor for {ROOM_SECONDS:g} s; go on with --resume"
+                    f"the cluster has had no room for an actor for {ROOM_SECONDS:g} s; resume with --resume"
                 )
     finally:
         for actor in [*starting.values(), *idle, *(work.actor for work in running.values())]:

@@ -140,7 +140,7 @@ def restore(writer: Any, kept: Mapping[str, Any]) -> None:
     """
     if kept and (missing := [name for name in writer.kept if name not in kept]):
         raise Unsupported(
-            f"{type(writer).__name__} cannot go on with these frames: `kept` names {', '.join(missing)}, of which the "
+            f"{type(writer).__name__} cannot resume these frames: `kept` names {', '.join(missing)}, of which the "
             "journal has no value, since it did not name it when the frames were made. Make the dataset again."
         )
     for name, value in kept.items():

@@ -27,7 +27,7 @@ _NAMING_THE_RECIPE = ("RerunWriter",)
 
 
 class MoreFrames:
-    """Lets a run with more frames go on with a complete one, or one that has not ended."""
+    """Lets a run with more frames resume a complete one, or one that has not ended."""
 
     def __init__(self, obstacle: Obstacle, frames: int | None = None) -> None:
         """Of a run with so many frames; None: not known before it has ended.
@@ -37,7 +37,7 @@ class MoreFrames:
         self._obstacle, self._frames = obstacle, frames
 
     def obstacle(self, place: Place, wanted: Recipe, earlier: Mapping[str, Any], portion: Portion | None) -> str | None:
-        """Return why a run cannot go on with an earlier one as `Obstacle` does."""
+        """Return why a run cannot resume an earlier one as `Obstacle` does."""
         try:
             reason = self._obstacle(wanted, Recipe.of_values(earlier, place.path), place.path)
         except DatasetError:

@@ -166,7 +166,7 @@ class Spool:
 
     @property
     def goes_on(self) -> bool:
-        """Whether the journal of an earlier process is gone on with, so that its records are here, too."""
+        """Whether the journal of an earlier process is resumed, so that its records are here, too."""
         place = place_of(self._backend)
         claimed = get_run().claim(place) if place is not None else None
         return claimed is not None and claimed.goes_on

@@ -46,7 +46,7 @@ class EmissionProfile:
     """Factors on a light's radiance by direction (IES) and by position (texture); lights share it by identity."""
 
     # (H, W) float32 factor by direction: row k at k pi / (H - 1) from the light's -z, column k at 2 pi k / W about z,
-    # from -x towards -y; W = 1 is axially symmetric.
+    # from -x toward -y; W = 1 is axially symmetric.
     ies: np.ndarray | None = None
     # (H, W, 3) float32 linear, of a rect light: the first texel lies at the corner +x +y, the last at -x -y.
     texture: np.ndarray | None = None

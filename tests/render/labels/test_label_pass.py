@@ -130,7 +130,7 @@ def test_smooth_normals_of_a_scaled_sphere_follow_the_inverse_transpose():
     np.testing.assert_allclose(labels["normals"][hit], expected, atol=0.01)
 
 
-def test_normals_of_mirrored_instances_point_outwards():
+def test_normals_of_mirrored_instances_point_outward():
     scene = scenes.scene_of([(scenes.sphere(rings=32), scenes.moved(scale=(-1, 1, 1)), 0)])
     labels = renderer_of(scene).labels(scenes.view_from((0, -6, 1)), ["instance", "normals", "position"])
     hit = labels["instance"] == 0
@@ -193,7 +193,7 @@ RED, GREEN, BLUE, WHITE = (255, 0, 0), (0, 255, 0), (0, 0, 255), (255, 255, 255)
 
 
 def test_textures_are_upright():
-    # Row 0 is at v = 1; the square's v increases upwards in the image.
+    # Row 0 is at v = 1; the square's v increases upward in the image.
     albedo = checker([[RED, GREEN], [BLUE, WHITE]])
     for (row, column), color in {(16, 16): RED, (16, 47): GREEN, (47, 16): BLUE, (47, 47): WHITE}.items():
         np.testing.assert_allclose(albedo[row, column], np.array(color) / 255, atol=0.05)

@@ -1,4 +1,4 @@
-"""Spools that have lost lines, or were changed, since they were written: neither joined nor gone on with."""
+"""Spools that have lost lines, or were changed, since they were written: neither joined nor resumed."""
 
 import hashlib
 import json

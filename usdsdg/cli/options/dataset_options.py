@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from usdsdg.writers.growth import Obstacle
 
 resume_option = click.option(
-    "--resume", is_flag=True, help="Go on with an unfinished run in the output folder, or one with fewer frames."
+    "--resume", is_flag=True, help="Resume an unfinished run in the output folder, or add frames to one with fewer."
 )
 overwrite_option = click.option("--overwrite", is_flag=True, help="Remove an earlier run in the output folder.")
 shard_option = click.option(
@@ -78,7 +78,7 @@ def begin_run(
     from usdsdg.writers.journal.portion import Portion
 
     if resume and overwrite:
-        raise BadValue("--resume goes on with an earlier run and --overwrite removes it: give only one of them")
+        raise BadValue("--resume continues an earlier run and --overwrite removes it: give only one of them")
     if frames is not None and shard is not None:
         raise BadValue("--frames and --shard both choose frames: give only one of them")
     portion = Portion.of_frames(frames) if frames is not None else None

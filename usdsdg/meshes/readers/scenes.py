@@ -19,7 +19,7 @@ from usdsdg.meshes.readers import collada, gltf, obj, ply, polygons
 from usdsdg.meshes.readers.gltf_looks import Look
 from usdsdg.stage.colors import srgb_to_linear
 
-# By convention: glTF prescribes Y, modelling programs export OBJ with Y, scanners and CAD have Z.
+# By convention: glTF prescribes Y, modeling programs export OBJ with Y, scanners and CAD have Z.
 _UP = {".ply": "Z", ".stl": "Z", ".off": "Z"}
 _HOW_TO_INSTALL = "pip install 'usdsdg[meshes]'"
 

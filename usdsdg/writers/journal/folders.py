@@ -39,7 +39,7 @@ class Mode(Enum):
     """What happens to an earlier run in the output folder."""
 
     NEW = "new"  # it is an error, unless it is a complete one of the same recipe
-    RESUME = "resume"  # a run of the same recipe is gone on with
+    RESUME = "resume"  # a run of the same recipe is resumed
     OVERWRITE = "overwrite"  # it is removed
     REPLACE = "replace"  # so is one of the same script
 
@@ -61,14 +61,14 @@ class DatasetFolder:
     ) -> None:
         """Claim a place for a run.
 
-        before: called with the lock, before the journal is read. with_parts: parts that are there are gone on with, by
-        other processes, or joined. growth: lets one with fewer frames be gone on with. shares_out: other processes make
+        before: called with the lock, before the journal is read. with_parts: parts that are there are resumed, by
+        other processes, or joined. growth: lets one with fewer frames be resumed. shares_out: other processes make
         the frames; until `end_sharing` no other one plans them, also where this one has released the folder.
 
         Raises:
             DatasetInTheWay: another run is there, or writes there now; the message says how to go on.
             OutputNotWritable, StoreError: the place cannot be written to.
-            WriterError: the journal or a spool that is gone on with was damaged.
+            WriterError: the journal or a spool that is resumed was damaged.
         """
         self.place, self.path, self._recipe, self.portion = place, place.path, wanted, portion
         path = place.path
@@ -264,7 +264,7 @@ class DatasetFolder:
             self._sharing.release()
 
     def _make_room(self, mode: Mode) -> None:
-        """Remove what an earlier run has left, unless it is gone on with."""
+        """Remove what an earlier run has left, unless it is resumed."""
         if mode is Mode.RESUME:
             return
         if self.portion is None:
@@ -317,8 +317,7 @@ def check(
     if earlier is None:
         if mode is Mode.RESUME and place.has_files():
             raise DatasetInTheWay(
-                f"{there} has files but no recipe, so it cannot be gone on with. Choose another output_dir, or "
-                "--overwrite."
+                f"{there} has files but no recipe, so it cannot be resumed. Choose another output_dir, or --overwrite."
             )
         return
     differences = wanted.differences(earlier)
@@ -342,12 +341,12 @@ def check(
     if mode is Mode.RESUME and portion is None and not with_parts and _has_parts(path):
         raise DatasetInTheWay(
             f"{there} has parts of --workers, --frames or --shard, whose frames a process without these options would "
-            "make again. Go on with --workers N --resume, or with each part; `usdsdg merge` joins them once all are "
+            "make again. Resume with --workers N --resume, or each part; `usdsdg merge` joins them once all are "
             "whole. --overwrite begins again."
         )
     if mode is Mode.NEW and not _is_complete(path, portion):
         raise DatasetInTheWay(
-            f"{there} has an unfinished run of this recipe. Go on with --resume, begin again with --overwrite, or "
+            f"{there} has an unfinished run of this recipe. Resume it with --resume, begin again with --overwrite, or "
             "choose another output_dir."
         )
 

@@ -1,4 +1,4 @@
-"""What lets a run with more frames go on with an earlier one, as `folders` calls it; see `usdsdg.writers.growth`."""
+"""What lets a run with more frames resume an earlier one, as `folders` calls it; see `usdsdg.writers.growth`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Growth(Protocol):
     """What knows in which way recipes tell the number of frames."""
 
     def obstacle(self, place: Place, wanted: Recipe, earlier: Mapping[str, Any], portion: Portion | None) -> str | None:
-        """Return why a wanted run cannot go on with the earlier one of a place: "" if it can; None if they differ in
+        """Return why a wanted run cannot resume the earlier one of a place: "" if it can; None if they differ in
         more than the number of frames."""
         ...
 

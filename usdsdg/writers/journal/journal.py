@@ -94,7 +94,7 @@ class Journal:
 
         Raises:
             OutputNotWritable: the disk is full, or the folder was removed.
-            WriterError: a frame is not made for the first time, so the journal that is gone on with has lost its line.
+            WriterError: a frame is not made for the first time, so the journal that is resumed has lost its line.
         """
         known = self.contents.spools
         new = {name: each for name, each in (spools or {}).items() if known.get(name) != each}
@@ -144,7 +144,7 @@ class Journal:
         recipe: the SHA-256 of the recipe; None: of a part, which has none of its own.
         first: of a part, the frame at which writers are due for the first time; None: not known.
         kept: of the spools those that are files of the dataset, as in `spools`.
-        spools: those that a run can go on with.
+        spools: those that a run can resume.
         """
         shared = {name: each for name, each in self.contents.shared.items() if not name.startswith(_SPOOLS)}
         shared |= {f"{_SPOOLS}{name}": each for name, each in (kept or {}).items()}

@@ -37,7 +37,7 @@ def parts_of(folder: Path) -> list[Path]:
 def join(place: Place) -> int:
     """Join the journals and spools of the parts to those of one run; return the number of frames.
 
-    The parts stay, as `JOINED`, until the caller has closed the journal: a process that died before is gone on with.
+    The parts stay, as `JOINED`, until the caller has closed the journal: a process that died before is resumed.
 
     Raises:
         DatasetError: there are no parts, one is unfinished, or frames are missing or there twice.

@@ -45,7 +45,7 @@ class Run:
         self._source: Source | None = None
         self.mode = Mode.REPLACE
         self.portion: Portion | None = None
-        self.growth: Growth | None = None  # lets a run with fewer frames be gone on with
+        self.growth: Growth | None = None  # lets a run with fewer frames be resumed
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
         self.ends_early = False  # because of an error, Ctrl-C or a signal
         self.is_at_exit = False  # the program ends: other threads get no more frames
@@ -77,7 +77,7 @@ class Run:
         """Say what this process makes, before any writer is created.
 
         source: the configuration or script, of which a copy is kept beside the data. growth: lets a run with fewer
-        frames be gone on with.
+        frames be resumed.
         """
         self.recipe, self.mode, self.portion = recipe, mode, portion
         self._source = Source.read(source) if source is not None else None
@@ -108,7 +108,7 @@ class Run:
                 of_place = self.recipe.of(place.name)
                 folders.check(place, of_place, self.mode, self.portion, with_parts=with_parts, growth=self.growth)
             except DatasetInTheWay:
-                place_locks.check_unused(place, self.portion)  # such a run looks unfinished, and cannot be gone on with
+                place_locks.check_unused(place, self.portion)  # such a run looks unfinished, and cannot be resumed
                 raise
 
     def folder_to_go_on(self, wanted: Path) -> Path | None:
@@ -125,7 +125,7 @@ class Run:
 
     @property
     def may_go_on(self) -> bool:
-        """Whether this process goes on with a run, or makes a part of one that others make, too."""
+        """Whether this process resumes a run, or makes a part of one that others make, too."""
         return self._has_recipe() and (self.mode is Mode.RESUME or self.portion is not None)
 
     def first_of_this(self, places: Iterable[Place]) -> Place | None:

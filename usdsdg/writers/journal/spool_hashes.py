@@ -91,7 +91,7 @@ class SpoolHashes:
 
 
 class _Beginning:
-    """The beginning of a spool that a run goes on with.
+    """The beginning of a spool that a run resumes.
 
     Attributes:
         size: bytes up to the first record of a frame that is not whole, or cut off.

@@ -83,7 +83,7 @@ class PhysicsScene:
 
     # --- gravity ---
     def get_gravity(self) -> Gf.Vec3f:
-        """Return gravity [stage units/s²]; where none is authored, 9.81 m/s² downwards."""
+        """Return gravity [stage units/s²]; where none is authored, 9.81 m/s² downward."""
         stage, scene = self._prim.GetStage(), self.physics_scene
         direction, magnitude = Gf.Vec3f(scene.GetGravityDirectionAttr().Get()), scene.GetGravityMagnitudeAttr().Get()
         if direction.GetLength() == 0.0:
