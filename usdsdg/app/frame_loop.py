@@ -57,6 +57,7 @@ class Orchestrator:
         self._frames_of_run = 0  # captured since it started
         self._runs = False  # whether `run` or a playing timeline captures, not single steps
         self._run: object = None  # stands for the `run` that has begun last, until it ends
+        self.is_unawaited = False  # whether a run has ended that the script takes to have only begun
         self._last: int | None = None  # frame before which the current `run` ends; None: triggers end it
         self.frames_without_end: int | None = None  # of a run that nothing ends; None: an error
 
@@ -65,13 +66,14 @@ class Orchestrator:
         self._set_status(Status.STOPPED)
         self.captures, self._initialized, self._next_subframes = 0, False, 0
         self._requested_subframes = self._frames_of_last_run = 0
-        self._start_unseen = False
+        self._start_unseen = self.is_unawaited = False
         self._capture = Capture()
 
     # --- one frame ---
     @in_turn
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         """Capture one frame; see `usdsdg.orchestrator.step` for the arguments."""
+        self.is_unawaited = False
         with self._interrupted.noticed(), whole_frame(), device_memory():
             run = get_run()
             if (run.ends_early or run.is_at_exit) and threading.current_thread() is not threading.main_thread():
@@ -336,6 +338,7 @@ class Orchestrator:
 
         Where capture on play is set, the timeline is stopped before.
         """
+        self.is_unawaited = False
         if self.status is not Status.STOPPED and captures_on_play():
             get_timeline().stop()
         if self.status is Status.STOPPED:
@@ -360,7 +363,7 @@ class Orchestrator:
         Scripts wait until the run that they have started is seen to start. `run` returns after its last frame, so a run
         that nobody has asked about counts as started once more.
         """
-        unseen, self._start_unseen = self._start_unseen, False
+        unseen, self._start_unseen, self.is_unawaited = self._start_unseen, False, False
         return self.status in (Status.STARTED, Status.STEPPING, Status.STEPPED) or (
             unseen and self.status is Status.STOPPED
         )
