@@ -46,6 +46,7 @@ from usdsdg.stage.assets.root import (
     set_fallback_root,
     set_mirror_factory,
 )
+from usdsdg.stage.assets.search_paths import add_search_path, remove_search_path
 from usdsdg.stage.assets.stand_ins import set_units
 from usdsdg.stage.assets.url import TOP_FOLDERS, is_remote, scheme_of
 
@@ -61,6 +62,7 @@ __all__ = [
     "MissingDependency",
     "OnMissing",
     "PathMap",
+    "add_search_path",
     "assets_root",
     "built_folder",
     "cache_folder",
@@ -89,6 +91,7 @@ __all__ = [
     "redirect",
     "redirect_layer",
     "referenced_layers",
+    "remove_search_path",
     "resolve",
     "resolve_object",
     "resolve_reference",
