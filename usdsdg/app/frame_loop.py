@@ -113,7 +113,7 @@ class Orchestrator:
         if ahead is None:
             with timeline.before_picture(self._until_picture(delta_time)):
                 fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_picture_elapsed_time())
-            if self._run is not None and self._last is None and ends_without_picture(fired):
+            if self._runs and self._last is None and ends_without_picture(fired):
                 return
         else:
             ahead.show(self.captures)
@@ -214,12 +214,19 @@ class Orchestrator:
 
     # --- many frames ---
     def capture_on_play(self) -> None:
-        """Capture an app update of a playing timeline if capture on play is set and a writer or annotator attached."""
+        """Capture an app update of a playing timeline if capture on play is set and a writer or annotator attached.
+
+        When all triggers have reached their limits, the run ends and the timeline stops.
+        """
         timeline = get_timeline()
         plays = timeline.is_playing() and timeline.is_auto_updating() and self.status is not Status.PAUSED
         if plays and captures_on_play() and is_watched():
+            if self.status is Status.STOPPED:
+                evaluate.graph().renew_limits()
             with self._running():
                 self.step(-1, False, 0.0)
+            if all_ended():
+                self.finish()
 
     @contextmanager
     def _running(self) -> Iterator[None]:
