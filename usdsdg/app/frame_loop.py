@@ -113,7 +113,7 @@ class Orchestrator:
         if ahead is None:
             with timeline.before_picture(self._until_picture(delta_time)):
                 fired = evaluate.graph().evaluate(capture=self.captures, time=timeline.get_picture_elapsed_time())
-            if self._runs and self._last is None and ends_without_picture(fired):
+            if self._run is not None and self._last is None and ends_without_picture(fired):
                 return
         else:
             ahead.show(self.captures)
@@ -223,8 +223,10 @@ class Orchestrator:
         if plays and captures_on_play() and is_watched():
             if self.status is Status.STOPPED:
                 evaluate.graph().renew_limits()
-            with self._running():
-                self.step(-1, False, 0.0)
+            # Time triggers fire in the update, before its picture.
+            if not ends_without_picture([each for each in evaluate.graph().triggers if each.exhausted]):
+                with self._running():
+                    self.step(-1, False, 0.0)
             if all_ended():
                 self.finish()
 
