@@ -9,6 +9,7 @@ from typing import Any
 
 from usdsdg.app.app import get_app
 from usdsdg.app.frame_loop import Orchestrator, get_orchestrator
+from usdsdg.app.run_ends import limits_remain
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.values import whole_number
@@ -101,9 +102,14 @@ def run(num_frames: int | None = None, start_timeline: bool = False) -> None:
         if get_is_paused():
             # Only a task or another thread can resume; sleep to leave it the processor.
             time.sleep(PAUSED_SECONDS)
+    get_orchestrator().is_unawaited = True
 
 
-run_until_complete = run
+def run_until_complete(num_frames: int | None = None, start_timeline: bool = False) -> None:
+    """Run `run`; right after `run` or `run_async`, which in Replicator only begin a run, wait for the files of that."""
+    if not _has_run(num_frames):
+        run(num_frames, start_timeline)
+    wait_until_complete()
 
 
 async def run_async(num_frames: int | None = None, start_timeline: bool = False) -> None:
@@ -113,13 +119,23 @@ async def run_async(num_frames: int | None = None, start_timeline: bool = False)
         while True:
             async with turn_of_task():
                 if next(frames, _ENDED) is _ENDED:
-                    return
+                    break
             await asyncio.sleep(0)
     finally:
         frames.close()
+    get_orchestrator().is_unawaited = True
 
 
-run_until_complete_async = run_async
+async def run_until_complete_async(num_frames: int | None = None, start_timeline: bool = False) -> None:
+    """Run `run_until_complete` in a coroutine; other tasks run between the frames."""
+    if not _has_run(num_frames):
+        await run_async(num_frames, start_timeline)
+    await wait_until_complete_async()
+
+
+def _has_run(num_frames: int | None) -> bool:
+    """Return whether the run that a script waits for has begun, and so ended, before: scripts begin it with `run`."""
+    return num_frames is None and get_orchestrator().is_unawaited and not limits_remain()
 
 
 def _run(num_frames: int | None, start_timeline: bool) -> Generator[None]:
@@ -200,6 +216,8 @@ set_minimum_next_rt_subframes = set_next_rt_subframes
 
 def get_status() -> Status:
     """Return the status of the orchestrator."""
+    # Scripts that ask for it wait for the end of a run by themselves.
+    get_orchestrator().is_unawaited = False
     return get_orchestrator().status
 
 

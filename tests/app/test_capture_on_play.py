@@ -63,6 +63,40 @@ def test_randomizers_fire_once_for_every_frame_captured_on_play(writer):
     assert trigger._trigger.executions == 4
 
 
+def test_the_timeline_stops_when_all_triggers_have_reached_their_limits(writer):
+    """Scripts update the application while the timeline plays; it loops, so that nothing else would stop it."""
+    with rep.trigger.on_frame(max_execs=5) as trigger, rep.create.cube():
+        rep.modify.pose(position=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))
+    get_timeline().set_looping(True)
+    for count in (5, 10):
+        get_timeline().play()
+        for _ in range(20):
+            get_app().update()
+        assert get_timeline().is_stopped()
+        assert (len(writer.times), trigger._trigger.executions, writer.ended) == (count, count, count // 5)
+        assert rep.orchestrator.get_is_stopped()
+
+
+def test_time_triggers_that_end_stop_the_timeline_before_the_next_interval(writer):
+    rep.trigger.on_time(interval=0.1, max_execs=3)
+    get_timeline().play()
+    for _ in range(60):
+        get_app().update()
+    assert get_timeline().is_stopped()
+    # The trigger ends at 0.3 s, the 18th update, which has no picture.
+    assert writer.times == pytest.approx([count / 60 for count in range(1, 18)])
+
+
+def test_triggers_without_limits_do_not_stop_the_timeline(writer):
+    rep.trigger.on_frame(max_execs=2)
+    rep.trigger.on_custom_event("go")
+    get_timeline().play()
+    for _ in range(4):
+        get_app().update()
+    assert get_timeline().is_playing()
+    assert len(writer.times) == 4
+
+
 def test_nothing_is_captured_without_a_writer_or_annotator(writer):
     writer.detach()
     get_timeline().play()

@@ -80,6 +80,30 @@ def test_a_run_has_its_number_of_frames_or_that_of_its_triggers(writer, form, na
 
 
 @pytest.mark.parametrize("form", FORMS)
+def test_run_and_run_until_complete_are_one_run(writer, form):
+    """In Replicator `run` returns when the run has begun, and `run_until_complete` waits for the end of that one."""
+    trigger = rep.trigger.on_frame(max_execs=3)
+    call(form, "run")
+    call(form, "run_until_complete")
+    assert (len(writer.times), writer.ended, trigger.executions) == (3, 1, 3)
+    call(form, "run_until_complete")
+    assert len(writer.times) == 6
+    call(form, "run")
+    call(form, "run_until_complete", num_frames=1)
+    assert len(writer.times) == 10
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("between", ["wait_until_complete", "get_is_stopped", "get_is_started", "stop"])
+def test_a_run_that_a_script_has_waited_for_is_another_one(writer, form, between):
+    rep.trigger.on_frame(max_execs=3)
+    call(form, "run")
+    call("standalone" if between.startswith("get") else form, between)
+    call(form, "run_until_complete")
+    assert len(writer.times) == 6
+
+
+@pytest.mark.parametrize("form", FORMS)
 def test_scripts_that_wait_for_the_start_and_the_end_of_a_run_go_on(writer, form):
     for count in (2, 4):
         call(form, "run", num_frames=2)

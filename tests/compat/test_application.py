@@ -357,3 +357,27 @@ def test_what_is_done_before_an_update_is_in_its_picture(stage):
     assert len(boxes.get_data()["data"]) == 1
     after.unsubscribe()
     get_timeline_interface().stop()
+
+
+@pytest.mark.parametrize("as_url", [False, True])
+def test_relative_paths_are_found_in_default_search_paths(tmp_path, monkeypatch, as_url):
+    (tmp_path / "mine" / "models").mkdir(parents=True)
+    inner = tmp_path / "mine" / "models" / "inner.usda"
+    inner.write_text('#usda 1.0\n( defaultPrim = "A" )\ndef Cube "A" {\ndouble size = 7\n}\n')
+    (tmp_path / "mine" / "models" / "outer.usda").write_text(
+        '#usda 1.0\n( defaultPrim = "B" )\ndef Xform "B" {\ndef "A" ( references = @models/inner.usda@ ) {}\n}\n'
+    )
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    folder = (tmp_path / "mine").as_uri() if as_url else str(tmp_path / "mine")
+    client.add_default_search_path(folder)
+    try:
+        assert client.get_local_file("models/inner.usda") == (client.Result.OK, str(inner))
+        assert client.get_local_file("./models/inner.usda")[0] is client.Result.ERROR_NOT_FOUND
+        stage = stage_context.new_stage()
+        (prim,) = rep.create.from_usd("models/outer.usda").get_output_prims()["prims"]
+        assert stage.GetPrimAtPath(f"{prim.GetPath()}/Ref/A").GetAttribute("size").Get() == 7
+        assets.check_missing(stage)
+    finally:
+        client.remove_default_search_path(folder)
+    assert client.get_local_file("models/inner.usda")[0] is client.Result.ERROR_NOT_FOUND

@@ -241,3 +241,21 @@ def test_an_unknown_event_is_named_with_its_near_miss(stage):
     randomize_sizes(stage, "randomize_lights")
     with pytest.warns(UsdsdgWarning, match="did you mean 'randomize_lights'"):
         utils.send_og_event("randomise_lights")
+
+
+def test_nodes_of_items_stand_for_their_prims(stage):
+    """Registered randomizers return `item.node`, and Replicator takes such nodes wherever it takes items."""
+    box, ball, plane = create.cube(), create.sphere(position=(0, 0, 0)), create.plane(scale=4)
+    assert create.group([box.node, ball.node]).prims == (*box.prims, *ball.prims)
+    with trigger.on_frame():
+        randomizer.scatter_2d(plane.node, no_coll_prims=[ball.node], check_for_collisions=True, input_prims=box.node)
+    evaluate.graph().evaluate(preview=True)
+    place = np.array(stage.GetPrimAtPath(box.prims[0]).GetAttribute("xformOp:translate").Get())
+    # The unit cube on the plane of 4 units touches the unit ball at its center nowhere.
+    assert np.abs(place).max() <= 2
+    assert np.linalg.norm(np.maximum(np.abs(place) - 0.5, 0)) > 0.5
+    modify.pose(position=(7, 8, 9), input_prims=[box.node])
+    evaluate.graph().evaluate()
+    camera = create.camera(position=(7, 8, 19), look_at=box.node)
+    view = UsdGeom.Camera(stage.GetPrimAtPath(f"{camera.prims[0]}/Camera")).GetCamera(0).transform
+    assert np.allclose(view.TransformDir((0, 0, -1)), (0, 0, -1), atol=1e-6)

@@ -142,6 +142,31 @@ def test_a_loaded_graph_repeats_the_draws_of_the_script():
     assert stage.GetRootLayer().ExportToString() == expected
 
 
+def test_a_loaded_graph_draws_by_the_seeds_of_the_script_and_of_its_randomizers():
+    rep.set_global_seed(11)
+    boxes, balls = rep.create.cube(count=2), rep.create.sphere(count=2)
+    for group in (boxes, balls):
+        with rep.trigger.on_frame(), group:
+            rep.modify.pose(position=rep.distribution.uniform((0, 0, 0), (1, 1, 1), seed=4))
+            rep.randomizer.color(rep.distribution.uniform((0, 0, 0), (1, 1, 1)), seed=4)
+    stage = stage_context.current_stage()
+    made = [stage.GetPrimAtPath(path) for path in (*boxes.prims, *balls.prims)]
+
+    def drawn():
+        graph().evaluate(preview=True)
+        graph().evaluate(capture=1)
+        places = [tuple(prim.GetAttribute("xformOp:translate").Get()) for prim in made]
+        colors = (prim.GetAttribute("inputs:diffuse_color_constant").Get() for prim in stage.Traverse())
+        return places, [tuple(color) for color in colors if color is not None]
+
+    places, colors = drawn()
+    assert places[:2] == places[2:]
+    assert places[0] != places[1]
+    assert len(set(colors)) == len(colors) == 4
+    saved_graph.load(stage)
+    assert drawn() == (places, colors)
+
+
 def test_a_bound_edited_on_the_prim_is_read_when_the_stage_is_loaded():
     cube = rep.create.cube()
     with rep.trigger.on_frame(), cube:

@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdGeom
 from usdsdg.errors import AssetError, AssetNotFound, ConfigError, UsdsdgWarning, forget_warnings, outside_line
 from usdsdg.stage import assets
 from usdsdg.stage.semantics.labels import get_labels
+from usdsdg.utils import get_usd_files
 
 
 @pytest.fixture(autouse=True)
@@ -167,6 +168,32 @@ def test_a_missing_picture_is_gray_and_a_missing_folder_an_error():
     assert (image.texels[..., :3] == 128).all()
     with pytest.raises(AssetNotFound):
         assets.resolve("/Isaac/Props/Gone")
+
+
+@pytest.mark.parametrize("folder", ["omniverse://host/Parts/Gears/", "/Isaac/Props/Gears", "C:\\parts\\Gears"])
+def test_one_labeled_box_stands_in_for_the_files_of_a_missing_folder(folder):
+    assets.set_on_missing(assets.OnMissing.STAND_IN)
+    with pytest.warns(UsdsdgWarning, match=r"a stand-in replaces .*Gears.*, which is missing"):
+        (file,) = get_usd_files(folder, recursive=True, path_filter="small_.*")
+    stage = Usd.Stage.Open(file)
+    assert {kind: list(labels) for kind, labels in get_labels(stage.GetDefaultPrim()).items()} == {"class": ["Gears"]}
+    assets.raise_missing()
+
+
+def test_a_folder_that_is_left_out_has_one_empty_asset():
+    assets.set_on_missing(assets.OnMissing.SKIP)
+    with pytest.warns(UsdsdgWarning, match="Gears is left out"):
+        (file,) = get_usd_files("omniverse://host/Parts/Gears")
+    stage = Usd.Stage.Open(file)
+    assert [str(prim.GetPath()) for prim in stage.Traverse()] == ["/Gears"]
+
+
+def test_a_missing_folder_is_listed_where_missing_assets_are_errors():
+    assets.set_on_missing(assets.OnMissing.ERROR)
+    with pytest.raises(AssetError, match="Omniverse server"):
+        get_usd_files("omniverse://host/Parts/Gears")
+    with pytest.raises(assets.MissingAssets, match="omniverse://host/Parts/Gears"):
+        assets.raise_missing()
 
 
 def test_a_missing_material_is_a_plain_one():

@@ -13,7 +13,6 @@ from contextlib import contextmanager
 from pxr import Usd
 
 from usdsdg import listeners, rng
-from usdsdg.annotators.labeled_prims import LabeledPrimReader
 from usdsdg.app.app import get_app
 from usdsdg.app.frames_of_others import FramesOfOthers
 from usdsdg.app.run_ends import all_ended, ends_without_picture, triggers_remain, triggers_that_end
@@ -50,7 +49,7 @@ class Orchestrator:
         self.captures = 0
         self._initialized = False  # since the stage was made or `stop`
         self._next_subframes = 0
-        self._capture = Capture()
+        self.capture = Capture()  # of one frame
         self._interrupted = InterruptedFrame()
         self.status_callbacks: weakref.WeakSet[StatusCallback] = weakref.WeakSet()
         self._captured_callbacks: list[Callable[[], None]] = []
@@ -59,26 +58,23 @@ class Orchestrator:
         self._frames_of_run = 0  # captured since it started
         self._runs = False  # whether `run` or a playing timeline captures, not single steps
         self._run: object = None  # stands for the `run` that has begun last, until it ends
+        self.is_unawaited = False  # whether a run has ended that the script takes to have only begun
         self._last: int | None = None  # frame before which the current `run` ends; None: triggers end it
         self.frames_without_end: int | None = None  # of a run that nothing ends; None: an error
-
-    @property
-    def labeled_prims(self) -> LabeledPrimReader:
-        """The reader of the labeled prims of the stage."""
-        return self._capture.labeled_prims()
 
     def reset(self) -> None:
         """Restore the initial state for a new stage; callbacks stay."""
         self._set_status(Status.STOPPED)
         self.captures, self._initialized, self._next_subframes = 0, False, 0
         self._requested_subframes = self._frames_of_last_run = 0
-        self._start_unseen = False
-        self._capture = Capture()
+        self._start_unseen = self.is_unawaited = False
+        self.capture = Capture()
 
     # --- one frame ---
     @in_turn
     def step(self, rt_subframes: int, pause_timeline: bool, delta_time: float | None) -> None:
         """Capture one frame; see `usdsdg.orchestrator.step` for the arguments."""
+        self.is_unawaited = False
         with self._interrupted.noticed(), whole_frame(), device_memory(), switching_soon():
             run = get_run()
             if (run.ends_early or run.is_at_exit) and threading.current_thread() is not threading.main_thread():
@@ -124,13 +120,13 @@ class Orchestrator:
             ahead.show(self.captures)
             fired = []
         mode = render_mode(self._subframes(rt_subframes, fired))
-        self._capture.begin(self.captures, ahead)
+        self.capture.begin(self.captures, ahead)
         try:
             self._advance_and_expose(mode, self._duration(delta_time), evaluate.puts_bodies_back(fired))
-            self._capture.finish(self.captures, timeline.get_current_time())
+            self.capture.finish(self.captures, timeline.get_current_time())
         except BaseException:
-            self._capture.give_up()
-            if self._capture.is_handed_over:
+            self.capture.give_up()
+            if self.capture.is_handed_over:
                 self.captures += 1
                 self._end_step(pause_timeline)
             raise
@@ -167,15 +163,15 @@ class Orchestrator:
         """Advance timeline, and physics if it plays, by `duration` [s]; motion blur exposes sub-frames in between."""
         if mode.motion_blur and duration > 0.0:
             parts = mode.split(mode.sub_frames)
-            self._capture.open_shutter()
+            self.capture.open_shutter()
             for part in parts:
                 get_app().advance(duration / len(parts), bodies_wait=bodies_wait)
-                self._capture.expose(part)
+                self.capture.expose(part)
             return
         # The first captured frame shows the scene as it was set up.
         if duration > 0.0 and self.captures > 0:
             get_app().advance(duration, bodies_wait=bodies_wait)
-        self._capture.expose(mode)
+        self.capture.expose(mode)
 
     def _duration(self, delta_time: float | None) -> float:
         """Return the seconds of a frame; without `delta_time` only a playing timeline advances."""
@@ -219,12 +215,21 @@ class Orchestrator:
 
     # --- many frames ---
     def capture_on_play(self) -> None:
-        """Capture an app update of a playing timeline if capture on play is set and a writer or annotator attached."""
+        """Capture an app update of a playing timeline if capture on play is set and a writer or annotator attached.
+
+        When all triggers have reached their limits, the run ends and the timeline stops.
+        """
         timeline = get_timeline()
         plays = timeline.is_playing() and timeline.is_auto_updating() and self.status is not Status.PAUSED
         if plays and captures_on_play() and is_watched():
-            with self._running():
-                self.step(-1, False, 0.0)
+            if self.status is Status.STOPPED:
+                evaluate.graph().renew_limits()
+            # Time triggers fire in the update, before its picture.
+            if not ends_without_picture([each for each in evaluate.graph().triggers if each.exhausted]):
+                with self._running():
+                    self.step(-1, False, 0.0)
+            if all_ended():
+                self.finish()
 
     @contextmanager
     def _running(self) -> Iterator[None]:
@@ -270,11 +275,11 @@ class Orchestrator:
                     "orchestrator.run: nothing ends the run; give num_frames, or a trigger max_execs, or "
                     "`usdsdg run --frames N`."
                 )
-        expected_before = self._capture.expected_frames  # by a job that this run is part of
-        self._capture.expected_frames = None if num_frames is None else self.captures + num_frames
+        expected_before = self.capture.expected_frames  # by a job that this run is part of
+        self.capture.expected_frames = None if num_frames is None else self.captures + num_frames
         last = self.captures + (num_frames or 0)
         self._last = last if num_frames is not None else None
-        others = FramesOfOthers(self._capture, self._is_unseen)
+        others = FramesOfOthers(self.capture, self._is_unseen)
         self._start_unseen = True
         this = self._run = object()
         frames_remain = triggers_remain if num_frames is None else lambda: self.captures < last and not all_ended()
@@ -294,7 +299,7 @@ class Orchestrator:
                 yield
         finally:
             if self._run is this:
-                self._run, self._last, self._capture.expected_frames = None, None, expected_before
+                self._run, self._last, self.capture.expected_frames = None, None, expected_before
         if num_frames is None:
             made = get_run().own_frames(self.captures)
             report_frames(made, made)
@@ -305,7 +310,7 @@ class Orchestrator:
 
         before: frames of the job on earlier stages, after which the frames of this one are counted.
         """
-        self._capture.expected_frames, self._capture.frames_before = count, before
+        self.capture.expected_frames, self.capture.frames_before = count, before
 
     def _pass_over_others(self, others: FramesOfOthers) -> None:
         """Count the next frames of a run that other processes make, as far as these need not be evaluated here."""
@@ -318,7 +323,7 @@ class Orchestrator:
                         get_timeline().play()
                     if seconds := self._duration(None):
                         get_app().advance(seconds)
-                    self._capture.pass_over(self.captures)
+                    self.capture.pass_over(self.captures)
                     self.captures += 1
                     self._frames_of_run += 1
 
@@ -329,7 +334,7 @@ class Orchestrator:
     def pass_over(self, frames: int) -> None:
         """Count frames that other processes make, without evaluating, simulating or rendering anything."""
         for _ in range(frames):
-            self._capture.pass_over(self.captures)
+            self.capture.pass_over(self.captures)
             self.captures += 1
 
     def preview(self) -> None:
@@ -343,6 +348,7 @@ class Orchestrator:
 
         Where capture on play is set, the timeline is stopped before.
         """
+        self.is_unawaited = False
         if self.status is not Status.STOPPED and captures_on_play():
             get_timeline().stop()
         if self.status is Status.STOPPED:
@@ -367,7 +373,7 @@ class Orchestrator:
         Scripts wait until the run that they have started is seen to start. `run` returns after its last frame, so a run
         that nobody has asked about counts as started once more.
         """
-        unseen, self._start_unseen = self._start_unseen, False
+        unseen, self._start_unseen, self.is_unawaited = self._start_unseen, False, False
         return self.status in (Status.STARTED, Status.STEPPING, Status.STEPPED) or (
             unseen and self.status is Status.STOPPED
         )

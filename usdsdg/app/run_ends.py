@@ -37,6 +37,11 @@ def triggers_that_end(last: int | None) -> list[evaluate.Trigger]:
     return limited if last is None or len(limited) == len(triggers) else []
 
 
+def limits_remain() -> bool:
+    """Return whether a trigger has not reached its `max_execs` yet, as one that was made since the last run."""
+    return any(trigger.max_execs and not trigger.exhausted for trigger in evaluate.graph().triggers)
+
+
 def triggers_remain() -> bool:
     """Return whether a trigger has not reached its `max_execs` yet.
 

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from usdsdg.errors import ArgumentError, AssetNotFound
+from usdsdg.errors import ArgumentError, AssetError, AssetNotFound, Unsupported
 from usdsdg.stage import assets
 from usdsdg.stage.assets.folder_files import files_in
 
@@ -12,6 +12,8 @@ USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz", *assets.MESHES)
 
 def usd_files(folder: str, *, recursive: bool = False, path_filter: str | None = None) -> list[str]:
     """Return the sorted paths of the USD and mesh files in a folder (or in a URL below the assets root).
+
+    Where the folder is missing and assets have stand-ins, it is the one that has the name of the folder.
 
     Args:
         recursive: also search the subfolders.
@@ -22,7 +24,10 @@ def usd_files(folder: str, *, recursive: bool = False, path_filter: str | None =
         AssetUnreadable: this user may not read it, or a folder in it.
         ArgumentError: `path_filter` is not a regular expression.
     """
-    root = Path(assets.resolve(folder))
+    try:
+        root = Path(assets.locate(folder))
+    except (AssetError, Unsupported) as error:
+        return [assets.instead_of_folder(folder, error)]
     if not root.is_dir():
         raise AssetNotFound(f"{folder} is a file, not a folder")
     try:

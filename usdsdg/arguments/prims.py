@@ -10,7 +10,7 @@ from pxr import Sdf, Usd
 
 from usdsdg.arguments.values import shown
 from usdsdg.errors import ArgumentError, BadPrim, NotAPrim
-from usdsdg.graph.node import ReplicatorItem
+from usdsdg.graph.node import Node, ReplicatorItem, item_of
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
 
@@ -25,7 +25,7 @@ def prim_at(path: str | Sdf.Path) -> Usd.Prim:
 
 
 def prims_of(prims: Any) -> list[Usd.Prim]:
-    """Return the prims that a prim, a path, an item or a sequence of these denotes, in order.
+    """Return the prims that a prim, a path, an item, its node or a sequence of these denotes, in order.
 
     Raises:
         BadPrim: a path is not on the stage, or a prim does not exist any more.
@@ -38,6 +38,7 @@ def prims_of(prims: Any) -> list[Usd.Prim]:
             expired = next(prim for prim in prims if not prim)
             raise BadPrim(f"{expired} does not exist any more; it was removed after the script looked it up")
         return list(prims)
+    prims = item_of(prims)
     if isinstance(prims, ReplicatorItem):
         return [prim_at(path) for path in prims.prims]
     if isinstance(prims, (str, Sdf.Path)):
@@ -61,4 +62,4 @@ def one_prim(name: str, value: Any) -> Usd.Prim:
 
 def is_prim(value: Any) -> bool:
     """Whether a value is a prim, a path or an item, rather than a list of these."""
-    return isinstance(value, (str, Sdf.Path, Usd.Prim, ReplicatorItem))
+    return isinstance(value, (str, Sdf.Path, Usd.Prim, ReplicatorItem, Node))

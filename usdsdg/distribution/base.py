@@ -14,6 +14,9 @@ from usdsdg.errors import GraphError, UnknownInput
 from usdsdg.graph.node import Node, ReplicatorItem, plain, script_line
 from usdsdg.graph.sampling import get_global_seed, own_seed
 
+# Input of a node: its seed is that of the randomizer that it is for.
+OF_RANDOMIZER = "seedOfRandomizer"
+
 
 class Distribution(ReplicatorItem, abc.ABC):
     """The item of a distribution; `sample` returns one row per prim."""
@@ -22,6 +25,8 @@ class Distribution(ReplicatorItem, abc.ABC):
         given = {role: plain(value) for role, value in {**inputs, "seed": seed}.items() if value is not None}
         super().__init__(Node(kind=kind, inputs=given, name=name, line=script_line()))
         self._seed = self._checked(lambda: own_seed(seed))
+        # Draws with one seed go together in Replicator, whichever nodes they are for: scripts move several cameras so.
+        self.goes_by_seed = self._seed is not None
 
     def get_outputs(self) -> dict[str, Any]:
         """Return the outputs of the node, with the values drawn last, one per prim: [] before the first execution."""
@@ -41,8 +46,17 @@ class Distribution(ReplicatorItem, abc.ABC):
             raise GraphError(f"{self.node.describe()} has seed={own}, its randomizer seed={seed}; give one of them")
         twin = copy.copy(self)
         twin._seed = seed
-        twin.node = replace(self.node, inputs={**self.node.inputs, "seed": seed}, path=None)
+        inputs = {**self.node.inputs, "seed": seed} | ({} if self.goes_by_seed else {OF_RANDOMIZER: True})
+        twin.node = replace(self.node, inputs=inputs, path=None)
         return twin
+
+    def key(self, consumer: str) -> str:
+        """Return what the draws for the node with key `consumer` are keyed by, next to the seed."""
+        return "" if self.goes_by_seed else consumer
+
+    def rows(self, prims: Sequence[str]) -> Sequence[str]:
+        """Return what the rows of draws are keyed by: their prims, or their places where the seed is the script's."""
+        return [str(place) for place in range(len(prims))] if self.goes_by_seed else prims
 
     def set_input(self, name: str, value: Any) -> None:
         """Set a bound, choice or seed from the next execution on.
@@ -153,7 +167,10 @@ def from_inputs(kind: str, inputs: Mapping[str, Any], name: str | None) -> Distr
     """
     if kind not in _KINDS:
         raise GraphError(f"a node of type {kind} is not a distribution; known: {', '.join(_KINDS)}")
-    return _KINDS[kind].make(inputs, name)
+    item = _KINDS[kind].make(inputs, name)
+    if inputs.get(OF_RANDOMIZER):
+        item.node.inputs[OF_RANDOMIZER], item.goes_by_seed = True, False
+    return item
 
 
 def as_columns(values: list[list[Any]]) -> np.ndarray:

@@ -60,38 +60,44 @@ class Choice(_Listed):
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
         picked = self._picked(consumer, execution, prims)
-        return [self._resolved(item, consumer, execution, prim) for item, prim in zip(picked, prims)]
+        return [
+            item.sample(f"{consumer}/choice", execution, _seen_by(item, prims, row))[-1]
+            if isinstance(item, Distribution)
+            else item
+            for row, item in enumerate(picked)
+        ]
 
     def named_parts(self, consumer: str, execution: int, prims: Sequence[str]) -> dict[str, Any]:
         if not (found := self._no_rows(prims)):
             return {}
-        for row, (item, prim) in enumerate(zip(self._picked(consumer, execution, prims), prims)):
+        for row, item in enumerate(self._picked(consumer, execution, prims)):
             if isinstance(item, Distribution):
-                for name, rows in item.named_samples(f"{consumer}/choice", execution, [prim]).items():
-                    found[name][row] = rows[0]
+                seen = _seen_by(item, prims, row)
+                for name, rows in item.named_samples(f"{consumer}/choice", execution, seen).items():
+                    found[name][row] = rows[-1]
         return found
 
     def _picked(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
         """Return the choice of each prim."""
         if self._with_replacements:
-            picks = self._picks(uniforms(self.seed(), consumer, execution, prims, 1)[:, 0])
+            picks = self._picks(self._uniforms(consumer, execution, prims))
         else:
             if len(prims) > (available := int(np.count_nonzero(self._weights))):
                 raise GraphError(f"{self.node.describe()}: {len(prims)} prims but only {counted(available, 'choice')}")
-            rng = generator(self.seed(), consumer, execution)
+            rng = generator(self.seed(), self.key(consumer), execution)
             picks = rng.choice(len(self._items), size=len(prims), replace=False, p=self._weights)
         return [self._items[pick] for pick in picks]
 
     def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:
         if not self._with_replacements or any(isinstance(item, Distribution) for item in self._items):
             return super().sample_worlds(consumer, executions, prims)
-        return as_columns([self._items])[0][self._picks(uniforms(self.seed(), consumer, executions, prims, 1)[..., 0])]
+        return as_columns([self._items])[0][self._picks(self._uniforms(consumer, executions, prims))]
+
+    def _uniforms(self, consumer: str, execution: int | np.ndarray, prims: Sequence[str]) -> np.ndarray:
+        return uniforms(self.seed(), self.key(consumer), execution, self.rows(prims), 1)[..., 0]
 
     def _picks(self, u: np.ndarray) -> np.ndarray:
         return np.minimum(np.searchsorted(np.cumsum(self._weights), u, side="right"), len(self._items) - 1)
-
-    def _resolved(self, item: Any, consumer: str, execution: int, prim: str) -> Any:
-        return item.sample(f"{consumer}/choice", execution, [prim])[0] if isinstance(item, Distribution) else item
 
 
 class Sequence_(_Listed):
@@ -134,7 +140,13 @@ class Sequence_(_Listed):
         cycle, index = divmod(position, len(self._items))
         if self._ordered:
             return index
-        return int(generator(self.seed(), consumer, cycle).permutation(len(self._items))[index])
+        return int(generator(self.seed(), self.key(consumer), cycle).permutation(len(self._items))[index])
+
+
+def _seen_by(item: Distribution, prims: Sequence[str], row: int) -> Sequence[str]:
+    """Return the prims for which a choice of a row draws; the last of its draws is that of the row."""
+    # One that goes by its own seed has the row's place as its key, and so needs those before it.
+    return prims[: row + 1] if item.goes_by_seed and not isinstance(item, Sequence_) else [prims[row]]
 
 
 def _is_vector(item: Any) -> bool:

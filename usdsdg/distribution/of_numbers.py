@@ -45,7 +45,7 @@ class _Numeric(Distribution):
     def _uniforms(
         self, consumer: str, execution: int | np.ndarray, prims: Sequence[str], components: int
     ) -> np.ndarray:
-        return uniforms(self.seed(), consumer, execution, prims, components)
+        return uniforms(self.seed(), self.key(consumer), execution, self.rows(prims), components)
 
 
 class Uniform(_Numeric):
@@ -106,7 +106,8 @@ def uniform(lower: Any, upper: Any, num_samples: int = 1, seed: int | None = Non
 
     Draws are floats, also between integers: scripts write colors as (0, 0, 0) to (1, 1, 1). Written to an integer
     attribute they are rounded down, so `upper` itself is not drawn. `num_samples` is ignored: there is one draw for
-    each prim. `seed` replaces the global seed. Draws with a `name` are in the payload of writers.
+    each prim. `seed` replaces the global seed; distributions with the same one draw alike for whatever prims they are
+    for. Draws with a `name` are in the payload of writers.
 
     Raises:
         GraphError: a bound is not a number, `lower` is above `upper`, or they differ in length; the seed is not an

@@ -271,14 +271,20 @@ def _named(node: Node, values: dict[str, Any], name: str, prefix: str) -> Any:
     return values[bare]
 
 
+def item_of(value: Any) -> Any:
+    """Return the item of a node, which scripts pass on as `item.node`, and other values as they are."""
+    return (value.item or ReplicatorItem(value)) if isinstance(value, Node) else value
+
+
 def prim_paths(items: Any) -> tuple[str, ...]:
-    """Return the prim paths of an item, a path, a prim, or a (nested) sequence of these, in order.
+    """Return the prim paths of an item or its node, a path, a prim, or a (nested) sequence of these, in order.
 
     Raises:
         NotAPrim: (a BadPrim and a TypeError) `items` is something else; the message shows it.
     """
     if items is None:
         return ()
+    items = item_of(items)
     if isinstance(items, ReplicatorItem):
         return items.prims
     if isinstance(items, str):
@@ -297,6 +303,7 @@ def plain(value: Any) -> Any:
 
     An item of several prims becomes a list of their paths.
     """
+    value = item_of(value)
     if isinstance(value, ReplicatorItem) and not hasattr(value, "sample"):
         if isinstance(value.prims, LivePrims):
             warn_once(

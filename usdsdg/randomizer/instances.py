@@ -87,7 +87,7 @@ def _choice(given: Any, weights: Any, with_replacements: bool, seed: int | None)
         raise ArgumentError("randomizer.instantiate: paths is empty")
     for option in options:
         _source(option, labeled=False)
-    return choice(options, weights=weights, seed=seed, with_replacements=with_replacements)
+    return one_of(choice(options, weights=weights, with_replacements=with_replacements), seed)
 
 
 def _source(path: str, *, labeled: bool) -> tuple[str, bool]:

@@ -241,6 +241,16 @@ def normalize_url(url: str) -> str:
     return scheme + separator + os.path.normpath(path).replace("\\", "/")
 
 
+def add_default_search_path(search_path: str) -> None:
+    """Look for relative paths in this folder too, also for those that stages refer to."""
+    assets.add_search_path(search_path)
+
+
+def remove_default_search_path(search_path: str) -> None:
+    """Take a folder back that was added."""
+    assets.remove_search_path(search_path)
+
+
 def initialize(version: int = 0) -> bool:
     """Return True: there is no server to connect to."""
     return True

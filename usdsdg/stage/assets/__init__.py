@@ -25,6 +25,7 @@ from usdsdg.stage.assets.missing import (
     OnMissing,
     check_missing,
     get_on_missing,
+    instead_of_folder,
     listed,
     missing_assets,
     note_missing,
@@ -45,6 +46,7 @@ from usdsdg.stage.assets.root import (
     set_fallback_root,
     set_mirror_factory,
 )
+from usdsdg.stage.assets.search_paths import add_search_path, remove_search_path
 from usdsdg.stage.assets.stand_ins import set_units
 from usdsdg.stage.assets.url import TOP_FOLDERS, is_remote, scheme_of
 
@@ -60,6 +62,7 @@ __all__ = [
     "MissingDependency",
     "OnMissing",
     "PathMap",
+    "add_search_path",
     "assets_root",
     "built_folder",
     "cache_folder",
@@ -71,6 +74,7 @@ __all__ = [
     "exists",
     "get_maps",
     "get_on_missing",
+    "instead_of_folder",
     "is_elsewhere",
     "is_mesh",
     "is_remote",
@@ -88,6 +92,7 @@ __all__ = [
     "redirect",
     "redirect_layer",
     "referenced_layers",
+    "remove_search_path",
     "resolve",
     "resolve_object",
     "resolve_reference",

@@ -9,7 +9,7 @@ from urllib.parse import unquote, urlsplit
 from pxr import Ar
 
 from usdsdg import errors
-from usdsdg.stage.assets import anchors, fetching, maps, root, url
+from usdsdg.stage.assets import anchors, fetching, maps, root, search_paths, url
 
 _ABSOLUTE_PATHS = (
     f"Of absolute paths, those under /{' and /'.join(url.TOP_FOLDERS)} are looked up under the assets root as well."
@@ -22,9 +22,9 @@ def locate(asset: str | os.PathLike[str]) -> str:
     """Return the absolute path of the file that a URL or path refers to.
 
     What a map stands for comes first. An existing file is returned as it is, also one below a folder `C:` of the
-    working folder, where Python's own functions find a path with a drive. `/Isaac/...`, `/NVIDIA/...` and relative
-    paths are looked up under the assets root, and so is the part of a URL or of a path with a drive from `/Isaac` or
-    `/NVIDIA` on. Other URLs of servers and buckets are fetched; see `fetching`.
+    working folder, where Python's own functions find a path with a drive. Relative paths are looked up in the folders
+    of `add_search_path`, then, as `/Isaac/...` and `/NVIDIA/...`, under the assets root, and so is the part of a URL or
+    of a path with a drive from `/Isaac` or `/NVIDIA` on. Other URLs of servers and buckets are fetched; see `fetching`.
 
     Raises:
         AssetNotFound: no such file; names the root and similar names.
@@ -66,6 +66,9 @@ def _locate_here(text: str, path: str, problems: list[str]) -> str:
         elif text.startswith("~"):
             anchors.note_home()
         return here
+    for candidate in search_paths.candidates(path) if relative else ():
+        if exists(candidate):
+            return candidate
     if path.lstrip("/").split("/", 1)[0] not in url.TOP_FOLDERS:
         if not relative:
             raise _not_found(text, [*problems, missing_part(here)], _ABSOLUTE_PATHS)

@@ -65,7 +65,7 @@ def resolve(asset: str | os.PathLike[str], *, labeled: bool = False) -> str:
     labeled: a mesh file gets its name as its class.
 
     Where there is none it returns a stand-in, or an empty file of the same kind, if `set_on_missing` says so. There is
-    none for folders and for files of unknown kinds: these raise, and are listed later as well.
+    none for files of unknown kinds: these raise, and are listed later as well. For folders see `instead_of_folder`.
 
     Raises:
         AssetNotFound, AssetError, Unsupported: as `locate`, or a mesh cannot be converted.
@@ -86,11 +86,34 @@ def located(asset: str | os.PathLike[str]) -> str:
             note_missing(text, where_looked(error))
         if instead is None:
             raise
-        if _on_missing is OnMissing.STAND_IN:
-            errors.warn_once(f"a stand-in replaces {text}, which is missing: {where_looked(error)}")
-        elif _on_missing is OnMissing.SKIP:
-            errors.warn_once(f"{text} is left out, since it is missing: {where_looked(error)}")
+        _tell_of_stand_in(text, error)
         return instead
+
+
+def instead_of_folder(folder: str, error: errors.AssetError | errors.Unsupported) -> str:
+    """Return the one file that takes the place of those in a missing folder of USD files.
+
+    Raises:
+        AssetError, Unsupported: `error`, that of the look-up, where missing assets have no stand-ins.
+    """
+    text = folder.strip()
+    if _on_missing is OnMissing.ERROR:
+        note_missing(text, where_looked(error))
+    instead = None
+    if text and _on_missing in (OnMissing.STAND_IN, OnMissing.SKIP):
+        name = text.replace("\\", "/").rstrip("/")
+        instead = stand_ins.instead_of(f"{name}.usd", empty=_on_missing is OnMissing.SKIP)
+    if instead is None:
+        raise error
+    _tell_of_stand_in(text, error)
+    return instead
+
+
+def _tell_of_stand_in(asset: str, error: errors.AssetError | errors.Unsupported) -> None:
+    if _on_missing is OnMissing.STAND_IN:
+        errors.warn_once(f"a stand-in replaces {asset}, which is missing: {where_looked(error)}")
+    elif _on_missing is OnMissing.SKIP:
+        errors.warn_once(f"{asset} is left out, since it is missing: {where_looked(error)}")
 
 
 def where_looked(error: errors.AssetError | errors.Unsupported) -> str:
