@@ -69,7 +69,7 @@ def cold_modules(device: str) -> list[str]:
 
 
 def _prepared_loads(device: str, *, everything: bool = False) -> list[ModuleLoad]:
-    """Return `module_loads`, after the options of all modules are set: also of those that compile at their first launch.
+    """Return `module_loads`, after the options of all modules are set, those compiled at their first launch too.
 
     Else these would be others than those that were compiled with everything else.
     """

@@ -25,10 +25,9 @@ def gprim_ids() -> dict[str, int]:
     """Return the id of each gprim that is drawn, by path: its value in the segmentation of gprims."""
     renderer = engines.renderer()
     renderer.sync()
-    numbers = (
-        current().orchestrator.capture.labeled_prims().numbers_of(renderer.gprims, time=renderer.time) + FIRST_LABELED
-    )
-    return dict(zip(renderer.gprims, numbers.tolist(), strict=True))
+    reader = current().orchestrator.capture.labeled_prims()
+    ids = reader.numbers_of(renderer.gprims, time=renderer.time) + FIRST_LABELED
+    return dict(zip(renderer.gprims, ids.tolist(), strict=True))
 
 
 def instance_mappings() -> list[InstanceMapping]:
