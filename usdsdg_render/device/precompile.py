@@ -69,9 +69,9 @@ def cold_modules(device: str) -> list[str]:
 
 
 def _prepared_loads(device: str, *, everything: bool = False) -> list[ModuleLoad]:
-    """Return `module_loads`, after the options of all modules are set: also of those that compile at their first launch.
+    """Return `module_loads`, with the options of all modules set, also of those that compile at their first launch.
 
-    Else these would be others than those that were compiled with everything else.
+    Else the cache would have these under other names than those that were compiled with everything else.
     """
     target = wp.get_device(device)
     every = module_loads(target, everything=True)
