@@ -69,11 +69,7 @@ def cold_modules(device: str) -> list[str]:
 
 
 def _prepared_loads(device: str, *, everything: bool = False) -> list[ModuleLoad]:
-<<<<<<< HEAD
-    """Return `module_loads`, after the options of all modules are set, those compiled at their first launch too.
-=======
     """Return `module_loads`, with the options of all modules set, also of those that compile at their first launch.
->>>>>>> torch39
 
     Else the cache would have these under other names than those that were compiled with everything else.
     """
