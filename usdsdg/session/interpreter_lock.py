@@ -15,8 +15,8 @@ INTERVAL = 1e-4
 def switching_soon() -> Iterator[None]:
     """Let threads take turns at running Python after `INTERVAL`, unless the program has them do so sooner.
 
-    Only where a GPU renders: on CPUs the kernels take the cores, and switching often costs a few percent. A renderer that
-    is not there yet is not made for that.
+    Only where a GPU renders: on CPUs the kernels take the cores, and switching often costs a few percent. A renderer
+    that is not there yet is not made for that.
     """
     before, renderer = sys.getswitchinterval(), current().engines.renderer
     if before <= INTERVAL or renderer is None or renderer.device == "cpu":
