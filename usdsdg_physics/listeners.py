@@ -35,6 +35,6 @@ class Listeners:
 
     def call(self, *arguments: Any) -> None:
         """Call all listeners; one may subscribe others, or unsubscribe those that are called after it."""
-        for key, listener in list(self._functions.items()):
-            if key in self._functions:
+        for key in list(self._functions):  # of pairs it would not be made at once: garbage may be collected meanwhile
+            if (listener := self._functions.get(key)) is not None:
                 listener(*arguments)

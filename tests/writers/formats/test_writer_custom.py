@@ -87,6 +87,7 @@ class StandIn(RayCaster):
         super().__init__(current_stage())
 
     time = Usd.TimeCode.Default()
+    device = "cpu"
 
     def finish(self):
         """Do nothing: there is no device that still works."""

@@ -96,10 +96,11 @@ class EventDispatcher:
 
     def _notify(self, event_name: str, payload: Mapping[str, Any]) -> int:
         event = Event(event_name, payload)
-        # Of a copy: an observer may be garbage collected, and end, meanwhile.
+        # Of a list of keys, which is made at once: an observer may be garbage collected, and end, at each tuple.
         due = [
             (order, key, on_event)
-            for key, (name, order, required, on_event) in list(self._observers.items())
+            for key in list(self._observers)
+            for name, order, required, on_event in filter(None, [self._observers.get(key)])
             if name == event_name and all(payload.get(each) == value for each, value in required.items())
         ]
         for _, key, on_event in sorted(due, key=lambda each: each[:2]):

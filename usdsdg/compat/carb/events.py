@@ -61,9 +61,12 @@ class IEventStream:
     def push(self, event_type: int = 0, sender: int = 0, payload: Mapping[str, Any] | None = None) -> None:
         """Deliver an event."""
         event = IEvent(int(event_type), sender, dict(payload or {}))
-        # Of a copy: a subscription may be garbage collected, and end, meanwhile.
+        # Of a list of keys, which is made at once: a subscription may be garbage collected, and end, at each tuple.
         due = [
-            (order, key, fn) for key, (order, kind, fn) in list(self._listeners.items()) if kind in (None, event.type)
+            (order, key, fn)
+            for key in list(self._listeners)
+            for order, kind, fn in filter(None, [self._listeners.get(key)])
+            if kind in (None, event.type)
         ]
         for _, key, fn in sorted(due, key=lambda each: each[:2]):
             if key in self._listeners:
