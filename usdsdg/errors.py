@@ -55,7 +55,7 @@ class LosingError(UsdsdgError):
 
 
 class ScriptStopped(BaseException):
-    """Ends a script from within, since nobody waits for it; not an Exception, which scripts catch. Nothing is told."""
+    """Ends a script whose frames nobody reads any more, without a message; no Exception, which scripts catch."""
 
 
 class StageError(UsdsdgError):

@@ -97,16 +97,21 @@ def test_combine_takes_one_axis_from_each():
     assert stats.kstest(values[:, 0], "uniform").pvalue > 1e-4
 
 
+SEEDED = {
+    "uniform": lambda seed: distribution.uniform((0, 0), (1, 1), seed=seed),
+    "normal": lambda seed: distribution.normal((0, 0), (1, 1), seed=seed),
+    "log_uniform": lambda seed: distribution.log_uniform((1, 1), (2, 2), seed=seed),
+    "choice": lambda seed: distribution.choice(range(100), seed=seed),
+}
+
+
 @pytest.mark.parametrize(
     "make",
     [
-        lambda seed: distribution.uniform((0, 0), (1, 1), seed=seed),
-        lambda seed: distribution.normal((0, 0), (1, 1), seed=seed),
-        lambda seed: distribution.log_uniform((1, 1), (2, 2), seed=seed),
-        lambda seed: distribution.choice(range(100), seed=seed),
+        *SEEDED.values(),
         lambda seed: distribution.sequence(range(100), ordered=False, seed=seed),
     ],
-    ids=["uniform", "normal", "log_uniform", "choice", "sequence"],
+    ids=[*SEEDED, "sequence"],
 )
 def test_a_seed_replaces_the_global_one(make):
     def drawn(seed):
@@ -124,16 +129,13 @@ def test_a_seed_replaces_the_global_one(make):
 @pytest.mark.parametrize(
     "make",
     [
-        lambda seed: distribution.uniform((0, 0), (1, 1), seed=seed),
-        lambda seed: distribution.normal((0, 0), (1, 1), seed=seed),
-        lambda seed: distribution.log_uniform((1, 1), (2, 2), seed=seed),
-        lambda seed: distribution.choice(range(100), seed=seed),
+        *SEEDED.values(),
         lambda seed: distribution.choice(range(100), seed=seed, with_replacements=False),
         lambda seed: distribution.choice([distribution.uniform((0, 0), (1, 1), seed=seed)]),
         lambda seed: distribution.combine([distribution.uniform(0, 1, seed=seed), 3.0]),
         lambda seed: distribution.sequence(range(100), ordered=False, seed=seed, stride=2),
     ],
-    ids=["uniform", "normal", "log_uniform", "choice", "no replacements", "nested", "combine", "sequence"],
+    ids=[*SEEDED, "no replacements", "nested", "combine", "sequence"],
 )
 def test_draws_with_one_seed_go_together_whichever_nodes_and_prims_they_are_for(make):
     # As generators that are seeded alike: the n-th number of one is the n-th of the other.

@@ -58,7 +58,7 @@ class Orchestrator:
         self._frames_of_run = 0  # captured since it started
         self._runs = False  # whether `run` or a playing timeline captures, not single steps
         self._run: object = None  # stands for the `run` that has begun last, until it ends
-        self.is_unawaited = False  # whether a run has ended that the script takes to have only begun
+        self.is_unawaited = False  # whether `run` has returned, and the script may still wait for it
         self._last: int | None = None  # frame before which the current `run` ends; None: triggers end it
         self.frames_without_end: int | None = None  # of a run that nothing ends; None: an error
 

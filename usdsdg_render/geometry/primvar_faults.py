@@ -5,7 +5,7 @@ from usdsdg_render.geometry.mesh_source import MeshSource
 
 
 def warn_of_excess(path: str, source: MeshSource) -> None:
-    """Warn of texture coordinates and normals with more values than elements; colors are told where they are read."""
+    """Warn of texture coordinates and normals with more values than elements; readers of colors warn of those."""
     elements = {
         "uniform": len(source.counts),
         "varying": len(source.points),

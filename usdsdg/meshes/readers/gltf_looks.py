@@ -79,7 +79,7 @@ def _left_out(name: str, extensions: dict[str, Any]) -> Iterator[str]:
 
 
 def pictures_left_out(document: Document, beside: Callable[[str], bytes]) -> Iterator[str]:
-    """Name the pictures of the file that cannot be read; those that are missing beside it are told by `beside`."""
+    """Yield a note for each picture that cannot be read; `beside` reports those whose own file is missing."""
     for texture in document.json.get("textures", []):
         if "KHR_texture_basisu" in texture.get("extensions", {}) and "source" not in texture:
             yield "pictures of KHR_texture_basisu (KTX2) are not read, so their part of the look is left out"
