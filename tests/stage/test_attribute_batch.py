@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, Usd
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 from usdsdg.stage.attribute_batch import AttributeBatch, write_batch
 
@@ -95,3 +95,18 @@ def test_a_batch_is_made_again_after_prims_were_replaced_or_the_layer_changed():
         assert write_batch(state, "values", find, [0, 0, 0, 0])
     assert stage.GetRootLayer().GetAttributeAtPath("/prim_1.value").default == 6
     assert stage.GetSessionLayer().GetAttributeAtPath("/prim_1.value").default == 0
+
+
+def test_an_attribute_that_was_removed_is_written_again():
+    """Also where others of the batch are written before it is found out."""
+    stage = Usd.Stage.CreateInMemory()
+    prims = [UsdGeom.Sphere.Define(stage, f"/ball_{i}") for i in range(3)]
+    state: dict = {}
+
+    def find() -> list[Usd.Attribute]:
+        return [prim.GetRadiusAttr() for prim in prims]
+
+    assert write_batch(state, "radius", find, [1.5, 2.5, 3.5])
+    prims[1].GetPrim().RemoveProperty("radius")
+    assert write_batch(state, "radius", find, [4.5, 5.5, 6.5])
+    assert [attribute.Get() for attribute in find()] == [4.5, 5.5, 6.5]

@@ -4,7 +4,6 @@ USD resolves and notifies at every `Set`; here the Sdf specs are looked up once 
 """
 
 from collections.abc import Callable, Sequence
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -29,7 +28,8 @@ _STORAGE = {
 _STORAGE["texCoord2f[]"] = "float2[]"
 
 
-_is_expired = attrgetter("expired")
+class Expired(Exception):
+    """A spec of a batch is gone."""
 
 
 class AttributeBatch:
@@ -60,17 +60,26 @@ class AttributeBatch:
 
     @property
     def is_current(self) -> bool:
-        """Whether the edit target is unchanged and all specs still exist."""
-        return self._stage.GetEditTarget() == self._target and not any(map(_is_expired, self._specs))
+        """Whether the edit target is unchanged."""
+        return self._stage.GetEditTarget() == self._target
 
     def write(self, values: Any) -> bool:
-        """Set one value per attribute; return False, with nothing written, for values that need `Usd.Attribute.Set`."""
+        """Set one value per attribute; return False, with nothing written, for values that need `Usd.Attribute.Set`.
+
+        Raises:
+            Expired: an attribute was removed; others may be written.
+        """
         converted = self._converted(values)
         if converted is None:
             return False
-        with Sdf.ChangeBlock():
-            for spec, value in zip(self._specs, converted):
-                spec.default = value
+        try:
+            with Sdf.ChangeBlock():
+                for spec, value in zip(self._specs, converted):
+                    spec.default = value
+        except (RuntimeError, TypeError) as error:  # pxr raises either of a spec that is gone
+            if any(spec.expired for spec in self._specs):
+                raise Expired from error
+            raise
         return True
 
     def _converted(self, values: Any) -> Sequence[Any] | None:
@@ -110,7 +119,12 @@ def write_batch(state: dict[str, Any], key: str, find: Callable[[], Sequence[Usd
         False, with nothing written, when there is no batch for these attributes or values.
     """
     batch = state.get(key)
-    if batch is None or (isinstance(batch, AttributeBatch) and not batch.is_current):
+    if isinstance(batch, AttributeBatch) and batch.is_current:
+        try:
+            return batch.write(values)
+        except Expired:
+            batch = None
+    if batch is not False:
         try:
             batch = AttributeBatch(find())
         except ValueError:

@@ -1,7 +1,7 @@
 """The table of materials: each has a row for as long as it is used, so that an edit writes its own row only."""
 
 import heapq
-from collections.abc import Collection, Hashable, Iterable
+from collections.abc import Collection, Hashable, Iterable, Sequence
 
 import numpy as np
 
@@ -55,6 +55,26 @@ class MaterialTable:
                     self._queued.add(row)
                     heapq.heappush(self._unused, row)
                 self._released.append(row)
+
+    def recolor(self, rows: Sequence[int], colors: Sequence[DisplayColor]) -> bool:
+        """Give rows of display colors, which have one user each, other ones.
+
+        Returns:
+            False, with nothing changed, where users share a row, or would.
+        """
+        before = [each for row in rows if isinstance(each := self._materials[row], DisplayColor)]
+        after = set(colors)
+        if len(before) < len(rows) or len(after) < len(rows) or any(self._users[row] != 1 for row in rows):
+            return False
+        if not (self._row_of.keys() & after).issubset(before):
+            return False
+        for color in before:
+            del self._row_of[color]
+        self._row_of.update(zip(colors, rows))
+        for row, color in zip(rows, colors):
+            self._materials[row] = color
+        self._stale += rows
+        return True
 
     def replace(self, before: Material, after: Material, names: Collection[str]) -> None:
         """Give the row of a material, where it has one, to another one that differs from it in these fields only."""

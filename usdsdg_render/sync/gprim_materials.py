@@ -26,6 +26,7 @@ from usdsdg_render.scene.scene import Scene
 from usdsdg_render.sync.gprims import Gprim, Gprims
 from usdsdg_render.sync.invalidation import DirtySet
 from usdsdg_render.sync.material_slots import MaterialSlots
+from usdsdg_render.sync.plain_colors import PlainColors
 from usdsdg_render.usd.prim_kinds import MESH, SHAPE
 
 
@@ -38,9 +39,11 @@ class GprimMaterials:
         self._progress = progress
         self._library = MaterialLibrary(stage, handles)
         self._plain_inputs = PlainInputs(handles)
+        self._plain_colors = PlainColors(handles)
         self._textures = TexturePool()
         self._slots = MaterialSlots()
         self._colors = ColorTextures()
+        self._recolored: list[Gprim] = []  # since the last `write`
         self._is_stale = False  # whether `write` must follow although all gprims have their materials
 
     @property
@@ -50,8 +53,9 @@ class GprimMaterials:
 
     def invalidate(self, dirty: DirtySet, gprims: Gprims) -> bool:
         """Drop the materials that must be read again; whether there are any."""
+        is_recolored = bool(dirty.plain_colors) and self._recolor(dirty)
         if not (dirty.materials or dirty.resynced or dirty.inputs or dirty.plain_inputs):
-            return False
+            return is_recolored
         stale = self._library.invalidate(dirty.materials, dirty.resynced)
         edits, unusual = self._plain_inputs.edit_materials(dirty.plain_inputs)
         for each in edits:
@@ -71,7 +75,15 @@ class GprimMaterials:
             for update in updates.values():
                 self._slots.table.replace(*update)
             self._is_stale = True
-        return bool(stale or updates or edits)
+        return bool(stale or updates or edits or is_recolored)
+
+    def _recolor(self, dirty: DirtySet) -> bool:
+        """Give gprims the materials of plain displayColors; whether there are any. `dirty` gets the others."""
+        recolored, others = self._plain_colors.edit(dirty.plain_colors)
+        dirty.colors.update(gprim.path for gprim in others)
+        self._recolored += recolored
+        self._is_stale |= bool(recolored)
+        return bool(recolored)
 
     def look_at_files(self) -> bool:
         """Let textures be loaded again if a file of them has changed; whether it has."""
@@ -115,6 +127,13 @@ class GprimMaterials:
                 gprim.materials = [emissive_material(material, gprim.prim) for material in whole]
             gprim.has_own_materials = any(a is not b and b is not None for a, b in zip(gprim.materials, own))
 
+    def note_plain_colors(self, gprims: Sequence[Gprim]) -> None:
+        """Note which of the displayColors that were edited, and read again, are all that their gprims show."""
+        recolored = [gprim for gprim in gprims if gprim.is_recolored and gprim.color is not None]
+        self._plain_colors.note(recolored)
+        for gprim in recolored:
+            gprim.is_recolored = False
+
     def apply_colors(self, changed: Iterable[Gprim], prototypes: Collection[int], time: Usd.TimeCode) -> None:
         """Give gprims the textures of their varying colors; warn of those that cannot have them, or not as authored.
 
@@ -141,7 +160,8 @@ class GprimMaterials:
         changed: the only gprims with other materials than before; None if others may be drawn.
         """
         scene, slots = self._scene, self._slots
-        if changed is None or not slots.reassign(changed):
+        recolored, self._recolored = self._recolored, []
+        if changed is None or not (slots.recolor(recolored) and slots.reassign(changed)):
             slots.assign(drawn)
         table, textures = slots.table.write(self._textures, self._progress)
         self._is_stale = False

@@ -15,6 +15,7 @@ from usdsdg_render.materials.materials import Update
 from usdsdg_render.materials.plain_inputs import FieldEdits
 from usdsdg_render.scene.scene import Prototype
 from usdsdg_render.sync.invalidation import DirtySet
+from usdsdg_render.sync.plain_colors import PlainColor
 from usdsdg_render.usd.point_instancer import PointInstance, expand
 from usdsdg_render.usd.prim_kinds import GPRIMS, INSTANCER, kind_of
 from usdsdg_render.usd.stage_tree import StageTree
@@ -38,6 +39,8 @@ class Gprim:
     has_own_materials: bool = False  # whether it made any of them of a bound one
     color: Shown | None = None  # displayColor
     opacity: Shown | None = None  # displayOpacity
+    is_recolored: bool = False  # whether its displayColor was edited, and must be read again
+    plain_color: PlainColor | None = None  # made when it was edited first
     colored: bool = False  # drawn with its own displayColor, which varies over it
     geometry: tuple[str, bool, Prototype | None] | None = None  # UV primvar and `colored` that it was read with
 
@@ -59,7 +62,7 @@ class Gprim:
 
     def drop_color(self) -> None:
         """Let its displayColor be read again."""
-        self.color = None
+        self.color, self.is_recolored = None, True
         self._drop_shown()
 
     def drop_opacity(self) -> None:

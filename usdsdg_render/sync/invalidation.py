@@ -10,6 +10,7 @@ from pxr import Sdf, Usd
 
 from usdsdg.stage.changes import Changes, is_below
 from usdsdg_render.materials.plain_inputs import PlainInput
+from usdsdg_render.sync.plain_colors import PlainColor
 from usdsdg_render.usd import prim_kinds
 from usdsdg_render.usd.prim_kinds import UNREAD
 from usdsdg_render.usd.stage_tree import StageTree
@@ -31,6 +32,7 @@ class DirtySet:
     geometry: set[Sdf.Path] = field(default_factory=set)  # gprims of which only the geometry changed
     primvars: set[Sdf.Path] = field(default_factory=set)  # gprims of which only primvars changed
     colors: set[Sdf.Path] = field(default_factory=set)  # gprims of which only displayColor changed
+    plain_colors: list[PlainColor] = field(default_factory=list)  # more of these
     opacities: set[Sdf.Path] = field(default_factory=set)  # gprims of which only displayOpacity changed
     instancers: set[Sdf.Path] = field(default_factory=set)
     materials: set[Sdf.Path] = field(default_factory=set)  # prims of shading networks
@@ -91,7 +93,7 @@ class DirtySetBuilder:
     def build(self, changes: Changes) -> DirtySet:
         dirty = self._dirty = DirtySet()
         handles = changes.handles_by_type
-        dirty.plain_inputs = handles.get(PlainInput, [])
+        dirty.plain_inputs, dirty.plain_colors = handles.get(PlainInput, []), handles.get(PlainColor, [])
         dirty.transform_nodes = [node for node in handles.get(int, ()) if node != UNREAD]
         for root in changes.resynced:
             dirty.resynced.update(map(self._owner, self._instances_of(root)))

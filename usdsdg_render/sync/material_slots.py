@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Sdf
 
+from usdsdg_render.materials.display_color import DisplayColor
 from usdsdg_render.materials.material_table import AnyMaterial, MaterialTable
 from usdsdg_render.sync.gprims import Gprim
 
@@ -38,6 +39,19 @@ class MaterialSlots:
         take = self.table.take
         self.rows = np.array([take(material) for materials in ranges.values() for material in materials], np.int32)
         self.table.release(before)
+
+    def recolor(self, gprims: Sequence[Gprim]) -> bool:
+        """As `reassign`, of gprims that have one displayColor each: in their rows, where no other gprim has these."""
+        paths = [gprim.path for gprim in gprims]
+        materials = [tuple(gprim.materials or ()) for gprim in gprims]
+        colors = [each for own in materials for each in own if isinstance(each, DisplayColor)]
+        slots = [self.first[path] for path in paths if len(self._materials.get(path, ())) == 1]
+        if not len(gprims) == len(colors) == len(slots):
+            return self.reassign(gprims)
+        if not self.table.recolor(self.rows[slots].tolist(), colors):
+            return self.reassign(gprims)
+        self._materials.update(zip(paths, materials))
+        return True
 
     def reassign(self, gprims: Sequence[Gprim]) -> bool:
         """Give the slots of some gprims their materials of now; False, changing nothing, if that takes other slots."""

@@ -90,3 +90,14 @@ def test_a_prim_that_cannot_be_posed_is_told():
     scope = stage.DefinePrim("/scope", "Scope")
     with pytest.raises(BadPrim, match="/scope"):
         author_poses([scope], translate=np.zeros((1, 3)))
+
+
+@pytest.mark.parametrize("name", ["xformOp:translate", "xformOpOrder"])
+def test_ops_that_a_script_has_removed_are_added_again(name):
+    stage = Usd.Stage.CreateInMemory()
+    prims = made(stage, [[("AddTranslateOp", DOUBLE)]] * 3)
+    author_poses(prims, translate=np.ones((3, 3)))
+    prims[1].RemoveProperty(name)
+    author_poses(prims, translate=np.full((3, 3), 7.0))
+    places = [UsdGeom.Xformable(prim).GetLocalTransformation().ExtractTranslation() for prim in prims]
+    assert places == [(7, 7, 7)] * 3

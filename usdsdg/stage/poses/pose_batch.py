@@ -107,7 +107,9 @@ def author_poses(
         with Sdf.ChangeBlock():
             for role, column in given.items():
                 batch.write(role, column)
-    except RuntimeError:
+    except (RuntimeError, TypeError):  # pxr raises either of a spec that is gone
+        if not batch.has_expired:
+            raise
         # A script has removed an op since it was looked up; author_pose adds it again.
         _batches.remove(batch)
         singly = list(range(len(prims)))
@@ -160,7 +162,7 @@ class _Batch:
             return False
         try:
             return [order.default for order in self._orders] == self._orders_before
-        except RuntimeError:  # a spec has been removed
+        except (RuntimeError, TypeError):  # an order has been removed
             return False
 
     def write(self, role: str, column: Any) -> None:
@@ -173,6 +175,11 @@ class _Batch:
             values = _rotations(part, kind) if isinstance(part, Rotations) else _vectors(part, kind)
             for spec, value in zip(group.specs, values):
                 spec.default = value
+
+    @property
+    def has_expired(self) -> bool:
+        """Whether an op was removed since it was looked up."""
+        return any(spec.expired for groups in self._groups.values() for group in groups for spec in group.specs)
 
     def _enter(self, role: str, row: int, type_name: str, spec: Sdf.AttributeSpec) -> None:
         for group in self._groups[role]:
