@@ -16,7 +16,7 @@ from usdsdg.capture import later_pictures
 from usdsdg.capture.later_pictures import CopiedPictures
 from usdsdg.capture.output import WriterOutput
 from usdsdg.errors import WriterError
-from usdsdg.session import session
+from usdsdg.session import devices, session
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import new_stage
@@ -29,10 +29,14 @@ SIZE = (64, 48)
 
 
 @pytest.fixture(autouse=True)
-def _two_threads(monkeypatch) -> Iterator[None]:
+def _two_threads_of_a_cpu(monkeypatch) -> Iterator[None]:
+    """A GPU needs no thread that traces; `CopiedPictures`, which it has instead, works on a CPU, too."""
     monkeypatch.setattr(later_pictures, "available_threads", lambda: 2)
+    before = current().engines.device
+    devices.use_device("cpu")
     yield
     current().io_queue.set_threads(THREADS)
+    devices.use_device(before)
 
 
 @pytest.fixture

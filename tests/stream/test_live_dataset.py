@@ -14,7 +14,12 @@ pytest.importorskip("torch")
 
 SCENE = Path(__file__).parent / "scene.py"
 ROOT = Path(__file__).parents[2]
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+# A process that was forked from one that uses CUDA cannot use it.
+ON_CPU = {
+    **os.environ,
+    "CUDA_VISIBLE_DEVICES": "",
+    "PYTHONPATH": os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")])),
+}
 
 LOADERS = """
 import hashlib, json, sys
@@ -47,7 +52,7 @@ if __name__ == "__main__":
 def test_workers_and_start_methods_give_the_same_frames(tmp_path):
     (tmp_path / "loaders.py").write_text(LOADERS)
     command = [sys.executable, "loaders.py", str(SCENE)]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280, env=ON_CPU)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout.splitlines()[-1])
     one = found["1 fork"]
@@ -92,7 +97,7 @@ if __name__ == "__main__":
 def test_the_seed_is_that_of_the_configuration_and_epochs_count_from_it(tmp_path):
     (tmp_path / "epochs.py").write_text(EPOCHS)
     done = subprocess.run(
-        [sys.executable, "epochs.py"], cwd=tmp_path, capture_output=True, text=True, timeout=280, env=ENVIRONMENT
+        [sys.executable, "epochs.py"], cwd=tmp_path, capture_output=True, text=True, timeout=280, env=ON_CPU
     )
     assert done.returncode == 0, done.stderr
     seeds, found = json.loads(done.stdout.splitlines()[-1])
@@ -123,7 +128,7 @@ if __name__ == "__main__":
 def test_processes_that_train_together_take_parts_whatever_workers_they_have(tmp_path):
     (tmp_path / "parts.py").write_text(PARTS)
     command = [sys.executable, "parts.py", str(SCENE)]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280, env=ON_CPU)
     assert done.returncode == 0, done.stderr
     whole, parts = json.loads(done.stdout.splitlines()[-1])
     assert len(whole) == 5

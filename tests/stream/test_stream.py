@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import warp as wp
 from PIL import Image
 
 from tests import forked
@@ -151,11 +152,8 @@ def test_nothing_is_printed_of_a_job_that_is_left_in_the_middle(tmp_path):
     assert "Closed" not in done.stderr
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
-def test_a_process_that_was_forked_after_rendering_renders(tmp_path):
-    code = """
+FORKS = """
 import hashlib, os, sys
-from tests.cli.datasets import write_job
 from usdsdg import stream
 def digest():
     samples = stream.frames(sys.argv[1], arguments=["2"], seed=3)
@@ -163,14 +161,36 @@ def digest():
 before = digest()
 child = os.fork()
 if child == 0:
-    os._exit(0 if digest() == before else 3)
+    try:
+        code = 0 if digest() == before else 3
+    except Exception as error:
+        print("refused:", error, file=sys.stderr, flush=True)
+        code = 4
+    os._exit(code)
 _, status = os.waitpid(child, 0)
 sys.exit(os.waitstatus_to_exitcode(status))
 """
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(SCENE)], cwd=tmp_path, capture_output=True, text=True, timeout=120
-    )
+
+
+def run_forks(folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    """Run a program that forks after it has rendered, and whose copy renders again."""
+    command, whole = [sys.executable, "-c", FORKS, str(SCENE)], {**os.environ, **environment}
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, env=whole)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_a_process_that_was_forked_after_rendering_renders(tmp_path):
+    done = run_forks(tmp_path, CUDA_VISIBLE_DEVICES="")
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(not wp.is_cuda_available(), reason="this machine has no CUDA device")
+def test_a_process_that_was_forked_from_one_with_cuda_is_refused_in_one_line(tmp_path):
+    """Nor does Warp say for each array of the other process that it cannot give it back here."""
+    done = run_forks(tmp_path)
+    assert done.returncode == 4
+    assert "refused: cannot render on 'cuda:0': this process was forked" in done.stderr
+    assert "Warp CUDA error" not in done.stderr + done.stdout
 
 
 def test_what_cannot_be_streamed_is_said_before_anything_runs(tmp_path):
