@@ -182,8 +182,11 @@ if __name__ == "__main__":
     options = dict(arguments=["4", "24"], seed=3)
     batches = list(LiveDataset(sys.argv[1], names, worlds=2, **options))
     frames = list(LiveDataset(sys.argv[1], names[:2], **options))
+    # The kernels that trace labels round differently on CUDA.
+    close = {"rgb": 0.0, "distance_to_camera": 1e-6 if torch.cuda.is_available() else 0.0}
     same = [
-        bool(torch.equal(batches[k // 2][name][k % 2], frames[k][name])) for k in range(4) for name in names[:2]
+        bool(torch.allclose(batches[k // 2][name][k % 2].cpu(), frames[k][name].cpu(), rtol=close[name], atol=0.0))
+        for k in range(4) for name in names[:2]
     ]
     shapes = {name: list(batches[0][name].shape) for name in names}
     prims = len(batches[0]["prims"]), batches[0]["class_ids"].tolist(), sorted(batches[0]["classes"])

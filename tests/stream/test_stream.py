@@ -17,6 +17,7 @@ from tests.cli.datasets import write_job
 from tests.sampled_cases import in_soak
 from usdsdg import stream
 from usdsdg.errors import AnnotatorRegistryError, ArgumentError, ConfigError, GraphError
+from usdsdg.session import session
 
 HERE = Path(__file__).parent
 SCENE = HERE / "scene.py"
@@ -218,6 +219,14 @@ def test_what_cannot_be_streamed_is_said_before_anything_runs(tmp_path):
         stream.frames(SCENE, ["semantic_segmentation", colors])
 
 
+@pytest.fixture
+def no_stage():
+    """A session in which a job may run: tests before may have left a stage open."""
+    session.restart()
+    yield
+    session.restart()
+
+
 SEEDED = """
 import omni.replicator.core as rep
 
@@ -227,7 +236,7 @@ rep.orchestrator.run_until_complete(num_frames=2)
 """
 
 
-def test_a_script_that_sets_its_own_seed_is_told_of_where_another_was_asked_for(tmp_path, recwarn):
+def test_a_script_that_sets_its_own_seed_is_told_of_where_another_was_asked_for(no_stage, tmp_path, recwarn):
     (tmp_path / "seeded.py").write_text(SEEDED)
     for seed in (None, 5):
         assert len(list(stream.frames(tmp_path / "seeded.py", ["distance_to_camera"], seed=seed))) == 2
@@ -237,7 +246,7 @@ def test_a_script_that_sets_its_own_seed_is_told_of_where_another_was_asked_for(
     assert "seeded.py sets the global seed 5 itself, so that the seed 6" in str(told.message)
 
 
-def test_a_job_whose_episodes_have_seeds_is_not_told_of(tmp_path, recwarn):
+def test_a_job_whose_episodes_have_seeds_is_not_told_of(no_stage, tmp_path, recwarn):
     job = write_job(tmp_path, "BasicWriter", rgb=True)
     keys = ["num_frames=2", "frames_per_episode=1", "path_tracing.every=0", "num_cameras=1"]
     assert len(list(stream.frames(job, ["distance_to_camera"], arguments=keys, seed=6))) == 2

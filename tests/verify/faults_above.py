@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from unittest import mock
 
 import numpy as np
+import warp as wp
 from pxr import Gf, Sdf, UsdGeom
 
 from usdsdg.annotators.ownership import LabeledStage, Owner
@@ -157,7 +158,10 @@ def _(patch: Patch) -> None:
 def _(patch: Patch) -> None:
     def drop(own: labels.ProductLabels) -> labels.ProductLabels:
         aovs = dict(own.aovs)
-        aovs["instance"] = np.where(aovs["instance"] == 2, -1, aovs["instance"]).astype(np.int32)
+        image = aovs["instance"]
+        found = image if isinstance(image, np.ndarray) else image.numpy()
+        changed = np.where(found == 2, -1, found).astype(np.int32)
+        aovs["instance"] = changed if image is found else wp.array(changed, device=image.device)
         return dataclasses.replace(own, aovs=aovs)
 
     _changed(patch, drop)

@@ -218,7 +218,8 @@ def test_keypoints_with_a_skeleton(stage, tmp_path):
     assert (cube["keypoints"], cube["skeleton"]) == (["front", "far", "back"], [[1, 3]])
     assert data["annotations"][0]["keypoints"][2::3] == [2, 0, 1]
     assert data["info"]["keypoint_sigmas"]["cube"] == [1, 2, 3]
-    rep.functional.modify.keypoints(rep.functional.create.cube(semantics={"class": "cube"}), {"top": (0, 0, 1)})
+    another = rep.functional.create.cube(position=(0, 0, 1.5), semantics={"class": "cube"})
+    rep.functional.modify.keypoints(another, {"top": (0, 0, 1)})
     with pytest.raises(WriterError, match="keypoints top of cube are new"):
         rep.orchestrator.step()
     writer.detach()
