@@ -14,7 +14,8 @@ pytest.importorskip("torch")
 
 SCENE = Path(__file__).parent / "scene.py"
 ROOT = Path(__file__).parents[2]
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+# Torch may be in a folder of its own, which PYTHONPATH names.
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
 
 LOADERS = """
 import hashlib, json, sys
@@ -138,6 +139,9 @@ def test_what_is_no_part_is_refused():
     for part in ((2, 2), (-1, 2), 3, None):
         with pytest.raises(ArgumentError, match=r"LiveDataset: part is .*; expected \(i, n\)"):
             LiveDataset(SCENE, part=part)  # pyright: ignore[reportArgumentType]
+    for device in ("cudaa", 1.5, "cpu:x"):
+        with pytest.raises(ArgumentError, match="expected a device of torch"):
+            LiveDataset(SCENE, device=device)
     with pytest.raises(ArgumentError, match="a seed of its own"):
         LiveDataset(SCENE, worlds=2, part=(0, 2))
 
@@ -187,7 +191,10 @@ if __name__ == "__main__":
         failure = ""
     except Exception as error:
         failure = str(error)
-    print(json.dumps([same, shapes, prims, [batch["frame"] for batch in batches], failure]))
+    # A device of torch on which nothing can be rendered, as "mps" is.
+    (elsewhere,) = LiveDataset(sys.argv[1], names, worlds=4, device="meta", **options)
+    devices = sorted({elsewhere[name].device.type for name in (*names, "class_ids")})
+    print(json.dumps([same, shapes, prims, [batch["frame"] for batch in batches], failure, devices]))
 """
 
 
@@ -197,7 +204,7 @@ def test_worlds_are_batches_of_tensors_with_the_frames_of_single_ones(tmp_path):
     command = [sys.executable, "worlds.py", str(scene)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stderr
-    same, shapes, (prims, class_ids, classes), frames, failure = json.loads(done.stdout.splitlines()[-1])
+    same, shapes, (prims, class_ids, classes), frames, failure, devices = json.loads(done.stdout.splitlines()[-1])
     assert all(same)
     assert shapes == {
         "rgb": [2, 24, 24, 4], "distance_to_camera": [2, 24, 24], "bounding_box_2d_tight": [2, 15, 5],
@@ -206,3 +213,4 @@ def test_worlds_are_batches_of_tensors_with_the_frames_of_single_ones(tmp_path):
     assert set(class_ids) == set(classes)
     assert frames == [0, 2]
     assert "num_workers=0" in failure
+    assert devices == ["meta"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,9 @@ class Sample:
         arrays: by annotator, the array that its `get_data` returns; annotators without one are missing. They belong to
             the sample.
         infos: by annotator, what else its `get_data` returns, such as `idToLabels`.
-        classes: the class table of the dataset, labels by id, which is the same for all samples.
+        classes: the class table of the dataset, labels by id, which is the same for all samples; where annotators have
+            several label filters, that of the first annotator with labels.
+        class_tables: by annotator whose label filter is another one, the class table of that filter.
     """
 
     frame: int
@@ -31,6 +33,7 @@ class Sample:
     arrays: Mapping[str, np.ndarray]
     infos: Mapping[str, Mapping[str, Any]]
     classes: Mapping[int, Mapping[str, str]]
+    class_tables: Mapping[str, Mapping[int, Mapping[str, str]]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, view: TappedView) -> Sample:
@@ -42,10 +45,13 @@ class Sample:
             {name: each.data.copy() for name, each in view.annotations.items() if each.data is not None},
             {name: _copied(each.info) for name, each in view.annotations.items()},
             view.classes,
+            view.class_tables,
         )
 
     def class_ids(self, annotator: str) -> np.ndarray:
-        """Return the ids in `classes` of the rows of an annotator with a field "semanticId", int64 (N,).
+        """Return the ids of the rows of an annotator with a field "semanticId", int64 (N,).
+
+        They are ids in `classes`, or in the annotator's table in `class_tables` where it has one.
 
         As in Isaac Sim, that field of boxes counts the labels of one frame; `idToLabels` of that frame says which they
         are. Of other annotators it is the id itself.
@@ -60,7 +66,8 @@ class Sample:
         labels = self.infos[annotator].get("idToLabels", {})
         if not all(isinstance(each, Mapping) for each in labels.values()) or "idToLabels" not in self.infos[annotator]:
             return rows.astype(np.int64)
-        ids = {tuple(sorted(each.items())): number for number, each in self.classes.items()}
+        table = self.class_tables.get(annotator, self.classes)
+        ids = {tuple(sorted(each.items())): number for number, each in table.items()}
         of_frame = {int(number): ids[tuple(sorted(each.items()))] for number, each in labels.items()}
         return np.array([of_frame[int(each)] for each in rows], np.int64)
 
