@@ -15,7 +15,7 @@ from tests import forked
 from tests.cli.datasets import write_job
 from tests.sampled_cases import in_soak
 from usdsdg import stream
-from usdsdg.errors import AnnotatorRegistryError, ArgumentError, ConfigError, GraphError
+from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, ArgumentError, ConfigError, GraphError
 
 HERE = Path(__file__).parent
 SCENE = HERE / "scene.py"
@@ -238,6 +238,16 @@ def test_class_ids_are_those_of_the_dataset_not_of_the_frame():
     classes = {2: {"class": "gear"}, 3: {"size": "m4", "class": "bolt"}, 7: {"class": "nut"}}
     sample = stream.Sample(0, "Replicator", "/Camera", {"boxes": rows}, infos, classes)
     assert sample.class_ids("boxes").tolist() == [3, 7, 3]
+
+
+def test_class_ids_without_a_class_table_say_which_setting_takes_it_away(tmp_path):
+    setting = 'rep.settings.carb_settings("/usdsdg/labels/stableIds", False)'
+    (tmp_path / "unstable.py").write_text(
+        TWO_TYPES.replace("replicator.core as rep", f"replicator.core as rep\n{setting}")
+    )
+    (sample,) = stream.frames(tmp_path / "unstable.py", ["bounding_box_2d_tight"])
+    with pytest.raises(AnnotatorError, match=r"in no class table.*stableIds"):
+        sample.class_ids("bounding_box_2d_tight")
 
 
 @in_soak

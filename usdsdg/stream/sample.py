@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.capture.tap import TappedView
+from usdsdg.errors import AnnotatorError
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,7 @@ class Sample:
 
         Raises:
             KeyError: there is no such annotator, or it has no such rows.
+            AnnotatorError: a setting lets ids count what each frame shows, so that the dataset has no class table.
         """
         try:
             rows = self.arrays[annotator]["semanticId"]
@@ -68,6 +70,11 @@ class Sample:
             return rows.astype(np.int64)
         table = self.class_tables.get(annotator, self.classes)
         ids = {tuple(sorted(each.items())): number for number, each in table.items()}
+        if unknown := [dict(each) for each in labels.values() if tuple(sorted(each.items())) not in ids]:
+            raise AnnotatorError(
+                f"stream: {annotator} has {unknown[0]}, which is in no class table: ids count what each frame "
+                "shows, as the setting /usdsdg/labels/stableIds says. Leave it True, or read idToLabels of each sample's info."
+            )
         of_frame = {int(number): ids[tuple(sorted(each.items()))] for number, each in labels.items()}
         return np.array([of_frame[int(each)] for each in rows], np.int64)
 
