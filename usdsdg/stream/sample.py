@@ -73,7 +73,8 @@ class Sample:
         if unknown := [dict(each) for each in labels.values() if tuple(sorted(each.items())) not in ids]:
             raise AnnotatorError(
                 f"stream: {annotator} has {unknown[0]}, which is in no class table: ids count what each frame "
-                "shows, as the setting /usdsdg/labels/stableIds says. Leave it True, or read idToLabels of each sample's info."
+                "shows, as the setting /usdsdg/labels/stableIds says. Leave it True, or read idToLabels of each "
+                "sample's info."
             )
         of_frame = {int(number): ids[tuple(sorted(each.items()))] for number, each in labels.items()}
         return np.array([of_frame[int(each)] for each in rows], np.int64)
