@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import operator
 import os
 import sys
@@ -9,6 +11,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, SupportsIndex
+from weakref import WeakSet
 
 from usdsdg.annotators.class_table import CLOSED
 from usdsdg.capture.tap import Asked, Tap, annotator_of
@@ -33,6 +36,27 @@ def _forget_parent() -> None:
 
 
 around_fork(in_child=_forget_parent)
+
+# Streams that somebody holds. An interpreter that ends would close them after the modules that they need.
+_held: WeakSet[Iterator[Any]] = WeakSet()
+_is_exiting = False
+
+
+def _let_go() -> None:
+    """Close the streams that are held at the end of the program, without waiting for their jobs."""
+    global _is_exiting
+    _is_exiting = True
+    for each in list(_held):
+        with contextlib.suppress(ValueError):  # another thread waits for its next item
+            each.close()  # pyright: ignore[reportAttributeAccessIssue]
+
+
+atexit.register(_let_go)
+
+
+def _closed_at_exit(items: Iterator[Item]) -> Iterator[Item]:
+    _held.add(items)
+    return items
 
 
 def frames(
@@ -86,7 +110,7 @@ def frames(
         session.current().settings.set(CLOSED, step > 1)
         session.current().tap = Tap(annotators, lambda frame: frame % step == first, lambda view: put(Sample.of(view)))
 
-    return _run(source, begin, ahead, device)
+    return _closed_at_exit(_run(source, begin, ahead, device))
 
 
 def worlds(
@@ -128,7 +152,7 @@ def worlds(
     def begin(put: Callable[[WorldBatch], None]) -> None:
         session.current().worlds = WorldTap(count, annotators, put)
 
-    return _in_short_turns(_run(source, begin, ahead, device))
+    return _closed_at_exit(_in_short_turns(_run(source, begin, ahead, device)))
 
 
 def _several(name: str, given: Sequence[Any]) -> tuple[Any, ...]:
@@ -210,7 +234,8 @@ def _run(
             if is_script and is_empty:
                 source.tell_of_no_frame()
         finally:
-            hand_over.close()
-            session.restart()
+            if not _is_exiting:
+                hand_over.close()
+                session.restart()
     finally:
         _streaming.release()
