@@ -214,3 +214,26 @@ def test_worlds_are_batches_of_tensors_with_the_frames_of_single_ones(tmp_path):
     assert frames == [0, 2]
     assert "num_workers=0" in failure
     assert devices == ["meta"]
+
+
+HELD = """
+import sys
+from torch.utils.data import DataLoader
+from usdsdg.torch import LiveDataset
+
+options = dict(arguments=["99", "24"], worlds=int(sys.argv[2]) or None)
+held = iter(DataLoader(LiveDataset(sys.argv[1], **options), batch_size=None))
+print(next(held)["frame"])
+"""
+
+
+@pytest.mark.parametrize("worlds", [0, 2])
+def test_nothing_is_printed_at_the_end_of_a_program_that_holds_an_iterator(worlds, tmp_path):
+    """Python clears modules before the names of a program that has loaded torch."""
+    (tmp_path / "held.py").write_text(HELD)
+    command = [sys.executable, "held.py", str(ROOT / "examples/scenes/moving_shapes.py"), str(worlds)]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["0"]
+    assert "Traceback" not in done.stderr
+    assert "ignored" not in done.stderr

@@ -151,17 +151,6 @@ def test_nothing_is_printed_of_a_job_that_is_left_in_the_middle(tmp_path):
     assert "Closed" not in done.stderr
 
 
-@pytest.mark.parametrize("stream_of", ['frames(sys.argv[1], ["rgb"]', 'worlds(sys.argv[1], ["rgb"], count=2'])
-def test_nothing_is_printed_at_the_end_of_a_program_that_holds_a_stream(stream_of, tmp_path):
-    code = f"import sys; from usdsdg import stream; held = stream.{stream_of}, arguments=['99', '24']); next(held)"
-    scene = HERE.parents[1] / "examples/scenes/moving_shapes.py"
-    command = [sys.executable, "-c", code, str(scene)]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    assert "Traceback" not in done.stderr
-    assert "ignored" not in done.stderr
-
-
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
 def test_a_process_that_was_forked_after_rendering_renders(tmp_path):
     code = """
