@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 import yaml
 
+from usdsdg.cli.commands.generate import generate
 from usdsdg.errors import ConfigError
+from usdsdg.scenarios import config_errors
 from usdsdg.scenarios.jobs import load_job
 from usdsdg.scenarios.object_based.config import ObjectBasedConfig
 
@@ -135,6 +137,8 @@ def test_all_mistakes_are_reported_at_once_with_their_lines(written):
         ("simulation_duration_between_captures: 1e300", "less than or equal to 3600"),
         ("working_area_size: [1, 1, 1e300]", "less than or equal to 1000000"),
         ("path_tracing: {spp: 10000000000}", "less than or equal to 1048576"),
+        ("workers: 4", "workers: unknown key; it is the option --workers of `usdsdg generate`"),
+        ("assets-root: /assets", "assets-root: unknown key; it is the option --assets-root of"),
         ("num_frames: 3\nnum_frames: 4", "num_frames: given twice (also on line 1)"),
     ],
 )
@@ -142,6 +146,13 @@ def test_every_mistake_names_the_key_and_the_expected_value(written, text, expec
     messages = problems(written(f"{text}\n{TARGET}"))
     assert len(messages) == 1
     assert expected in messages[0]
+
+
+def test_all_options_of_the_command_are_told_from_keys():
+    flags = {flag for option in generate.params for flag in option.opts if flag.startswith("--")}
+    # The first is how keys are set, the second a key as well, and the third looks like num_frames.
+    options = {flag.strip("-").replace("-", "_") for flag in flags} - {"set", "seed", "frames"}
+    assert set(config_errors._OPTIONS) == options
 
 
 def test_cameras_need_something_to_look_at(written):

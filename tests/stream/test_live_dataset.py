@@ -14,12 +14,17 @@ pytest.importorskip("torch")
 
 SCENE = Path(__file__).parent / "scene.py"
 ROOT = Path(__file__).parents[2]
+<<<<<<< HEAD
 # A process that was forked from one that uses CUDA cannot use it.
 ON_CPU = {
     **os.environ,
     "CUDA_VISIBLE_DEVICES": "",
     "PYTHONPATH": os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")])),
 }
+=======
+# Torch may be in a folder of its own, which PYTHONPATH names.
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
+>>>>>>> newcomer40
 
 LOADERS = """
 import hashlib, json, sys
@@ -143,6 +148,9 @@ def test_what_is_no_part_is_refused():
     for part in ((2, 2), (-1, 2), 3, None):
         with pytest.raises(ArgumentError, match=r"LiveDataset: part is .*; expected \(i, n\)"):
             LiveDataset(SCENE, part=part)  # pyright: ignore[reportArgumentType]
+    for device in ("cudaa", 1.5, "cpu:x"):
+        with pytest.raises(ArgumentError, match="expected a device of torch"):
+            LiveDataset(SCENE, device=device)
     with pytest.raises(ArgumentError, match="a seed of its own"):
         LiveDataset(SCENE, worlds=2, part=(0, 2))
 
@@ -195,7 +203,10 @@ if __name__ == "__main__":
         failure = ""
     except Exception as error:
         failure = str(error)
-    print(json.dumps([same, shapes, prims, [batch["frame"] for batch in batches], failure]))
+    # A device of torch on which nothing can be rendered, as "mps" is.
+    (elsewhere,) = LiveDataset(sys.argv[1], names, worlds=4, device="meta", **options)
+    devices = sorted({elsewhere[name].device.type for name in (*names, "class_ids")})
+    print(json.dumps([same, shapes, prims, [batch["frame"] for batch in batches], failure, devices]))
 """
 
 
@@ -205,7 +216,7 @@ def test_worlds_are_batches_of_tensors_with_the_frames_of_single_ones(tmp_path):
     command = [sys.executable, "worlds.py", str(scene)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stderr
-    same, shapes, (prims, class_ids, classes), frames, failure = json.loads(done.stdout.splitlines()[-1])
+    same, shapes, (prims, class_ids, classes), frames, failure, devices = json.loads(done.stdout.splitlines()[-1])
     assert all(same)
     assert shapes == {
         "rgb": [2, 24, 24, 4], "distance_to_camera": [2, 24, 24], "bounding_box_2d_tight": [2, 15, 5],
@@ -214,3 +225,27 @@ def test_worlds_are_batches_of_tensors_with_the_frames_of_single_ones(tmp_path):
     assert set(class_ids) == set(classes)
     assert frames == [0, 2]
     assert "num_workers=0" in failure
+    assert devices == ["meta"]
+
+
+HELD = """
+import sys
+from torch.utils.data import DataLoader
+from usdsdg.torch import LiveDataset
+
+options = dict(arguments=["99", "24"], worlds=int(sys.argv[2]) or None)
+held = iter(DataLoader(LiveDataset(sys.argv[1], **options), batch_size=None))
+print(next(held)["frame"])
+"""
+
+
+@pytest.mark.parametrize("worlds", [0, 2])
+def test_nothing_is_printed_at_the_end_of_a_program_that_holds_an_iterator(worlds, tmp_path):
+    """Python clears modules before the names of a program that has loaded torch."""
+    (tmp_path / "held.py").write_text(HELD)
+    command = [sys.executable, "held.py", str(ROOT / "examples/scenes/moving_shapes.py"), str(worlds)]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == ["0"]
+    assert "Traceback" not in done.stderr
+    assert "ignored" not in done.stderr

@@ -16,8 +16,12 @@ from tests import forked
 from tests.cli.datasets import write_job
 from tests.sampled_cases import in_soak
 from usdsdg import stream
+<<<<<<< HEAD
 from usdsdg.errors import AnnotatorRegistryError, ArgumentError, ConfigError, GraphError
 from usdsdg.session import session
+=======
+from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, ArgumentError, ConfigError, GraphError
+>>>>>>> newcomer40
 
 HERE = Path(__file__).parent
 SCENE = HERE / "scene.py"
@@ -209,11 +213,12 @@ def test_what_cannot_be_streamed_is_said_before_anything_runs(tmp_path):
         stream.frames(SCENE, part=(2, 2))
     with pytest.raises(ArgumentError, match="ahead is 0"):
         stream.frames(SCENE, ahead=0)
-    for part in (None, (0,), (0, 1, 2), 3):
+    for part in (None, (0,), (0, 1, 2), 3, "01", (0.5, 2), (0, 2.0), (-1, 2)):
         with pytest.raises(ArgumentError, match=r"part is .*; expected \(i, n\)"):
             stream.frames(SCENE, part=part)  # pyright: ignore[reportArgumentType]
-    with pytest.raises(ArgumentError, match="ahead is None"):
-        stream.frames(SCENE, ahead=None)  # pyright: ignore[reportArgumentType]
+    for ahead in (None, 1.5, "2"):
+        with pytest.raises(ArgumentError, match="ahead is"):
+            stream.frames(SCENE, ahead=ahead)  # pyright: ignore[reportArgumentType]
     colors = ("semantic_segmentation", {"colorize": True})
     with pytest.raises(ArgumentError, match="semantic_segmentation with several parameters"):
         stream.frames(SCENE, ["semantic_segmentation", colors])
@@ -268,6 +273,16 @@ def test_class_ids_are_those_of_the_dataset_not_of_the_frame():
     assert sample.class_ids("boxes").tolist() == [3, 7, 3]
 
 
+def test_class_ids_without_a_class_table_say_which_setting_takes_it_away(tmp_path):
+    setting = 'rep.settings.carb_settings("/usdsdg/labels/stableIds", False)'
+    (tmp_path / "unstable.py").write_text(
+        TWO_TYPES.replace("replicator.core as rep", f"replicator.core as rep\n{setting}")
+    )
+    (sample,) = stream.frames(tmp_path / "unstable.py", ["bounding_box_2d_tight"])
+    with pytest.raises(AnnotatorError, match=r"in no class table.*stableIds"):
+        sample.class_ids("bounding_box_2d_tight")
+
+
 @in_soak
 def test_frames_are_counted_over_the_episodes_of_a_job(tmp_path):
     job = write_job(tmp_path, "BasicWriter", rgb=True)
@@ -317,6 +332,63 @@ def test_annotators_with_parameters_and_ids_of_every_kind_of_rows():
     assert {labels.get(int(each)) for each in sample.class_ids("occlusion")} >= {"ball", "cube"}
     with pytest.raises(KeyError):
         sample.class_ids("semantic_segmentation")
+
+
+TWO_TYPES = """
+import omni.replicator.core as rep
+
+rep.create.cube(position=(0, -2, 0), semantics=[("class", "cube"), ("material", "wood")])
+rep.create.sphere(position=(0, 2, 0), semantics=[("class", "ball"), ("material", "steel")])
+rep.create.cone(position=(0, 0, 2), semantics=[("material", "glass")])
+product = rep.create.render_product(rep.create.camera(position=(12, 0, 2), look_at=(0, 0, 0)), (48, 32))
+rep.orchestrator.run_until_complete(num_frames=1)
+"""
+OF_PRIMS = {
+    "class": {"Cube": "cube", "Sphere": "ball"},
+    "material": {"Cube": "wood", "Sphere": "steel", "Cone": "glass"},
+}
+
+
+@pytest.mark.parametrize("types", [("class", "material"), ("material", "class")])
+def test_annotators_of_several_label_filters_have_a_class_table_each(types, tmp_path):
+    """Else ids of one filter are looked up among the classes of another, which has other ids or none."""
+    (tmp_path / "two_types.py").write_text(TWO_TYPES)
+    first, second = types
+    names = [
+        ("bounding_box_2d_tight", {"semanticTypes": [first]}),
+        ("visibility", {"semanticTypes": [second]}),
+        ("bounding_box_3d", {"semanticTypes": [second]}),
+        ("bounding_box_2d_loose", {"semanticTypes": [first]}),
+    ]
+    (sample,) = stream.frames(tmp_path / "two_types.py", names)
+    assert sorted(sample.class_tables) == ["bounding_box_3d", "visibility"]
+    for name, options in names:
+        (kind,) = options["semanticTypes"]
+        table = sample.class_tables.get(name, sample.classes)
+        prims = [path.rsplit("/", 1)[-1].partition("_")[0] for path in sample.infos[name]["primPaths"]]
+        labels = [table[number] for number in sample.class_ids(name).tolist()]
+        assert dict(zip(prims, labels)) == {prim: {kind: label} for prim, label in OF_PRIMS[kind].items()}
+
+
+@pytest.mark.parametrize(
+    ("script", "why"),
+    [
+        ("product = rep.create.render_product(rep.create.camera(), (24, 16))", "nothing in it started a run"),
+        ("rep.orchestrator.step()", "there is no render product"),
+    ],
+)
+def test_a_script_that_shows_no_frame_is_told_of(script, why, tmp_path, recwarn):
+    (tmp_path / "job.py").write_text(f"import omni.replicator.core as rep\n{script}\n")
+    assert not list(stream.frames(tmp_path / "job.py", ["distance_to_camera"]))
+    (told,) = [each for each in recwarn if "has shown no frame" in str(each.message)]
+    assert why in str(told.message)
+    assert told.filename == __file__
+
+
+def test_a_part_that_is_empty_is_not_told_of(tmp_path, recwarn):
+    (tmp_path / "plain.py").write_text(PLAIN.replace("int(sys.argv[1])", "2"))
+    assert not list(stream.frames(tmp_path / "plain.py", ["distance_to_camera"], part=(2, 3)))
+    assert not [each for each in recwarn if "has shown no frame" in str(each.message)]
 
 
 @pytest.mark.parametrize(

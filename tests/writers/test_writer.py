@@ -285,3 +285,10 @@ def test_the_registry_attaches_instances_as_in_replicator(recorder):
         WriterRegistry.attach(3, PRODUCT)
     with pytest.raises(InvalidWriterError, match="int is not a subclass"):
         WriterRegistry.register(int)
+
+
+def test_one_text_in_place_of_a_list_of_annotators_is_refused(recorder):
+    """Its letters are no names."""
+    recorder.annotators = "rgb"
+    with pytest.raises(WriterError, match="annotators is the text 'rgb'"):
+        recorder.attach(PRODUCT)

@@ -18,6 +18,9 @@ from usdsdg.session.session import current
 Receive = Callable[["TappedView"], None]
 
 
+# A class table: labels by id.
+ClassesById = Mapping[int, Mapping[str, str]]
+
 # What is asked for: an annotator's name, or its name and init parameters.
 Asked = str | tuple[str, Mapping[str, Any]]
 
@@ -45,7 +48,8 @@ class TappedView:
     render_product: str  # its name
     camera: str  # prim path; of the first one of a tiled product
     annotations: Mapping[str, Annotation]  # by annotator name; NumPy arrays, shared, which must not be written into
-    classes: Mapping[int, Mapping[str, str]]  # the class table of the dataset: labels by id
+    classes: ClassesById  # the class table of the dataset, for the label filter of the first annotator with labels
+    class_tables: Mapping[str, ClassesById]  # by annotator with another label filter, the table of that one
 
 
 class Tap:
@@ -83,11 +87,15 @@ class Tap:
             }
             if self._is_wanted(number):
                 name, camera = path.rsplit("/", 1)[-1], frame.view.prim_path
-                self._receive(TappedView(number, name, camera, annotations, self._classes()))
+                self._receive(TappedView(number, name, camera, annotations, *self._class_tables()))
 
-    def _classes(self) -> dict[int, dict[str, str]]:
+    def _class_tables(self) -> tuple[ClassesById, dict[str, ClassesById]]:
         reading = [annotator for annotator in self._annotators if annotator.reads_labels]
-        return current().class_tables.of(reading[0].label_filter).labels() if reading else {}
+        if not reading:
+            return {}, {}
+        first, tables = reading[0].label_filter, current().class_tables
+        others = {each.get_name(): each.label_filter for each in reading if each.label_filter != first}
+        return tables.of(first).labels(), {name: tables.of(given).labels() for name, given in others.items()}
 
 
 def history_of(annotator: Annotator) -> int:

@@ -16,6 +16,12 @@ KeyPath = tuple[str | int, ...]
 
 _HINTS = 100  # a search for similar names takes a millisecond
 
+# Options of `usdsdg generate`, which are no keys; --frames is not here, since `frames` is meant for `num_frames`.
+_OPTIONS = (
+    *("allow_outside", "assets_root", "device", "gpus_per_worker", "inspect", "map", "overwrite", "physics_device"),
+    *("quiet", "ray", "rerun", "resume", "save_stage", "semantic_classes", "shard", "threads", "workers"),
+)
+
 # Pydantic's error types in the terms of a configuration file.
 _KINDS = {
     "int_type": "a whole number",
@@ -66,6 +72,9 @@ def _problem(detail: ErrorDetails, model: type[BaseModel], *, hints: bool) -> Pr
     if detail["type"] == "extra_forbidden":
         if not hints:
             return Problem(key_path, f"{key}: unknown key")
+        if len(key_path) == 1 and (option := key.replace("-", "_")) in _OPTIONS:
+            flag = f"--{option.replace('_', '-')}"
+            return Problem(key_path, f"{key}: unknown key; it is the option {flag} of `usdsdg generate`")
         section = _section(model, key_path[:-1])
         known = list(section.model_fields) if section else []
         hint = suggestion(str(key_path[-1]), known) or f"; known here: {', '.join(known)}"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from usdsdg.capture.tap import TappedView
+from usdsdg.errors import AnnotatorError
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,9 @@ class Sample:
         arrays: by annotator, the array that its `get_data` returns; annotators without one are missing. They belong to
             the sample.
         infos: by annotator, what else its `get_data` returns, such as `idToLabels`.
-        classes: the class table of the dataset, labels by id, which is the same for all samples.
+        classes: the class table of the dataset, labels by id, which is the same for all samples; where annotators have
+            several label filters, that of the first annotator with labels.
+        class_tables: by annotator whose label filter is another one, the class table of that filter.
     """
 
     frame: int
@@ -31,6 +34,7 @@ class Sample:
     arrays: Mapping[str, np.ndarray]
     infos: Mapping[str, Mapping[str, Any]]
     classes: Mapping[int, Mapping[str, str]]
+    class_tables: Mapping[str, Mapping[int, Mapping[str, str]]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, view: TappedView) -> Sample:
@@ -42,16 +46,20 @@ class Sample:
             {name: each.data.copy() for name, each in view.annotations.items() if each.data is not None},
             {name: _copied(each.info) for name, each in view.annotations.items()},
             view.classes,
+            view.class_tables,
         )
 
     def class_ids(self, annotator: str) -> np.ndarray:
-        """Return the ids in `classes` of the rows of an annotator with a field "semanticId", int64 (N,).
+        """Return the ids of the rows of an annotator with a field "semanticId", int64 (N,).
+
+        They are ids in `classes`, or in the annotator's table in `class_tables` where it has one.
 
         As in Isaac Sim, that field of boxes counts the labels of one frame; `idToLabels` of that frame says which they
         are. Of other annotators it is the id itself.
 
         Raises:
             KeyError: there is no such annotator, or it has no such rows.
+            AnnotatorError: a setting lets ids count what each frame shows, so that the dataset has no class table.
         """
         try:
             rows = self.arrays[annotator]["semanticId"]
@@ -60,7 +68,14 @@ class Sample:
         labels = self.infos[annotator].get("idToLabels", {})
         if not all(isinstance(each, Mapping) for each in labels.values()) or "idToLabels" not in self.infos[annotator]:
             return rows.astype(np.int64)
-        ids = {tuple(sorted(each.items())): number for number, each in self.classes.items()}
+        table = self.class_tables.get(annotator, self.classes)
+        ids = {tuple(sorted(each.items())): number for number, each in table.items()}
+        if unknown := [dict(each) for each in labels.values() if tuple(sorted(each.items())) not in ids]:
+            raise AnnotatorError(
+                f"stream: {annotator} has {unknown[0]}, which is in no class table: ids count what each frame "
+                "shows, as the setting /usdsdg/labels/stableIds says. Leave it True, or read idToLabels of each "
+                "sample's info."
+            )
         of_frame = {int(number): ids[tuple(sorted(each.items()))] for number, each in labels.items()}
         return np.array([of_frame[int(each)] for each in rows], np.int64)
 

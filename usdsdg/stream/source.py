@@ -91,6 +91,17 @@ class Source:
                 key=f"stream: own seed of {self.path}",
             )
 
+    def tell_of_no_frame(self) -> None:
+        """Warn, after its run, of a script that has captured nothing, so that its stream is empty."""
+        run = session.current()
+        if not run.orchestrator.captures:
+            why = "nothing in it started a run. rep.orchestrator.run(num_frames=...) or step() does"
+        elif not run.render_products:
+            why = "there is no render product. rep.create.render_product makes one"
+        else:
+            return  # another part has its frames
+        warn_once(f"stream: {self.path} ended, and has shown no frame: {why}.")
+
     def _kind(self) -> FileKind:
         if not self.path.is_file():
             raise ConfigError(f"there is no job {self.path}: give a configuration (.yaml, .json) or a script (.py)")

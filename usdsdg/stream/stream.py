@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
+import operator
 import os
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsIndex
+from weakref import WeakSet
 
 from usdsdg.annotators.class_table import CLOSED
 from usdsdg.capture.tap import Asked, Tap, annotator_of
@@ -32,6 +36,27 @@ def _forget_parent() -> None:
 
 
 around_fork(in_child=_forget_parent)
+
+# Streams that somebody holds. An interpreter that ends would close them after the modules that they need.
+_held: WeakSet[Iterator[Any]] = WeakSet()
+_is_exiting = False
+
+
+def _let_go() -> None:
+    """Close the streams that are held at the end of the program, without waiting for their jobs."""
+    global _is_exiting
+    _is_exiting = True
+    for each in list(_held):
+        with contextlib.suppress(ValueError):  # another thread waits for its next item
+            each.close()  # pyright: ignore[reportAttributeAccessIssue]
+
+
+atexit.register(_let_go)
+
+
+def _closed_at_exit(items: Iterator[Item]) -> Iterator[Item]:
+    _held.add(items)
+    return items
 
 
 def frames(
@@ -85,7 +110,7 @@ def frames(
         session.current().settings.set(CLOSED, step > 1)
         session.current().tap = Tap(annotators, lambda frame: frame % step == first, lambda view: put(Sample.of(view)))
 
-    return _run(source, begin, ahead, device)
+    return _closed_at_exit(_run(source, begin, ahead, device))
 
 
 def worlds(
@@ -127,7 +152,7 @@ def worlds(
     def begin(put: Callable[[WorldBatch], None]) -> None:
         session.current().worlds = WorldTap(count, annotators, put)
 
-    return _in_short_turns(_run(source, begin, ahead, device))
+    return _closed_at_exit(_in_short_turns(_run(source, begin, ahead, device)))
 
 
 def _several(name: str, given: Sequence[Any]) -> tuple[Any, ...]:
@@ -160,22 +185,18 @@ def checked_part(part: tuple[int, int], *, who: str = "stream") -> tuple[int, in
     Raises:
         ArgumentError: it is something else, or i is not from 0 to n - 1.
     """
-    if not _holds(lambda: 0 <= part[0] < part[1] and len(part) == 2):
+    try:
+        first, step = map(operator.index, part)
+    except (TypeError, ValueError):  # something else, or not two of them
+        first, step = 0, 0
+    if not 0 <= first < step:
         raise ArgumentError(f"{who}: part is {part!r}; expected (i, n) with i from 0 to n - 1")
-    return part
+    return first, step
 
 
 def _check_ahead(ahead: int) -> None:
-    if not _holds(lambda: ahead >= 1):
+    if not isinstance(ahead, SupportsIndex) or ahead.__index__() < 1:
         raise ArgumentError(f"stream: ahead is {ahead!r}; expected 1 or more")
-
-
-def _holds(condition: Callable[[], bool]) -> bool:
-    """Return whether a condition holds; it does not of values of other kinds, such as None."""
-    try:
-        return condition()
-    except (TypeError, IndexError):
-        return False
 
 
 def _run(
@@ -183,7 +204,10 @@ def _run(
 ) -> Iterator[Item]:
     """Run a job in a thread, after `begin` with a function that takes the items, and yield these."""
     if not _streaming.acquire(blocking=False):
-        raise GraphError("stream: another one runs in this process; end it first, or use a process for each")
+        raise GraphError(
+            "stream: another one runs in this process; end it first (close() it, or del the DataLoader's iterator), "
+            "or use a process for each (DataLoader with num_workers=1)"
+        )
     try:
         if session.current().stage is not None:
             raise GraphError(
@@ -191,22 +215,27 @@ def _run(
                 "its own (DataLoader with num_workers=1)"
             )
 
-        may_seed_itself = not source.is_configuration
+        is_script, is_empty = not source.is_configuration, True
 
         def work(put: Callable[[Item], None]) -> None:
-            def put_of_seed(item: Item) -> None:
+            def put_of_script(item: Item) -> None:
                 source.tell_of_own_seed()
                 put(item)
 
             devices.use_device(device)
-            begin(put_of_seed if may_seed_itself else put)
+            begin(put_of_script if is_script else put)
             source.run()
 
         hand_over = HandOver(work, waiting=ahead)
         try:
-            yield from hand_over
+            for item in hand_over:
+                is_empty = False
+                yield item
+            if is_script and is_empty:
+                source.tell_of_no_frame()
         finally:
-            hand_over.close()
-            session.restart()
+            if not _is_exiting:
+                hand_over.close()
+                session.restart()
     finally:
         _streaming.release()

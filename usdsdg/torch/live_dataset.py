@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,9 @@ class LiveDataset(IterableDataset):
     A sample is a dict: "frame" (int), "render_product" and "camera" (str), "info" (what annotators return besides
     arrays, by annotator), "classes" (the class table: labels by id), and each annotator's array as a tensor under its
     name. Records, such as boxes, are a dict of tensors by field, with "classId", the row's id in "classes", where they
-    have labels. `transform` turns a sample into what the trainer wants.
+    have labels. Where annotators have several label filters, "classes" is of the first one with labels, and
+    "class_tables" has the tables of those with other filters, by annotator. `transform` turns a sample into what the
+    trainer wants.
 
     With `DataLoader(dataset, batch_size=..., num_workers=n)` worker i makes the frames i, i + n, i + 2n, ...: frame k
     is the same for any n, since graph and physics of all frames run in every worker. Processes that train one network
@@ -74,7 +76,8 @@ class LiveDataset(IterableDataset):
         worlds: how many worlds a sample is of; None: samples are of one frame each.
 
         Raises:
-            ArgumentError: one text was given in place of a list, `part` is none, or was given with `worlds`.
+            ArgumentError: one text was given in place of a list, `part` is none, or was given with `worlds`, or torch
+                names no device as `device`.
         """
         for name, given in (("annotators", annotators), ("arguments", arguments)):
             if isinstance(given, str):
@@ -82,9 +85,9 @@ class LiveDataset(IterableDataset):
         self.job, self.annotators, self.arguments = os.fspath(job), tuple(annotators), tuple(arguments)
         self.seed = None if seed is None else int(seed)
         self.part = checked_part(part, who="LiveDataset")
-        if worlds is not None and part[1] > 1:
+        if worlds is not None and self.part[1] > 1:
             raise ArgumentError("LiveDataset: worlds have all frames, and no part; give each process a seed of its own")
-        self.device, self.transform, self.ahead = device, transform, int(ahead)
+        self.device, self.transform, self.ahead = _device(device), transform, ahead
         self.worlds = worlds
         self._epoch = torch.zeros((), dtype=torch.int64).share_memory_()  # which workers see change
 
@@ -128,8 +131,8 @@ class LiveDataset(IterableDataset):
             raise ArgumentError(
                 "LiveDataset: worlds stay on the device of the process that trains; use DataLoader(..., num_workers=0)"
             )
-        device = torch.device(self.device)
-        name = "cpu" if device.type == "cpu" else f"cuda:{device.index or 0}"
+        device = self.device
+        name = f"cuda:{device.index or 0}" if device.type == "cuda" else "cpu"
         options: dict[str, Any] = {"arguments": self.arguments, "seed": self._seed_of_epoch(), "device": name}
         for batch in stream.worlds(self.job, self.annotators, count=count, ahead=self.ahead, **options):
             batch.wait()
@@ -139,8 +142,8 @@ class LiveDataset(IterableDataset):
                 "camera": batch.camera,
                 "prims": batch.prims,
                 "class_ids": torch.from_numpy(batch.class_ids).to(device),
-                "classes": {number: dict(labels) for number, labels in batch.classes.items()},
-                **{key: torch.from_dlpack(array) for key, array in batch.arrays.items()},
+                "classes": _plain(batch.classes),
+                **{key: torch.from_dlpack(array).to(device) for key, array in batch.arrays.items()},
             }
             yield made if self.transform is None else self.transform(made)
 
@@ -154,7 +157,22 @@ class LiveDataset(IterableDataset):
             "render_product": sample.render_product,
             "camera": sample.camera,
             "info": {name: dict(info) for name, info in sample.infos.items() if info},
-            "classes": {number: dict(labels) for number, labels in sample.classes.items()},
+            "classes": _plain(sample.classes),
             **arrays,
         }
+        if sample.class_tables:
+            made["class_tables"] = {name: _plain(table) for name, table in sample.class_tables.items()}
         return made if self.transform is None else self.transform(made)
+
+
+def _device(named: Any) -> torch.device:
+    try:
+        return torch.device("cpu" if named is None else named)
+    except (TypeError, RuntimeError):
+        raise ArgumentError(
+            f"LiveDataset: device is {named!r}; expected a device of torch, such as 'cpu' or 'cuda'"
+        ) from None
+
+
+def _plain(table: Mapping[int, Mapping[str, str]]) -> dict[int, dict[str, str]]:
+    return {number: dict(labels) for number, labels in table.items()}

@@ -142,6 +142,8 @@ class Writer(ABC):
                 "write, such as rgb=True. A writer of your own lists them in self.annotators."
             )
         check_layout(self.data_structure, type(self).__name__)
+        if isinstance(self.annotators, str):
+            raise WriterError(f"{type(self).__name__}: annotators is the text {self.annotators!r}; set it to a list.")
         self.annotators = [_annotator(each) for each in self.annotators]
         self._render_products = tuple(dict.fromkeys(existing_products(render_products)))
         self._numbered_products = self._render_products

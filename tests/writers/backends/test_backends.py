@@ -221,6 +221,13 @@ def test_a_folder_below_a_file_is_refused_with_path_reason_and_remedy(tmp_path):
         DiskBackend(tmp_path / "file" / "out")
 
 
+def test_a_folder_with_a_null_character_is_refused(tmp_path):
+    """As a configuration or a graph of a stranger may have."""
+    for folder in ("a\0b", tmp_path / "a\0b"):
+        with pytest.raises(OutputNotWritable, match="has a null character"):
+            DiskBackend(folder)
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
 def test_a_read_only_folder_is_refused(tmp_path):
     tmp_path.chmod(0o500)

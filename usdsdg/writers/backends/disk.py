@@ -104,7 +104,13 @@ class DiskBackend(BaseBackend):
 
 
 def _path_of(output_dir: str | os.PathLike) -> str | os.PathLike:
-    """Return the path of a folder that may be named by a URL."""
+    """Return the path of a folder that may be named by a URL.
+
+    Raises:
+        OutputNotWritable: it names no folder, or no system has such a name.
+    """
+    if "\0" in str(output_dir):
+        raise OutputNotWritable(f"{str(output_dir)!r} has a null character, which no folder's name has.")
     if not is_url(output_dir):
         return output_dir
     try:
