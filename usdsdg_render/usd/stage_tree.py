@@ -83,6 +83,8 @@ class StageTree:
         self._stage = stage
         self._other_kinds: dict[Sdf.Path, int] = {}  # of prims that are not in the tree, such as shaders
         self._children_of: dict[Sdf.Path, dict[str, int]] = {}  # during one `resync`
+        # The children of prims at the last `resync` of any of them, unless all were traversed since then.
+        self._orders: dict[Sdf.Path, dict[str, int]] = {}
         self._transforms = TransformHierarchy(stage, time)
         self._nodes: list[Node] = []
         self._are_parents: list[bool] = []
@@ -119,7 +121,7 @@ class StageTree:
 
     def _drop_notes(self, roots: set[Sdf.Path]) -> None:
         """Drop what `_traverse` noted beside the nodes of prims at and below `roots`."""
-        for table in (self.subsets, self.varying_visibility):
+        for table in (self.subsets, self.varying_visibility, self._orders):
             for path in [path for path in table if is_below(path, roots)]:
                 del table[path]
         self.skel_roots = {path for path in self.skel_roots if not is_below(path, roots)}
@@ -128,7 +130,11 @@ class StageTree:
         """Whether children of a prim have another order: one removed and added again becomes the last."""
         if not self._may_have_children(parent):
             return False
-        children = (self.index.get(parent.AppendChild(name)) for name in self._children(parent))
+        now, before = self._children(parent), self._orders.get(parent)
+        self._orders[parent] = now
+        if before is not None:  # mostly, and much sooner known than from the nodes
+            return [name for name in before if name in now] != [name for name in now if name in before]
+        children = (self.index.get(parent.AppendChild(name)) for name in now)
         nodes = [node for node in children if node is not None]
         return nodes != sorted(nodes)
 
