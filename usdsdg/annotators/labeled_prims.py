@@ -28,7 +28,7 @@ from usdsdg.annotators.prims.keypoint_prims import KeypointPrim, KeypointReader
 from usdsdg.annotators.prims.label_tables import FrameClasses, PrimTable
 from usdsdg.annotators.prims.possible_labels import possible_outputs
 from usdsdg.annotators.prims.prim_bounds import PrimBounds
-from usdsdg.annotators.prims.skeleton_prims import SkeletonPrims
+from usdsdg.annotators.prims.skeleton_prims import SkeletonPrim, SkeletonPrims
 from usdsdg.annotators.prims.stage_numbers import StageNumbers, decides_points
 from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.graph.label_sources import label_sources
@@ -83,7 +83,7 @@ class LabeledPrims:
     selections: Mapping[str | None, Selection] = field(default_factory=dict)
     gprim_numbers: np.ndarray | None = None  # (G,) int64: of each gprim, the same in all frames; None: its index
     read_keypoints: Callable[[], tuple[KeypointPrim, ...]] = tuple  # reads the prims with keypoints from the stage
-    find_skeletons: Callable[[], Sequence[Sdf.Path]] | None = None  # finds all skeletons of the stage; None: not known
+    find_skeletons: Callable[[], Sequence[SkeletonPrim]] | None = None  # finds those of the stage; None: not known
 
     def __len__(self) -> int:
         return len(self.prim_paths)
@@ -188,7 +188,7 @@ class LabeledPrimReader:
             owned.selections,
             owned.gprim_numbers,
             lambda: self._keypoints.read(owned.gprims, owned.steps, frames, time),
-            self._skeletons.find,
+            lambda: self._skeletons.find(owned.gprims, owned.steps),
         )
 
     def names_and_selection(

@@ -10,7 +10,7 @@ from usdsdg.stage.geometry.point_velocities import have_velocities
 from usdsdg.stage.time_code import transform_varies
 from usdsdg_render.sync.gprims import Gprims
 from usdsdg_render.sync.invalidation import DirtySet
-from usdsdg_render.sync.time_varying import Splines, has_splines_or_clips
+from usdsdg_render.sync.time_varying import Samples, Splines, has_splines_or_clips
 from usdsdg_render.usd.prim_kinds import CURVES, DOME, INSTANCER, LIGHT, MESH, POINTS, kind_of
 from usdsdg_render.usd.stage_tree import StageTree
 
@@ -23,7 +23,7 @@ class Animation:
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
-        self._splines = Splines(stage)
+        self._samples, self._splines = Samples(stage), Splines(stage)
         self._varying_names: dict[Sdf.Path, list[str]] = {}  # varying attributes of each prim queried so far
         self._varying_below: dict[Sdf.Path, bool] = {}  # whether a material varies, of those queried so far
         self._tree: StageTree | None = None
@@ -53,18 +53,18 @@ class Animation:
     def apply(self, changes: Changes) -> None:
         """Take note of edits: a script may author the first time samples of a stage, or of an attribute."""
         if changes.resynced:
+            self._samples.forget()
             self._splines.forget()
             self._find_samples(changes.resynced)
-        samples_of = self._stage.GetEditTarget().GetLayer().GetNumTimeSamplesForPath
         properties = changes.properties
-        sampled: set[Sdf.Path] = set()
-        if any(map(samples_of, properties)):
-            sampled = {path.GetPrimPath() for path in properties if samples_of(path)}
+        sampled = self._samples.of(properties, changes.recomposed)
         sampled |= self._splines.of(properties)
         sampled |= {path for path, names in changes.changed.items() if not names.isdisjoint(VELOCITIES)}
         sampled |= {path for path in changes.changed.keys() & self._varying_names.keys() if self._varying_names[path]}
         self.is_animated = self.is_animated or bool(sampled)
         if stale := changes.resynced | sampled:
+            if any(map(Usd.Prim.IsPathInPrototype, stale)):
+                stale = {Sdf.Path.absoluteRootPath}  # here, prims of instances have the paths of their proxies
             self._varying_names = {
                 path: names for path, names in self._varying_names.items() if not is_below(path, stale)
             }

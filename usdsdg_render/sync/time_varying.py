@@ -1,6 +1,6 @@
-"""Splines and value clips, which no layer lists as it does time samples."""
+"""Time samples, splines and value clips: which a stage has, and which prims get some by an edit."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from pxr import Sdf, Usd
 
@@ -9,7 +9,10 @@ _NUMBERS = frozenset({Sdf.ValueTypeNames.Double, Sdf.ValueTypeNames.Float, Sdf.V
 
 
 def has_splines_or_clips(stage: Usd.Stage, root: Sdf.Path) -> bool:
-    """Return whether a prim at or below `root`, or in what these are instances of, has any."""
+    """Return whether a prim at or below `root`, or in what these are instances of, has any.
+
+    No layer lists these, as it does time samples.
+    """
     unread, prototypes, has_spline = [stage.GetPrimAtPath(root)], set(), Usd.Attribute.HasSpline
     while unread:
         start = unread.pop()
@@ -21,6 +24,47 @@ def has_splines_or_clips(stage: Usd.Stage, root: Sdf.Path) -> bool:
                 prototypes.add(prototype.GetPath())
                 unread.append(prototype)
     return False
+
+
+class Samples:
+    """Which prims of a stage have time samples, by the properties that change on them."""
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
+        # Properties of which nothing but layers of the stage itself says anything: these know them by the same path.
+        self._local: set[Sdf.Path] = set()
+
+    def of(self, properties: Sequence[Sdf.Path], recomposed: Collection[Sdf.Path]) -> set[Sdf.Path]:
+        """Return those of the prims with these properties of which one has samples, in whichever layer they are.
+
+        recomposed: properties of which other layers say something than before.
+        """
+        found: set[Sdf.Path] = set()
+        for layer in self._stage.GetLayerStack():
+            samples_of = layer.GetNumTimeSamplesForPath
+            if not layer.empty and any(map(samples_of, properties)):
+                found.update(path.GetPrimPath() for path in properties if samples_of(path))
+        self._local.difference_update(recomposed)
+        if not self._local.issuperset(properties):
+            # In variants and in layers that are referenced, prims have other paths.
+            elsewhere = (path for path in properties if path not in self._local and not self._is_local(path))
+            attributes = map(self._stage.GetAttributeAtPath, elsewhere)
+            found.update(each.GetPrimPath() for each in attributes if each and each.GetNumTimeSamples())
+        return found
+
+    def _is_local(self, path: Sdf.Path) -> bool:
+        """Return whether only layers of the stage itself have opinions of a property, and note it if so."""
+        attribute = self._stage.GetAttributeAtPath(path)
+        specs = attribute.GetPropertyStack() if attribute else []
+        # A variant has the layer, and not the path.
+        is_local = bool(specs) and all(spec.path == path and self._stage.HasLocalLayer(spec.layer) for spec in specs)
+        if is_local:
+            self._local.add(path)
+        return is_local
+
+    def forget(self) -> None:
+        """Forget what was found, since prims were made anew."""
+        self._local.clear()
 
 
 class Splines:

@@ -83,6 +83,8 @@ class StageTree:
         self._stage = stage
         self._other_kinds: dict[Sdf.Path, int] = {}  # of prims that are not in the tree, such as shaders
         self._children_of: dict[Sdf.Path, dict[str, int]] = {}  # during one `resync`
+        # The children of prims at the last `resync` of any of them, unless all were traversed since then.
+        self._orders: dict[Sdf.Path, dict[str, int]] = {}
         self._transforms = TransformHierarchy(stage, time)
         self._nodes: list[Node] = []
         self._are_parents: list[bool] = []
@@ -98,9 +100,10 @@ class StageTree:
         roots = set(Sdf.Path.RemoveDescendentPaths(list(roots)))
         self._children_of.clear()
         self._other_kinds.clear()
-        # A prim that a weaker layer adds moves those above it, too, before others of their siblings.
-        above = {prefix for root in roots for prefix in root.GetPrefixes()}
-        if reordered := [path.GetParentPath() for path in above if self._is_reordered(path)]:
+        # A prim that a weaker layer adds moves those above it, too, before others of their siblings. An opinion that a
+        # weaker layer adds of a prim moves it as well, but not before USD composes one of its siblings again.
+        above = {prefix.GetParentPath() for root in roots for prefix in root.GetPrefixes()}
+        if reordered := list(filter(self._is_reordered, above)):
             roots = set(Sdf.Path.RemoveDescendentPaths([*roots, *reordered]))
         self._drop_notes(roots)
         splices = sorted((splice for root in roots if (splice := self._splice_of(root))), key=lambda s: s[:3])
@@ -118,17 +121,22 @@ class StageTree:
 
     def _drop_notes(self, roots: set[Sdf.Path]) -> None:
         """Drop what `_traverse` noted beside the nodes of prims at and below `roots`."""
-        for table in (self.subsets, self.varying_visibility):
+        for table in (self.subsets, self.varying_visibility, self._orders):
             for path in [path for path in table if is_below(path, roots)]:
                 del table[path]
         self.skel_roots = {path for path in self.skel_roots if not is_below(path, roots)}
 
-    def _is_reordered(self, root: Sdf.Path) -> bool:
-        """Whether a prim has another position among its siblings: one removed and added again becomes the last."""
-        node, parent = self.index.get(root), root.GetParentPath()
-        if node is None or not self._may_have_children(parent) or root.name not in self._children(parent):
+    def _is_reordered(self, parent: Sdf.Path) -> bool:
+        """Whether children of a prim have another order: one removed and added again becomes the last."""
+        if not self._may_have_children(parent):
             return False
-        return self._insertion_index(parent, root.name) != node
+        now, before = self._children(parent), self._orders.get(parent)
+        self._orders[parent] = now
+        if before is not None:  # mostly, and much sooner known than from the nodes
+            return [name for name in before if name in now] != [name for name in now if name in before]
+        children = (self.index.get(parent.AppendChild(name)) for name in now)
+        nodes = [node for node in children if node is not None]
+        return nodes != sorted(nodes)
 
     def _may_have_children(self, path: Sdf.Path) -> bool:
         node = self.index.get(path, -1)

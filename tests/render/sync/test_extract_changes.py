@@ -431,6 +431,19 @@ def test_a_layer_that_moves_prims_before_their_siblings(stage, extractor):
     assert_fresh(extractor, stage)
 
 
+def test_an_opinion_in_a_weaker_layer_moves_prims_once_a_sibling_is_composed_again(stage, extractor):
+    """USD orders children by the weakest layer first, and does so only when it composes one of them."""
+    layer = Sdf.Layer.CreateAnonymous()
+    stage.GetRootLayer().subLayerPaths.append(layer.identifier)
+    with Usd.EditContext(stage, layer):
+        attribute(stage, "/World/b2.radius").Set(0.25)
+    extractor.update()
+    stage.RemovePrim("/World/b0")
+    extractor.update()
+    assert [path.split("/")[2] for path in extractor.scene.instances.paths] == ["b2", "b1", "mesh"]
+    assert_fresh(extractor, stage)
+
+
 def test_closing_stops_listening(stage, extractor):
     extractor.close()
     attribute(stage, "/World/b1.radius").Set(5.0)

@@ -113,3 +113,93 @@ def test_splines_inside_instances_are_found(tmp_path):
     extractor = SceneExtractor(stage)
     assert at(extractor, 12).instances.local_to_world[:, 3, :2].tolist() == [[1, 0], [1, 1]]
     assert at(extractor, 24).instances.local_to_world[:, 3, :2].tolist() == [[2, 0], [2, 1]]
+
+
+def put_box(stage, path):
+    box = UsdGeom.Cube.Define(stage, path)
+    box.AddTranslateOp().Set(Gf.Vec3d(0))
+    box.CreateSizeAttr(2.0)
+    box.CreateVisibilityAttr()
+    return box
+
+
+def stage_of_layers():
+    """A box in a referenced layer, in one that has an instance, in a sublayer, in a variant and in the root layer.
+
+    Returns it with what edits each: a stage, the layer or edit target, and the path of the box there.
+    """
+    stage = make_stage()
+    places = {"root": (stage, stage.GetRootLayer(), "/Root/Box"), "session": (stage, stage.GetSessionLayer(), "/S/Box")}
+    for name in ("referenced", "instanced"):
+        asset = Usd.Stage.CreateInMemory()
+        asset.SetDefaultPrim(UsdGeom.Xform.Define(asset, "/Asset").GetPrim())
+        put_box(asset, "/Asset/Box")
+        prim = UsdGeom.Xform.Define(stage, f"/{name}").GetPrim()
+        prim.GetReferences().AddReference(asset.GetRootLayer().identifier)
+        prim.SetInstanceable(name == "instanced")
+        places[name] = asset, asset.GetRootLayer(), "/Asset/Box"
+    sublayer = Sdf.Layer.CreateAnonymous("sub.usda")
+    stage.GetRootLayer().subLayerPaths.append(sublayer.identifier)
+    places["sublayer"] = stage, sublayer, "/Sublayer/Box"
+    with Usd.EditContext(stage, sublayer):
+        put_box(stage, "/Sublayer/Box")
+    for path in ("/Root/Box", "/S/Box"):
+        put_box(stage, path)
+    variants = UsdGeom.Xform.Define(stage, "/Varied").GetPrim().GetVariantSets().AddVariantSet("kind")
+    variants.AddVariant("box")
+    variants.SetVariantSelection("box")
+    with variants.GetVariantEditContext():
+        put_box(stage, "/Varied/Box")
+    places["variant"] = stage, variants.GetVariantEditTarget(), "/Varied/Box"
+    return stage, places
+
+
+def drawn_boxes(extractor, code):
+    """World (x of the center, size) of each box that is drawn, by its path."""
+    scene = at(extractor, code)
+    found = {}
+    for path, prototype, matrix in zip(
+        scene.instances.paths, scene.instances.prototype, scene.instances.local_to_world
+    ):
+        points = scene.prototypes[prototype].points.astype(float) @ matrix[:3, :3] + matrix[3, :3]
+        low, high = points.min(axis=0), points.max(axis=0)
+        found[path] = (*np.round((low + high) / 2, 4)[:1].tolist(), round(float(high[0] - low[0]), 4))
+    return found
+
+
+def boxes_of_usd(stage, code):
+    found = {}
+    for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
+        if prim.IsA(UsdGeom.Cube) and UsdGeom.Imageable(prim).ComputeVisibility(code) != "invisible":
+            x = prim.GetAttribute("xformOp:translate").Get(code)[0]
+            found[str(prim.GetPath())] = (round(x, 4), round(prim.GetAttribute("size").Get(code), 4))
+    return found
+
+
+@pytest.mark.parametrize("animated", [False, True])
+@pytest.mark.parametrize("place", ["root", "session", "sublayer", "variant", "referenced", "instanced"])
+@pytest.mark.parametrize(
+    ("name", "first", "last"),
+    [
+        ("xformOp:translate", Gf.Vec3d(1, 0, 0), Gf.Vec3d(5, 0, 0)),
+        ("size", 1.0, 3.0),
+        ("visibility", "inherited", "invisible"),
+    ],
+)
+def test_samples_that_a_script_sets_are_followed_in_whichever_layer_they_are(place, animated, name, first, last):
+    """They need not be where the stage is edited when it is drawn next, as after `with Usd.EditContext(...)`."""
+    stage, places = stage_of_layers()
+    if animated:
+        other = put_box(stage, "/Other").GetSizeAttr()
+        other.Set(1.0, 0)
+        other.Set(2.0, 24)
+    extractor = SceneExtractor(stage)
+    drawn_boxes(extractor, 12)
+    edited, target, path = places[place]
+    for begin, end in ((first, last), (last, first)):
+        with Usd.EditContext(edited, target):
+            attribute = edited.GetAttributeAtPath(f"{path}.{name}")
+            attribute.Set(begin, 0)
+            attribute.Set(end, 24)
+        for code in (0, 12, 24, 6):
+            assert drawn_boxes(extractor, code) == boxes_of_usd(stage, code)

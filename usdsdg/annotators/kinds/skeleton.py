@@ -1,19 +1,20 @@
 """Joints of UsdSkel characters: rest and current poses, in the world and in the image."""
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
+from pxr import Gf, Usd, UsdGeom, UsdSkel
 
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
-from usdsdg.annotators.point_instances import prim_path
-from usdsdg.annotators.prims.skeleton_prims import SkeletonPrims
+from usdsdg.annotators.point_instances import PointFrames, find_steps
+from usdsdg.annotators.prims.skeleton_prims import SkeletonPrim, SkeletonPrims
 from usdsdg.errors import warn_once
 from usdsdg.session.stage_context import current_stage
+from usdsdg.stage.geometry.skinning import character_predicate
 
 OUT_OF_VIEW = "OUT_OF_VIEW"
 _NOTHING = "None"  # Replicator's text for missing values
@@ -24,7 +25,8 @@ class Skeleton:
     """The J joints of one skeleton at one time; (4, 4) matrices are for row vectors."""
 
     prim: Usd.Prim
-    root: Sdf.Path  # of the character: its SkelRoot, or the skeleton
+    path: str  # as annotators report it
+    is_of: Callable[[int], bool]  # whether a gprim, by its index, is of the character
     joints: tuple[str, ...]
     parents: np.ndarray  # (J,) int32, -1 for roots
     rest_local: np.ndarray  # (J, 4, 4)
@@ -70,7 +72,8 @@ def _info(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 def skeleton_data(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     """Joints of every visible skeleton on the stage, concatenated in flat arrays.
 
-    Joints follow the UsdSkel animation. N joints in all, S skeletons:
+    Joints follow the UsdSkel animation. A character in the prototype of a point instancer has one skeleton for each
+    instance of which anything is drawn, `path[id]`. N joints in all, S skeletons:
 
     - numSkeletons; skelName, skelPath, assetPath, animationVariant: lists of S texts ("None" where there is none).
     - skeletonParents (N) int32: index among the skeleton's own joints, -1 for roots.
@@ -91,30 +94,32 @@ def skeleton_data(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     stage = current_stage()
     numerator, denominator = frame.reference_time
     code = Usd.TimeCode(numerator / denominator * stage.GetTimeCodesPerSecond())
-    paths = (frame.labeled_prims.find_skeletons or SkeletonPrims(stage).find)()
-    records = [_legacy_record(frame, skeleton) for skeleton in skeletons(stage, paths, code)]
+    find = frame.labeled_prims.find_skeletons
+    found = find() if find else SkeletonPrims(stage).find(frame.gprims, find_steps(stage, frame.gprims))
+    records = [_legacy_record(frame, skeleton) for skeleton in skeletons(stage, found, code)]
     return Annotation(None, _info(records))
 
 
-def skeletons(stage: Usd.Stage, paths: Iterable[Sdf.Path], code: Usd.TimeCode) -> Iterator[Skeleton]:
-    """Yield those of the skeletons at `paths` that are visible and have joints."""
-    cache, xforms = UsdSkel.Cache(), UsdGeom.XformCache(code)
-    for prim in map(stage.GetPrimAtPath, paths):
-        if UsdGeom.Imageable(prim).ComputeVisibility(code) == "invisible":
+def skeletons(stage: Usd.Stage, prims: Iterable[SkeletonPrim], code: Usd.TimeCode) -> Iterator[Skeleton]:
+    """Yield those of the skeletons that are visible and have joints."""
+    cache, frames = UsdSkel.Cache(), PointFrames(stage, UsdGeom.XformCache(code))
+    for each in prims:
+        prim, character = (stage.GetPrimAtPath(owner.path) for owner in (each.skeleton, each.character))
+        if not each.skeleton.steps and UsdGeom.Imageable(prim).ComputeVisibility(code) == "invisible":
             continue
-        root = UsdSkel.Root.Find(prim)
-        if root:
-            cache.Populate(root, Usd.TraverseInstanceProxies())
+        if character != prim:
+            root = UsdSkel.Root(character)
+            cache.Populate(root, character_predicate(root))
         query = cache.GetSkelQuery(UsdSkel.Skeleton(prim))
         if not query or not len(query.GetJointOrder()):
             continue
         joints = tuple(str(joint) for joint in query.GetJointOrder())
         parents = np.array(query.GetTopology().GetParentIndices(), np.int32)
-        to_world = np.array(xforms.GetLocalToWorldTransform(prim))
+        to_world = frames.to_world(each.skeleton.path, each.skeleton.steps)
         rest = _matrices(query.ComputeJointLocalTransforms(code, True), len(joints))
         animated = _matrices(query.ComputeJointLocalTransforms(code), len(joints))
         yield Skeleton(
-            prim, root.GetPath() if root else prim.GetPath(), joints, parents,
+            prim, each.skeleton.name, each.is_of, joints, parents,
             rest, _joints_to_world(rest, parents, to_world),
             animated, _joints_to_world(animated, parents, to_world),
         )  # fmt: skip
@@ -143,7 +148,7 @@ def _legacy_record(frame: Frame, skeleton: Skeleton) -> dict[str, Any]:
     occluders = [_occluder(frame, skeleton, pixel) if shown else OUT_OF_VIEW for pixel, shown in zip(pixels, inside)]
     return {
         "skel_name": skeleton.prim.GetName(),
-        "skel_path": str(skeleton.prim.GetPath()),
+        "skel_path": skeleton.path,
         "asset_path": _asset_of(skeleton.prim),
         "animation_variant": _variant_of(skeleton.prim),
         "skeleton_parents": skeleton.parents.tolist(),
@@ -163,10 +168,10 @@ def _legacy_record(frame: Frame, skeleton: Skeleton) -> dict[str, Any]:
 
 def _occluder(frame: Frame, skeleton: Skeleton, pixel: np.ndarray) -> str:
     """Return the label of what occludes a joint at `pixel`, or "None" where the character itself is visible."""
-    gprim = frame.aov("instance")[int(pixel[1]), int(pixel[0])]
+    gprim = int(frame.aov("instance")[int(pixel[1]), int(pixel[0])])
     if gprim < 0:
         return "BACKGROUND"
-    if prim_path(frame.gprims[gprim]).HasPrefix(skeleton.root):
+    if skeleton.is_of(gprim):
         return _NOTHING
     selection = frame.selection(None)
     member = selection.member_of_gprim[gprim]

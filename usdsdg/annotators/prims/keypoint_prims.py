@@ -46,7 +46,7 @@ class KeypointReader:
 
         In the prototype of a point instancer there is one for each instance that is drawn.
         """
-        owners = self._owners(gprims, steps)
+        owners = self._owners(gprims, steps, time)
         found = []
         for owner in owners:
             if points := self._points_of(owner.path, time):
@@ -66,7 +66,7 @@ class KeypointReader:
             self._constant[path] = points
         return points
 
-    def _owners(self, gprims: Sequence[str], steps: Sequence[Steps]) -> list[Owner]:
+    def _owners(self, gprims: Sequence[str], steps: Sequence[Steps], time: Usd.TimeCode) -> list[Owner]:
         if self._paths is None:
             everything = Usd.PrimRange.Stage(self._stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate))
             self._paths = [prim.GetPath() for prim in everything if has_keypoints(prim)]
@@ -78,7 +78,7 @@ class KeypointReader:
         found = []
         for path, owners in drawn.items():
             found += owners
-            if not owners and not any(path.HasPrefix(prototype) for prototype in inside) and self._is_shown(path):
+            if not owners and not any(path.HasPrefix(prototype) for prototype in inside) and self._is_shown(path, time):
                 found.append(Owner(path))
         return found
 
@@ -95,10 +95,10 @@ class KeypointReader:
                     drawn[owner.path][owner] = None
         return {path: tuple(owners) for path, owners in drawn.items()}, inside
 
-    def _is_shown(self, path: Sdf.Path) -> bool:
+    def _is_shown(self, path: Sdf.Path, time: Usd.TimeCode) -> bool:
         """Return whether a prim without gprims of its own is there: active, defined and not invisible."""
         prim = self._stage.GetPrimAtPath(path)
         if not prim.IsActive() or not prim.IsDefined() or prim.IsAbstract():
             return False
         imageable = UsdGeom.Imageable(prim)
-        return not imageable or imageable.ComputeVisibility() != UsdGeom.Tokens.invisible
+        return not imageable or imageable.ComputeVisibility(time) != UsdGeom.Tokens.invisible

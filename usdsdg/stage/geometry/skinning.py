@@ -40,6 +40,16 @@ class _Binding(NamedTuple):
     parts: tuple[Sdf.Path, ...]  # prims outside of the mesh that it depends on
 
 
+def character_predicate(root: UsdSkel.Root) -> Usd._PrimFlagsPredicate:
+    """Return which prims below a SkelRoot are the character's.
+
+    A prototype of a point instancer may be a class or an over, or below one: USD's traversals leave out all of it then.
+    """
+    prim = root.GetPrim()
+    is_left_out = prim.IsAbstract() or not prim.IsDefined()
+    return Usd.TraverseInstanceProxies(Usd.PrimIsActive if is_left_out else Usd.PrimDefaultPredicate)
+
+
 class Skinning:
     """Skinned meshes below the SkelRoots of a stage; bindings are read on first use, and again after `invalidate`."""
 
@@ -146,10 +156,10 @@ class Skinning:
         return found
 
     def _read(self, root: UsdSkel.Root) -> dict[Sdf.Path, _Binding]:
-        through_instances = Usd.TraverseInstanceProxies()
-        self._cache.Populate(root, through_instances)
+        predicate = character_predicate(root)
+        self._cache.Populate(root, predicate)
         found = {}
-        for binding in self._cache.ComputeSkelBindings(root, through_instances):
+        for binding in self._cache.ComputeSkelBindings(root, predicate):
             skeleton = self._cache.GetSkelQuery(binding.GetSkeleton())
             if not skeleton:
                 warn_once(
