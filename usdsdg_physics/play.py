@@ -29,6 +29,7 @@ from usdsdg_physics.scene.records import Scene
 from usdsdg_physics.scene.rigid_frames import rigid_pose
 from usdsdg_physics.world.compile_kernels import Progress
 from usdsdg_physics.world.contact_events import ContactEvents
+from usdsdg_physics.world.continued import NOTHING
 from usdsdg_physics.world.world import World
 from usdsdg_physics.writeback.instancer_writer import InstancerWriter
 from usdsdg_physics.writeback.joint_states import JointStateWriter
@@ -62,6 +63,7 @@ class PlaySession:
         self._broken: set[str] = set()  # joints, until the end of the play
         self._unwritten = False  # whether the world is a step ahead of the stage
         self.world: World | None = None
+        self._continued = NOTHING  # of the world before
         self._asleep: set[str] = set()  # bodies to put to sleep when the world is built
         self._trigger_states = TriggerStates(stage)
         self._inside: list[tuple[str, str]] = []  # triggers, and the colliders inside
@@ -162,7 +164,13 @@ class PlaySession:
     def _built_world(self) -> World:
         """Return the world; build it where there is none."""
         if self.world is None:
-            self.world = World(self.scene, device=self._device, capacity=self._capacity, progress=self._progress)
+            self.world = World(
+                self.scene,
+                device=self._device,
+                capacity=self._capacity,
+                progress=self._progress,
+                continued=self._continued,
+            )
             self.world.put_to_sleep([self.world.body_index[path] for path in self._asleep & self.scene.bodies.keys()])
             self._simulated |= self.scene.bodies.keys()
             self._kinematic.resume(self.world)
@@ -235,6 +243,7 @@ class PlaySession:
         """Go on with a scene that was read after `changes`, in a new world."""
         if self.world is not None:
             self._kinematic.note(self.scene.bodies, self.world)
+            self._continued = self.world.continued()
         self._kinematic.begin(scene, changes)
         stopped = self._stopped.stop(scene.bodies, self.scene.bodies, self._simulated, changes)
         on_stage = initial_poses(scene)
