@@ -118,9 +118,9 @@ class NewtonEngine(StageQueries):
         self.play(time=time)
 
     def read_edits(self) -> None:
-        """Take what has changed on the stage into account now, where queries find it, and not at the next step."""
+        """Take what has changed on the stage into account now: queries find it, and links go where bases were put."""
         if self._session is not None:
-            self._session.current_scene()
+            self._session.show_edits()
 
     def put_to_sleep(self, bodies: Collection[str]) -> None:
         """Zero the velocities of the bodies at these paths and hold them where they are, gravity or not.

@@ -151,6 +151,12 @@ class PlaySession:
             self._backup.restore()
             self._trigger_states.restore()
 
+    def show_edits(self) -> None:
+        """Apply the edits of the stage, and write there where joints move other bodies to."""
+        self._apply_stage_edits()
+        if self.world is not None and self.scene.joints:
+            self._write_back(self.world)
+
     def current_scene(self) -> Scene:
         """Return the scene with the edits of the stage applied."""
         self._apply_stage_edits()

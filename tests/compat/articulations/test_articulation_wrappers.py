@@ -171,6 +171,7 @@ def test_a_floating_robot_is_placed_by_its_base_while_physics_plays(arms):
     view.set_world_poses([[0.0, 5.0, 1.0]])
     view.set_velocities([[0.0, 0.0, 3.0]], [[0.0, 0.0, 0.0]])
     assert view.get_velocities()[0].numpy() == pytest.approx(np.array([[0, 0, 3]]))
+    assert at(arms.GetPrimAtPath("/World/env_0/arm/hand")) == pytest.approx([2, 5, 1], abs=1e-3)
     get_app().update()
     assert at(arms.GetPrimAtPath("/World/env_0/arm/hand")) == pytest.approx([2, 5, 1.05], abs=1e-3)
     view.set_local_poses([[1.0, 0.0, 0.0]])

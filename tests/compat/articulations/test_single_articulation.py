@@ -178,11 +178,15 @@ def test_placing_a_robot_takes_its_links_along(cart, world, stage):
     cart.set_world_pose(np.array([1.0, 2.0, 0.7]), np.array([np.sqrt(0.5), 0, 0, np.sqrt(0.5)]))
     cart.set_world_velocity(np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))
     assert cart.get_world_velocity() == pytest.approx([0, 0, 1, 0, 0, 0])
+    # A quarter turn about Z takes what is in front to the left, at once.
+    wheel = at(stage.GetPrimAtPath(f"{CART}/front_left"))
+    assert wheel == pytest.approx([1 - 0.25, 2 + 0.2, 0.6], abs=0.01)
     world.step(render=False)
-    # A quarter turn about Z takes what is in front to the left.
     wheel = at(stage.GetPrimAtPath(f"{CART}/front_left"))
     assert wheel == pytest.approx([1 - 0.25, 2 + 0.2, 0.6 + 1 / 60], abs=0.01)
     assert cart.get_local_pose()[0] == pytest.approx(cart.get_world_pose()[0], abs=1e-5)
+    cart.set_local_pose(np.array([3.0, 0.0, 2.0]), np.array([1.0, 0.0, 0.0, 0.0]))
+    assert at(stage.GetPrimAtPath(f"{CART}/front_left")) == pytest.approx([3 + 0.2, 0.25, 1.9], abs=0.01)
 
 
 def test_several_robots_take_actions_by_name(stage, world):
