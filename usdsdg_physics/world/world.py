@@ -84,12 +84,12 @@ class World:
         self.joints = Joints(scene, self.model, control, built.joints) if built.joints.trees else None
         self._body_states = BodyStates(self._state, self._halves, built, self.joints)
         self._damping = Damping(self.model, self._halves)
-
         bodies = list(scene.bodies.values())
         self._dynamic = np.array([not body.kinematic for body in bodies], bool)
         self._pushes = BodyForces(scene, built, states, self._halves)
         self._kinematic = KinematicMotion(self.model, built.center, built.pose_coordinate)
         self._corrections = StepCorrections(scene, built, self._contacts)
+        self.joint_forces = self._corrections.joint_forces
         self._corrections.stabilization.set_gravity(self.gravity)
         self._colliders = Colliders(scene, self.model, built.shape_index, self._corrections.depenetration)
         self._breakable = built.joints.breakable

@@ -230,10 +230,26 @@ def test_settings_of_joints_are_authored(arm, stage):
     assert view.get_body_inertias(body_indices=[1]).shape == (1, 1, 9)
 
 
-def test_forces_between_links_are_refused(arm):
-    for name in ("get_measured_joint_forces", "get_measured_joint_efforts"):
-        with pytest.raises(Unsupported, match=f"{name}: the solver does not tell"):
+def test_tendons_are_refused(arm):
+    for name in ("get_fixed_tendon_stiffnesses", "get_fixed_tendon_limits"):
+        with pytest.raises(Unsupported, match=f"{name}: there are no tendons"):
             getattr(arm, name)
+
+
+def test_forces_in_joints_hold_the_arm_up(arm, world):
+    """The arm lies in the plane, so its joints bear the weight of all that is farther out, and its torque."""
+    masses, axes = Articulation(ARM, reset_xform_properties=False).get_body_masses()[0], [2, 2, 0]
+    run(world, 120)
+    forces, efforts = arm.get_measured_joint_forces(), arm.get_measured_joint_efforts()
+    assert forces.shape == (4, 6)
+    assert forces[0] == pytest.approx(np.zeros(6))
+    weights = [9.81 * masses[number:].sum() for number in range(1, 4)]
+    assert np.linalg.norm(forces[1:, :3], axis=1) == pytest.approx(weights, rel=1e-3)
+    assert efforts.shape == (3,)
+    along = [forces[1, 3 + axes[0]], forces[2, 3 + axes[1]], forces[3, axes[2]]]
+    assert efforts == pytest.approx(along, abs=1e-6)
+    assert arm.get_measured_joint_efforts([1]) == pytest.approx(efforts[1:2])
+    assert arm.get_measured_joint_forces([0, 2]) == pytest.approx(forces[[0, 2]])
 
 
 def test_a_controller_needs_its_robot():

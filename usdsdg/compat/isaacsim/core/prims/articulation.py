@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Articulation(ArticulationSwitches, ArticulationBodies):
-    """Robots: poses, links and joints. Forces in joints and between links raise `Unsupported`.
+    """Robots: poses, links and joints. Tendons raise `Unsupported`.
 
     While physics plays, poses and velocities are those of the bases. Quaternions are (w, x, y, z).
     """

@@ -27,7 +27,7 @@ _STILL = (0.0, 0.0, 0.0)
 
 
 class Articulation(ArticulationSettings, ArticulationLinks):
-    """Robots: poses, links and joints. Forces in joints and between links raise `Unsupported`.
+    """Robots: poses, links and joints. Tendons raise `Unsupported`.
 
     While physics plays, poses and velocities are those of the bases. Quaternions are (w, x, y, z).
     """
