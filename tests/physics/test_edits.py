@@ -347,6 +347,41 @@ def test_filters_of_groups_and_of_prims_above_bodies_are_edited_while_playing(ed
     assert position(box)[2] == pytest.approx(0.1 - fallen(30), abs=2e-3)
 
 
+def _remove_group(stage):
+    stage.RemovePrim("/World/grounds")
+
+
+def _deactivate_group(stage):
+    stage.GetPrimAtPath("/World/bodies").SetActive(False)
+
+
+def _remove_filter(stage):
+    stage.GetPrimAtPath("/World/tray").RemoveAPI(UsdPhysics.FilteredPairsAPI)
+
+
+@pytest.mark.parametrize("edit", [_remove_group, _deactivate_group, _remove_filter])
+def test_what_a_filter_kept_apart_collides_when_the_filter_goes_while_playing(edit):
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.5), scale=(5, 5, 0.5), body=False)
+    box = add(stage, "/World/tray/box", at=(0, 0, 0.5))
+    if edit is _remove_filter:
+        api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath("/World/tray"))
+        api.CreateFilteredPairsRel().AddTarget("/World/ground")
+    else:
+        bodies = UsdPhysics.CollisionGroup.Define(stage, "/World/bodies")
+        bodies.GetCollidersCollectionAPI().CreateIncludesRel().AddTarget("/World/tray")
+        grounds = UsdPhysics.CollisionGroup.Define(stage, "/World/grounds")
+        grounds.GetCollidersCollectionAPI().CreateIncludesRel().AddTarget("/World/ground")
+        bodies.CreateFilteredGroupsRel().AddTarget("/World/grounds")
+    engine = playing(stage)
+    engine.advance(10 * STEP)
+    errors.forget_warnings()
+    edit(stage)
+    engine.advance(1.5)
+    errors.forget_warnings()
+    assert position(box)[2] == pytest.approx(0.1, abs=1e-3)
+
+
 def test_self_collisions_of_an_articulation_are_turned_on_while_playing():
     stage = new_stage()
     robot = UsdGeom.Xform.Define(stage, "/World/robot").GetPrim()
