@@ -37,8 +37,7 @@ class JointForces:
         self._child = array([index[branch.child] for branch in self._branches], wp.int32)
         self._body = array([index.get(joint.body1, -1) for joint in joints], wp.int32)
         self._frame = array([joint.frame1 for joint in joints], wp.transform)
-        self._sign = np.array([-1.0 if branch.is_reversed else 1.0 for branch in self._branches])
-        self._shares: dict[int, wp.array] = {}  # by the number of substeps
+        self._sign = array([-1.0 if branch.is_reversed else 1.0 for branch in self._branches], wp.float32)
         self._measured = wp.zeros(len(joints), dtype=wp.spatial_vector, device=model.device)
 
     @classmethod
@@ -62,9 +61,6 @@ class JointForces:
 
         from usdsdg_physics.corrections.joints.joint_forces_kernels import add_joint_forces
 
-        if substeps not in self._shares:
-            shares = (self._sign / substeps).astype(np.float32)
-            self._shares[substeps] = wp.array(shares, dtype=wp.float32, device=self._model.device)
         wp.launch(
             add_joint_forces,
             dim=len(self._branches),
@@ -72,10 +68,11 @@ class JointForces:
                 self._child,
                 self._body,
                 self._frame,
-                self._shares[substeps],
+                self._sign,
                 self._model.body_com,
                 before.body_q,
                 wrench,
+                1.0 / substeps,
                 int(substep == 0),
             ],
             outputs=[self._measured],

@@ -12,11 +12,12 @@ def add_joint_forces(
     child: wp.array[wp.int32],
     body: wp.array[wp.int32],
     frame: wp.array[wp.transform],
-    share: wp.array[wp.float32],
+    sign: wp.array[wp.float32],
     # body
     center: wp.array[wp.vec3],
     body_q: wp.array[wp.transform],
     wrench: wp.array[wp.spatial_vector],
+    share: float,
     is_first: int,
     # out
     measured: wp.array[wp.spatial_vector],
@@ -36,6 +37,6 @@ def add_joint_forces(
     turn = wp.transform_get_rotation(place)
     local = wp.spatial_vector(wp.quat_rotate_inv(turn, force), wp.quat_rotate_inv(turn, torque))
     if is_first == 1:
-        measured[row] = local * share[row]
+        measured[row] = local * (share * sign[row])
     else:
-        measured[row] = measured[row] + local * share[row]
+        measured[row] = measured[row] + local * (share * sign[row])
