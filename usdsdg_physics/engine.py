@@ -20,7 +20,7 @@ from usdsdg_physics.scene.body_masses import BodyMasses
 from usdsdg_physics.scene.events import ContactEvent, TriggerEvent
 from usdsdg_physics.settling import settle
 from usdsdg_physics.simulated_bodies import SimulatedBodies
-from usdsdg_physics.simulated_joints import SimulatedJoints
+from usdsdg_physics.stage_joints import StageJoints
 from usdsdg_physics.world.compile_kernels import Progress
 
 # Fraction of a step that may be missing from the elapsed time without delaying the step to the next call: scripts write
@@ -28,7 +28,7 @@ from usdsdg_physics.world.compile_kernels import Progress
 _MISSING = 2.5e-3
 
 
-class NewtonEngine(StageQueries):
+class NewtonEngine(StageQueries, StageJoints):
     """Simulates the rigid bodies of one stage with Newton.
 
     Whatever is written to the stage between two steps (velocities, transforms, switches, new prims) takes effect at the
@@ -118,9 +118,9 @@ class NewtonEngine(StageQueries):
         self.play(time=time)
 
     def read_edits(self) -> None:
-        """Take what has changed on the stage into account now, where queries find it, and not at the next step."""
+        """Take what has changed on the stage into account now: queries find it, and links go where bases were put."""
         if self._session is not None:
-            self._session.current_scene()
+            self._session.show_edits()
 
     def put_to_sleep(self, bodies: Collection[str]) -> None:
         """Zero the velocities of the bodies at these paths and hold them where they are, gravity or not.
@@ -203,45 +203,6 @@ class NewtonEngine(StageQueries):
             PhysicsError: `play` has not been called, or a path is no rigid body.
         """
         return self._bodies("mass_properties").mass_properties(bodies)
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Paths of the revolute and prismatic joints that are simulated; empty while stopped."""
-        return SimulatedJoints(self._session).paths if self._session else ()
-
-    def joint_positions(self, joints: Sequence[str]) -> np.ndarray:
-        """Return the positions (N,) of joints: angles [rad], distances [stage units].
-
-        Raises:
-            PhysicsError: `play` has not been called, or a path is not among `joints`.
-        """
-        return self._joints("joint_positions").state(joints)[0]
-
-    def joint_velocities(self, joints: Sequence[str]) -> np.ndarray:
-        """Return the velocities (N,) of joints [rad/s, stage units/s].
-
-        Raises:
-            PhysicsError: `play` has not been called, or a path is not among `joints`.
-        """
-        return self._joints("joint_velocities").state(joints)[1]
-
-    def set_joint_state(
-        self, joints: Sequence[str], positions: ArrayLike | None = None, velocities: ArrayLike | None = None
-    ) -> None:
-        """Move joints at once (N,) [rad, stage units], and set their velocities (N,); bodies follow, here and there.
-
-        Raises:
-            PhysicsError: `play` has not been called, or a path is not among `joints`.
-        """
-        self._joints("set_joint_state").set_state(joints, positions, velocities)
-
-    def apply_joint_efforts(self, joints: Sequence[str], efforts: ArrayLike) -> None:
-        """Push joints during the next step (N,), in stage units: torques, and forces of prismatic joints.
-
-        Raises:
-            PhysicsError: `play` has not been called, or a path is not among `joints`.
-        """
-        self._joints("apply_joint_efforts").add_efforts(joints, np.asarray(efforts, np.float64))
 
     def close(self) -> None:
         """Release the stage without writing to it."""
@@ -390,9 +351,6 @@ class NewtonEngine(StageQueries):
 
     def _bodies(self, caller: str) -> SimulatedBodies:
         return SimulatedBodies(self._playing(caller))
-
-    def _joints(self, caller: str) -> SimulatedJoints:
-        return SimulatedJoints(self._playing(caller))
 
     def _time_code(self) -> Usd.TimeCode:
         """Return the time of the latest step on the stage."""

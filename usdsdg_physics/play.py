@@ -1,6 +1,6 @@
 """One play of a stage, from `play` to `stop`: the parsed scene, the running world, and the backup."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,11 +9,13 @@ from pxr import Usd, UsdGeom
 from usdsdg.errors import PhysicsError, warn_once
 from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.physics.instances import split_instance
 from usdsdg.stage.physics.scenes import steps_per_second
 from usdsdg.stage.time_code import time_context
 from usdsdg_physics.edits.apply_edits import apply_edits
 from usdsdg_physics.edits.edit_reader import EditReader, Edits
 from usdsdg_physics.edits.kinematic_bodies import KinematicBodies, carried_bodies
+from usdsdg_physics.edits.stopped_bodies import StoppedBodies
 from usdsdg_physics.edits.subtrees import with_subtrees
 from usdsdg_physics.edits.time_samples import TimeSamples
 from usdsdg_physics.edits.told_velocities import ToldVelocities
@@ -27,6 +29,7 @@ from usdsdg_physics.scene.records import Scene
 from usdsdg_physics.scene.rigid_frames import rigid_pose
 from usdsdg_physics.world.compile_kernels import Progress
 from usdsdg_physics.world.contact_events import ContactEvents
+from usdsdg_physics.world.continued import NOTHING
 from usdsdg_physics.world.world import World
 from usdsdg_physics.writeback.instancer_writer import InstancerWriter
 from usdsdg_physics.writeback.joint_states import JointStateWriter
@@ -60,11 +63,12 @@ class PlaySession:
         self._broken: set[str] = set()  # joints, until the end of the play
         self._unwritten = False  # whether the world is a step ahead of the stage
         self.world: World | None = None
+        self._continued = NOTHING  # of the world before
         self._asleep: set[str] = set()  # bodies to put to sleep when the world is built
         self._trigger_states = TriggerStates(stage)
         self._inside: list[tuple[str, str]] = []  # triggers, and the colliders inside
         self._told = ToldVelocities()
-        self._kinematic = KinematicBodies()
+        self._kinematic, self._stopped = KinematicBodies(), StoppedBodies()
         self._touching: set[tuple[str, str]] = set()  # colliders whose contacts are reported
         # Of the latest step.
         self.trigger_events: list[TriggerEvent] = []
@@ -147,6 +151,12 @@ class PlaySession:
             self._backup.restore()
             self._trigger_states.restore()
 
+    def show_edits(self) -> None:
+        """Apply the edits of the stage, and write there where joints move other bodies to."""
+        self._apply_stage_edits()
+        if self.world is not None and self.scene.joints:
+            self._write_back(self.world)
+
     def current_scene(self) -> Scene:
         """Return the scene with the edits of the stage applied."""
         self._apply_stage_edits()
@@ -160,7 +170,13 @@ class PlaySession:
     def _built_world(self) -> World:
         """Return the world; build it where there is none."""
         if self.world is None:
-            self.world = World(self.scene, device=self._device, capacity=self._capacity, progress=self._progress)
+            self.world = World(
+                self.scene,
+                device=self._device,
+                capacity=self._capacity,
+                progress=self._progress,
+                continued=self._continued,
+            )
             self.world.put_to_sleep([self.world.body_index[path] for path in self._asleep & self.scene.bodies.keys()])
             self._simulated |= self.scene.bodies.keys()
             self._kinematic.resume(self.world)
@@ -201,15 +217,41 @@ class PlaySession:
         changes = changes or Changes()
         self.units = Units.of(self._stage)
         scene = parse(self._stage, self._hulls, time=self._time, broken=self._broken)
-        if not self.writes_velocities:
-            self._told.go_on(scene.bodies, self.world, changes)
+        # An instancer has the velocities of its instances only where it has arrays of them.
+        is_unwritten = (lambda path: split_instance(path) is not None) if self.writes_velocities else (lambda _: True)
+        self._told.go_on(
+            scene.bodies,
+            self._velocities(),
+            changes,
+            is_unwritten=is_unwritten,
+            is_same=self._is_kept(scene.instancers),
+        )
         self._begin_with(scene, changes)
+
+    def _velocities(self) -> dict[str, np.ndarray]:
+        """Return the velocities (6,) [m/s, rad/s] of the bodies, by path, also where a new world is not built yet."""
+        if self.world is not None:
+            return dict(zip(self.scene.bodies, self.world.velocities().astype(np.float64)))
+        return {path: np.array([*body.velocity, *body.angular_velocity]) for path, body in self.scene.bodies.items()}
+
+    def _is_kept(self, instancers: Sequence[str]) -> Callable[[str], bool]:
+        """Return a function that tells of the body at a path whether it is the one that was there before."""
+        with time_context(self._time):
+            kept = {path: self._instances.kept(path) for path in instancers} if self.scene.bodies else {}
+
+        def is_kept(path: str) -> bool:
+            found = split_instance(path)
+            return found is None or found[1] in kept.get(found[0], ())
+
+        return is_kept
 
     def _begin_with(self, scene: Scene, changes: Changes) -> None:
         """Go on with a scene that was read after `changes`, in a new world."""
         if self.world is not None:
             self._kinematic.note(self.scene.bodies, self.world)
+            self._continued = self.world.continued()
         self._kinematic.begin(scene, changes)
+        stopped = self._stopped.stop(scene.bodies, self.scene.bodies, self._simulated, changes)
         on_stage = initial_poses(scene)
         poses = dict(zip(self.scene.bodies, self.poses))
         for path, pose in carried_bodies(scene, self.scene, poses, changes).items():
@@ -228,6 +270,8 @@ class PlaySession:
         self.poses = initial_poses(self.scene)
         self.world = None
         self._open_writer()
+        with self._tracker.muted(), time_context(self._time):
+            self._writer.stop(stopped)
         self._write_carried(on_stage)
 
     def _write_carried(self, on_stage: np.ndarray) -> None:
@@ -283,6 +327,7 @@ class PlaySession:
 
     def _apply_stage_edits(self) -> None:
         changes = self._tracker.take()
+        self._stopped.note(changes)
         edits = self._read_edits(changes) if changes else Edits()
         if self._unwritten and (self._must_rebuild or edits.subtrees) and self.world is not None:
             self._write_back(self.world)
@@ -316,22 +361,20 @@ class PlaySession:
         world, cache = self.world, UsdGeom.XformCache(self._time)
         assert world is not None
         for part in subtrees.values() if not self.writes_velocities else ():
-            self._told.go_on(part.bodies, world, changes)
+            self._told.go_on(part.bodies, self._velocities(), changes)
         scene = with_subtrees(self._stage, self.scene, subtrees)
         poses, velocities = world.poses().tolist(), world.velocities().tolist()
         for path in scene.bodies.keys() - {path for part in subtrees.values() for path in part.bodies}:
             body, row = scene.bodies[path], world.body_index[path]
+            pose = tuple(poses[row])
             if body.kinematic:  # it is still on its way to where it was put on the stage
                 matrix = np.array(cache.GetLocalToWorldTransform(self._stage.GetPrimAtPath(path)))
                 if not np.isfinite(matrix).all():
                     self._read_stage(changes)  # which leaves it out
                     return
-                scene.bodies[path] = replace(body, pose=tuple(rigid_pose(matrix, self.units.meters).tolist()))
-                continue
+                pose = tuple(rigid_pose(matrix, self.units.meters).tolist())
             velocity, angular = velocities[row][:3], velocities[row][3:]
-            scene.bodies[path] = replace(
-                body, pose=tuple(poses[row]), velocity=tuple(velocity), angular_velocity=tuple(angular)
-            )
+            scene.bodies[path] = replace(body, pose=pose, velocity=tuple(velocity), angular_velocity=tuple(angular))
         x, y, z = world.gravity.tolist()
         self._begin_with(replace(scene, gravity=(x, y, z)), changes)
 

@@ -29,6 +29,19 @@ class SimulatedJoints:
         positions, velocities = self._session.current_world().joint_state(keys)
         return positions / units, velocities / units
 
+    def forces(self, joints: Sequence[str]) -> np.ndarray:
+        """Return the forces and torques (N, 6) of joints; see `NewtonEngine.joint_forces`."""
+        world, units = self._session.current_world(), self._session.units
+        measured = world.joint_forces
+        if unknown := [path for path in joints if measured is None or path not in measured.paths]:
+            raise PhysicsError(
+                f"{unknown[0]} is no joint of a simulated articulation whose base is not kinematic, or it closes a "
+                "loop, so its forces are not measured. Apply UsdPhysics.ArticulationRootAPI to a prim above it."
+            )
+        newtons = units.kilograms * units.meters
+        found = measured.of_joints(joints) if measured is not None else np.zeros((0, 6))
+        return found / np.repeat([newtons, newtons * units.meters], 3)
+
     def set_state(
         self, joints: Sequence[str], positions: ArrayLike | None = None, velocities: ArrayLike | None = None
     ) -> None:

@@ -94,7 +94,8 @@ PHYSICS = {
     "settling": "world play",
     "simulated_bodies": "scene play",
     "simulated_joints": "play",
-    "engine": "scene listeners parse queries world play settling simulated_bodies simulated_joints",
+    "stage_joints": "play simulated_joints",
+    "engine": "scene listeners parse queries world play settling simulated_bodies stage_joints",
     "simulation": "world engine",
     "__init__": "",
 }

@@ -8,7 +8,19 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdPhysics
 
-from tests.physics.scenes import add, collide, fallen, make_body, new_stage, playing, position, set_value, velocity
+from tests.physics.mechanisms import drive, joint
+from tests.physics.scenes import (
+    DEVICE,
+    add,
+    collide,
+    fallen,
+    make_body,
+    new_stage,
+    playing,
+    position,
+    set_value,
+    velocity,
+)
 from usdsdg import errors
 from usdsdg.errors import PhysicsError
 from usdsdg_physics import NewtonEngine, simulate
@@ -260,6 +272,138 @@ def test_kinematic_body_carries_what_stands_on_it():
     assert position(plate) == pytest.approx([0.5, 0, -0.1], abs=1e-6)
     assert position(prim)[0] == pytest.approx(0.5, abs=0.05)
     assert position(prim)[2] == pytest.approx(0.1, abs=2e-3)
+
+
+@pytest.mark.parametrize("written", [True, False])
+@pytest.mark.parametrize("attribute", ["physics:kinematicEnabled", "physics:rigidBodyEnabled"])
+def test_a_body_that_is_stopped_carries_nothing_and_begins_at_rest_when_it_is_let_go(attribute, written):
+    """As in PhysX, where a kinematic body that nobody moves has no velocity."""
+    stage = new_stage()
+    plate = add(stage, "/World/plate", at=(0, 0, 2), scale=(1, 1, 0.1))
+    set_value(plate, "physics:velocity", Gf.Vec3f(1, 0, 0))
+    authored = stage.GetRootLayer().ExportToString()
+    engine = NewtonEngine(stage, device=DEVICE, writes_velocities=lambda: written)
+    engine.play()
+    engine.advance(12 * STEP)
+    at = position(plate)
+    above = tuple(at + np.array([0, 0, 0.2]))
+    flag = plate.CreateAttribute(attribute, Sdf.ValueTypeNames.Bool, custom=False)
+    flag.Set(attribute == "physics:kinematicEnabled")
+    box = add(stage, "/World/box", at=above)
+    engine.advance(30 * STEP)
+    assert position(plate) == pytest.approx(at, abs=1e-6)
+    assert velocity(plate) == pytest.approx([0, 0, 0] if written else [1, 0, 0])
+    assert position(box) == pytest.approx(above, abs=1e-3)
+    stage.RemovePrim("/World/box")
+    flag.Set(not flag.Get())
+    engine.advance(30 * STEP)
+    assert position(plate) == pytest.approx(at - (0, 0, fallen(30)), abs=2e-3)
+    engine.stop()
+    plate.RemoveProperty(attribute)
+    assert stage.GetRootLayer().ExportToString() == authored
+
+
+def test_a_velocity_that_is_set_on_a_stopped_body_moves_its_surface():
+    """As in PhysX (ovphysx 0.7.0), where one that has it from the start carries a box to 0.9 m within a second."""
+    stage = new_stage()
+    plate = add(stage, "/World/plate", at=(0, 0, -0.1), scale=(9, 9, 0.1), gravity=False)
+    box = add(stage, "/World/box", at=(0, 0, 0.1))
+    engine = playing(stage)
+    engine.advance(STEP)
+    UsdPhysics.RigidBodyAPI(plate).CreateKinematicEnabledAttr(True)
+    engine.advance(STEP)
+    set_value(plate, "physics:velocity", Gf.Vec3f(1, 0, 0))
+    engine.advance(30 * STEP)
+    UsdPhysics.MassAPI.Apply(box).CreateMassAttr(2.0)
+    engine.advance(30 * STEP)
+    assert position(box)[0] == pytest.approx(1.0 - 1.0 / (2 * 0.5 * 9.81), rel=0.02)
+    assert position(plate)[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def _turn_filter_around(stage):
+    scene = stage.GetPrimAtPath("/PhysicsScene")
+    scene.CreateAttribute("physxScene:invertCollisionGroupFilter", Sdf.ValueTypeNames.Bool).Set(True)
+
+
+def _filter_above(stage):
+    pairs = UsdPhysics.FilteredPairsAPI(stage.GetPrimAtPath("/World/tray")).GetFilteredPairsRel()
+    pairs.SetTargets([Sdf.Path("/World/ground")])
+
+
+@pytest.mark.parametrize("edit", [_turn_filter_around, _filter_above])
+def test_filters_of_groups_and_of_prims_above_bodies_are_edited_while_playing(edit):
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.5), scale=(5, 5, 0.5), body=False)
+    UsdPhysics.FilteredPairsAPI.Apply(UsdGeom.Xform.Define(stage, "/World/tray").GetPrim()).CreateFilteredPairsRel()
+    box = add(stage, "/World/tray/box", at=(0, 0, 0.1))
+    for name, path in (("bodies", "/World/tray"), ("grounds", "/World/ground")):
+        group = UsdPhysics.CollisionGroup.Define(stage, f"/World/{name}")
+        group.GetCollidersCollectionAPI().CreateIncludesRel().AddTarget(path)
+    engine = playing(stage)
+    engine.advance(15 * STEP)
+    assert position(box)[2] == pytest.approx(0.1, abs=1e-3)
+    edit(stage)
+    engine.advance(30 * STEP)
+    assert position(box)[2] == pytest.approx(0.1 - fallen(30), abs=2e-3)
+
+
+def _remove_group(stage):
+    stage.RemovePrim("/World/grounds")
+
+
+def _deactivate_group(stage):
+    stage.GetPrimAtPath("/World/bodies").SetActive(False)
+
+
+def _remove_filter(stage):
+    stage.GetPrimAtPath("/World/tray").RemoveAPI(UsdPhysics.FilteredPairsAPI)
+
+
+@pytest.mark.parametrize("edit", [_remove_group, _deactivate_group, _remove_filter])
+def test_what_a_filter_kept_apart_collides_when_the_filter_goes_while_playing(edit):
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.5), scale=(5, 5, 0.5), body=False)
+    box = add(stage, "/World/tray/box", at=(0, 0, 0.5))
+    if edit is _remove_filter:
+        api = UsdPhysics.FilteredPairsAPI.Apply(stage.GetPrimAtPath("/World/tray"))
+        api.CreateFilteredPairsRel().AddTarget("/World/ground")
+    else:
+        bodies = UsdPhysics.CollisionGroup.Define(stage, "/World/bodies")
+        bodies.GetCollidersCollectionAPI().CreateIncludesRel().AddTarget("/World/tray")
+        grounds = UsdPhysics.CollisionGroup.Define(stage, "/World/grounds")
+        grounds.GetCollidersCollectionAPI().CreateIncludesRel().AddTarget("/World/ground")
+        bodies.CreateFilteredGroupsRel().AddTarget("/World/grounds")
+    engine = playing(stage)
+    engine.advance(10 * STEP)
+    errors.forget_warnings()
+    edit(stage)
+    engine.advance(1.5)
+    errors.forget_warnings()
+    assert position(box)[2] == pytest.approx(0.1, abs=1e-3)
+
+
+def test_self_collisions_of_an_articulation_are_turned_on_while_playing():
+    stage = new_stage()
+    robot = UsdGeom.Xform.Define(stage, "/World/robot").GetPrim()
+    UsdPhysics.ArticulationRootAPI.Apply(robot)
+    collisions = robot.CreateAttribute("physxArticulation:enabledSelfCollisions", Sdf.ValueTypeNames.Bool)
+    collisions.Set(False)
+    for name, at in (("base", (0, 3, 0)), ("slider", (-1, 0, 0)), ("wall", (0.5, 0, 0))):
+        add(stage, f"/World/robot/{name}", at=at, gravity=False)
+    joint(stage, "/World/robot/fix", UsdPhysics.FixedJoint, "", "/World/robot/base", (0, 3, 0))
+    joint(stage, "/World/robot/hold", UsdPhysics.FixedJoint, "/World/robot/base", "/World/robot/wall", (0, 3, 0))
+    slide = joint(
+        stage, "/World/robot/slide", UsdPhysics.PrismaticJoint, "/World/robot/base", "/World/robot/slider", (-1, 0, 0)
+    )
+    drive(slide, "linear", damping=1e4, target_velocity=1.0, max_force=10.0)
+    engine, slider = playing(stage), stage.GetPrimAtPath("/World/robot/slider")
+    engine.advance(0.5)
+    collisions.Set(True)
+    engine.advance(2.0)
+    assert position(slider)[0] == pytest.approx(0.3, abs=2e-3)
+    collisions.Set(False)
+    engine.advance(1.0)
+    assert position(slider)[0] > 0.7
 
 
 def test_collider_of_a_body_moves_on_it():

@@ -31,6 +31,21 @@ def test_a_force_acts_during_one_step_only():
     assert velocity(prim) == pytest.approx([30.0 / 2.0 * STEP, 0, 0], rel=1e-5)
 
 
+@pytest.mark.parametrize("mass", [2.0, 4.0])
+def test_a_force_acts_although_physics_reads_the_stage_again_before_the_step(mass):
+    stage = new_stage()
+    prim = _box(stage)
+    engine = playing(stage)
+    engine.advance(STEP)
+    engine.apply_forces(["/World/box"], [(30.0, 0.0, 0.0)], [(0.0, 0.0, 0.3)])
+    add(stage, "/World/late", at=(9, 0, 0), gravity=False)
+    UsdPhysics.MassAPI(prim).GetMassAttr().Set(mass)
+    engine.advance(3 * STEP)
+    assert velocity(prim) == pytest.approx([30.0 / mass * STEP, 0, 0], rel=1e-4)
+    spin = 0.3 / (mass * 0.2**2 / 6) * STEP
+    assert np.radians(prim.GetAttribute("physics:angularVelocity").Get()) == pytest.approx([0, 0, spin], rel=1e-3)
+
+
 def test_forces_add_up_and_are_in_units_of_the_stage():
     stage = new_stage(meters_per_unit=0.01)
     prim = _box(stage, scale=(10, 10, 10))

@@ -120,6 +120,20 @@ def test_a_gear_that_is_disabled_lets_go():
     assert np.degrees(engine.joint_velocities(["/World/second_joint"])) == pytest.approx([-30.0], rel=0.01)
 
 
+def test_a_gear_that_is_removed_while_playing_lets_go():
+    stage = new_stage()
+    api = drive(wheel(stage, "first", 0.0), "angular", damping=100.0, target_velocity=30.0)
+    wheel(stage, "second", 0.3)
+    gear(stage, "/World/gear", "first", "second", 1.0)
+    engine, second = playing(stage), ["/World/second_joint"]
+    engine.advance(0.5)
+    stage.RemovePrim("/World/gear")
+    api.GetTargetVelocityAttr().Set(0.0)
+    engine.advance(0.5)
+    assert np.degrees(engine.joint_velocities(second)) == pytest.approx([-30.0], abs=1.0)
+    assert np.degrees(engine.joint_velocities(["/World/first_joint"])) == pytest.approx([0.0], abs=0.1)
+
+
 @pytest.mark.parametrize("swapped", [(), ("pinion",), ("rack",)])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("axes", ["XY", "YX", "ZX", "XZ"])

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from pxr import UsdPhysics
 
-from tests.physics.mechanisms import drive, free_axes, joint, limit
+from tests.physics.mechanisms import drive, free_axes, joint, limit, rotation
 from tests.physics.scenes import add, new_stage, playing, position, warnings_of
 
 
@@ -59,3 +60,27 @@ def test_a_least_distance_above_the_greatest_is_named_and_counts():
     assert message.startswith("/World/joint: physics:minDistance is 0.5, which is above physics:maxDistance, 0.3, so")
     playing(stage).advance(2.0)
     assert position(ball) == pytest.approx([0, 0, -0.5], abs=5e-3)
+
+
+@pytest.mark.parametrize("name", ["transX", "transZ", "rotX", "rotY"])
+@pytest.mark.parametrize("number", [0.3, -0.2, 0.0])
+def test_equal_limits_of_a_general_joint_hold_its_axis_at_their_number(name, number):
+    """As in PhysX (ovphysx 0.7.0), which moves a box by 0.3 m, and turns one by 30 degrees."""
+    stage = new_stage()
+    box = add(stage, "/World/box", at=(2, 0, 1))
+    made = joint(stage, "/World/joint", UsdPhysics.Joint, "", "/World/box", (2, 0, 1))
+    end = 100.0 * number if name.startswith("rot") else number
+    free_axes(made, **{name: (end, end)})
+    assert not warnings_of(stage)
+    playing(stage).advance(1.0)
+    axis = np.eye(3)["XYZ".index(name[-1])]
+    turned = np.array(rotation(box))
+    if name.startswith("rot"):
+        assert position(box) == pytest.approx([2, 0, 1], abs=1e-4)
+        angle = np.radians(end)
+        cross = np.cross(np.eye(3), axis)
+        expected = np.eye(3) - np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+        assert turned == pytest.approx(expected, abs=1e-3)
+    else:
+        assert position(box) == pytest.approx([2, 0, 1] + number * axis, abs=1e-4)
+        assert turned == pytest.approx(np.eye(3), abs=1e-4)

@@ -40,6 +40,16 @@ def integrated(acceleration, start: list[float], times: np.ndarray) -> np.ndarra
     return np.array(found)
 
 
+def _add_late(stage) -> float:
+    add(stage, "/World/late", at=(9, 0, 0), gravity=False)
+    return 1.0
+
+
+def _set_mass(stage) -> float:
+    UsdPhysics.MassAPI(stage.GetPrimAtPath("/World/box")).GetMassAttr().Set(3.0)
+    return 3.0
+
+
 def test_a_pendulum_swings_as_its_equation_says():
     stage, start = new_stage(), 0.6
     bob = rod(stage, "/World/bob", (0, 0, 2), (0, -0.5 * np.sin(start), 2 - 0.5 * np.cos(start)))
@@ -447,6 +457,41 @@ def test_what_is_added_while_playing_does_not_disturb_joints():
     # The acceleration, which gravity bounds, is all that changes the velocity from step to step.
     assert np.abs(np.diff(found)).max() < 1.5 * G / 0.5 * STEP
     assert position(bob)[2] < 2
+
+
+@pytest.mark.parametrize("ends", [("", "/World/wheel"), ("/World/wheel", "")])
+@pytest.mark.parametrize("mass", [None, 3.0])
+def test_whole_turns_of_a_hinge_are_kept_where_physics_reads_the_stage_again(ends, mass):
+    """A wheel at 720 degrees, which its drive holds there, does not turn back."""
+    stage = new_stage()
+    wheel = add(stage, "/World/wheel", gravity=False)
+    UsdPhysics.MassAPI.Apply(wheel).CreateMassAttr(1.0)
+    hinge = joint(stage, "/World/hinge", UsdPhysics.RevoluteJoint, *ends, (0, 0, 0), axis="Z")
+    drive(hinge, "angular", stiffness=1.0, damping=0.2, target=720.0)
+    engine = playing(stage)
+    engine.advance(4.0)
+    assert np.degrees(engine.joint_positions(["/World/hinge"])) == pytest.approx([720.0], abs=0.5)
+    if mass is None:
+        add(stage, "/World/late", at=(9, 0, 0), gravity=False)
+    else:
+        UsdPhysics.MassAPI(wheel).GetMassAttr().Set(mass)
+    engine.advance(STEP)
+    assert np.degrees(engine.joint_positions(["/World/hinge"])) == pytest.approx([720.0], abs=0.5)
+    assert engine.joint_velocities(["/World/hinge"]) == pytest.approx([0.0], abs=0.05)
+
+
+@pytest.mark.parametrize("edit", [_add_late, _set_mass])
+def test_an_effort_acts_although_physics_reads_the_stage_again_before_the_step(edit):
+    stage = new_stage()
+    box = add(stage, "/World/box", gravity=False)
+    UsdPhysics.MassAPI.Apply(box).CreateMassAttr(1.0)
+    joint(stage, "/World/slide", UsdPhysics.PrismaticJoint, "", "/World/box", (0, 0, 0))
+    engine = playing(stage)
+    engine.advance(STEP)
+    engine.apply_joint_efforts(["/World/slide"], [60.0])
+    mass = edit(stage)
+    engine.advance(2 * STEP)
+    assert velocity(box) == pytest.approx([60.0 / mass * STEP, 0, 0], rel=1e-4, abs=1e-6)
 
 
 @pytest.mark.parametrize(("force", "breaks"), [(25.0, False), (15.0, True)])

@@ -179,3 +179,77 @@ def test_a_thousand_instances_share_one_shape():
     scene = parse(stage, HullCache())
     assert len(scene.bodies) == 1000
     assert len({collider.shape for collider in scene.colliders.values()}) == 1
+
+
+def _fall_and_spin(stage, *, arrays):
+    """An instancer of two bodies that fall and spin, which has arrays of velocities or not."""
+    instancer = _instancer(stage, [(0, 0, 50), (3, 0, 50)], body=True)
+    cube = stage.GetPrimAtPath("/World/many/cube")
+    UsdPhysics.RigidBodyAPI(cube).CreateAngularVelocityAttr(Gf.Vec3f(0, 0, 90))
+    if arrays:
+        instancer.CreateVelocitiesAttr([Gf.Vec3f(0)] * 2)
+        instancer.CreateAngularVelocitiesAttr([Gf.Vec3f(0, 0, 90)] * 2)
+    return instancer
+
+
+def _heights(instancer):
+    return _positions(instancer)[:, 2]
+
+
+@pytest.mark.parametrize("arrays", [True, False])
+def test_instances_go_on_as_fast_where_an_edit_lets_physics_read_the_stage_again(arrays):
+    stage = new_stage()
+    instancer = _fall_and_spin(stage, arrays=arrays)
+    engine = playing(stage)
+    engine.advance(30 * STEP)
+    add(stage, "/World/late", at=(9, 0, 0))
+    engine.advance(30 * STEP)
+    assert _heights(instancer) == pytest.approx([50 - fallen(60)] * 2, abs=2e-3)
+    assert engine.velocities(["/World/many[0]"])[0, 3:] == pytest.approx([0, 0, np.pi / 2], rel=1e-3)
+
+
+def test_instances_keep_their_speed_where_others_are_added_and_removed():
+    stage = new_stage()
+    instancer = _fall_and_spin(stage, arrays=False)
+    engine = playing(stage)
+    engine.advance(30 * STEP)
+    instancer.GetProtoIndicesAttr().Set([0, 0, 0])
+    instancer.GetPositionsAttr().Set([*instancer.GetPositionsAttr().Get(), Gf.Vec3f(6, 0, 50)])
+    instancer.GetOrientationsAttr().Set([*instancer.GetOrientationsAttr().Get(), Gf.Quath(1)])
+    engine.advance(30 * STEP)
+    expected = [50 - fallen(60), 50 - fallen(60), 50 - fallen(30)]
+    assert _heights(instancer) == pytest.approx(expected, abs=2e-3)
+    # What is at another index is another one, which begins at rest.
+    instancer.GetProtoIndicesAttr().Set([0])
+    instancer.GetPositionsAttr().Set([instancer.GetPositionsAttr().Get()[2]])
+    instancer.GetOrientationsAttr().Set([Gf.Quath(1)])
+    engine.advance(30 * STEP)
+    assert _heights(instancer) == pytest.approx([expected[2] - fallen(30)], abs=2e-3)
+
+
+def test_the_velocity_of_a_prototype_that_is_set_while_playing_is_that_of_its_instances():
+    stage = new_stage()
+    instancer = _instancer(stage, [(0, 0, 0), (3, 0, 0)], body=True, gravity=False)
+    engine = playing(stage)
+    engine.advance(STEP)
+    UsdPhysics.RigidBodyAPI(stage.GetPrimAtPath("/World/many/cube")).CreateVelocityAttr(Gf.Vec3f(0, 1, 0))
+    engine.advance(60 * STEP)
+    assert _positions(instancer) == pytest.approx(np.array([(0, 1, 0), (3, 1, 0)]), abs=1e-3)
+
+
+def test_instances_are_activated_and_deactivated_while_playing():
+    stage = new_stage()
+    ground = _instancer(stage, [(0, 0, -0.5), (3, 0, -0.5)], half=0.5, path="/World/ground")
+    bodies = _instancer(stage, [(0, 0, 0.1), (3, 0, 0.1), (6, 0, 0)], body=True)
+    bodies.DeactivateId(2)
+    engine = playing(stage)
+    engine.advance(30 * STEP)
+    assert _heights(bodies) == pytest.approx([0.1, 0.1, 0.0], abs=1e-3)
+    ground.DeactivateId(1)
+    engine.advance(30 * STEP)
+    assert _heights(bodies) == pytest.approx([0.1, 0.1 - fallen(30), 0.0], abs=2e-3)
+    bodies.ActivateId(2)
+    bodies.DeactivateId(1)
+    engine.advance(30 * STEP)
+    assert _heights(bodies) == pytest.approx([0.1, 0.1 - fallen(30), -fallen(30)], abs=2e-3)
+    assert engine.rigid_bodies == ("/World/many[0]", "/World/many[2]")

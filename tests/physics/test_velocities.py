@@ -25,7 +25,8 @@ def _thrown() -> tuple[Usd.Stage, Usd.Prim]:
     prim = add(stage, "/World/box", at=(0, 0, 500), scale=(10, 10, 10))
     set_value(prim, "physics:velocity", Gf.Vec3f(100, 0, 50))
     set_value(prim, "physics:angularVelocity", Gf.Vec3f(0, 90, 180))
-    add(stage, "/World/still", at=(500, 0, 0), scale=(10, 10, 10), gravity=False)
+    still = add(stage, "/World/still", at=(500, 0, 0), scale=(10, 10, 10), gravity=False)
+    UsdPhysics.MassAPI.Apply(still).CreateMassAttr(1.0)
     return stage, prim
 
 
@@ -59,6 +60,12 @@ def _add_body(stage: Usd.Stage, prim: Usd.Prim) -> None:
     add(stage, "/World/other", at=(0, 900, 0), scale=(10, 10, 10))
 
 
+def _add_body_and_set_mass(stage: Usd.Stage, prim: Usd.Prim) -> None:
+    _add_body(stage, prim)
+    set_value(stage.GetPrimAtPath("/World/still"), "physxRigidBody:disableGravity", True)
+    UsdPhysics.MassAPI(stage.GetPrimAtPath("/World/still")).GetMassAttr().Set(2.0)
+
+
 @pytest.mark.parametrize(
     "edit",
     [
@@ -69,10 +76,11 @@ def _add_body(stage: Usd.Stage, prim: Usd.Prim) -> None:
         _set_mass,
         _add_collider,
         _add_body,
+        _add_body_and_set_mass,
         lambda stage, prim: physics_material(stage, "/World/material"),
         lambda stage, prim: set_value(prim, "physxRigidBody:angularDamping", 0.5),
     ],
-    ids=["nothing", "linear", "angular", "pose", "mass", "collider", "body", "material", "damping"],
+    ids=["nothing", "linear", "angular", "pose", "mass", "collider", "body", "body and mass", "material", "damping"],
 )
 def test_motion_is_the_same_whether_velocities_are_written_or_not(edit):
     (matrix, place, moving), (other_matrix, other_place, other_moving) = _both(edit)

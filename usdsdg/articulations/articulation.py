@@ -114,6 +114,21 @@ class Articulation:
             raise PhysicsError(f"{self.root}: no effort acts on its joints, because they are not simulated; play first")
         engine.apply_joint_efforts(self._paths, efforts)
 
+    def joint_forces(self) -> Array:
+        """Return the forces and torques (1 + J, 6) in the joints between links, breadth first; see `joint_forces` of
+        the physics engine.
+
+        The first row is of the joint that holds the base, which PhysX does not measure: zeros.
+
+        Raises:
+            PhysicsError: physics does not play, or does not simulate all joints.
+        """
+        engine = self._engine()
+        if engine is None:
+            raise PhysicsError(f"{self.root}: no force acts in its joints, because they are not simulated; play first")
+        paths = [branch.joint.path for branch in self.tree.branches]
+        return np.vstack([np.zeros((1, 6)), engine.joint_forces(paths)])
+
     def measure(self) -> None:
         """Take the positions of the links on the stage, at rest."""
         self._positions = self.tree.positions()

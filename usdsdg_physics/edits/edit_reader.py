@@ -1,6 +1,6 @@
 """Translate stage edits since the last step into world updates, or request a rebuild."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -49,7 +49,15 @@ _LIVE_DRIVE_ATTRIBUTES = (
 )
 _JOINT_PREFIXES = ("physics:", "physx", "drive:", "limit:", "state:")
 # Prefixes of attributes whose change needs a rebuild, unless they are among the above.
-_REBUILD_PREFIXES = ("physics:", "physxRigidBody:", "physxCollision:", "physxConvex", "material:binding:physics")
+_REBUILD_PREFIXES = (
+    "physics:",
+    "physxRigidBody:",
+    "physxCollision:",
+    "physxConvex",
+    "physxArticulation:",
+    "material:binding:physics",
+)
+_SCENE_SETTINGS = frozenset({"physxScene:bounceThreshold", "physxScene:invertCollisionGroupFilter"})
 _SHAPE_ATTRIBUTES = frozenset(
     {"size", "radius", "radiusTop", "radiusBottom", "height", "width", "length", "axis"}
     | {"points", "faceVertexIndices", "faceVertexCounts", "holeIndices", "orientation"}
@@ -65,6 +73,7 @@ _NEW_PRIM_PREFIXES = (
     "physics:rigidBodyEnabled",
     "physics:simulationOwner",
     "physics:filteredGroups",
+    "physics:filteredPairs",
     "physics:invertFilteredGroups",
     "physics:jointEnabled",
     "physics:body0",
@@ -73,6 +82,7 @@ _NEW_PRIM_PREFIXES = (
     "physics:ratio",
     "physics:hinge",
     "physics:prismatic",
+    "physxArticulation:",
     "collection:",
 )
 
@@ -157,7 +167,8 @@ class EditReader:
 
     def _read_prim(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
         warn_unread(self._stage.GetPrimAtPath(path), names)
-        if path in self._scene.instancers and names & _INSTANCES:
+        # Which instances are inactive is metadata, of which no name is told.
+        if path in self._scene.instancers and (names & _INSTANCES or not names):
             self._read_instances(path, names, cache, edits)
         if any(name.startswith("xformOp") for name in names):
             edits.rebuild |= any(at_or_below(p, path) or at_or_below(path, p) for p in self._scene.prototypes)
@@ -168,7 +179,7 @@ class EditReader:
         if path in self._scene.forces and any(name.startswith((_FORCE, "xformOp")) for name in names):
             self._read_force(path, cache, edits)
         if path == self._scene.scene_path:
-            edits.rebuild |= "physxScene:bounceThreshold" in names
+            edits.rebuild |= bool(names & _SCENE_SETTINGS)
             if names & _GRAVITY:
                 edits.gravity = read_gravity(self._stage, self._stage.GetPrimAtPath(path), self._units)
         elif path in self._scene.joints:
@@ -228,13 +239,13 @@ class EditReader:
     def _read_instances(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
         """Read new poses and velocities of the instances of a PointInstancer; other changes need a rebuild."""
         now = read_instances(self._stage.GetPrimAtPath(path), cache, self._units, self._hulls)
-        before = {name for name in self._scene.bodies if (split_instance(name) or ("",))[0] == path}
-        if (
-            names & _INSTANCE_COUNTS
-            or set(now.bodies) != before
-            or not now.colliders.keys() <= self._scene.colliders.keys()
-        ):
+        before = self._of_instancer(path, self._scene.bodies)
+        counted = names & _INSTANCE_COUNTS or set(now.bodies) != before
+        if counted or not now.colliders.keys() <= self._scene.colliders.keys():
             edits.rebuild = True
+            return
+        if not names:
+            edits.rebuild |= set(now.colliders) != self._of_instancer(path, self._scene.colliders)
             return
         moved = self._moved(path) if names & _INSTANCE_POSES else set()
         for name, body in now.bodies.items():
@@ -249,6 +260,9 @@ class EditReader:
             if collider.body == STATIC and collider.shape != old.shape:
                 edits.rebuild |= not same_geometry(collider.shape, old.shape)
                 edits.colliders[name] = replace(old, shape=collider.shape)
+
+    def _of_instancer(self, path: str, names: Iterable[str]) -> set[str]:
+        return {name for name in names if (split_instance(name) or ("",))[0] == path}
 
     def _read_force(self, path: str, cache: UsdGeom.XformCache, edits: Edits) -> None:
         owner = self._stage.GetPrimAtPath(self._scene.forces[path].body)

@@ -44,6 +44,8 @@ class SubtreeReader:
             now = parse(self._stage, self._hulls, root=root, time=current_time())
             if now.scene_path or now.filtered or now.instancers or at_or_below(self._scene.scene_path, path):
                 return None
+            if set(now.relations) != {each for each in self._scene.relations if at_or_below(each, path)}:
+                return None
             if self._differs(path, now):
                 if not all(map(_is_separable, (self._scene, now))) or path.startswith("/__Prototype"):
                     return None

@@ -109,6 +109,9 @@ def _parse(stage: Usd.Stage, hulls: HullCache, root: Sdf.Path, broken: Collectio
         prototypes=tuple(map(str, prototype_paths(found.instancers))),
         reports={str(prim.GetPath()): read_contact_report(prim, units) for prim in found.reports},
         has_relations=bool(found.joints or found.groups or found.filtered),
+        relations=tuple(
+            str(prim.GetPath()) for prim in (*found.joints, *found.groups, *found.filtered, *found.articulations)
+        ),
         forces={force.path: force for force in forces if force is not None},
     )
 

@@ -137,7 +137,10 @@ UNREAD: tuple[Unread, ...] = (
         "PhysxDrivePerformanceEnvelopeAPI physxDrivePerformanceEnvelope:*",
         "the force of a drive does not depend on its speed: its maximum force alone limits it",
     ),
-    Unread("PhysxArticulationForceSensorAPI physxArticulationForceSensor:*", "forces in joints are not measured"),
+    Unread(
+        "PhysxArticulationForceSensorAPI physxArticulationForceSensor:*",
+        "there are no sensors of forces in joints: call get_measured_joint_forces of an Articulation",
+    ),
     Unread(
         "physxArticulation:*",
         "all articulations are simulated with the same solver, so its settings for one have no effect",

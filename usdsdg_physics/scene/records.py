@@ -244,6 +244,7 @@ class Scene:
     reports: dict[str, ContactReportSpec] = field(default_factory=dict)  # by prim path
     # Whether joints, collision groups or filtered pairs relate its prims, so that no part of it can be read alone.
     has_relations: bool = False
+    relations: tuple[str, ...] = ()  # paths of the prims that do, and of roots of articulations
     halves: dict[str, str] = field(default_factory=dict)  # bodies that were cut off others, by path: whose they are
 
     @property

@@ -52,10 +52,18 @@ class BodyForces:
 
     def add_wrenches(self, indices: Indices, wrenches: np.ndarray) -> None:
         """Push bodies during the next step: force [N] and torque about the center of mass [N m] (n, 6), world."""
+        if not len(indices):
+            return
         if self._wrenches is None:
             self._wrenches = np.zeros((len(self._halves), 6))
         np.add.at(self._wrenches, indices, wrenches)
         self._wrenches[~self._dynamic] = 0.0
+
+    def wrenches(self) -> dict[int, np.ndarray]:
+        """Return what pushes bodies during the next step (6,), by index."""
+        if self._wrenches is None:
+            return {}
+        return {int(row): self._wrenches[row] for row in np.flatnonzero(self._wrenches.any(axis=1))}
 
     def forget_wrenches(self) -> None:
         """Let what pushed during a step end with it."""

@@ -15,12 +15,11 @@ from usdsdg.stage.poses.rotations import rotated
 from usdsdg_physics.model.joint_inertia import axis_inertias, tree_inertia
 from usdsdg_physics.model.joints import BuiltJoints, measured_drift
 from usdsdg_physics.scene.records import STATIC, Drive, Scene
+from usdsdg_physics.world.continued import AxisKey
 
 if TYPE_CHECKING:
     import newton
     import warp as wp
-
-AxisKey = tuple[str, str]  # path of a joint, name of its axis
 
 # Inertia counts as the same while joints move by less than this [rad, m].
 SAME_INERTIA = 0.02
@@ -49,8 +48,11 @@ class Joints:
         # By tree: the joint coordinates for which its drives of accelerations have the strength that they need.
         self._strength_at: dict[int, np.ndarray] = {}
 
-    def start(self, state: newton.State) -> None:
-        """Take coordinates from the poses and velocities of bodies, or from what joints start with."""
+    def start(self, state: newton.State, near: Mapping[AxisKey, float]) -> None:
+        """Take coordinates from the poses and velocities of bodies, or from what joints start with.
+
+        Of angles that differ by whole turns those count that are nearest to `near`, 0 by default.
+        """
         apart = []
         for number, tree in enumerate(self._built.trees):
             joint, distance = measured_drift(tree, {path: body.pose for path, body in self._scene.bodies.items()})
@@ -60,7 +62,7 @@ class Joints:
                     f"{joint}: its frames are {distance:.3g} m apart, so its bodies jump together. Author poses of the "
                     "bodies, or physics:localPos0 and physics:localPos1, that meet."
                 )
-        self._begin_within_limits(state)
+        self._begin_within_limits(state, near)
         self.measure(state)
         self._center(state, apart)
         positions = {key: self.axes[row].axis.position for key, row in self.rows.items()}
@@ -73,11 +75,14 @@ class Joints:
         self._engage_gears(state)
         self._write_drives(self._drives, state)
 
-    def _begin_within_limits(self, state: newton.State) -> None:
-        """Set all axes to 0, or to the limit that is nearest to it."""
+    def _begin_within_limits(self, state: newton.State, near: Mapping[AxisKey, float]) -> None:
+        """Set all axes to what is given, or to 0, or to the limit that is nearest to it."""
         coordinates = state.joint_q.numpy().copy()
         limits = np.array([(axis.axis.lower, axis.axis.upper) for axis in self.axes]).reshape(-1, 2)
-        coordinates[self._coordinates] = np.clip(0.0, *limits.T)
+        usual = np.clip(0.0, *limits.T).tolist()
+        coordinates[self._coordinates] = [
+            near.get((axis.joint, axis.axis.name), usual[row]) for row, axis in enumerate(self.axes)
+        ]
         state.joint_q.assign(coordinates)
 
     def _center(self, state: newton.State, trees: Iterable[int]) -> None:
@@ -202,6 +207,11 @@ class Joints:
         """Return the positions (A,) float64 of all axes [m, rad]."""
         return state.joint_q.numpy()[self._coordinates].astype(np.float64)
 
+    def positions_by_axis(self, state: newton.State) -> dict[AxisKey, float]:
+        """Return the positions of all axes [m, rad]."""
+        positions = self.positions(state).tolist()
+        return {key: positions[row] for key, row in self.rows.items()}
+
     def velocities(self, state: newton.State) -> np.ndarray:
         """Return the velocities (A,) float64 of all axes [m/s, rad/s]."""
         return state.joint_qd.numpy()[self._dofs].astype(np.float64)
@@ -259,6 +269,11 @@ class Joints:
                 force[self._dofs[self.rows[key]]] += effort
         self._control.joint_f.assign(force)
         self._pushed = True
+
+    def efforts(self) -> dict[AxisKey, float]:
+        """Return what pushes axes during the next step [N, N m]."""
+        force = self._control.joint_f.numpy() if self._pushed else np.zeros(0)
+        return {key: float(force[self._dofs[row]]) for key, row in self.rows.items()} if self._pushed else {}
 
     def clear_efforts(self) -> None:
         """Push no axis any more."""

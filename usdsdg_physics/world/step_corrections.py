@@ -23,6 +23,7 @@ from usdsdg_physics.corrections.contacts.moving_surfaces import MovingSurfaces
 from usdsdg_physics.corrections.contacts.squeezes import Squeezes
 from usdsdg_physics.corrections.joints.distance_joints import DistanceJoints
 from usdsdg_physics.corrections.joints.floating_trees import FloatingTrees
+from usdsdg_physics.corrections.joints.joint_forces import JointForces
 from usdsdg_physics.corrections.joints.joint_loads import JointLoads
 from usdsdg_physics.corrections.joints.link_damping import LinkDamping
 from usdsdg_physics.corrections.joints.links import Links
@@ -120,6 +121,7 @@ class StepCorrections:
             if joints.breakable or joints.rubbing
             else None
         )
+        self.joint_forces = JointForces.of(built, scene)
         reported = [shape_index[path] for path in reports_of(scene)]
         self.report = ContactReport(model, self._contacts, reported) if reported else None
 
@@ -128,7 +130,8 @@ class StepCorrections:
         """What the solver has to tell of its steps."""
         breaks = self.distances is not None and self.distances.breakable
         forces = {"contact_f"} if self.report is not None or breaks else set()
-        return forces | ({"body_parent_f"} if self.loads is not None else set())
+        bears = self.loads is not None or self.joint_forces is not None
+        return forces | ({"body_parent_f"} if bears else set())
 
     def add_surfaces(self) -> None:
         """Let surfaces move from now on."""
@@ -194,6 +197,8 @@ class StepCorrections:
             self.link_damping.remove(before)
         if self.loads is not None:
             self.loads.apply(before, observed.body_parent_f)
+        if self.joint_forces is not None:
+            self.joint_forces.apply(before, observed.body_parent_f, substep=substep, substeps=kind.substeps)
         if self.locked_axes is not None:
             self.locked_axes.apply(before, after)
         squeezes = self.squeezes

@@ -25,6 +25,7 @@ from usdsdg_physics.world.body_forces import BodyForces
 from usdsdg_physics.world.body_states import BodyStates, Indices
 from usdsdg_physics.world.colliders import Colliders
 from usdsdg_physics.world.compile_kernels import Progress, load_kernels, prepare_newton
+from usdsdg_physics.world.continued import NOTHING, Continued, continued_of
 from usdsdg_physics.world.damping import Damping
 from usdsdg_physics.world.halves import Halves
 from usdsdg_physics.world.joints import Joints
@@ -43,7 +44,13 @@ class World:
     """All bodies and colliders of one scene, in SI units. Bodies and shapes are addressed by their indices."""
 
     def __init__(
-        self, scene: Scene, *, device: str | None = None, capacity: float = 1.0, progress: Progress | None = None
+        self,
+        scene: Scene,
+        *,
+        device: str | None = None,
+        capacity: float = 1.0,
+        progress: Progress | None = None,
+        continued: Continued = NOTHING,
     ) -> None:
         """Build the model and its solver.
 
@@ -51,6 +58,7 @@ class World:
             device: "cpu", "cuda:0" or None for Warp's default.
             capacity: factor on the usual capacity of the contact and constraint buffers.
             progress: hears about kernels being compiled.
+            continued: what the world that this one replaces had.
         """
         prepare_newton()
         scene = cut_loops(scene)
@@ -76,12 +84,12 @@ class World:
         self.joints = Joints(scene, self.model, control, built.joints) if built.joints.trees else None
         self._body_states = BodyStates(self._state, self._halves, built, self.joints)
         self._damping = Damping(self.model, self._halves)
-
         bodies = list(scene.bodies.values())
         self._dynamic = np.array([not body.kinematic for body in bodies], bool)
         self._pushes = BodyForces(scene, built, states, self._halves)
         self._kinematic = KinematicMotion(self.model, built.center, built.pose_coordinate)
         self._corrections = StepCorrections(scene, built, self._contacts)
+        self.joint_forces = self._corrections.joint_forces
         self._corrections.stabilization.set_gravity(self.gravity)
         self._colliders = Colliders(scene, self.model, built.shape_index, self._corrections.depenetration)
         self._breakable = built.joints.breakable
@@ -112,10 +120,16 @@ class World:
             self.set_poses(indices, np.array([body.pose for body in bodies]))
             self.set_velocities(indices, np.array([[*b.velocity, *b.angular_velocity] for b in bodies]))
             if self.joints is not None:
-                self.joints.start(self._state)
+                self.joints.start(self._state, continued.positions)
             self._pushes.apply()
             self._corrections.stabilization.set_gravity_enabled(self._pushes.gravity_enabled)
         self.set_colliders_enabled({built.shape_index[c.path]: c.enabled for c in scene.colliders.values()})
+        self.add_joint_efforts(continued.efforts)
+        self.add_wrenches(*continued.pushed(self.body_index))
+
+    def continued(self) -> Continued:
+        """Return what a world that replaces this one goes on with."""
+        return continued_of(self.bodies, self._pushes, self.joints, self._state)
 
     def poses(self) -> np.ndarray:
         """Return (N, 7) float32: x, y, z [m] and quaternion x, y, z, w of every body frame."""
@@ -158,7 +172,7 @@ class World:
 
     def add_joint_efforts(self, efforts: Mapping[tuple[str, str], float]) -> None:
         """Push axes during the next step [N, N m]; efforts add up."""
-        if self.joints is not None:
+        if self.joints is not None and efforts:
             self.joints.add_efforts(efforts)
             self.wake()
 

@@ -58,6 +58,14 @@ class InstancerWriter:
         instancer = self._instancers.get(path)
         return instancer.moved() if instancer is not None else set()
 
+    def kept(self, path: str) -> set[int]:
+        """Return the indices of an instancer's instances that are still the same, whether moved or not.
+
+        All are where there are as many as before, else those at an index at which the pose is the same.
+        """
+        instancer = self._instancers.get(path)
+        return instancer.kept() if instancer is not None else set()
+
 
 class _Instancer:
     def __init__(
@@ -84,6 +92,7 @@ class _Instancer:
         self._fine = bool(current_value(self._schema.GetOrientationsfAttr()))
         self._positions = np.array(current_value(self._schema.GetPositionsAttr()), np.float32).reshape(count, 3)
         self._orientations = self._read_orientations(count)
+        self._moved: set[int] = set()  # by users, since poses were written
         names = ["positions", "orientationsf" if self._fine else "orientations"]
         if has_velocities:
             names += [name for name in ("velocities", "angularVelocities") if current_value(prim.GetAttribute(name))]
@@ -94,6 +103,7 @@ class _Instancer:
             self._specs[name] = attribute_spec(target, attribute)
 
     def write(self, poses: np.ndarray, velocities: np.ndarray) -> None:
+        self._moved = set()
         frames = pose_matrix(poses[self._rows], self._meters)
         matrices = self._left @ frames @ self._right
         rotation = matrices[:, :3, :3] / np.linalg.norm(matrices[:, :3, :3], axis=2, keepdims=True)
@@ -115,13 +125,25 @@ class _Instancer:
         self._write_velocities("angularVelocities", np.degrees(velocities[self._rows, 3:]) @ turn)
 
     def moved(self) -> set[int]:
-        positions = np.array(current_value(self._schema.GetPositionsAttr()) or (), np.float32).reshape(-1, 3)
-        orientations = self._read_orientations(len(self._orientations))
+        positions, orientations = self._read_poses()
         if len(positions) != len(self._positions):
             return set(self._indices.tolist())
         differs = (positions != self._positions).any(axis=1) | (orientations != self._orientations).any(axis=1)
         self._positions, self._orientations = positions, orientations
-        return set(np.flatnonzero(differs).tolist())
+        self._moved |= set(np.flatnonzero(differs).tolist())
+        return self._moved
+
+    def kept(self) -> set[int]:
+        positions, orientations = self._read_poses()
+        if len(positions) == len(self._positions):
+            return set(range(len(positions)))
+        count = min(len(positions), len(self._positions))
+        same = (positions[:count] == self._positions[:count]).all(axis=1)
+        return set(np.flatnonzero(same & (orientations[:count] == self._orientations[:count]).all(axis=1)).tolist())
+
+    def _read_poses(self) -> tuple[np.ndarray, np.ndarray]:
+        positions = np.array(current_value(self._schema.GetPositionsAttr()) or (), np.float32).reshape(-1, 3)
+        return positions, self._read_orientations(len(positions))
 
     def _write_velocities(self, name: str, values: np.ndarray) -> None:
         if name in self._specs:

@@ -7,7 +7,7 @@ from functools import cached_property
 from itertools import compress
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
 from usdsdg.errors import PhysicsError, warn_once
 from usdsdg.stage.changes import Changes
@@ -139,6 +139,16 @@ class StageWriter:
             for (role, kind), channel in self._channels.items():
                 _write_channel(channel, changed.get(role, changed["rotate"]), values[role, kind], _TO_VALUES[kind])
         self._poses, self._velocities = poses.copy(), velocities.copy()
+
+    def stop(self, paths: Iterable[str]) -> None:
+        """Write that bodies which are not moved any more, where they are still on the stage, have no velocity."""
+        prims = (self._stage.GetPrimAtPath(path) for path in paths if self._has_velocities and not split_instance(path))
+        for prim in filter(None, prims):
+            for name in (VELOCITY, ANGULAR_VELOCITY):
+                attribute = prim.GetAttribute(name)
+                if attribute and any(attribute.Get() or ()):
+                    self._keep(prim, name)
+                    attribute_spec(self._target, attribute).default = Gf.Vec3f(0.0)
 
     def _changed(self, poses: np.ndarray, velocities: np.ndarray, moved_parents: list[int]) -> dict[str, np.ndarray]:
         """Return (N,) bool for roles of channels, "rotate" for all of rotations: of which bodies the value changed."""

@@ -60,9 +60,30 @@ def test_numpy_arrays_of_the_older_wrapper(arms):
 
 
 @pytest.mark.parametrize("make", [experimental.Articulation, core.Articulation])
-def test_forces_in_joints_are_refused(arms, make):
-    with pytest.raises(Unsupported, match="does not tell the forces between links"):
-        make("/World/env_0/arm").get_link_incoming_joint_forces()
+def test_what_only_tendons_have_is_refused(arms, make):
+    with pytest.raises(Unsupported, match="there are no tendons"):
+        make("/World/env_0/arm").get_fixed_tendon_properties()
+
+
+def test_forces_in_joints_are_measured_while_physics_plays(arms):
+    UsdPhysics.Scene.Define(arms, "/scene")
+    UsdGeom.XformCommonAPI(arms.GetPrimAtPath("/World/env_1/arm")).SetTranslate((0.0, 5.0, 0.0))
+    view = experimental.Articulation("/World/env_.*/arm")
+    with pytest.raises(PhysicsError, match="/World/env_0/arm: no force acts in its joints"):
+        view.get_link_incoming_joint_force()
+    get_timeline().play()
+    for _ in range(3):
+        get_app().update()
+    forces, torques = (each.numpy() for each in view.get_link_incoming_joint_force())
+    assert forces.shape == torques.shape == (2, view.num_links, 3)
+    mass = view.get_link_masses().numpy()
+    held = 9.81 * np.array([[mass[row, number:].sum() for number in range(1, 4)] for row in range(2)])
+    assert np.linalg.norm(forces[:, 1:], axis=2) == pytest.approx(held, rel=0.01)
+    along = view.get_dof_projected_joint_forces(dof_indices=[0]).numpy()
+    assert along[:, 0] == pytest.approx(torques[:, 1, 2], abs=1e-6)
+    older = core.Articulation("/World/env_*/arm", reset_xform_properties=False)
+    name = older.joint_names[1]
+    assert older.get_measured_joint_forces(joint_names=[name])[:, 0, :3] == pytest.approx(forces[:, 2])
 
 
 def test_drives_and_efforts_act_while_physics_plays(arms):
@@ -171,6 +192,7 @@ def test_a_floating_robot_is_placed_by_its_base_while_physics_plays(arms):
     view.set_world_poses([[0.0, 5.0, 1.0]])
     view.set_velocities([[0.0, 0.0, 3.0]], [[0.0, 0.0, 0.0]])
     assert view.get_velocities()[0].numpy() == pytest.approx(np.array([[0, 0, 3]]))
+    assert at(arms.GetPrimAtPath("/World/env_0/arm/hand")) == pytest.approx([2, 5, 1], abs=1e-3)
     get_app().update()
     assert at(arms.GetPrimAtPath("/World/env_0/arm/hand")) == pytest.approx([2, 5, 1.05], abs=1e-3)
     view.set_local_poses([[1.0, 0.0, 0.0]])

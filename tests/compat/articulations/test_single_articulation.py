@@ -178,11 +178,15 @@ def test_placing_a_robot_takes_its_links_along(cart, world, stage):
     cart.set_world_pose(np.array([1.0, 2.0, 0.7]), np.array([np.sqrt(0.5), 0, 0, np.sqrt(0.5)]))
     cart.set_world_velocity(np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))
     assert cart.get_world_velocity() == pytest.approx([0, 0, 1, 0, 0, 0])
+    # A quarter turn about Z takes what is in front to the left, at once.
+    wheel = at(stage.GetPrimAtPath(f"{CART}/front_left"))
+    assert wheel == pytest.approx([1 - 0.25, 2 + 0.2, 0.6], abs=0.01)
     world.step(render=False)
-    # A quarter turn about Z takes what is in front to the left.
     wheel = at(stage.GetPrimAtPath(f"{CART}/front_left"))
     assert wheel == pytest.approx([1 - 0.25, 2 + 0.2, 0.6 + 1 / 60], abs=0.01)
     assert cart.get_local_pose()[0] == pytest.approx(cart.get_world_pose()[0], abs=1e-5)
+    cart.set_local_pose(np.array([3.0, 0.0, 2.0]), np.array([1.0, 0.0, 0.0, 0.0]))
+    assert at(stage.GetPrimAtPath(f"{CART}/front_left")) == pytest.approx([3 + 0.2, 0.25, 1.9], abs=0.01)
 
 
 def test_several_robots_take_actions_by_name(stage, world):
@@ -226,10 +230,26 @@ def test_settings_of_joints_are_authored(arm, stage):
     assert view.get_body_inertias(body_indices=[1]).shape == (1, 1, 9)
 
 
-def test_forces_between_links_are_refused(arm):
-    for name in ("get_measured_joint_forces", "get_measured_joint_efforts"):
-        with pytest.raises(Unsupported, match=f"{name}: the solver does not tell"):
+def test_tendons_are_refused(arm):
+    for name in ("get_fixed_tendon_stiffnesses", "get_fixed_tendon_limits"):
+        with pytest.raises(Unsupported, match=f"{name}: there are no tendons"):
             getattr(arm, name)
+
+
+def test_forces_in_joints_hold_the_arm_up(arm, world):
+    """The arm lies in the plane, so its joints bear the weight of all that is farther out, and its torque."""
+    masses, axes = Articulation(ARM, reset_xform_properties=False).get_body_masses()[0], [2, 2, 0]
+    run(world, 120)
+    forces, efforts = arm.get_measured_joint_forces(), arm.get_measured_joint_efforts()
+    assert forces.shape == (4, 6)
+    assert forces[0] == pytest.approx(np.zeros(6))
+    weights = [9.81 * masses[number:].sum() for number in range(1, 4)]
+    assert np.linalg.norm(forces[1:, :3], axis=1) == pytest.approx(weights, rel=1e-3)
+    assert efforts.shape == (3,)
+    along = [forces[1, 3 + axes[0]], forces[2, 3 + axes[1]], forces[3, axes[2]]]
+    assert efforts == pytest.approx(along, abs=1e-6)
+    assert arm.get_measured_joint_efforts([1]) == pytest.approx(efforts[1:2])
+    assert arm.get_measured_joint_forces([0, 2]) == pytest.approx(forces[[0, 2]])
 
 
 def test_a_controller_needs_its_robot():

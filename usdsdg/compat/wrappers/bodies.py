@@ -29,6 +29,13 @@ def is_simulating() -> bool:
     return physics is not None and physics.is_playing
 
 
+def place_links() -> None:
+    """Let links be where their bases were just put, on the stage too, and not only after the next step."""
+    physics = engines.physics_if_made()
+    if physics is not None and physics.is_playing:
+        physics.read_edits()
+
+
 def set_velocities(prims: Sequence[Usd.Prim], linear: np.ndarray | None, angular: np.ndarray | None) -> None:
     """Author linear (N, 3) and angular velocities (N, 3) [rad/s]; None keeps what is there."""
     for index, prim in enumerate(prims):

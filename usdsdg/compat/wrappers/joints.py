@@ -17,8 +17,8 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.physics.joints import Joint
 
 WHY = (
-    "the solver does not tell the forces between links, and there are no tendons; positions, velocities, limits, "
-    "drives, efforts, Jacobians and mass matrices are available"
+    "there are no tendons, and what else a solver knows is not told; positions, velocities, limits, drives, efforts, "
+    "forces in joints, Jacobians and mass matrices are available"
 )
 
 
@@ -89,6 +89,31 @@ class JointRows:
             velocities = self.robots[row].velocities.copy()
             velocities[list(columns)] = value
             self.robots[row].set_velocities(velocities)
+
+    # --- forces ---
+    def forces(self) -> np.ndarray:
+        """Return the forces and torques (N, 1 + J, 6) float32 in joints, those of the base first: zeros.
+
+        They are what body 0 exerts on body 1, along the joint's frame at body 1, in stage units.
+
+        Raises:
+            PhysicsError: physics does not play.
+        """
+        return np.array([robot.joint_forces() for robot in self.robots], np.float32)
+
+    def projected_forces(self) -> np.ndarray:
+        """Return the parts (N, D) float32 of `forces` along the axes of joints with a position.
+
+        Raises:
+            PhysicsError: physics does not play.
+        """
+        forces = self.forces()
+        found = np.zeros((len(self.robots), len(self.robots[0].dofs)), np.float32)
+        for row, (robot, paths) in enumerate(zip(self.robots, self.branch_paths)):
+            for column, joint in enumerate(robot.dofs):
+                axis = joint.axis + 3 * (joint.kind == "Revolute")
+                found[row, column] = forces[row, 1 + paths.index(joint.path), axis]
+        return found
 
     def limits(self) -> np.ndarray:
         """Return lower and upper limits (N, D, 2) float32."""

@@ -249,8 +249,11 @@ def _d6_limits(prim: Usd.Prim, name: str) -> tuple[float | None, float | None]:
 
 
 def _is_free(lower: float | None, upper: float | None) -> bool:
-    """Return whether an axis is free; limits that leave nothing between them lock it."""
-    return lower is None or upper is None or lower < upper
+    """Return whether an axis is free; limits that leave nothing between them lock it.
+
+    As in PhysX those that are equal hold it at that number, so that it must move there.
+    """
+    return lower is None or upper is None or lower < upper or lower == upper != 0.0
 
 
 def _spherical_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:

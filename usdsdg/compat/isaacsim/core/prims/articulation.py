@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Articulation(ArticulationSwitches, ArticulationBodies):
-    """Robots: poses, links and joints. Forces in joints and between links raise `Unsupported`.
+    """Robots: poses, links and joints. Tendons raise `Unsupported`.
 
     While physics plays, poses and velocities are those of the bases. Quaternions are (w, x, y, z).
     """
@@ -97,6 +97,7 @@ class Articulation(ArticulationSwitches, ArticulationBodies):
         elif positions is not None or orientations is not None:
             prims = self._bases(indices)
             poses.set_world_poses(prims, *_pose_rows(positions, orientations, len(prims)), strict=False)
+            bodies.place_links()
 
     def get_local_poses(self, indices: Indices = None) -> tuple[np.ndarray, np.ndarray]:
         """Return translations (N, 3) and orientations (N, 4) relative to the parents of the robots' prims."""
@@ -117,6 +118,7 @@ class Articulation(ArticulationSwitches, ArticulationBodies):
         prims = self._chosen(indices)
         given = _pose_rows(translations, orientations, len(prims))
         poses.move_to_local(self._bases(indices), prims, *given)
+        bodies.place_links()
 
     def get_velocities(self, indices: Indices = None, clone: bool = True) -> np.ndarray:
         """Return (N, 6): linear [stage units/s], then angular velocities [rad/s] in the world."""

@@ -111,6 +111,35 @@ class ArticulationJoints(XFormPrim):
         """Return the efforts (N, D) that `set_joint_efforts` set last; those of drives are not among them."""
         return self._part(self._joints.efforts.astype(np.float32), indices, joint_indices, joint_names)
 
+    # --- forces in joints ---
+    def get_measured_joint_efforts(
+        self, indices: Indices = None, joint_indices: Indices = None, joint_names: Names = None, clone: bool = True
+    ) -> np.ndarray:
+        """Return the torques, and forces of prismatic joints, that joints bore in the latest step along their axes.
+
+        These (N, D) are parts of `get_measured_joint_forces`.
+
+        Raises:
+            PhysicsError: physics does not play.
+        """
+        return self._part(self._joints.projected_forces(), indices, joint_indices, joint_names)
+
+    def get_measured_joint_forces(
+        self, indices: Indices = None, joint_indices: Indices = None, joint_names: Names = None, clone: bool = True
+    ) -> np.ndarray:
+        """Return forces, then torques (N, 1 + J, 6) that joints bore in the latest step, what drives do included.
+
+        The first row, with index 0, is of the base and zero, as PhysX has it; then come `joint_names`. It is what body
+        0 exerts on body 1, along the joint's frame at body 1.
+
+        Raises:
+            PhysicsError: physics does not play.
+        """
+        rows = chosen(joint_indices, 1 + self.num_joints)
+        if joint_names is not None:
+            rows = [1 + self.get_joint_index(name) for name in joint_names]
+        return self._out(self._joints.forces()[chosen(indices, self.count)][:, rows])[0]
+
     # --- targets ---
     def set_joint_position_targets(
         self, positions: Values | None, indices: Indices = None, joint_indices: Indices = None,

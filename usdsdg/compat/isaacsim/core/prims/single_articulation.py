@@ -149,6 +149,14 @@ class SingleArticulation(SingleXFormPrim):
         """Return the efforts (D,) that were set last; those of drives are not among them."""
         return self._robots.get_applied_joint_efforts(joint_indices=joint_indices)[0]
 
+    def get_measured_joint_efforts(self, joint_indices: Indices = None) -> np.ndarray:
+        """Return what joints bore along their axes (D,), see `Articulation.get_measured_joint_efforts`."""
+        return self._robots.get_measured_joint_efforts(joint_indices=joint_indices)[0]
+
+    def get_measured_joint_forces(self, joint_indices: Indices = None) -> np.ndarray:
+        """Return what joints bore (1 + J, 6), see `Articulation.get_measured_joint_forces`."""
+        return self._robots.get_measured_joint_forces(joint_indices=joint_indices)[0]
+
     def get_joints_state(self) -> JointsState:
         """Return positions and velocities (D,)."""
         return JointsState(self.get_joint_positions(), self.get_joint_velocities(), None)

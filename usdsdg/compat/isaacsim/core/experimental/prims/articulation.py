@@ -27,7 +27,7 @@ _STILL = (0.0, 0.0, 0.0)
 
 
 class Articulation(ArticulationSettings, ArticulationLinks):
-    """Robots: poses, links and joints. Forces in joints and between links raise `Unsupported`.
+    """Robots: poses, links and joints. Tendons raise `Unsupported`.
 
     While physics plays, poses and velocities are those of the bases. Quaternions are (w, x, y, z).
     """
@@ -86,6 +86,7 @@ class Articulation(ArticulationSettings, ArticulationLinks):
             return
         prims = self._bases(indices)
         poses.set_world_poses(prims, *_pose_rows(positions, orientations, len(prims)), strict=False)
+        bodies.place_links()
 
     def get_local_poses(self, *, indices: Indices = None) -> tuple[wp.array, wp.array]:
         """Return translations (N, 3) and orientations (N, 4) relative to the parents of the robots' prims."""
@@ -109,6 +110,7 @@ class Articulation(ArticulationSettings, ArticulationLinks):
         prims, bases = self._chosen(indices), self._bases(indices)
         given = _pose_rows(translations, orientations, len(prims))
         poses.move_to_local(bases, prims, *given)
+        bodies.place_links()
 
     def get_velocities(self, *, indices: Indices = None) -> tuple[wp.array, wp.array]:
         """Return linear (N, 3) [stage units/s] and angular velocities (N, 3) [rad/s] in the world."""

@@ -111,6 +111,14 @@ class ArticulationJoints(XformPrim):
         """Return the efforts (N, D) that `set_dof_efforts` set last; those of drives are not among them."""
         return self._part(self._joints.efforts.astype(np.float32), indices, dof_indices)
 
+    def get_dof_projected_joint_forces(self, *, indices: Indices = None, dof_indices: Indices = None) -> wp.array:
+        """Return what joints bore along their axes in the latest step (N, D): torques, and forces of prismatic joints.
+
+        Raises:
+            PhysicsError: physics does not play.
+        """
+        return self._part(self._joints.projected_forces(), indices, dof_indices)
+
     # --- limits, friction, armature ---
     def get_dof_limits(self, *, indices: Indices = None, dof_indices: Indices = None) -> tuple[wp.array, wp.array]:
         """Return lower and upper limits (N, D)."""

@@ -49,6 +49,21 @@ class ArticulationLinks(ArticulationDrives):
         """
         return self._places(self.link_names, names, "link")
 
+    def get_link_incoming_joint_force(
+        self, *, indices: Indices = None, link_indices: Indices = None
+    ) -> tuple[wp.array, wp.array]:
+        """Return forces (N, L, 3) and torques (N, L, 3) of the joints that hold links, of the latest step.
+
+        It is what body 0 of a joint exerts on body 1, along the joint's frame at body 1, what drives do included. The
+        base has zeros, as in PhysX.
+
+        Raises:
+            PhysicsError: physics does not play.
+        """
+        where, which = chosen(indices, len(self)), chosen(link_indices, self.num_links)
+        found = self._joints.forces()[where][:, which]
+        return self._warp(found[..., :3]), self._warp(found[..., 3:])
+
     # --- masses ---
     def get_link_masses(
         self, *, indices: Indices = None, link_indices: Indices = None, inverse: bool = False
