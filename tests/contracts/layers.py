@@ -78,13 +78,14 @@ USDSDG = {
 }
 
 PHYSICS = {
+    "body_points": "",
     "scene": "",
     "parse": "scene",
     "solver": "",
-    "contact_solver": "",
+    "contact_solver": "body_points",
     "model": "scene parse solver contact_solver",
-    "corrections": "scene",
-    "guards": "scene corrections",
+    "corrections": "body_points scene",
+    "guards": "body_points scene corrections",
     "queries": "scene",
     "world": "scene solver model corrections guards",
     "edits": "scene parse queries world",
