@@ -6,7 +6,7 @@ import what `OF_ENGINES` names besides the rooms of its own engine that its row 
 
 ENGINES = ("usdsdg_physics", "usdsdg_render")
 # What their rooms may import of usdsdg.
-OF_ENGINES = ("errors", "image_files", "kernels", "parallel", "readback", "stage")
+OF_ENGINES = ("errors", "image_files", "kernels", "listeners", "parallel", "readback", "stage")
 
 # usdsdg: name -> what it may import, names without "usdsdg.".
 USDSDG = {
@@ -91,11 +91,10 @@ PHYSICS = {
     "edits": "scene parse queries world",
     "writeback": "scene",
     "play": "scene parse queries world edits writeback",
-    "listeners": "",
     "settling": "world play",
     "simulated_bodies": "scene play",
     "simulated_joints": "play",
-    "engine": "scene listeners parse queries world play settling simulated_bodies simulated_joints",
+    "engine": "scene parse queries world play settling simulated_bodies simulated_joints",
     "simulation": "world engine",
     "__init__": "",
 }
