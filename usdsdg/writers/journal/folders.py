@@ -26,7 +26,7 @@ from usdsdg.writers.journal.earlier_files import (
 )
 from usdsdg.writers.journal.facts import ASSETS, Facts, changed_assets, joined
 from usdsdg.writers.journal.frames import FileFacts
-from usdsdg.writers.journal.grown import Growth, advice
+from usdsdg.writers.journal.growth import MoreFrames, advice
 from usdsdg.writers.journal.journal import NAME, Contents, Journal
 from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Lock, Place
 from usdsdg.writers.journal.place_locks import COPY, in_use
@@ -56,7 +56,7 @@ class DatasetFolder:
         *,
         before: Callable[[], object] = lambda: None,
         with_parts: bool = False,
-        growth: Growth | None = None,
+        growth: MoreFrames | None = None,
         shares_out: bool = False,
     ) -> None:
         """Claim a place for a run.
@@ -298,7 +298,7 @@ def check(
     portion: Portion | None,
     *,
     with_parts: bool = False,
-    growth: Growth | None = None,
+    growth: MoreFrames | None = None,
 ) -> None:
     """Check that a run may write to a place, of which what is there is known.
 
