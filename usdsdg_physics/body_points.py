@@ -23,6 +23,17 @@ def world_point(body: int, point: wp.vec3, body_q: wp.array[wp.transform]):
 
 
 @wp.func
+def shape_to_world(
+    shape: int, transform: wp.array[wp.transform], shape_body: wp.array[wp.int32], body_q: wp.array[wp.transform]
+):
+    """Return the pose of a shape in the world; `transform` is that in its body, or in the world of static ones."""
+    body = shape_body[shape]
+    if body < 0:
+        return transform[shape]
+    return body_q[body] * transform[shape]
+
+
+@wp.func
 def body_point(body: int, point: wp.vec3, body_q: wp.array[wp.transform]):
     """Return a point of the world in the frame of a body, or of the world (-1)."""
     if body < 0:

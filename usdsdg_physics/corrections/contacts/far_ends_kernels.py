@@ -9,7 +9,7 @@ import warp as wp
 
 from usdsdg_physics.body_points import body_point, world_point
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
-from usdsdg_physics.corrections.contacts.contact_points import contact_gap, is_first_of_pair, is_free
+from usdsdg_physics.corrections.contacts.contact_gaps import contact_gap, is_first_of_pair, is_free
 from usdsdg_physics.corrections.contacts.outlines import HULL, Outlines, farthest_point, has_faces, is_long, is_on
 
 # Sine and cosine of the greatest tilt at which a body lies on two ends, 15 degrees, and the tangent of the angle from

@@ -7,7 +7,7 @@ import warp as wp
 
 from usdsdg_physics.body_points import arm_of, body_point, point_velocity, world_point
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
-from usdsdg_physics.corrections.contacts.contact_points import contact_gap, is_free
+from usdsdg_physics.corrections.contacts.contact_gaps import contact_gap, is_free
 
 # Speed [m/s] of a center of mass towards a surface from which a contact is an impact, and that at which it is one
 # fully. Bodies that tip over are slower, and what lies has the speed that gravity adds in a substep, 0.08 m/s.

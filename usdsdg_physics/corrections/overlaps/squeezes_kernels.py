@@ -9,7 +9,7 @@ import warp as wp
 
 from usdsdg_physics.body_points import arm_of, body_point, world_point
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
-from usdsdg_physics.corrections.contacts.contact_points import contact_gap, is_first_of_pair, is_free
+from usdsdg_physics.corrections.contacts.contact_gaps import contact_gap, is_first_of_pair, is_free
 
 # A contact squeezes a shape where it is deeper than this part of the shape's half thickness, fully from the second.
 SQUEEZED = wp.constant(0.5)
