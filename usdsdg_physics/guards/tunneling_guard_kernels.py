@@ -24,6 +24,7 @@ DEPTH_GAIN = wp.constant(0.25)
 
 @wp.kernel(enable_backward=False)
 def count_step(steps: wp.array[wp.int32]):
+    """Count a step in `steps` (1,)."""
     steps[0] = steps[0] + 1
 
 
@@ -162,6 +163,7 @@ def face_of_max_separation(point: wp.vec3, half_extent: wp.vec3, inside: int):
 
 @wp.func
 def face_normal(face: int):
+    """Return the normal of a face of a box, in its frame."""
     normal = wp.vec3(0.0, 0.0, 0.0)
     normal[face / 2] = float(2 * (face % 2) - 1)
     return normal

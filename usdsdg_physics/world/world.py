@@ -52,7 +52,6 @@ class World:
             capacity: factor on the usual capacity of the contact and constraint buffers.
             progress: hears about kernels being compiled.
         """
-        # The model and its solver.
         prepare_newton()
         scene = cut_loops(scene)
         built = build_model(scene, device=device)
@@ -63,8 +62,6 @@ class World:
         self.solver = build_solver(built, self.pipeline, capacity=capacity)
         center_friction(self.solver)
         self.solver.restitution_velocity_threshold = scene.bounce_threshold
-
-        # Bodies, and their states.
         self.body_index, self.shape_index = built.body_index, built.shape_index
         self._halves = Halves(scene, built.body_index)
         self.bodies = self._halves.bodies
@@ -80,7 +77,6 @@ class World:
         self._body_states = BodyStates(self._state, self._halves, built, self.joints)
         self._damping = Damping(self.model, self._halves)
 
-        # What acts on them in a step, in which order.
         bodies = list(scene.bodies.values())
         self._dynamic = np.array([not body.kinematic for body in bodies], bool)
         self._pushes = BodyForces(scene, built, states, self._halves)
@@ -109,7 +105,6 @@ class World:
         self._forces.set(scene.forces.values())
         self._latest_substeps = 0
 
-        # Where they start.
         if self.model.device.is_cuda and bodies:
             self._launches.load_kernels(progress)
         if bodies:

@@ -89,6 +89,7 @@ def stabilize_bodies(
 
 @wp.func
 def finite_transform(pose: wp.transform):
+    """Return whether all seven numbers of a pose are finite."""
     total = float(0.0)
     for i in range(7):
         total += wp.abs(pose[i])

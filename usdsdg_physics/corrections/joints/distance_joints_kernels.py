@@ -205,6 +205,7 @@ def push(
     body_q: wp.array[wp.transform],
     body_f: wp.array[wp.spatial_vector],
 ):
+    """Add a force [N] that acts at a point of a body, both in the world, to its wrench; the world (-1) has none."""
     if body >= 0:
         arm = arm_of(body, point, center, body_q)
         body_f[body] = body_f[body] + wp.spatial_vector(force, wp.cross(arm, force))

@@ -19,6 +19,7 @@ D6_AXES = ("transX", "transY", "transZ", "rotY", "rotZ", "rotX")
 
 
 def read_axes(prim: Usd.Prim, units: Units) -> tuple[Axis, ...]:
+    """Return the axes along and about which a joint leaves its bodies free; none of one that is fixed, or a rope."""
     kind = type_of(prim)
     if is_rope(prim):
         return ()
