@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from pxr import Usd
 
 from usdsdg.errors import PhysicsError
-from usdsdg_physics.listeners import Listeners
+from usdsdg.listeners import Listeners
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.play import PlaySession, initial_poses
@@ -53,8 +53,10 @@ class NewtonEngine(StageQueries, StageJoints):
         self._writes_velocities = writes_velocities
         self._stage, self._device, self._progress = stage, device, progress
         self._hulls = HullCache(progress=progress)
-        self._listeners, self._listeners_before = Listeners(), Listeners()
-        self._trigger_listeners, self._contact_listeners = Listeners(), Listeners()
+        self._listeners: Listeners[[float]] = Listeners()
+        self._listeners_before: Listeners[[float]] = Listeners()
+        self._trigger_listeners: Listeners[[TriggerEvent]] = Listeners()
+        self._contact_listeners: Listeners[[list[ContactEvent]]] = Listeners()
         self._all_listeners = (
             self._listeners,
             self._listeners_before,

@@ -36,7 +36,7 @@ def test_a_position_is_for_all_prims_or_one_per_prim(stage, given, expected):
 def test_three_numbers_are_one_color_even_for_three_lights(stage):
     lights = rep.create.light(light_type="sphere", color=[1, 0, 0.5], intensity=[1, 2, 3], count=3)
     children = [f"{path}/SphereLight" for path in lights.prims]
-    for path, intensity in zip(children, (1, 2, 3)):
+    for path, intensity in zip(children, (1, 2, 3), strict=True):
         prim = stage.GetPrimAtPath(path)
         assert prim.GetAttribute("inputs:color").Get() == (1, 0, 0.5)
         assert prim.GetAttribute("inputs:intensity").Get() == intensity

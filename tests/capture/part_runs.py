@@ -16,7 +16,7 @@ from usdsdg.session import session
 from usdsdg.session.session import current
 from usdsdg.writers.aggregates import finish_run
 from usdsdg.writers.journal.folders import Mode
-from usdsdg.writers.journal.grown import Growth
+from usdsdg.writers.journal.growth import MoreFrames
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import Recipe
@@ -32,7 +32,7 @@ def run(
     portion: Portion | None = None,
     mode: Mode = Mode.NEW,
     arguments: Sequence[str] = (),
-    growth: Growth | None = None,
+    growth: MoreFrames | None = None,
 ) -> None:
     """Run a script as a process of its own would, and close its journals."""
     session.restart()

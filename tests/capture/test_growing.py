@@ -24,8 +24,9 @@ from tests.cli.datasets import content
 from tests.sampled_cases import in_soak, sampled
 from usdsdg.errors import DatasetInTheWay, WriterError
 from usdsdg.verify.integrity.integrity import check
-from usdsdg.writers.growth import MoreFrames, fewer
+from usdsdg.writers.formats.shards.reopened import restore_samples
 from usdsdg.writers.journal.folders import Mode
+from usdsdg.writers.journal.growth import MoreFrames, fewer
 from usdsdg.writers.journal.portion import Portion
 
 SOME: Table = {name: (PICTURES | OTHERS | SHARDS)[name] for name in ("coco", "yolo", "webdataset", "parquet")}
@@ -45,7 +46,7 @@ def by_argument(wanted, earlier, folder):
 
 
 def made(table, folder, frames, mode=Mode.NEW, portion=None, script=None):
-    growth = MoreFrames(by_argument)
+    growth = MoreFrames(by_argument, restore_samples)
     part_runs.run(script or moving(table, frames), folder, portion, mode, [str(frames)], growth)
 
 

@@ -5,9 +5,9 @@ import yaml
 
 from tests.cli.datasets import FRAMES, ROOT, content, generate, merge, run, write_job
 from tests.sampled_cases import in_soak
-from usdsdg.scenarios import growth
+from usdsdg.scenarios import earlier_runs
 from usdsdg.scenarios.jobs import load_job
-from usdsdg.writers.growth import more_frames_of_option
+from usdsdg.writers.journal.growth import more_frames_of_option
 from usdsdg.writers.journal.recipe import GENERATE, RUN, Recipe, Source, source_of
 
 SCRIPT = """
@@ -90,7 +90,7 @@ def obstacle(tmp_path, job, earlier, wanted, **values):
     file = tmp_path / f"{job}.yaml"
     file.write_text(yaml.safe_dump(yaml.safe_load((ROOT / f"configs/{job}.yaml").read_text()) | values))
     now, before = (Recipe(GENERATE, source_of(file), arguments=each, device="cpu") for each in (wanted, earlier))
-    return growth.of_job(file, *load_job(file, wanted))(now, before, tmp_path)
+    return earlier_runs.of_job(file, *load_job(file, wanted))(now, before, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -134,7 +134,7 @@ def test_an_edited_configuration_is_compared_with_the_copy_beside_the_data(tmp_p
     Source.read(file).keep(tmp_path)
     file.write_text(text)
     now = Recipe(GENERATE, source_of(file), arguments=["num_frames=3"], device="cpu")
-    compare = growth.of_job(file, *load_job(file, ["num_frames=3"]))
+    compare = earlier_runs.of_job(file, *load_job(file, ["num_frames=3"]))
     assert compare(now, before, tmp_path) == ""
     (tmp_path / ".usdsdg/source/job.yaml").unlink()
     assert compare(now, before, tmp_path) is None
@@ -153,7 +153,7 @@ def test_an_edited_configuration_is_compared_with_the_copy_beside_the_data(tmp_p
 def test_a_saved_stage_grows_by_its_override(wanted, earlier, expected, tmp_path):
     source = {"name": "a.usd", "sha256": "1"}
     now, before = (Recipe(GENERATE, source, arguments=each, device="cpu", frames=3) for each in (wanted, earlier))
-    said = growth.of_stage(now, before, tmp_path)
+    said = earlier_runs.of_stage(now, before, tmp_path)
     assert said == expected or (said and expected and expected in said)
 
 

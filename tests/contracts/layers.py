@@ -6,7 +6,7 @@ import what `OF_ENGINES` names besides the rooms of its own engine that its row 
 
 ENGINES = ("usdsdg_physics", "usdsdg_render")
 # What their rooms may import of usdsdg.
-OF_ENGINES = ("errors", "image_files", "kernels", "parallel", "readback", "stage")
+OF_ENGINES = ("errors", "image_files", "kernels", "listeners", "parallel", "readback", "stage")
 
 # usdsdg: name -> what it may import, names without "usdsdg.".
 USDSDG = {
@@ -78,24 +78,24 @@ USDSDG = {
 }
 
 PHYSICS = {
+    "body_points": "",
     "scene": "",
     "parse": "scene",
     "solver": "",
-    "contact_solver": "",
+    "contact_solver": "body_points",
     "model": "scene parse solver contact_solver",
-    "corrections": "scene",
-    "guards": "scene corrections",
+    "corrections": "body_points scene",
+    "guards": "body_points scene corrections",
     "queries": "scene",
     "world": "scene solver model corrections guards",
     "edits": "scene parse queries world",
     "writeback": "scene",
     "play": "scene parse queries world edits writeback",
-    "listeners": "",
     "settling": "world play",
     "simulated_bodies": "scene play",
     "simulated_joints": "play",
     "stage_joints": "play simulated_joints",
-    "engine": "scene listeners parse queries world play settling simulated_bodies stage_joints",
+    "engine": "scene parse queries world play settling simulated_bodies stage_joints",
     "simulation": "world engine",
     "__init__": "",
 }

@@ -163,6 +163,7 @@ def test_the_arguments_of_a_light_reach_its_attributes(stage, kind):
     item = rep.create.light(
         light_type=kind.upper(), color=(1, 0.5, 0), intensity=7, exposure=2, temperature=3000, count=2
     )
+    assert len(item.prims) == 2
     for path in item.prims:
         light = UsdLux.LightAPI(stage.GetPrimAtPath(f"{path}/{kind}Light"))
         assert light.GetPrim().GetTypeName() == f"{kind}Light"
@@ -259,6 +260,7 @@ def test_a_group_keeps_its_order_and_labels_its_members(stage):
 def test_a_material_is_bound_to_a_shape(stage, kind):
     red = rep.create.material_omnipbr(diffuse=(1, 0, 0))
     item = getattr(rep.create, kind)(material=red, count=2)
+    assert len(item.prims) == 2
     for path in item.prims:
         child = stage.GetPrimAtPath(f"{path}/{kind.capitalize()}")
         assert str(UsdShade.MaterialBindingAPI(child).ComputeBoundMaterial()[0].GetPath()) == red.prims[0]

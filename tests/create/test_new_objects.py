@@ -16,7 +16,9 @@ def ops_of(prim):
 
 @pytest.mark.parametrize("kind", ["cube", "xform", "light", "camera"])
 def test_ops_of_new_objects_have_values(stage, kind):
-    for prim in getattr(rep.create, kind)(count=3).get_output_prims()["prims"]:
+    prims = getattr(rep.create, kind)(count=3).get_output_prims()["prims"]
+    assert len(prims) == 3
+    for prim in prims:
         assert ops_of(prim) == OPS
         prim.GetAttribute("xformOp:translate").Set(Gf.Vec3d(1, 2, 3))
         assert prim.GetAttribute("xformOp:rotateXYZ").GetTypeName() == "float3"

@@ -88,6 +88,7 @@ def test_every_form_keeps_size_and_place(wedge, tmp_path, form):
 @pytest.mark.parametrize("form", FORMS)
 def test_triangles_face_outward_and_normals_with_them(wedge, tmp_path, form):
     stage, _, _ = opened(saved(wedge, tmp_path, form), tmp_path)
+    assert meshes(stage)
     for prim in meshes(stage):
         mesh = UsdGeom.Mesh(prim)
         points = np.array(mesh.GetPointsAttr().Get())

@@ -20,7 +20,8 @@ from tests.physics.scenes import (
     warnings_of,
 )
 from usdsdg import errors
-from usdsdg_physics.parse.physics_prims import find_physics_prims, warn_unsupported
+from usdsdg_physics.parse.left_out import warn_unsupported
+from usdsdg_physics.parse.physics_prims import find_physics_prims
 from usdsdg_physics.parse.scene import parse, read_gravity
 from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
 from usdsdg_physics.parse.units import Units

@@ -116,7 +116,9 @@ def test_a_single_angle_keeps_the_others(stage):
         rep.modify.pose(rotation_z=50)
     run()
     turn = Gf.Rotation((1, 0, 0), 10) * Gf.Rotation((0, 1, 0), 20) * Gf.Rotation((0, 0, 1), 50)
-    for quat in rocks.GetAttribute("orientations").Get():
+    quats = rocks.GetAttribute("orientations").Get()
+    assert len(quats) == 3
+    for quat in quats:
         between = Gf.Rotation(Gf.Quatd(quat)) * turn.GetInverse()
         assert min(between.GetAngle(), 360 - between.GetAngle()) < 0.2
 
@@ -193,6 +195,7 @@ def test_colors_of_each_mesh_are_those_of_the_prototypes(stage):
     rocks = instancer(stage, 3)
     rep.randomizer.color([(1, 0, 0)], per_sub_mesh=True, input_prims=[str(rocks.GetPath())])
     run()
+    assert len(rocks.GetChildren()) > 1
     for kind in rocks.GetChildren():
         assert UsdShade.MaterialBindingAPI(kind).GetDirectBinding().GetMaterialPath(), kind
 

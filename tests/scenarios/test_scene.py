@@ -112,6 +112,7 @@ def test_distractors_carry_no_labels():
 
 def test_objects_start_inside_the_working_area_with_scales_of_their_range():
     made = scene()
+    assert min(map(len, (made.labeled.floating, made.shapes.all, made.meshes.all))) > 0
     for prim in [*made.labeled.all, *made.shapes.all, *made.meshes.all]:
         assert (np.abs(np.array(local_to_world(prim).ExtractTranslation())) <= (2.0, 2.5, 1.5)).all()
     for prim in made.labeled.floating:
@@ -275,6 +276,7 @@ def test_an_assets_root_that_is_no_folder_is_reported_once(tmp_path):
 def test_pulls_reach_the_origin_in_one_to_ten_seconds():
     made = scene()
     randomizers.pull_to_center(made.labeled.all, Draws(0), 0)
+    assert len(made.labeled.all) > 0
     for prim in made.labeled.all:
         position = np.array(prim.GetAttribute("xformOp:translate").Get())
         velocity = np.array(prim.GetAttribute("physics:velocity").Get())

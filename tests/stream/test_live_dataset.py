@@ -14,17 +14,12 @@ pytest.importorskip("torch")
 
 SCENE = Path(__file__).parent / "scene.py"
 ROOT = Path(__file__).parents[2]
-<<<<<<< HEAD
 # A process that was forked from one that uses CUDA cannot use it.
 ON_CPU = {
     **os.environ,
     "CUDA_VISIBLE_DEVICES": "",
     "PYTHONPATH": os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")])),
 }
-=======
-# Torch may be in a folder of its own, which PYTHONPATH names.
-ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
->>>>>>> newcomer40
 
 LOADERS = """
 import hashlib, json, sys

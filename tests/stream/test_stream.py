@@ -16,12 +16,8 @@ from tests import forked
 from tests.cli.datasets import write_job
 from tests.sampled_cases import in_soak
 from usdsdg import stream
-<<<<<<< HEAD
-from usdsdg.errors import AnnotatorRegistryError, ArgumentError, ConfigError, GraphError
-from usdsdg.session import session
-=======
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, ArgumentError, ConfigError, GraphError
->>>>>>> newcomer40
+from usdsdg.session import session
 
 HERE = Path(__file__).parent
 SCENE = HERE / "scene.py"

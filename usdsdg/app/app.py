@@ -10,11 +10,11 @@ from collections.abc import Callable, Coroutine
 from importlib import metadata
 from typing import Any
 
-from usdsdg import listeners
 from usdsdg.app.script_loop import ScriptLoop
 from usdsdg.app.window_wait import WindowWait
 from usdsdg.errors import Unsupported
 from usdsdg.graph.evaluate import graph, puts_bodies_back
+from usdsdg.listeners import Listeners
 from usdsdg.session import engines
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings
@@ -26,9 +26,9 @@ class App:
     """Updates on demand: one happens when a script calls `update` or awaits the next one."""
 
     def __init__(self) -> None:
-        self._listeners: list[Callable[[float], None]] = []
-        self._early_listeners: list[Callable[[float], None]] = []
-        self._closing_listeners: list[Callable[[], None]] = []
+        self._listeners: Listeners[[float]] = Listeners()
+        self._early_listeners: Listeners[[float]] = Listeners()
+        self._closing_listeners: Listeners[[]] = Listeners()
         self._waiters: list[asyncio.Future[None]] = []
         self._updates = 0
         self._started = time.perf_counter()
@@ -43,16 +43,14 @@ class App:
         """Run one application update; a playing timeline advances by one time code."""
         timeline = get_timeline()
         dt = 1.0 / timeline.get_time_codes_per_seconds()
-        for listener in list(self._early_listeners):
-            listener(dt)
+        self._early_listeners.call(dt)
         with timeline.before_picture(dt if timeline.is_playing() and timeline.is_auto_updating() else 0.0):
             fired = graph().evaluate(time=timeline.get_picture_elapsed_time())
         if timeline.is_playing() and timeline.is_auto_updating():
             self.advance(dt, bodies_wait=puts_bodies_back(fired))
         self._updates += 1
         current().orchestrator.capture_on_play()
-        for listener in list(self._listeners):
-            listener(dt)
+        self._listeners.call(dt)
         for waiter in self._take_waiters():
             waiter.set_result(None)
         self.run_ready_tasks()
@@ -94,11 +92,11 @@ class App:
 
     def subscribe_update(self, listener: Callable[[float], None]) -> Callable[[], None]:
         """Call `listener(dt)` after each update; return the unsubscriber."""
-        return listeners.subscribe(self._listeners, listener)
+        return self._listeners.subscribe(listener)
 
     def subscribe_before_update(self, listener: Callable[[float], None]) -> Callable[[], None]:
         """Call `listener(dt)` before the triggers of each update; return the unsubscriber."""
-        return listeners.subscribe(self._early_listeners, listener)
+        return self._early_listeners.subscribe(listener)
 
     def get_update_number(self) -> int:
         return self._updates
@@ -115,7 +113,7 @@ class App:
 
     def subscribe_closing(self, listener: Callable[[], None]) -> Callable[[], None]:
         """Call `listener()` when the application is closed; return the unsubscriber."""
-        return listeners.subscribe(self._closing_listeners, listener)
+        return self._closing_listeners.subscribe(listener)
 
     # --- what Kit's application has beside updates ---
     def get_extension_manager(self) -> Any:
@@ -213,8 +211,8 @@ class App:
     def close(self) -> None:
         """Make `is_running` False: remaining tasks are not waited for. The first call tells who listens."""
         was_running, self._running = self._running, False
-        for listener in list(self._closing_listeners) if was_running else ():
-            listener()
+        if was_running:
+            self._closing_listeners.call()
 
 
 def get_app() -> App:

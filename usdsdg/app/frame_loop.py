@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 from pxr import Usd
 
-from usdsdg import listeners, rng
+from usdsdg import rng
 from usdsdg.app.app import get_app
 from usdsdg.app.frames_of_others import FramesOfOthers
 from usdsdg.app.run_ends import all_ended, ends_without_picture, triggers_remain, triggers_that_end
@@ -27,6 +27,7 @@ from usdsdg.capture.worlds import WorldTap
 from usdsdg.errors import Unsupported, called_for_script, warn_once
 from usdsdg.graph import evaluate
 from usdsdg.graph.firings import frames_until_exhausted
+from usdsdg.listeners import Listeners
 from usdsdg.session import stage_context
 from usdsdg.session.device_memory import device_memory
 from usdsdg.session.endings.interrupted_frame import InterruptedFrame
@@ -52,7 +53,7 @@ class Orchestrator:
         self.capture = Capture()  # of one frame
         self._interrupted = InterruptedFrame()
         self.status_callbacks: weakref.WeakSet[StatusCallback] = weakref.WeakSet()
-        self._captured_callbacks: list[Callable[[], None]] = []
+        self._captured: Listeners[[]] = Listeners()
         self._requested_subframes = self._frames_of_last_run = 0
         self._start_unseen = False
         self._frames_of_run = 0  # captured since it started
@@ -131,8 +132,7 @@ class Orchestrator:
                 self._end_step(pause_timeline)
             raise
         self.captures += 1
-        for callback in list(self._captured_callbacks):
-            callback()
+        self._captured.call()
         self._end_step(pause_timeline)
 
     def _end_step(self, pause_timeline: bool) -> None:
@@ -155,8 +155,7 @@ class Orchestrator:
         mode = render_mode(self._subframes(rt_subframes, evaluate.graph().triggers))
         tap.capture(values, self.captures, mode)
         self.captures += tap.count
-        for callback in list(self._captured_callbacks):
-            callback()
+        self._captured.call()
         self._set_status(Status.STEPPED)
 
     def _advance_and_expose(self, mode: RenderMode, duration: float, bodies_wait: bool) -> None:
@@ -329,7 +328,7 @@ class Orchestrator:
 
     def _is_unseen(self) -> bool:
         """Return whether no code of the script can look at the stage between frames."""
-        return not self._captured_callbacks and not get_app().has_other_tasks()
+        return not self._captured and not get_app().has_other_tasks()
 
     def pass_over(self, frames: int) -> None:
         """Count frames that other processes make, without evaluating, simulating or rendering anything."""
@@ -384,7 +383,7 @@ class Orchestrator:
 
     def on_captured(self, callback: Callable[[], None]) -> Callable[[], None]:
         """Call `callback()` after each captured frame; return the unsubscriber."""
-        return listeners.subscribe(self._captured_callbacks, callback)
+        return self._captured.subscribe(callback)
 
     def _set_status(self, status: Status) -> None:
         if status is self.status:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pxr import Usd
 
-from usdsdg import listeners
+from usdsdg.listeners import Listeners
 from usdsdg.session.devices import physics_device
 from usdsdg.session.progress import report
 from usdsdg.session.session import current
@@ -245,10 +245,10 @@ class Engines:
         self.physics_device = "cpu"
         self.physics: PhysicsEngine | None = None
         self.renderer: Renderer | None = None
-        self.step_listeners: list[Callable[[float], None]] = []
-        self.step_listeners_before: list[Callable[[float], None]] = []
-        self.trigger_listeners: list[Callable[[TriggerEvent], None]] = []
-        self.contact_listeners: list[Callable[[list[ContactEvent]], None]] = []
+        self.step_listeners: Listeners[[float]] = Listeners()
+        self.step_listeners_before: Listeners[[float]] = Listeners()
+        self.trigger_listeners: Listeners[[TriggerEvent]] = Listeners()
+        self.contact_listeners: Listeners[[list[ContactEvent]]] = Listeners()
 
     def follow_timeline(self, event: str) -> None:
         """Play or stop physics when the timeline plays or stops."""
@@ -256,26 +256,6 @@ class Engines:
             physics().play(time=current().timeline.get_current_time())
         elif event == "stop" and self.physics is not None:
             self.physics.stop()
-
-    def on_step(self, dt: float) -> None:
-        """Call all listeners of physics steps."""
-        for listener in list(self.step_listeners):
-            listener(dt)
-
-    def before_step(self, dt: float) -> None:
-        """Call all listeners that precede physics steps."""
-        for listener in list(self.step_listeners_before):
-            listener(dt)
-
-    def on_trigger(self, event: TriggerEvent) -> None:
-        """Call all listeners of triggers."""
-        for listener in list(self.trigger_listeners):
-            listener(event)
-
-    def on_contacts(self, events: list[ContactEvent]) -> None:
-        """Call all listeners of contacts."""
-        for listener in list(self.contact_listeners):
-            listener(events)
 
     def reset(self) -> None:
         """Close both engines, so that new ones are created for the next stage; step listeners stay."""
@@ -297,10 +277,12 @@ def physics() -> PhysicsEngine:
             current_stage(), device=physics_device(), progress=report, writes_velocities=_wants_velocities_written
         )
         made = engines.physics
-        made.subscribe_step(engines.on_step, heard=lambda: bool(engines.step_listeners))
-        made.subscribe_step(engines.before_step, before=True, heard=lambda: bool(engines.step_listeners_before))
-        made.subscribe_triggers(engines.on_trigger, heard=lambda: bool(engines.trigger_listeners))
-        made.subscribe_contacts(engines.on_contacts, heard=lambda: bool(engines.contact_listeners))
+        after, before = engines.step_listeners, engines.step_listeners_before
+        triggers, contacts = engines.trigger_listeners, engines.contact_listeners
+        made.subscribe_step(after.call, heard=after.__bool__)
+        made.subscribe_step(before.call, before=True, heard=before.__bool__)
+        made.subscribe_triggers(triggers.call, heard=triggers.__bool__)
+        made.subscribe_contacts(contacts.call, heard=contacts.__bool__)
     return engines.physics
 
 
@@ -354,12 +336,12 @@ def subscribe_step(listener: Callable[[float], None], *, before: bool = False, o
     """
     engines = current().engines
     told = engines.step_listeners_before if before else engines.step_listeners
-    return listeners.subscribe(told, listener, order=order)
+    return told.subscribe(listener, order=order)
 
 
 def subscribe_triggers(listener: Callable[[TriggerEvent], None]) -> Callable[[], None]:
     """Call `listener(event)` for what enters and leaves triggers, on this and later stages; return the unsubscriber."""
-    return listeners.subscribe(current().engines.trigger_listeners, listener)
+    return current().engines.trigger_listeners.subscribe(listener)
 
 
 def subscribe_contacts(listener: Callable[[list[ContactEvent]], None]) -> Callable[[], None]:
@@ -367,4 +349,4 @@ def subscribe_contacts(listener: Callable[[list[ContactEvent]], None]) -> Callab
 
     Return the unsubscriber.
     """
-    return listeners.subscribe(current().engines.contact_listeners, listener)
+    return current().engines.contact_listeners.subscribe(listener)

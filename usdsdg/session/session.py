@@ -9,7 +9,6 @@ import logging
 import os
 import sys
 import threading
-from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +17,7 @@ from weakref import ReferenceType, WeakValueDictionary
 from pxr import Usd, UsdUtils
 
 from usdsdg import errors
+from usdsdg.listeners import Listeners
 from usdsdg.operating_system import hold_standard_descriptors
 from usdsdg.session.new_stages import NewStage
 from usdsdg.stage import assets, usd_threads
@@ -97,8 +97,8 @@ class Session:
         self.opened_stage: Usd.Stage | None = None  # the one that is open when a script starts
         self.new_stage_kind = NewStage.EMPTY
         self.has_viewport = False  # every stage gets the cameras of the application's viewport
-        self.stage_listeners: list[Callable[[Usd.Stage], None]] = []  # of a stage that has become the current one
-        self.closing_listeners: list[Callable[[Usd.Stage], None]] = []  # of one that is about to be replaced
+        self.stage_listeners: Listeners[[Usd.Stage]] = Listeners()  # of a stage that has become the current one
+        self.closing_listeners: Listeners[[Usd.Stage]] = Listeners()  # of one that is about to be replaced
         self._blocks = _OpenBlocks()
         self.render_products: dict[str, Any] = {}  # HydraTexture by prim path, oldest first
         self.annotators: list[Any] = []  # attached by users, in the order of attaching
@@ -227,8 +227,7 @@ class Session:
             annotator.release()
         for writer in tuple(self.writers):
             writer.detach()
-        for listener in tuple(self.stage_listeners):
-            listener(stage)
+        self.stage_listeners.call(stage)
 
     def _on_timeline(self, event: str) -> None:
         if event == "play":

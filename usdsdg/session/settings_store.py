@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import Any
 
-from usdsdg import listeners
 from usdsdg.errors import Unsupported
+from usdsdg.listeners import Listeners
 from usdsdg.session.session import current
 from usdsdg.session.setting_items import Item, ItemType, UpdateAction, is_accessible
 
@@ -97,10 +97,10 @@ class Settings:
 
     def __init__(self) -> None:
         self._values: dict[str, Any] = dict(DEFAULTS)
-        self._listeners: dict[str, list[Callable[[Any], None]]] = {}
+        self._listeners: dict[str, Listeners[[Any]]] = {}
         # Listeners by the path of a tree: each is called with the path of a setting that changed at or below it.
-        self._tree_listeners: dict[str, list[Callable[[str, ChangeEventType], None]]] = {}
-        self._removal_listeners: dict[str, list[Callable[[], None]]] = {}
+        self._tree_listeners: dict[str, Listeners[[str, ChangeEventType]]] = {}
+        self._removal_listeners: dict[str, Listeners[[]]] = {}
         self._subscriptions: dict[int, Callable[[], None]] = {}
         self._numbers = itertools.count(1)
 
@@ -146,21 +146,20 @@ class Settings:
     def _set(self, key: str, value: Any) -> None:
         change = ChangeEventType.CREATED if self._values.get(key) is None else ChangeEventType.CHANGED
         self._values[key] = value
-        for listener in list(self._listeners.get(key, [])):
-            listener(value)
+        if key in self._listeners:
+            self._listeners[key].call(value)
         self._tell_trees(key, change)
 
     def _remove(self, key: str) -> None:
         del self._values[key]
-        for listener in list(self._removal_listeners.get(key, [])):
-            listener()
+        if key in self._removal_listeners:
+            self._removal_listeners[key].call()
         self._tell_trees(key, ChangeEventType.DESTROYED)
 
     def _tell_trees(self, key: str, change: ChangeEventType) -> None:
         for tree, told in list(self._tree_listeners.items()):
             if key == tree or key.startswith(tree.rstrip("/") + "/"):
-                for listener in list(told):
-                    listener(key, change)
+                told.call(key, change)
 
     def set_default(self, path: str, value: Any) -> None:
         """Store `value` unless the key has one; of a dictionary each value whose key has none."""
@@ -179,7 +178,7 @@ class Settings:
 
     def on_change(self, path: str, listener: Callable[[Any], None]) -> Callable[[], None]:
         """Call `listener(value)` whenever the key is set; return the unsubscriber."""
-        return listeners.subscribe(self._listeners.setdefault(normalized(path), []), listener)
+        return self._listeners.setdefault(normalized(path), Listeners()).subscribe(listener)
 
     def subscribe_to_node_change_events(self, path: str, fn: Callable[[Any, ChangeEventType], Any]) -> int:
         """Call `fn(value, event type)` whenever the key is set or removed; return the number that ends it."""
@@ -194,8 +193,8 @@ class Settings:
             had[0] = False
             fn(None, ChangeEventType.DESTROYED)
 
-        removals = self._removal_listeners.setdefault(normalized(path), [])
-        return self._subscribed(self.on_change(path, tell), listeners.subscribe(removals, tell_removed))
+        removals = self._removal_listeners.setdefault(normalized(path), Listeners())
+        return self._subscribed(self.on_change(path, tell), removals.subscribe(tell_removed))
 
     def subscribe_to_tree_change_events(self, path: str, fn: Callable[[Item, Item, ChangeEventType], Any]) -> int:
         """Call `fn(item of the path, item that changed, event type)` for all below; return the number that ends it."""
@@ -204,7 +203,7 @@ class Settings:
         def tell(key: str, change: ChangeEventType) -> None:
             fn(Item(self, tree), Item(self, key), change)
 
-        return self._subscribed(listeners.subscribe(self._tree_listeners.setdefault(tree, []), tell))
+        return self._subscribed(self._tree_listeners.setdefault(tree, Listeners()).subscribe(tell))
 
     def _subscribed(self, *ends: Callable[[], None]) -> int:
         def end_all() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pxr import Sdf, Tf, Usd, UsdUtils
 
-from usdsdg import errors, listeners
+from usdsdg import errors
 from usdsdg.session import new_stages, stage_times
 from usdsdg.session.new_stages import NewStage
 from usdsdg.session.session import current
@@ -116,8 +116,7 @@ def set_stage(stage: Usd.Stage) -> Usd.Stage:
     if session.stage == stage:
         return stage
     if session.stage is not None:
-        for listener in tuple(session.closing_listeners):
-            listener(session.stage)
+        session.closing_listeners.call(session.stage)
         session.timeline.stop()
         cache.Erase(session.stage)
     cache.Insert(stage)
@@ -128,12 +127,12 @@ def set_stage(stage: Usd.Stage) -> Usd.Stage:
 
 def on_new_stage(callback: Callable[[Usd.Stage], None]) -> Callable[[], None]:
     """Call `callback(stage)` whenever another stage becomes the current one; return the unsubscriber."""
-    return listeners.subscribe(current().stage_listeners, callback)
+    return current().stage_listeners.subscribe(callback)
 
 
 def on_stage_closing(callback: Callable[[Usd.Stage], None]) -> Callable[[], None]:
     """Call `callback(stage)` before another stage becomes the current one; return the unsubscriber."""
-    return listeners.subscribe(current().closing_listeners, callback)
+    return current().closing_listeners.subscribe(callback)
 
 
 def assets_root() -> str:

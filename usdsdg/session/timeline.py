@@ -7,8 +7,8 @@ from typing import Any
 
 from pxr import Usd
 
-from usdsdg import listeners
 from usdsdg.errors import BadValue, Unsupported
+from usdsdg.listeners import Listeners
 from usdsdg.session import stage_times
 from usdsdg.session.session import current
 from usdsdg.session.stage_times import StageTimes
@@ -43,7 +43,7 @@ class Timeline:
         self._until_picture = 0.0  # seconds
         self._shown_is_set = False  # whether the next advance leaves the time as it is
         self._stage_times: StageTimes | None = None  # those that rate and range have followed
-        self._listeners: list[Callable[[str], None]] = []
+        self._listeners: Listeners[[str]] = Listeners()
 
     # --- state ---
     def is_playing(self) -> bool:
@@ -247,11 +247,10 @@ class Timeline:
 
     def subscribe(self, listener: Callable[[str], None]) -> Callable[[], None]:
         """Call `listener(change)` after each "play", "pause", "stop", "loop" and "tick"; return the unsubscriber."""
-        return listeners.subscribe(self._listeners, listener)
+        return self._listeners.subscribe(listener)
 
     def _notify(self, event: str) -> None:
-        for listener in list(self._listeners):
-            listener(event)
+        self._listeners.call(event)
 
     # --- the stage ---
     def begin_stage(self, stage: Usd.Stage) -> None:

@@ -71,6 +71,7 @@ def find_burdened(
 
 @wp.func
 def spread(body: int, other: int, turn: int, bodies: Bodies):
+    """Mark a body that moves next to one that was marked before this turn."""
     mark = bodies.burden[body]
     if mark > 0 and mark <= turn and bodies.moves[other] != 0 and bodies.burden[other] == 0:
         bodies.burden[other] = turn + 1

@@ -87,6 +87,7 @@ def priority(pair: int, first: int, second: int, turn: int, degree: wp.array[wp.
 
 @wp.func
 def lowest_free(taken: wp.uint32):
+    """Return the lowest color whose bit is not set; the last one where all are taken."""
     color = int(0)
     while color < COLORS - 1 and (taken & (wp.uint32(1) << wp.uint32(color))) != wp.uint32(0):
         color += 1

@@ -7,6 +7,7 @@
 
 import warp as wp
 
+from usdsdg_physics.body_points import body_of, point_velocity, world_point
 from usdsdg_physics.contact_solver.arrays import OVERFLOW, Bodies, Pairs, Rows
 
 # Added to each inverse effective mass [1/kg], so that rows that repeat each other share their load.
@@ -47,10 +48,7 @@ def prepare_rows(
 ):
     """Fill in the row of each contact."""
     row = wp.tid()
-    count = pairs.count[0]
-    if count == 0:
-        return
-    if row >= pairs.end[count - 1]:
+    if row >= row_count(pairs):
         return
     pair = pair_number[row] - 1
     first = pairs.first[pair]
@@ -58,68 +56,38 @@ def prepare_rows(
     contact = contact_of[row]
     s0 = shape0[contact]
     s1 = shape1[contact]
-    b0 = world
-    b1 = world
-    if s0 >= 0 and shape_body[s0] >= 0:
-        b0 = shape_body[s0]
-    if s1 >= 0 and shape_body[s1] >= 0:
-        b1 = shape_body[s1]
+    body0 = body_of(s0, shape_body)
+    body1 = body_of(s1, shape_body)
+
+    # The points that touch, and the direction from the pair's first body to its second.
     n = normal[contact]
-    at0 = in_world(b0, world, point0[contact], body_q) + margin0[contact] * n
-    at1 = in_world(b1, world, point1[contact], body_q) - margin1[contact] * n
+    at0 = world_point(body0, point0[contact], body_q) + margin0[contact] * n
+    at1 = world_point(body1, point1[contact], body_q) - margin1[contact] * n
     distance = wp.dot(n, at1 - at0)
     surface = wp.vec3(0.0)
     if surface_velocity:
         surface = -surface_velocity[contact]
-    if b0 != first:
+    if wp.where(body0 < 0, world, body0) != first:
         n = -n
         surface = -surface
-        swapped = at0
-        at0 = at1
-        at1 = swapped
-    arm0 = at0 - bodies.center[first]
-    arm1 = at1 - bodies.center[second]
-    if first == world:
-        arm0 = wp.vec3(0.0)
-    if second == world:
-        arm1 = wp.vec3(0.0)
+        at0, at1 = at1, at0
+        body0, body1 = body1, body0
+    arm0 = wp.where(body0 < 0, wp.vec3(0.0), at0 - bodies.center[first])
+    arm1 = wp.where(body1 < 0, wp.vec3(0.0), at1 - bodies.center[second])
 
-    share0 = float(1.0)
-    share1 = float(1.0)
-    if pairs.color[pair] == OVERFLOW:
-        share0 = float(bodies.overflow_count[first])
-        share1 = float(bodies.overflow_count[second])
+    # What the bodies do in the direction of the contact and across it.
     t0, t1 = tangents(n)
-    linear = share0 * bodies.inverse_mass[first] + share1 * bodies.inverse_mass[second]
-    inertia0 = share0 * bodies.inverse_inertia[first]
-    inertia1 = share1 * bodies.inverse_inertia[second]
-    a0 = wp.cross(arm0, n)
-    a1 = wp.cross(arm1, n)
-    mass = 1.0 / (along(n, n, linear) + SOFTNESS + wp.dot(a0, inertia0 * a0) + wp.dot(a1, inertia1 * a1))
-    x0 = wp.cross(arm0, t0)
-    x1 = wp.cross(arm1, t0)
-    y0 = wp.cross(arm0, t1)
-    y1 = wp.cross(arm1, t1)
-    xx = along(t0, t0, linear) + SOFTNESS + wp.dot(x0, inertia0 * x0) + wp.dot(x1, inertia1 * x1)
-    yy = along(t1, t1, linear) + SOFTNESS + wp.dot(y0, inertia0 * y0) + wp.dot(y1, inertia1 * y1)
-    xy = along(t0, t1, linear) + wp.dot(x0, inertia0 * y0) + wp.dot(x1, inertia1 * y1)
-    determinant = xx * yy - xy * xy
-    least = 2.0 / (xx + yy + wp.sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy))
-    friction_mass = wp.vec4(yy / determinant, -xy / determinant, xx / determinant, least)
-    if determinant <= 1.0e-6 * xx * yy:
-        friction_mass = wp.vec4(least, 0.0, least, least)
-
-    before = wp.dot(n, point_velocity_of(second, world, arm1, body_qd) - point_velocity_of(first, world, arm0, body_qd))
-    rebound = restitution_of(s0, s1, shape_restitution) * -before
-    if before >= -bounce_threshold:
-        rebound = 0.0
+    mass, friction_mass = effective_masses(pair, n, t0, t1, arm0, arm1, bodies, pairs)
+    before = wp.dot(n, point_velocity(body1, arm1, body_qd) - point_velocity(body0, arm0, body_qd))
     approach = wp.dot(n, relative_velocity(first, second, arm0, arm1, bodies) - surface)
-    if distance > MEETING and distance + dt * approach > MEETING:
+
+    # What the contact asks for: to rebound, or to come no nearer than to touch.
+    rebound = restitution_of(s0, s1, shape_restitution) * -before
+    if before >= -bounce_threshold or (distance > MEETING and distance + dt * approach > MEETING):
         rebound = 0.0
     bias = distance / dt
     if distance < 0.0:
-        bias = penetration_share * distance / dt
-        bias = wp.max(bias, -slower(first, second, world, max_depenetration_velocity))
+        bias = wp.max(penetration_share * distance / dt, -slower(body0, body1, max_depenetration_velocity))
     if rebound > 0.0:
         bias = -rebound
 
@@ -152,10 +120,7 @@ def ask_for_velocities(
     Surfaces that stay apart may go on approaching.
     """
     row = wp.tid()
-    count = pairs.count[0]
-    if count == 0:
-        return
-    if row >= pairs.end[count - 1]:
+    if row >= row_count(pairs):
         return
     if rows.rebound[row] > 0.0:
         return
@@ -183,22 +148,62 @@ def report_forces(
 ):
     """Give the force [N] of each contact on its first shape."""
     row = wp.tid()
-    count = pairs.count[0]
-    if count == 0:
-        return
-    if row >= pairs.end[count - 1]:
+    if row >= row_count(pairs):
         return
     contact = rows.contact[row]
-    body = world
-    if shape0[contact] >= 0 and shape_body[shape0[contact]] >= 0:
-        body = shape_body[shape0[contact]]
+    body = body_of(shape0[contact], shape_body)
     n = rows.normal[row]
     t0, t1 = tangents(n)
     impulse = rows.impulse[row]
     force = (impulse[0] * n + impulse[1] * t0 + impulse[2] * t1) / dt
-    if body == pairs.first[pair_number[row] - 1]:
+    if wp.where(body < 0, world, body) == pairs.first[pair_number[row] - 1]:
         force = -force
     forces[contact] = wp.spatial_vector(force, wp.vec3(0.0))
+
+
+@wp.func
+def row_count(pairs: Pairs):
+    """Return how many rows all pairs have."""
+    count = pairs.count[0]
+    if count == 0:
+        return 0
+    return int(pairs.end[count - 1])
+
+
+@wp.func
+def effective_masses(
+    pair: int, n: wp.vec3, t0: wp.vec3, t1: wp.vec3, arm0: wp.vec3, arm1: wp.vec3, bodies: Bodies, pairs: Pairs
+):
+    """Return the mass [kg] that a pair's bodies have along `n`, where arms [m] lead to, and that across it.
+
+    The latter is `friction_mass` of `Rows`. Of the pairs that got no color, each has a share of its bodies' mass.
+    """
+    first = pairs.first[pair]
+    second = pairs.second[pair]
+    share0 = float(1.0)
+    share1 = float(1.0)
+    if pairs.color[pair] == OVERFLOW:
+        share0 = float(bodies.overflow_count[first])
+        share1 = float(bodies.overflow_count[second])
+    linear = share0 * bodies.inverse_mass[first] + share1 * bodies.inverse_mass[second]
+    inertia0 = share0 * bodies.inverse_inertia[first]
+    inertia1 = share1 * bodies.inverse_inertia[second]
+    a0 = wp.cross(arm0, n)
+    a1 = wp.cross(arm1, n)
+    mass = 1.0 / (along(n, n, linear) + SOFTNESS + wp.dot(a0, inertia0 * a0) + wp.dot(a1, inertia1 * a1))
+    x0 = wp.cross(arm0, t0)
+    x1 = wp.cross(arm1, t0)
+    y0 = wp.cross(arm0, t1)
+    y1 = wp.cross(arm1, t1)
+    xx = along(t0, t0, linear) + SOFTNESS + wp.dot(x0, inertia0 * x0) + wp.dot(x1, inertia1 * x1)
+    yy = along(t1, t1, linear) + SOFTNESS + wp.dot(y0, inertia0 * y0) + wp.dot(y1, inertia1 * y1)
+    xy = along(t0, t1, linear) + wp.dot(x0, inertia0 * y0) + wp.dot(x1, inertia1 * y1)
+    determinant = xx * yy - xy * xy
+    least = 2.0 / (xx + yy + wp.sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy))
+    friction_mass = wp.vec4(yy / determinant, -xy / determinant, xx / determinant, least)
+    if determinant <= 1.0e-6 * xx * yy:
+        friction_mass = wp.vec4(least, 0.0, least, least)
+    return mass, friction_mass
 
 
 @wp.func
@@ -226,27 +231,16 @@ def relative_velocity(first: int, second: int, arm0: wp.vec3, arm1: wp.vec3, bod
 
 
 @wp.func
-def point_velocity_of(body: int, world: int, arm: wp.vec3, body_qd: wp.array[wp.spatial_vector]):
-    if body == world:
-        return wp.vec3(0.0)
-    return wp.spatial_top(body_qd[body]) + wp.cross(wp.spatial_bottom(body_qd[body]), arm)
+def slower(body0: int, body1: int, max_depenetration_velocity: wp.array[wp.float32]):
+    """Return the smaller of the speeds [m/s] at which two bodies, or the world (-1), may be pushed apart.
 
-
-@wp.func
-def in_world(body: int, world: int, point: wp.vec3, body_q: wp.array[wp.transform]):
-    if body == world:
-        return point
-    return wp.transform_point(body_q[body], point)
-
-
-@wp.func
-def slower(first: int, second: int, world: int, max_depenetration_velocity: wp.array[wp.float32]):
-    """Return the smaller of the speeds [m/s] at which two bodies may be pushed apart; zero is no limit."""
+    A speed of zero is no limit.
+    """
     limit = float(1.0e20)
-    if first != world and max_depenetration_velocity[first] > 0.0:
-        limit = wp.min(limit, max_depenetration_velocity[first])
-    if second != world and max_depenetration_velocity[second] > 0.0:
-        limit = wp.min(limit, max_depenetration_velocity[second])
+    if body0 >= 0 and max_depenetration_velocity[body0] > 0.0:
+        limit = wp.min(limit, max_depenetration_velocity[body0])
+    if body1 >= 0 and max_depenetration_velocity[body1] > 0.0:
+        limit = wp.min(limit, max_depenetration_velocity[body1])
     return limit
 
 

@@ -75,6 +75,7 @@ def sweep(
 
 @wp.func
 def is_burdened(pair: int, bodies: Bodies, pairs: Pairs):
+    """Return whether one of the bodies of a pair has a `burden`."""
     return bodies.burden[pairs.first[pair]] != 0 or bodies.burden[pairs.second[pair]] != 0
 
 
@@ -108,6 +109,7 @@ def solve_overflowing_pair(pair: int, bodies: Bodies, pairs: Pairs, rows: Rows):
 
 @wp.func
 def note_change(body: int, linear: wp.vec3, angular: wp.vec3, bodies: Bodies):
+    """Add to what the pairs without a color change of a body: its velocities [m/s], [rad/s]."""
     for i in range(3):
         wp.atomic_add(bodies.overflow_change, body, i, wp.int64(wp.float64(linear[i]) * FIXED_POINT))
         wp.atomic_add(bodies.overflow_change, body, 3 + i, wp.int64(wp.float64(angular[i]) * FIXED_POINT))

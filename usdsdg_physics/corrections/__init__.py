@@ -1,1 +1,1 @@
-"""Correct contacts and bodies where the solver does not: depenetration, impacts, sleeping, stabilization."""
+"""Correct contacts and bodies where the solver does not: friction, overlaps, impacts, sleeping, stabilization."""

@@ -7,7 +7,9 @@
 
 import warp as wp
 
+from usdsdg_physics.body_points import shape_to_world, world_point
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
+from usdsdg_physics.guards.sides import point_on, shape_on, turn
 
 # How far [m] one collider may stand out of the surface of its neighbor, more where numbers are coarser; how wide the
 # seam between them may be; and how far things may have sunk into the surface.
@@ -45,35 +47,29 @@ def turn_to_surface(
     contact = wp.tid()
     if contact >= contacts.count[0]:
         return
-    collider = contacts.shape0[contact]
-    other = contacts.shape1[contact]
-    if collider < 0 or other < 0:
+    if contacts.shape0[contact] < 0 or contacts.shape1[contact] < 0:
         return
-    sign = float(1.0)  # makes the normal point from the collider to the other shape
-    if neighbor_rows[collider][1] == 0:
-        collider = contacts.shape1[contact]
-        other = contacts.shape0[contact]
-        sign = float(-1.0)
+    side = float(1.0)  # of the collider
+    if neighbor_rows[contacts.shape0[contact]][1] == 0:
+        side = float(-1.0)
+    collider = shape_on(side, contact, contacts)
+    other = shape_on(-side, contact, contacts)
     rows = neighbor_rows[collider]
     if rows[1] == 0 or shape_body[other] < 0:
         return
 
     body = shape_body[collider]
-    point = wp.where(sign > 0.0, contacts.point0[contact], contacts.point1[contact])
-    to_world = transform[collider]
-    if body >= 0:
-        point = wp.transform_point(body_q[body], point)
-        to_world = body_q[body] * to_world
-    normal = sign * contacts.normal[contact]
+    point = world_point(body, point_on(side, contact, contacts), body_q)
+    to_collider = wp.transform_inverse(shape_to_world(collider, transform, shape_body, body_q))
+    normal = side * contacts.normal[contact]
     lip = LIP + LIP_BY_SIZE * wp.length(point)
     for row in range(rows[0], rows[0] + rows[1]):
         neighbor = neighbors[row]
         if neighbor == other or collision_group[neighbor] == 0:
             continue
-        neighbor_to_world = transform[neighbor]
-        if shape_body[neighbor] >= 0:
-            neighbor_to_world = body_q[shape_body[neighbor]] * neighbor_to_world
-        at = wp.transform_point(wp.transform_inverse(neighbor_to_world), point)
+        neighbor_to_world = shape_to_world(neighbor, transform, shape_body, body_q)
+        to_neighbor = wp.transform_inverse(neighbor_to_world)
+        at = wp.transform_point(to_neighbor, point)
         own = face_rows[neighbor]
         for face in range(own[0], own[0] + own[1]):
             plane = faces[face]
@@ -85,24 +81,18 @@ def turn_to_surface(
             if along < -0.01 or along > ALONG:
                 continue
             aside = wp.normalize(normal - along * up)
-            beside = wp.transform_point(wp.transform_inverse(neighbor_to_world), point + WIDTH * aside)
-            if not is_inside(beside, faces, own, face, lip):
+            if not is_inside(wp.transform_point(to_neighbor, point + WIDTH * aside), faces, own, face, lip):
                 continue
             raised = point - WIDTH * aside + (lip - above) * up
-            if is_inside(
-                wp.transform_point(wp.transform_inverse(to_world), raised), faces, face_rows[collider], -1, 0.0
-            ):
+            if is_inside(wp.transform_point(to_collider, raised), faces, face_rows[collider], -1, 0.0):
                 continue
-            on_other = wp.where(sign > 0.0, contacts.point1[contact], contacts.point0[contact])
-            on_other = wp.transform_point(body_q[shape_body[other]], on_other)
+            on_other = world_point(shape_body[other], point_on(-side, contact, contacts), body_q)
             below = on_other - (wp.dot(on_other - point, up) + above) * up
             # Beyond the edge of both nothing holds the other shape.
-            if is_inside(
-                wp.transform_point(wp.transform_inverse(neighbor_to_world), below), faces, own, face, WIDTH
-            ) or is_inside(
-                wp.transform_point(wp.transform_inverse(to_world), below), faces, face_rows[collider], -1, WIDTH
+            if is_inside(wp.transform_point(to_neighbor, below), faces, own, face, WIDTH) or is_inside(
+                wp.transform_point(to_collider, below), faces, face_rows[collider], -1, WIDTH
             ):
-                turn(contact, sign, up, below - wp.where(along < HOLDS, APART, 0.0) * up, body, body_q, contacts)
+                turn(contact, side, up, below - wp.where(along < HOLDS, APART, 0.0) * up, body, body_q, contacts)
                 return
 
 
@@ -114,23 +104,3 @@ def is_inside(point: wp.vec3, faces: wp.array[wp.vec4], rows: wp.vec2i, left_out
         if face != left_out and wp.dot(wp.vec3(plane[0], plane[1], plane[2]), point) - plane[3] > tolerance:
             return False
     return True
-
-
-@wp.func
-def turn(
-    contact: int,
-    sign: float,
-    normal: wp.vec3,
-    point: wp.vec3,
-    body: int,
-    body_q: wp.array[wp.transform],
-    contacts: ContactArrays,
-):
-    """Give a contact a normal, from the collider on, and a point of the collider, both in the world."""
-    if body >= 0:
-        point = wp.transform_point(wp.transform_inverse(body_q[body]), point)
-    contacts.normal[contact] = sign * normal
-    if sign > 0.0:
-        contacts.point0[contact] = point
-    else:
-        contacts.point1[contact] = point

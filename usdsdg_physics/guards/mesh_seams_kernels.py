@@ -7,7 +7,9 @@
 
 import warp as wp
 
+from usdsdg_physics.body_points import shape_to_world, world_point
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
+from usdsdg_physics.guards.sides import point_on, shape_on, turn
 
 # How far [m] from the surface, along the normal, its closest point is looked for, more where numbers are coarser; and
 # by which part of that it must lie beside the contact's.
@@ -39,29 +41,17 @@ def turn_to_faces(
     contact = wp.tid()
     if contact >= contacts.count[0]:
         return
-    triangles = contacts.shape0[contact]
-    other = contacts.shape1[contact]
-    if triangles < 0 or other < 0:
-        return
-    point = contacts.point0[contact]
-    sign = float(1.0)  # makes the normal point from the mesh to the other shape
-    if is_mesh[triangles] == 0:
-        triangles = contacts.shape1[contact]
-        other = contacts.shape0[contact]
-        point = contacts.point1[contact]
-        sign = float(-1.0)
-    if is_mesh[triangles] == 0 or is_round[other] == 0:
+    side = side_of_mesh(contact, is_mesh, is_round, contacts)
+    if side == 0.0:
         return
 
-    to_world = transform[triangles]
-    body = shape_body[triangles]
-    if body >= 0:
-        point = wp.transform_point(body_q[body], point)
-        to_world = body_q[body] * to_world
+    triangles = shape_on(side, contact, contacts)
+    point = world_point(shape_body[triangles], point_on(side, contact, contacts), body_q)
+    to_world = shape_to_world(triangles, transform, shape_body, body_q)
     to_mesh = wp.transform_inverse(to_world)
     size = scale[triangles][0]
     at = wp.transform_point(to_mesh, point) / size
-    normal = wp.transform_vector(to_mesh, sign * contacts.normal[contact])
+    normal = wp.transform_vector(to_mesh, side * contacts.normal[contact])
     distance = (DISTANCE + DISTANCE_BY_SIZE * wp.length(point)) / size
     above = at + distance * normal
     query = wp.mesh_query_point_no_sign(mesh[triangles], above, REACH * distance)
@@ -69,7 +59,20 @@ def turn_to_faces(
         return
     closest = wp.mesh_eval_position(mesh[triangles], query.face, query.u, query.v)
     if wp.length(closest - at) > ASIDE * distance and wp.length(above - closest) > ASIDE * distance:
-        contacts.normal[contact] = sign * wp.transform_vector(to_world, wp.normalize(above - closest))
+        contacts.normal[contact] = side * wp.transform_vector(to_world, wp.normalize(above - closest))
+
+
+@wp.func
+def side_of_mesh(contact: int, is_mesh: wp.array[wp.int32], is_other: wp.array[wp.int32], contacts: ContactArrays):
+    """Return the side of the mesh in a contact with a shape of the other kind; 0 for other contacts."""
+    if contacts.shape0[contact] < 0 or contacts.shape1[contact] < 0:
+        return 0.0
+    side = float(1.0)
+    if is_mesh[contacts.shape0[contact]] == 0:
+        side = float(-1.0)
+    if is_mesh[shape_on(side, contact, contacts)] == 0 or is_other[shape_on(-side, contact, contacts)] == 0:
+        return 0.0
+    return side
 
 
 # How far [m] faces may stand out beside a seam, more where numbers are coarser; and where beside it they are looked at.
@@ -104,73 +107,68 @@ def turn_hulls_to_faces(
     contact = wp.tid()
     if contact >= contacts.count[0]:
         return
-    triangles = contacts.shape0[contact]
-    other = contacts.shape1[contact]
-    if triangles < 0 or other < 0:
-        return
-    point = contacts.point0[contact]
-    on_other = contacts.point1[contact]
-    sign = float(1.0)  # makes the normal point from the mesh to the other shape
-    if is_mesh[triangles] == 0:
-        triangles = contacts.shape1[contact]
-        other = contacts.shape0[contact]
-        point = contacts.point1[contact]
-        on_other = contacts.point0[contact]
-        sign = float(-1.0)
-    if is_mesh[triangles] == 0 or is_hull[other] == 0:
+    side = side_of_mesh(contact, is_mesh, is_hull, contacts)
+    if side == 0.0:
         return
 
-    to_world = transform[triangles]
-    body = shape_body[triangles]
-    if body >= 0:
-        point = wp.transform_point(body_q[body], point)
-        to_world = body_q[body] * to_world
-    center = transform[other]
-    if shape_body[other] >= 0:
-        on_other = wp.transform_point(body_q[shape_body[other]], on_other)
-        center = body_q[shape_body[other]] * center
+    triangles = shape_on(side, contact, contacts)
+    other = shape_on(-side, contact, contacts)
+    point = world_point(shape_body[triangles], point_on(side, contact, contacts), body_q)
+    on_other = world_point(shape_body[other], point_on(-side, contact, contacts), body_q)
+    center = wp.transform_get_translation(shape_to_world(other, transform, shape_body, body_q))
+
+    # The face, in the frame and the units of the mesh.
+    to_world = shape_to_world(triangles, transform, shape_body, body_q)
     to_mesh = wp.transform_inverse(to_world)
     size = scale[triangles][0]
-    normal = wp.transform_vector(to_mesh, sign * contacts.normal[contact])
+    normal = wp.transform_vector(to_mesh, side * contacts.normal[contact])
     lip = (LIP + LIP_BY_SIZE * wp.length(point)) / size
     beside = BESIDE / size
-
-    # Where edges are parallel to faces the narrow phase finds points above the mesh.
     at = wp.transform_point(to_mesh, point) / size
-    nearest = wp.mesh_query_point_no_sign(mesh[triangles], at, 1.0e6)
-    if not nearest.result:
-        return
-    if wp.abs(wp.dot(normal, wp.mesh_eval_face_normal(mesh[triangles], nearest.face))) > ALONG:
-        return
-    at = wp.mesh_eval_position(mesh[triangles], nearest.face, nearest.u, nearest.v)
-    found = wp.mesh_query_point_no_sign(mesh[triangles], at + beside * normal, 2.0 * beside)
-    if not found.result:
-        return
-    next_to = wp.mesh_eval_position(mesh[triangles], found.face, found.u, found.v)
-    up = wp.mesh_eval_face_normal(mesh[triangles], found.face)
-    if wp.dot(up, wp.transform_point(to_mesh, wp.transform_get_translation(center)) / size - at) < 0.0:
-        up = -up
-    along = wp.dot(normal, up)
-    if along < -0.01 or along > ALONG or wp.abs(wp.dot(next_to - at, up)) > lip:
-        return
-    aside = wp.normalize(normal - along * up)
-    if wp.dot(next_to - at, aside) < 0.3 * beside:
-        return
-    if wp.mesh_query_ray(mesh[triangles], at + lip * up + beside * aside, -aside, 2.0 * beside).result:
+    at, up = level_face(mesh[triangles], at, normal, wp.transform_point(to_mesh, center) / size, lip, beside)
+    if wp.length_sq(up) == 0.0:
         return
     # Beyond the edge of the mesh nothing holds the other shape.
     below = wp.transform_point(to_mesh, on_other) / size
     below = below - wp.dot(below - at, up) * up
     if not wp.mesh_query_point_no_sign(mesh[triangles], below, beside).result:
         return
+    holds = wp.dot(normal, up) >= HOLDS
     up = wp.transform_vector(to_world, up)
     nearest_point = wp.transform_point(to_world, below * size)
-    if along < HOLDS:
+    if not holds:
         nearest_point = nearest_point - APART * up
-    if body >= 0:
-        nearest_point = wp.transform_point(wp.transform_inverse(body_q[body]), nearest_point)
-    contacts.normal[contact] = sign * up
-    if sign > 0.0:
-        contacts.point0[contact] = nearest_point
-    else:
-        contacts.point1[contact] = nearest_point
+    turn(contact, side, up, nearest_point, shape_body[triangles], body_q, contacts)
+
+
+@wp.func
+def level_face(mesh: wp.uint64, point: wp.vec3, normal: wp.vec3, center: wp.vec3, lip: float, beside: float):
+    """Return the point of a mesh that is nearest to one, and the normal of the face that a `normal` leads along there.
+
+    The face begins `beside` the point, is level with it within `lip`, has nothing standing on it there, and its normal
+    is on the side of `center`. The normal is zero where there is no such face.
+    """
+    none = wp.vec3(0.0, 0.0, 0.0)
+    # Where edges are parallel to faces the narrow phase finds points above the mesh.
+    nearest = wp.mesh_query_point_no_sign(mesh, point, 1.0e6)
+    if not nearest.result:
+        return point, none
+    if wp.abs(wp.dot(normal, wp.mesh_eval_face_normal(mesh, nearest.face))) > ALONG:
+        return point, none
+    at = wp.mesh_eval_position(mesh, nearest.face, nearest.u, nearest.v)
+    found = wp.mesh_query_point_no_sign(mesh, at + beside * normal, 2.0 * beside)
+    if not found.result:
+        return at, none
+    next_to = wp.mesh_eval_position(mesh, found.face, found.u, found.v)
+    up = wp.mesh_eval_face_normal(mesh, found.face)
+    if wp.dot(up, center - at) < 0.0:
+        up = -up
+    along = wp.dot(normal, up)
+    if along < -0.01 or along > ALONG or wp.abs(wp.dot(next_to - at, up)) > lip:
+        return at, none
+    aside = wp.normalize(normal - along * up)
+    if wp.dot(next_to - at, aside) < 0.3 * beside:
+        return at, none
+    if wp.mesh_query_ray(mesh, at + lip * up + beside * aside, -aside, 2.0 * beside).result:
+        return at, none
+    return at, up

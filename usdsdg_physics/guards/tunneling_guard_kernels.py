@@ -8,6 +8,7 @@
 import warp as wp
 
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
+from usdsdg_physics.guards.sides import point_on, shape_on
 
 # An exit face and the step in which it was last touched share one integer: step * FACE_CODES + face.
 FACE_CODES = wp.constant(8)
@@ -23,6 +24,7 @@ DEPTH_GAIN = wp.constant(0.25)
 
 @wp.kernel(enable_backward=False)
 def count_step(steps: wp.array[wp.int32]):
+    """Count a step in `steps` (1,)."""
     steps[0] = steps[0] + 1
 
 
@@ -55,49 +57,41 @@ def redirect_contacts(
     contact = wp.tid()
     if contact >= contacts.count[0]:
         return
-    box = int(contacts.shape0[contact])
-    shape = int(contacts.shape1[contact])
-    # The sign that makes the contact's normal point from the box to the shape.
-    sign = float(1.0)
-    if box < 0 or shape < 0:
+    if contacts.shape0[contact] < 0 or contacts.shape1[contact] < 0:
         return
-    if box_index[box] < 0:
-        box = int(contacts.shape1[contact])
-        shape = int(contacts.shape0[contact])
-        sign = float(-1.0)
+    side = float(1.0)  # of the box
+    if box_index[contacts.shape0[contact]] < 0:
+        side = float(-1.0)
+    box = shape_on(side, contact, contacts)
+    shape = shape_on(-side, contact, contacts)
     row = box_index[box]
     body = shape_body[shape]
     if row < 0 or body < 0:
         return
 
-    step = steps[0]
     box_to_world = shape_transform[box]
     world_to_box = wp.transform_inverse(box_to_world)
     pose = body_q[body]
-    point_on_shape = wp.transform_point(pose, wp.where(sign > 0.0, contacts.point1[contact], contacts.point0[contact]))
-    point_on_box = wp.where(sign > 0.0, contacts.point0[contact], contacts.point1[contact])
-    push = wp.transform_vector(world_to_box, sign * contacts.normal[contact])
+    point_on_shape = wp.transform_point(pose, point_on(-side, contact, contacts))
+    point_on_box = point_on(side, contact, contacts)
+    push = wp.transform_vector(world_to_box, side * contacts.normal[contact])
     depth = (
-        wp.dot(sign * contacts.normal[contact], point_on_box - point_on_shape)
+        wp.dot(side * contacts.normal[contact], point_on_box - point_on_shape)
         + contacts.margin0[contact]
         + contacts.margin1[contact]
     )
     center = wp.transform_point(pose, shape_center[shape])
-
-    # Choose the exit face.
     center_face = voronoi_face(wp.transform_point(world_to_box, center), half_extent[box])
-    face = int(face_of_direction(push))
-    remembered = exit_face[row, shape]
-    if remembered >= 0 and step - remembered / FACE_CODES <= MEMORY_STEPS:
-        remembered = remembered % FACE_CODES
-        if center_face == remembered or depth > DEEP_PENETRATION or wp.dot(push, face_normal(remembered)) < -0.5:
-            face = remembered
+    face = int(remembered_face(exit_face[row, shape], steps[0]))
+    if face >= 0:
+        if not (center_face == face or depth > DEEP_PENETRATION or wp.dot(push, face_normal(face)) < -0.5):
+            face = face_of_direction(push)
     elif teleported[body] != 0:
         origin = wp.transform_point(world_to_box, wp.transform_get_translation(pose))
-        face = face_of_max_separation(origin, half_extent[box], face)
-    elif center_face >= 0:
-        face = center_face
-    exit_face[row, shape] = step * FACE_CODES + face
+        face = face_of_max_separation(origin, half_extent[box], face_of_direction(push))
+    else:
+        face = wp.where(center_face >= 0, center_face, face_of_direction(push))
+    exit_face[row, shape] = steps[0] * FACE_CODES + face
 
     exit_normal = face_normal(face)
     cosine = wp.dot(push, exit_normal)
@@ -110,16 +104,24 @@ def redirect_contacts(
             min_depth = MIN_DEPTH
         face_depth = half_extent[box][face / 2] - wp.dot(wp.transform_point(world_to_box, point), exit_normal)
         exit_normal = wp.transform_vector(box_to_world, exit_normal)
-        contacts.normal[contact] = sign * exit_normal
+        contacts.normal[contact] = side * exit_normal
         point_on_shape = point
         point_on_box = point + wp.where(face == center_face, face_depth, wp.max(face_depth, min_depth)) * exit_normal
     elif depth > SLOP:
-        point_on_box = point_on_box + DEPTH_GAIN * depth * sign * contacts.normal[contact]
+        point_on_box = point_on_box + DEPTH_GAIN * depth * side * contacts.normal[contact]
     else:
         return
     point_on_shape = wp.transform_point(wp.transform_inverse(pose), point_on_shape)
-    contacts.point0[contact] = wp.where(sign > 0.0, point_on_box, point_on_shape)
-    contacts.point1[contact] = wp.where(sign > 0.0, point_on_shape, point_on_box)
+    contacts.point0[contact] = wp.where(side > 0.0, point_on_box, point_on_shape)
+    contacts.point1[contact] = wp.where(side > 0.0, point_on_shape, point_on_box)
+
+
+@wp.func
+def remembered_face(code: int, step: int):
+    """Return the exit face of a value of `exit_face`; -1 for none, and for one that is forgotten at this step."""
+    if code < 0 or step - code / FACE_CODES > MEMORY_STEPS:
+        return -1
+    return code % FACE_CODES
 
 
 @wp.func
@@ -161,6 +163,7 @@ def face_of_max_separation(point: wp.vec3, half_extent: wp.vec3, inside: int):
 
 @wp.func
 def face_normal(face: int):
+    """Return the normal of a face of a box, in its frame."""
     normal = wp.vec3(0.0, 0.0, 0.0)
     normal[face / 2] = float(2 * (face % 2) - 1)
     return normal

@@ -16,7 +16,8 @@ from usdsdg_physics.parse.attributes import (
     finite,
     value,
 )
-from usdsdg_physics.parse.joints.joints import free_axes, is_supported
+from usdsdg_physics.parse.joints.joint_axes import free_axes
+from usdsdg_physics.parse.joints.joint_types import is_supported
 from usdsdg_physics.parse.schema_table import READ, Unread
 
 _JOINT, _SCENE = "a joint", "PhysicsScene"

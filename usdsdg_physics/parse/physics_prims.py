@@ -1,6 +1,5 @@
-"""Find the prims that matter to physics in one traversal of a stage, and warn of those that cannot be simulated."""
+"""Find the prims that matter to physics in one traversal of a stage."""
 
-from collections.abc import Collection
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,19 +12,17 @@ from usdsdg_physics.parse.attributes import (
     COLLISION,
     CONTACT_REPORT,
     FORCE,
-    MASS,
     MATERIAL,
     RIGID_BODY,
     SURFACE_VELOCITY,
-    has_api,
     value,
 )
 from usdsdg_physics.parse.name_lists import listed
 from usdsdg_physics.parse.point_instancers import prototype_paths
-from usdsdg_physics.parse.simulation_owners import has_scene, warn_several_scenes, warn_without_scene
+from usdsdg_physics.parse.simulation_owners import has_scene
 from usdsdg_physics.parse.unread import UnreadNames
 
-_LARGEST = 1e15  # of what is in the transform of a prim; numbers of 64 bits lose a rotation beside larger ones
+LARGEST = 1e15  # of what is in the transform of a prim; numbers of 64 bits lose a rotation beside larger ones
 
 
 @dataclass
@@ -53,66 +50,89 @@ class PhysicsPrims:
     unread: UnreadNames = field(default_factory=UnreadNames)  # schemas and attributes without effect
 
 
+@dataclass(frozen=True)
+class _Owner:
+    """What colliders at a prim belong to."""
+
+    body: Usd.Prim | None = None  # the nearest rigid body at or above it; None where that is disabled, or there is none
+    outside: bool = False  # that body is in no PhysicsScene, so that nothing simulates what belongs to it
+
+
+_STATIC = _Owner()
+
+
 def find_physics_prims(stage: Usd.Stage, root: Sdf.Path) -> PhysicsPrims:
     """Find the prims at or below `root`; a collider belongs to the nearest rigid body at or above it, if enabled."""
     found, cache = PhysicsPrims(), UsdGeom.XformCache(current_time())
-    owners: dict[Sdf.Path, Usd.Prim | None] = {}
-    unowned: set[Sdf.Path] = set()  # bodies without a scene, and what is below them
     start = stage.GetPrimAtPath(root)
     if not start or not start.IsActive():
         return found
-    owners[root.GetParentPath()], outside = _owner_of(start.GetParent())
-    unowned |= {root.GetParentPath()} if outside else set()
+    owners = {root.GetParentPath(): _owner_at(start.GetParent())}
     prims = iter(Usd.PrimRange(start, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
     for prim in prims:
-        path = prim.GetPath()
-        owner = owners.get(path.GetParentPath())
         applied = prim.GetAppliedSchemas()
         found.unread.visit(prim)
-        disabled = _is_disabled(prim, applied)
-        if disabled and owner is not None and not value(owner, "physics:kinematicEnabled", False):
-            found.left_behind.append(str(path))
-        outside = path.GetParentPath() in unowned
-        if disabled or ((owner is not None or outside) and _resets_xform_stack(prim)):
-            owner, outside = None, False
-        body = _is_body(prim, applied)
-        if (body or COLLISION in applied) and not _is_numeric(cache.GetLocalToWorldTransform(prim)):
-            found.nonfinite.append(str(path))
+        owner = _owner_from_above(prim, applied, owners.get(prim.GetPath().GetParentPath(), _STATIC), found)
+        is_body = _is_body(prim, applied)
+        if (is_body or COLLISION in applied) and not _is_numeric(cache.GetLocalToWorldTransform(prim)):
+            found.nonfinite.append(str(prim.GetPath()))
             prims.PruneChildren()
             continue
-        if body:
-            if prim.IsInstanceProxy():
-                found.instanced_bodies.append(str(path))
-            elif has_scene(prim):
-                found.bodies.append(prim)
-                owner, outside = prim, False
-            else:
-                found.without_scene.append(str(path))
-                owner, outside = None, True
-        owners[path] = owner
-        unowned |= {path} if outside else set()
-        if COLLISION in applied and not outside:
-            if owner is not None or has_scene(prim):
-                found.colliders.append((prim, owner))
-            else:
-                found.without_scene.append(str(path))
-        if FORCE in applied:
-            found.forces.append((prim, owner))
-        if MATERIAL in applied and prim.GetTypeName() != "Material":
-            found.loose_materials.append(prim)
-        if CONTACT_REPORT in applied:
-            found.reports.append(prim)
-        if SURFACE_VELOCITY in applied and not body:
-            found.static_belts.append(str(path))
-        if ARTICULATION_ROOT in applied:
-            found.articulations.append(prim)
-        if "PhysicsFilteredPairsAPI" in applied:
-            found.filtered.append(prim)
+        if is_body:
+            owner = _add_body(prim, owner, found)
+        owners[prim.GetPath()] = owner
+        if COLLISION in applied and not owner.outside:
+            _add_collider(prim, owner, found)
+        _add_by_schemas(prim, applied, owner, found)
         _add_by_type(prim, found)
     if found.instancers:
         _leave_out_prototypes(found)
     _find_animated(found)
     return found
+
+
+def _owner_from_above(prim: Usd.Prim, applied: list[str], above: _Owner, found: PhysicsPrims) -> _Owner:
+    """Return what colliders at a prim belong to unless it is a rigid body, from what those at its parent belong to."""
+    if _is_disabled(prim, applied):
+        if above.body is not None and not value(above.body, "physics:kinematicEnabled", False):
+            found.left_behind.append(str(prim.GetPath()))
+        return _STATIC
+    return _STATIC if above is not _STATIC and _resets_xform_stack(prim) else above
+
+
+def _add_body(prim: Usd.Prim, above: _Owner, found: PhysicsPrims) -> _Owner:
+    """Add a rigid body, and return what colliders at it belong to: the body above where it cannot be moved."""
+    if prim.IsInstanceProxy():
+        found.instanced_bodies.append(str(prim.GetPath()))
+        return above
+    if has_scene(prim):
+        found.bodies.append(prim)
+        return _Owner(prim)
+    found.without_scene.append(str(prim.GetPath()))
+    return _Owner(outside=True)
+
+
+def _add_collider(prim: Usd.Prim, owner: _Owner, found: PhysicsPrims) -> None:
+    if owner.body is not None or has_scene(prim):
+        found.colliders.append((prim, owner.body))
+    else:
+        found.without_scene.append(str(prim.GetPath()))
+
+
+def _add_by_schemas(prim: Usd.Prim, applied: list[str], owner: _Owner, found: PhysicsPrims) -> None:
+    """Add a prim by its applied schemas, apart from those of rigid bodies and colliders."""
+    if FORCE in applied:
+        found.forces.append((prim, owner.body))
+    if MATERIAL in applied and prim.GetTypeName() != "Material":
+        found.loose_materials.append(prim)
+    if CONTACT_REPORT in applied:
+        found.reports.append(prim)
+    if SURFACE_VELOCITY in applied and not _is_body(prim, applied):
+        found.static_belts.append(str(prim.GetPath()))
+    if ARTICULATION_ROOT in applied:
+        found.articulations.append(prim)
+    if "PhysicsFilteredPairsAPI" in applied:
+        found.filtered.append(prim)
 
 
 def _leave_out_prototypes(found: PhysicsPrims) -> None:
@@ -131,16 +151,16 @@ def _leave_out_prototypes(found: PhysicsPrims) -> None:
     found.instancers = [prim for prim in found.instancers if not is_part(prim, itself=False)]
 
 
-def _owner_of(prim: Usd.Prim) -> tuple[Usd.Prim | None, bool]:
-    """Return the nearest rigid body at or above a prim, and whether it has no scene; None where it is disabled."""
+def _owner_at(prim: Usd.Prim) -> _Owner:
+    """Return what colliders at a prim belong to, from all prims at and above it."""
     while prim and not prim.IsPseudoRoot():
         applied = prim.GetAppliedSchemas()
         if _is_body(prim, applied) and not prim.IsInstanceProxy():
-            return (prim, False) if has_scene(prim) else (None, True)
+            return _Owner(prim) if has_scene(prim) else _Owner(outside=True)
         if _resets_xform_stack(prim) or _is_disabled(prim, applied):
-            return None, False
+            return _STATIC
         prim = prim.GetParent()
-    return None, False
+    return _STATIC
 
 
 def _is_body(prim: Usd.Prim, applied: list[str]) -> bool:
@@ -169,74 +189,9 @@ def _add_by_type(prim: Usd.Prim, found: PhysicsPrims) -> None:
         found.joints.append(prim)
 
 
-def warn_unsupported(found: PhysicsPrims) -> None:
-    """Warn of what will not be simulated, or not as authored, each once and with its remedy."""
-    found.unread.warn()
-    _warn_left_out(found)
-
-
-def warn_no_collider(bodies: Collection[str], owners: Collection[str]) -> None:
-    """Warn of the bodies that own no collider."""
-    for path in bodies:
-        if path not in owners:
-            warn_once(
-                f"{path} has RigidBodyAPI but no collider below it, so it falls through everything. Apply "
-                "UsdPhysics.CollisionAPI to a gprim at or under it."
-            )
-
-
-def warn_filled(paths: list[str]) -> None:
-    """Warn of meshes whose triangles do not collide, but their convex hulls, which fill hollows."""
-    if paths:
-        warn_once(
-            "as in PhysX, triangles do not collide on bodies that move by themselves, nor in triggers: with the "
-            f"approximation 'none' these become their convex hulls, which fill hollows: {listed(paths)}. Set "
-            "physics:approximation to 'convexDecomposition' to keep hollows, or to 'convexHull' if that is meant.",
-            key="convex hulls instead of none",
-        )
-
-
 def _is_numeric(matrix: Gf.Matrix4d) -> bool:
     """Whether a matrix can be inverted as one of numbers; NaN is no number."""
-    return bool((np.abs(matrix) <= _LARGEST).all())
-
-
-def _warn_left_out(found: PhysicsPrims) -> None:
-    if found.nonfinite:
-        warn_once(
-            f"these have a transform that is not a number, or has one above {_LARGEST:g}, and are not simulated: "
-            f"{listed(found.nonfinite)}. Author a finite translation, rotation and scale on them and above them."
-        )
-    if found.instanced_bodies:
-        warn_once(
-            f"rigid bodies inside instances cannot be moved: {listed(found.instanced_bodies)}. Apply RigidBodyAPI to "
-            "the instance itself, or clear its instanceable flag."
-        )
-    if found.left_behind:
-        warn_once(
-            "as in PhysX, colliders of rigid bodies that are disabled are static, and stay where they are when a body "
-            f"above them moves, though their prims go along: {listed(found.left_behind)}. Remove RigidBodyAPI from "
-            "them to make them part of the body above."
-        )
-    if heavy := [str(prim.GetPath()) for prim, owner in found.colliders if owner is None and _has_mass(prim)]:
-        warn_once(
-            f"static colliders never move, so their mass has no effect: {listed(heavy)}. Apply RigidBodyAPI to what "
-            "shall move, or remove the MassAPI."
-        )
-    if found.static_belts:
-        warn_once(
-            f"only surfaces of rigid bodies carry what touches them, as in PhysX, and these are none: "
-            f"{listed(found.static_belts)}. Apply RigidBodyAPI with physics:kinematicEnabled."
-        )
-    warn_without_scene(found.without_scene)
-    warn_several_scenes(found.scenes, found.bodies)
-
-
-def _has_mass(prim: Usd.Prim) -> bool:
-    """Return whether a static collider has a mass, other than for when a body at or above it is enabled again."""
-    if not has_api(prim, MASS) or not any(value(prim, f"physics:{name}", 0.0) for name in ("mass", "density")):
-        return False
-    return not any(has_api(prim.GetStage().GetPrimAtPath(path), RIGID_BODY) for path in prim.GetPath().GetPrefixes())
+    return bool((np.abs(matrix) <= LARGEST).all())
 
 
 def _find_animated(found: PhysicsPrims) -> None:

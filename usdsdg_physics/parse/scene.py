@@ -22,14 +22,10 @@ from usdsdg_physics.parse.joints.jointed_bodies import (
     read_jointed_pairs,
     read_joints,
 )
+from usdsdg_physics.parse.left_out import warn_filled, warn_no_collider, warn_unsupported
 from usdsdg_physics.parse.materials import bound_materials, warn_unbound
 from usdsdg_physics.parse.name_lists import listed
-from usdsdg_physics.parse.physics_prims import (
-    find_physics_prims,
-    warn_filled,
-    warn_no_collider,
-    warn_unsupported,
-)
+from usdsdg_physics.parse.physics_prims import find_physics_prims
 from usdsdg_physics.parse.point_instancers import prototype_paths, read_instances
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units, scaled_vector

@@ -38,6 +38,16 @@ class Units:
         return self.kilograms / self.meters**3
 
     @property
+    def force(self) -> float:
+        """Factor to N."""
+        return self.kilograms * self.meters
+
+    @property
+    def torque(self) -> float:
+        """Factor to N m."""
+        return self.kilograms * self.meters**2
+
+    @property
     def inertia(self) -> float:
         """Factor to kg m²."""
         return self.kilograms * self.meters**2

@@ -102,6 +102,7 @@ def clamp_dense(rows: Rows, blocks: wp.vec4i, row: int, v: wp.array[float]):
 
 @wp.func
 def dense_dot(start: float, rows: wp.array3d[float], row: int, blocks: wp.vec4i, others: wp.array3d[float], other: int):
+    """Return `start` and the product of two rows over the degrees of freedom in the first one's blocks."""
     total = float(start)
     for d in range(blocks[0], blocks[1]):
         total += rows[0, row, d] * others[0, other, d]
@@ -112,6 +113,7 @@ def dense_dot(start: float, rows: wp.array3d[float], row: int, blocks: wp.vec4i,
 
 @wp.func
 def dense_speed(start: float, rows: Rows, row: int, blocks: wp.vec4i, v: wp.array[float]):
+    """Return `start` and the speed of a row, from velocities `v` of its degrees of freedom."""
     total = float(start)
     for d in range(blocks[0], blocks[1]):
         total += rows.jacobian[0, row, d] * v[d]

@@ -107,11 +107,13 @@ def nonzero_blocks(rows: Rows, islands: Islands, row: int, other: int):
 
 @wp.func
 def is_nonzero(rows: Rows, row: int, dof: int):
+    """Return whether a row moves a degree of freedom, or is moved by it."""
     return rows.jacobian[0, row, dof] != 0.0 or rows.response[0, row, dof] != 0.0
 
 
 @wp.func
 def dense_unit(islands: Islands, kind: int, row: int):
+    """Return the unit of a row of joints: its kind, its row, and the nodes of its blocks."""
     blocks = islands.blocks[row]
     return wp.vec4i(kind, row, islands.node[blocks[0]], islands.node[blocks[2]])
 
@@ -140,6 +142,7 @@ def last_node(islands: Islands, unit: wp.vec4i):
 
 @wp.func
 def join(root: wp.array[int], node: int, other: int):
+    """Let two nodes have the same root, the lower one."""
     a = find_root(root, node)
     b = find_root(root, other)
     root[wp.max(a, b)] = wp.min(a, b)
@@ -147,6 +150,7 @@ def join(root: wp.array[int], node: int, other: int):
 
 @wp.func
 def find_root(root: wp.array[int], node: int):
+    """Return the root of a node, and shorten the way to it."""
     i = int(node)
     while root[i] != i:
         root[i] = root[root[i]]

@@ -117,6 +117,7 @@ def gather_row(rows: Rows, islands: Islands, begin: int, row: int):
 
 @wp.func
 def copy_six(numbers: wp.array[float], at: int, rows: wp.array3d[float], row: int):
+    """Copy the six numbers of a row to `numbers`; return the place after them."""
     for k in range(6):
         numbers[at + k] = rows[0, row, k]
     return at + 6
@@ -183,6 +184,7 @@ def set_patch(rows: Rows, islands: Islands, at: int, first: int):
 
 @wp.func
 def inverse_or_zero(x: float):
+    """Return 1 / x, and 0 of what is not positive."""
     inverse = float(0.0)
     if x > 0.0:
         inverse = 1.0 / x

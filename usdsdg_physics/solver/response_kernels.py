@@ -59,6 +59,7 @@ def respond_to_rows(
 
 @wp.func
 def quotient(value: float, divisor: float):
+    """Return value / divisor, and 0 where that is 0."""
     result = float(0.0)
     if divisor != 0.0:
         result = value / divisor

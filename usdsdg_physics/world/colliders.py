@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from usdsdg_physics.corrections.contacts.depenetration import Depenetration
+from usdsdg_physics.corrections.overlaps.depenetration import Depenetration
 from usdsdg_physics.model.build import COLLIDES, DISABLED
 from usdsdg_physics.scene.records import Scene
 from usdsdg_physics.world.static_motion import StaticMotion

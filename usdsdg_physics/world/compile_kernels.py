@@ -25,7 +25,7 @@ _MODULES = {
     "newton._src.solvers.steel.kernels.kinematics": 1.0,
     "usdsdg_physics.queries.overlap_kernels": 1.0,
     "usdsdg_physics.solver.sweep_kernels": 1.0,
-    "usdsdg_physics.corrections.contacts.squeezes_kernels": 0.6,
+    "usdsdg_physics.corrections.overlaps.squeezes_kernels": 0.6,
     "usdsdg_physics.guards.tunneling_guard_kernels": 0.5,
     "usdsdg_physics.corrections.bodies.stabilization_kernels": 0.5,
     "usdsdg_physics.corrections.contacts.impacts_kernels": 0.5,
@@ -63,7 +63,7 @@ def prepare_newton() -> None:
     import usdsdg_physics.corrections.bodies.stabilization_kernels
     import usdsdg_physics.corrections.contacts.far_ends_kernels
     import usdsdg_physics.corrections.contacts.impacts_kernels
-    import usdsdg_physics.corrections.contacts.squeezes_kernels
+    import usdsdg_physics.corrections.overlaps.squeezes_kernels
     import usdsdg_physics.guards.tunneling_guard_kernels
     import usdsdg_physics.queries.overlap_kernels
     import usdsdg_physics.solver.response_kernels

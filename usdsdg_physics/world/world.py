@@ -11,7 +11,7 @@ import numpy as np
 
 from usdsdg_physics.corrections.bodies.stabilization import REST_DELAY
 from usdsdg_physics.corrections.contacts.contact_report import ContactRows
-from usdsdg_physics.corrections.contacts.friction_anchors import center_friction
+from usdsdg_physics.corrections.friction.friction_anchors import center_friction
 from usdsdg_physics.model.build import (
     build_model,
     build_pipeline,

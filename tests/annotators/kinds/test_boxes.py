@@ -104,7 +104,8 @@ def test_fast_boxes_differ_in_the_keys_alone(frame, name):
 
 def test_boxes_carry_the_ids_of_the_instance_segmentation(frame):
     boxes, masks = compute(frame, "bounding_box_2d_tight"), compute(frame, "instance_segmentation_fast")
-    for path, identifier in zip(boxes.info["primPaths"], boxes.info["bboxIds"]):
+    assert len(boxes.info["primPaths"]) > 0
+    for path, identifier in zip(boxes.info["primPaths"], boxes.info["bboxIds"], strict=True):
         assert masks.info["idToLabels"][int(identifier)] == path
 
 

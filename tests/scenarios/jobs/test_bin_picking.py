@@ -88,6 +88,7 @@ def test_a_folder_of_parts_becomes_a_bop_dataset(dataset):
 
 
 def test_parts_lie_still_where_they_were_while_cameras_move(dataset):
+    assert scenes(dataset)
     for tables in scenes(dataset).values():
         in_world = []
         for frame, camera in tables["scene_camera"].items():

@@ -159,6 +159,7 @@ def test_removal_holds_for_other_readers_of_the_saved_file(tmp_path, stage, prim
     semantics.remove_labels(prim, recursive=True)
     stage.GetRootLayer().Export(str(tmp_path / "saved.usda"))
     reopened = Usd.Stage.Open(str(tmp_path / "saved.usda"))
+    assert reopened.GetPrimAtPath(prim.GetPath())
     for each in reopened.Traverse():
         assert not [name for name in each.GetAppliedSchemas() if name.startswith("Semantics")]
         # Programs that look at attributes alone find no values either.

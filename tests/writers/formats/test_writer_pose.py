@@ -440,7 +440,7 @@ def test_the_overlay_draws_keypoints_in_their_colors(three_cubes, tmp_path):
     overlay = np.array(Image.open(tmp_path / "000000_overlay.png"))
     (seen,) = (o for o in read(tmp_path)["objects"] if o["label"] == "cube_rotated")
     colors = [(255, 255, 255), (255, 0, 0), (0, 128, 0), (0, 0, 255), (255, 255, 0)]
-    for (u, v), color in zip(seen["cuboid_keypoints_projected"][:5], colors):
+    for (u, v), color in zip(seen["cuboid_keypoints_projected"][:5], colors, strict=True):
         assert tuple(overlay[v, u, :3]) == color
 
 

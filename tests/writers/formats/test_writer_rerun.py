@@ -112,6 +112,7 @@ def test_corners_of_solids_project_to_the_edges_of_rectangles(made):
     found, shown = made
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     right, up, back = 3, 1, 6  # Rerun's numbers of directions
+    assert len(shown) == FRAMES
     for frame, seen in enumerate(shown):
         assert found[VIEW, "Pinhole:camera_xyz"][frame] == [[right, up, back]]
         assert found[VIEW, "Pinhole:resolution"][frame] == [list(SIZE)]

@@ -145,6 +145,7 @@ def halves(
     # out
     result: wp.array(dtype=wp.vec4h),
 ):
+    """Write an image of `channels` numbers a pixel as half floats; see `write_halves`."""
     begin = begin_of(wp.tid() + first, pixels)
     end = end_of(begin, pixels, result.shape[0])
     write_halves(image, channels, plus, instance, limit, begin, end, result)
@@ -160,6 +161,7 @@ def floats(
     # out
     result: wp.array(dtype=wp.vec4),
 ):
+    """Write an image of `channels` numbers a pixel as floats, with a `fourth` channel; see `write_floats`."""
     begin = begin_of(wp.tid() + first, pixels)
     write_floats(image, channels, fourth, begin, end_of(begin, pixels, result.shape[0]), result)
 
@@ -173,6 +175,7 @@ def eight_bits(
     # out
     result: wp.array(dtype=wp.vec4ub),
 ):
+    """Write an image of `channels` numbers a pixel as bytes; see `write_eight_bits`."""
     begin = begin_of(wp.tid() + first, pixels)
     write_eight_bits(image, channels, begin, end_of(begin, pixels, result.shape[0]), result)
 
@@ -185,6 +188,7 @@ def without_alpha(
     # out
     result: wp.array(dtype=wp.vec3ub),
 ):
+    """Write the first three channels of an image."""
     begin = begin_of(wp.tid() + first, pixels)
     write_three(image, begin, end_of(begin, pixels, result.shape[0]), result)
 
@@ -198,5 +202,6 @@ def behind_everything(
     # out
     result: wp.array(dtype=wp.vec4h),
 ):
+    """Write the color where nothing is hit, and 0 elsewhere."""
     begin = begin_of(wp.tid() + first, pixels)
     write_background(color, instance, begin, end_of(begin, pixels, result.shape[0]), result)

@@ -79,6 +79,7 @@ def look_up(
     # out
     values: wp.array(dtype=wp.uint32),
 ):
+    """Write the entry of a table for each pixel's instance; see `write_entries`."""
     begin = begin_of(wp.tid() + first, pixels)
     write_entries(instance, table, words, begin, end_of(begin, pixels, instance.shape[0]), values)
 
@@ -95,6 +96,7 @@ def shade(
     # out
     image: wp.array(dtype=wp.vec3ub),
 ):
+    """Write the color of each pixel, times its brightness."""
     begin = begin_of(wp.tid() + first, pixels)
     write_shaded(instance, normals, colors, light, darkest, begin, end_of(begin, pixels, instance.shape[0]), image)
 
@@ -108,6 +110,7 @@ def sum_runs(
     # out, updated: of each gprim (bands, gprims, 5): pixels, x_min, y_min, x_max, y_max
     sums: wp.array3d(dtype=wp.int32),
 ):
+    """Count the pixels of each gprim and bound them, by runs of a row that belong to one."""
     row, part = wp.tid()
     y = row + first
     band = y / band_rows  # threads of a CPU, and images, have sums of their own

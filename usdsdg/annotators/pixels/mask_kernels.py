@@ -31,6 +31,7 @@ def find_edges(
     counts: wp.array(dtype=wp.int32),
     edges: wp.array(dtype=wp.int64),  # group in the high half, and the pixel, by columns, where a run begins or is over
 ):
+    """Find where the runs of each group's pixels begin and are over, down the columns; called first to count them."""
     i = wp.tid() + first
     above = NO_BITS
     k = int(i) - 1
@@ -77,6 +78,7 @@ def find_hiders(
     hiders: wp.array(dtype=wp.int32),
     pixels: wp.array(dtype=wp.int32),
 ):
+    """Find which gprims hide the pixels of each word, in runs; called first to count these."""
     i = wp.tid() + first
     bits = behind[i]
     count = int(0)

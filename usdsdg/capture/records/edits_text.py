@@ -13,6 +13,7 @@ from usdsdg.operating_system import around_fork
 
 # Attribute, its type and value, or relationship, None and its targets.
 Edit = tuple[Sdf.Path, Any, Any]
+Property = tuple[Sdf.Path, Any]  # of an edit, with its type
 
 _PLAIN = re.compile(r"[\w:./ -]*", re.ASCII)  # texts that stand in a layer as they are
 
@@ -30,7 +31,7 @@ class EditsText:
     def forget(self) -> None:
         """Begin anew, as in a forked process, whose parent may have been writing."""
         self._lock = threading.Lock()
-        self._properties: list[tuple[Sdf.Path, Any]] = []  # with their types
+        self._properties: list[Property] | None = None  # of the latest edits, None if they failed
         self._template: _Template | None = None  # of these properties, unless it does not fit
         self._layer = _EditLayer()
 
@@ -38,21 +39,27 @@ class EditsText:
         """Return the text of a layer with these edits alone."""
         with self._lock:
             properties = [edit[:2] for edit in edits]
-            if properties == self._properties:
-                text = self._template.text_of(edits) if self._template is not None else None
-                return self._layer.text_of(edits) if text is None else text
-            self._properties, self._template = [], None
-            text = self._layer.text_of(edits)
-            template = _Template(properties)
-            # Where it makes another text than USD, as of types that it does not know, it is not used.
-            self._properties, self._template = properties, template if template.text_of(edits) == text else None
+            are_new, self._properties = properties != self._properties, None
+            text = self._text_of_new(properties, edits) if are_new else self._text_of_known(edits)
+            self._properties = properties
             return text
+
+    def _text_of_known(self, edits: Sequence[Edit]) -> str:
+        text = self._template.text_of(edits) if self._template is not None else None
+        return self._layer.text_of(edits) if text is None else text
+
+    def _text_of_new(self, properties: Sequence[Property], edits: Sequence[Edit]) -> str:
+        self._layer.make(properties)
+        text, template = self._layer.text_of(edits), _Template(properties)
+        # Where it makes another text than USD, as of types that it does not know, it is not used.
+        self._template = template if template.text_of(edits) == text else None
+        return text
 
 
 class _Template:
     """The text of some properties, with places for their values."""
 
-    def __init__(self, properties: Sequence[tuple[Sdf.Path, Any]]) -> None:
+    def __init__(self, properties: Sequence[Property]) -> None:
         root = _Over()
         for index, (path, kind) in enumerate(properties):
             root.at(path.GetPrimPath()).properties.append((path.name, kind, index))
@@ -99,27 +106,25 @@ class _EditLayer:
 
     def __init__(self) -> None:
         self._layer: Sdf.Layer | None = None
-        self._properties: list[tuple[Sdf.Path, Any]] = []  # with their types, in the order in which they were made
-        self._specs: list[Sdf.PropertySpec] = []
+        self._specs: list[Sdf.PropertySpec] = []  # in the order in which they were made
+
+    def make(self, properties: Sequence[Property]) -> None:
+        """Make these properties in place of those that are there."""
+        self._layer = layer = self._layer or Sdf.Layer.CreateAnonymous(".usda")
+        with Sdf.ChangeBlock():
+            layer.Clear()
+            self._specs = [_spec(layer, *each) for each in properties]
 
     def text_of(self, edits: Sequence[Edit]) -> str:
-        """Return the text of the layer with these edits alone, in their order."""
-        self._layer = layer = self._layer or Sdf.Layer.CreateAnonymous(".usda")
-        try:
-            with Sdf.ChangeBlock():
-                properties = [edit[:2] for edit in edits]
-                if properties != self._properties:
-                    layer.Clear()
-                    self._specs, self._properties = [_spec(layer, *each) for each in properties], properties
-                for spec, (_, kind, value) in zip(self._specs, edits):
-                    if kind is None:
-                        spec.targetPathList.explicitItems = value
-                    else:
-                        spec.default = value
-            return layer.ExportToString()
-        except BaseException:
-            self._properties = []
-            raise
+        """Return the text of the layer with edits of the properties that were made, in their order."""
+        assert self._layer is not None
+        with Sdf.ChangeBlock():
+            for spec, (_, kind, value) in zip(self._specs, edits, strict=True):
+                if kind is None:
+                    spec.targetPathList.explicitItems = value
+                else:
+                    spec.default = value
+        return self._layer.ExportToString()
 
 
 def _spec(layer: Sdf.Layer, path: Sdf.Path, kind: Any) -> Sdf.PropertySpec:

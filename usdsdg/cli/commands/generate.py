@@ -116,7 +116,7 @@ def generate(
         ),  # fmt: skip
         recorded(rerun, workers=workers is not None or ray is not None),
     ):
-        from usdsdg.scenarios import growth, jobs, saved_pipeline
+        from usdsdg.scenarios import earlier_runs, jobs, saved_pipeline
 
         check_kind(config, FileKind.CONFIGURATION, FileKind.STAGE)
         use_maps(map_, config)
@@ -134,7 +134,7 @@ def generate(
             seed=loaded[1].seed if loaded is not None else seed, classes=semantic_classes,
             resume=resume, overwrite=overwrite, frames=frames, shard=shard,
             total=loaded[1].num_frames if loaded is not None else None,
-            more_frames=growth.of_stage if loaded is None else growth.of_job(config, *loaded),
+            more_frames=earlier_runs.of_stage if loaded is None else earlier_runs.of_job(config, *loaded),
         )  # fmt: skip
         fix_classes(semantic_classes)
         if workers is not None or ray is not None:

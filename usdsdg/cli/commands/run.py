@@ -167,7 +167,7 @@ def run(
         from usdsdg.cli.script.kept_datasets import datasets_kept
         from usdsdg.cli.script.outcome import reported_outcome
         from usdsdg.session.session import current
-        from usdsdg.writers.growth import more_frames_of_option
+        from usdsdg.writers.journal.growth import more_frames_of_option
 
         _remark_on_own_options(script, arguments)
         check_script(script)

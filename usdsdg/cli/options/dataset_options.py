@@ -14,7 +14,7 @@ from usdsdg.cli.options.values import NumberRange
 from usdsdg.errors import BadValue, counted
 
 if TYPE_CHECKING:
-    from usdsdg.writers.growth import Obstacle
+    from usdsdg.writers.journal.growth import Obstacle
 
 resume_option = click.option(
     "--resume", is_flag=True, help="Resume an unfinished run in the output folder, or add frames to one with fewer."
@@ -72,9 +72,10 @@ def begin_run(
         BadValue: two options exclude each other, or one has no meaning, as frames that the run does not have.
     """
     from usdsdg.session.session import current
-    from usdsdg.writers.growth import MoreFrames
+    from usdsdg.writers.formats.shards.reopened import restore_samples
     from usdsdg.writers.journal import recipe
     from usdsdg.writers.journal.folders import Mode
+    from usdsdg.writers.journal.growth import MoreFrames
     from usdsdg.writers.journal.portion import Portion
 
     if resume and overwrite:
@@ -95,7 +96,7 @@ def begin_run(
         seed=seed,
         classes=_content_of(classes),
     )
-    growth = MoreFrames(more_frames, total) if more_frames is not None else None
+    growth = MoreFrames(more_frames, restore_samples, total) if more_frames is not None else None
     current().run.begin(made, mode, portion, source, growth)
 
 

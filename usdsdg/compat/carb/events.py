@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 from usdsdg.app.app import get_app
 from usdsdg.compat.carb.eventdispatcher import Observer
 from usdsdg.errors import called_for_script
+from usdsdg.listeners import Listeners
 from usdsdg.session.timeline import get_timeline
 
 __all__ = ["IEvent", "IEventStream", "ISubscription", "type_from_string"]
@@ -42,8 +41,7 @@ class IEventStream:
 
     def __init__(self, name: str = "") -> None:
         self.name = name
-        self._listeners: dict[int, tuple[int, int | None, Callable[[IEvent], Any]]] = {}
-        self._keys = itertools.count()
+        self._listeners: Listeners[[IEvent]] = Listeners()
 
     def create_subscription_to_pop(self, fn: Callable[[IEvent], Any], order: int = 0, name: str = "") -> ISubscription:
         """Call `fn(event)` at every event while the subscription is held."""
@@ -60,18 +58,7 @@ class IEventStream:
 
     def push(self, event_type: int = 0, sender: int = 0, payload: Mapping[str, Any] | None = None) -> None:
         """Deliver an event."""
-        event = IEvent(int(event_type), sender, dict(payload or {}))
-        # Of a list of keys, which is made at once: a subscription may be garbage collected, and end, at each tuple.
-        due = [
-            (order, key, fn)
-            for key in list(self._listeners)
-            for order, kind, fn in filter(None, [self._listeners.get(key)])
-            if kind in (None, event.type)
-        ]
-        for _, key, fn in sorted(due, key=lambda each: each[:2]):
-            if key in self._listeners:
-                with called_for_script(f"which was subscribed to events{f' of {self.name}' if self.name else ''}"):
-                    fn(event)
+        self._listeners.call(IEvent(int(event_type), sender, dict(payload or {})))
 
     dispatch = push
 
@@ -79,9 +66,12 @@ class IEventStream:
         """Do nothing: events are delivered when they are pushed."""
 
     def _subscribe(self, event_type: int | None, fn: Callable[[IEvent], Any], order: int) -> ISubscription:
-        key = next(self._keys)
-        self._listeners[key] = (order, event_type, fn)
-        return ISubscription(partial(self._listeners.pop, key, None))
+        def hear(event: IEvent) -> None:
+            if event_type in (None, event.type):
+                with called_for_script(f"which was subscribed to events{f' of {self.name}' if self.name else ''}"):
+                    fn(event)
+
+        return ISubscription(self._listeners.subscribe(hear, order=order))
 
 
 class EventStreams:

@@ -42,6 +42,18 @@ def rows(value: Values, width: int, count: int) -> np.ndarray:
     return np.broadcast_to(numbers.reshape(-1, width), (count, width))
 
 
+def rows_or_none(value: Values | None, width: int, count: int) -> np.ndarray | None:
+    """Return `rows` of what is given; None where nothing is."""
+    return None if value is None else rows(value, width, count)
+
+
+def pose_rows(
+    points: Values | None, orientations: Values | None, count: int
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Return `rows` of points (count, 3) and of orientations (count, 4), likewise."""
+    return rows_or_none(points, 3, count), rows_or_none(orientations, 4, count)
+
+
 def grid(value: Values, shape: tuple[int, int]) -> np.ndarray:
     """Return an array of a shape (n, d); one number, one row or one column serves for all, as NumPy broadcasts.
 

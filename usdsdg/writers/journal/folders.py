@@ -26,7 +26,7 @@ from usdsdg.writers.journal.earlier_files import (
 )
 from usdsdg.writers.journal.facts import ASSETS, Facts, changed_assets, joined
 from usdsdg.writers.journal.frames import FileFacts
-from usdsdg.writers.journal.grown import Growth, advice
+from usdsdg.writers.journal.growth import MoreFrames, advice
 from usdsdg.writers.journal.journal import NAME, Contents, Journal
 from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Lock, Place
 from usdsdg.writers.journal.place_locks import COPY, in_use
@@ -56,7 +56,7 @@ class DatasetFolder:
         *,
         before: Callable[[], object] = lambda: None,
         with_parts: bool = False,
-        growth: Growth | None = None,
+        growth: MoreFrames | None = None,
         shares_out: bool = False,
     ) -> None:
         """Claim a place for a run.
@@ -71,24 +71,11 @@ class DatasetFolder:
             WriterError: the journal or a spool that is resumed was damaged.
         """
         self.place, self.path, self._recipe, self.portion = place, place.path, wanted, portion
-        path = place.path
         self.goes_on = mode is Mode.RESUME  # spools and journal have what an earlier process has left
-        home = path / PARTS / portion.name if portion is not None else path / BESIDE
-        self._home = home
-        self.spools = SpoolHashes(home / AGGREGATES)
+        self._home = self.path / PARTS / portion.name if portion is not None else self.path / BESIDE
+        self.spools = SpoolHashes(self._home / AGGREGATES)
         self._sharing: Lock | None = None
-        try:
-            home.mkdir(parents=True, exist_ok=True)
-            self._sharing = place.sharing_lock() if shares_out else None
-            self._locks = place.locks(portion)
-            self._real_path = path.resolve()  # with the lock, so that it is there
-            watch()
-        except Locked as held:
-            self.end_sharing()
-            raise in_use(place, held) from None
-        except OSError as error:
-            self.end_sharing()
-            raise (not_writable(path, error, elsewhere=COPY) if with_parts else not_writable(path, error)) from error
+        self._lock(shares_out=shares_out, with_parts=with_parts)
         try:
             place.pull(portion)
             check(place, wanted, mode, portion, with_parts=with_parts, growth=growth)
@@ -97,19 +84,15 @@ class DatasetFolder:
             before()
             self._make_room(mode)
             if portion is None and not with_parts:
-                shutil.rmtree(path / PARTS, ignore_errors=True)  # which have no frames
-            self.journal = Journal(home / NAME)
+                shutil.rmtree(self.path / PARTS, ignore_errors=True)  # which have no frames
+            self.journal = Journal(self._home / NAME)
             self.was_complete = self.journal.was_complete
             if mode is Mode.RESUME:
                 # Of the dataset only where no process of another part can be writing.
-                remove_unfinished(path if portion is None else home)
+                remove_unfinished(self.path if portion is None else self._home)
                 self._go_on_with_spools()
-                warn_of_lost(place, home / NAME)
-            there = recipe.read(path)
-            if there is None or (portion is not None and wanted.differences(there)):  # its own part was replaced
-                wanted.write(path)
-            if portion is not None:
-                wanted.write_identity(home)
+                warn_of_lost(place, self._home / NAME)
+            self._write_recipe()
             place.push(whole=True)
         except BaseException:
             self.release()
@@ -121,6 +104,30 @@ class DatasetFolder:
         self.first: int | None = None  # the frame at which a writer is due first, whoever makes it
         self._latest: dict[Path, bytes] = {}  # files of the part that wait to be written
         self._keeping = threading.Lock()  # the capture tells of files, and threads that write files do
+
+    def _lock(self, *, shares_out: bool, with_parts: bool) -> None:
+        path = self.path
+        try:
+            self._home.mkdir(parents=True, exist_ok=True)
+            self._sharing = self.place.sharing_lock() if shares_out else None
+            self._locks = self.place.locks(self.portion)
+            self._real_path = path.resolve()  # with the lock, so that it is there
+            watch()
+        except Locked as held:
+            self.end_sharing()
+            raise in_use(self.place, held) from None
+        except OSError as error:
+            self.end_sharing()
+            raise (not_writable(path, error, elsewhere=COPY) if with_parts else not_writable(path, error)) from error
+
+    def _write_recipe(self) -> None:
+        """Write the recipe of the dataset, unless it has that of this run, and that of the part."""
+        there = recipe.read(self.path)
+        # That of a part is another one than the dataset's where the part was replaced.
+        if there is None or (self.portion is not None and self._recipe.differences(there)):
+            self._recipe.write(self.path)
+        if self.portion is not None:
+            self._recipe.write_identity(self._home)
 
     @property
     def aggregates(self) -> Path:
@@ -298,7 +305,7 @@ def check(
     portion: Portion | None,
     *,
     with_parts: bool = False,
-    growth: Growth | None = None,
+    growth: MoreFrames | None = None,
 ) -> None:
     """Check that a run may write to a place, of which what is there is known.
 

@@ -24,7 +24,7 @@ from usdsdg.writers.journal import recipe as recipe_file
 from usdsdg.writers.journal.facts import SETTINGS, WRITERS, AssetFacts, plain, settings_facts
 from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.frames import FileFacts, FrameFiles, FramesInHand
-from usdsdg.writers.journal.grown import Growth
+from usdsdg.writers.journal.growth import MoreFrames
 from usdsdg.writers.journal.main_script import main_script, started_source
 from usdsdg.writers.journal.place import Place, place_of
 from usdsdg.writers.journal.portion import Portion
@@ -45,7 +45,7 @@ class Run:
         self._source: Source | None = None
         self.mode = Mode.REPLACE
         self.portion: Portion | None = None
-        self.growth: Growth | None = None  # lets a run with fewer frames be resumed
+        self.growth: MoreFrames | None = None  # lets a run with fewer frames be resumed
         self.aggregates_wait = False  # until the end of the run; else they are written when a run of frames ends
         self.ends_early = False  # because of an error, Ctrl-C or a signal
         self.is_at_exit = False  # the program ends: other threads get no more frames
@@ -72,7 +72,7 @@ class Run:
         mode: Mode,
         portion: Portion | None,
         source: Path | None = None,
-        growth: Growth | None = None,
+        growth: MoreFrames | None = None,
     ) -> None:
         """Say what this process makes, before any writer is created.
 

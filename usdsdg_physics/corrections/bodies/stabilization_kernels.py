@@ -43,15 +43,10 @@ def stabilize_bodies(
 ):
     """Clamp the velocity of each body, hold bodies at rest or asleep, and revert a step that is not finite.
 
-    A body may be at rest while its kinetic energy per mass [m²/s²] is below its sleep threshold. This grows with the
-    number of its `neighbors`, as in PhysX: what lies in a pile gets small impulses from all sides. It does not for
-    small bodies, which would move far in proportion. And the speed must be below a fraction of what `gravity` (1,)
-    [m/s²] alone would give it in one step: only a supported body stays below it for longer than an instant, and one
-    that loses its support leaves at once. After `rest_delay` seconds it is held where it was, so that the last
-    millimeters per second of the contact solver do not show as creep. Until then the sleep threshold counts, below
-    what gravity would give in that time: in short steps the fraction is less than the speed at which small things rock
-    and roll on. Bodies that are `squeezed` are not held, since they are moved without speed; those `asleep` are held at
-    once. `inertia_per_mass` is the mean moment of inertia over the mass [m²].
+    A body whose kinetic energy per mass is below `rest_energy` for `rest_delay` seconds is held where it was, so that
+    the last millimeters per second of the contact solver do not show as creep. Bodies that are `squeezed` are not held,
+    since they are moved without speed; those `asleep` are held at once. `inertia_per_mass` is the mean moment of
+    inertia over the mass [m²].
     """
     body = wp.tid()
     if free[body] == 0:
@@ -63,21 +58,17 @@ def stabilize_bodies(
     angular_speed = wp.length(angular)
     energy = 0.5 * (speed * speed + inertia_per_mass[body] * angular_speed * angular_speed)
 
-    rest_speed = rest_gravity_fraction * gravity[0] * dt
-    max_rest_energy = wp.float32(wp.float64(0.5) * rest_speed * rest_speed)
-    threshold = sleep_threshold[body]
-    in_pile = wp.min(threshold * wp.float32(1 + neighbors[body]), 0.5 * inertia_per_mass[body] * REST_TURN * REST_TURN)
-    rest_energy = wp.min(wp.max(threshold, in_pile), max_rest_energy)
-    if rest_time[body] < rest_delay:
-        slow_speed = rest_gravity_fraction * gravity[0] * wp.float64(rest_delay)
-        rest_energy = wp.max(rest_energy, wp.min(threshold, wp.float32(wp.float64(0.5) * slow_speed * slow_speed)))
+    acceleration = rest_gravity_fraction * gravity[0]
+    may_rest = energy < rest_energy(
+        sleep_threshold[body], neighbors[body], inertia_per_mass[body], rest_time[body], rest_delay, acceleration, dt
+    )
     hold = int(0)
     if not (wp.isfinite(speed) and wp.isfinite(angular_speed) and finite_transform(pose)):
         nonfinite_steps[body] = nonfinite_steps[body] + 1
         hold = 1
     elif asleep[body] != 0:
         hold = 1
-    elif gravity_enabled[body] != 0 and squeezed[body] == 0 and energy < rest_energy:
+    elif gravity_enabled[body] != 0 and squeezed[body] == 0 and may_rest:
         rest_time[body] = rest_time[body] + wp.float32(dt)
         if rest_time[body] >= rest_delay:
             hold = 1
@@ -98,7 +89,36 @@ def stabilize_bodies(
 
 @wp.func
 def finite_transform(pose: wp.transform):
+    """Return whether all seven numbers of a pose are finite."""
     total = float(0.0)
     for i in range(7):
         total += wp.abs(pose[i])
     return wp.isfinite(total)
+
+
+@wp.func
+def rest_energy(
+    threshold: float,
+    neighbors: int,
+    inertia_per_mass: float,
+    rest_time: float,
+    rest_delay: float,
+    acceleration: wp.float64,
+    dt: wp.float64,
+):
+    """Return the kinetic energy per mass [m²/s²] below which a body may be at rest.
+
+    That is its sleep `threshold`. This grows with the number of its neighbors, as in PhysX: what lies in a pile gets
+    small impulses from all sides. It does not for small bodies, which would move far in proportion. And the speed must
+    be below what an `acceleration` [m/s²], a fraction of gravity, alone would give it in one step: only a supported
+    body stays below it for longer than an instant, and one that loses its support leaves at once. Until it has been at
+    rest for `rest_delay` seconds the sleep threshold counts, below what the acceleration would give in that time: in
+    short steps the former is less than the speed at which small things rock and roll on.
+    """
+    rest_speed = acceleration * dt
+    in_pile = wp.min(threshold * wp.float32(1 + neighbors), 0.5 * inertia_per_mass * REST_TURN * REST_TURN)
+    energy = wp.min(wp.max(threshold, in_pile), wp.float32(wp.float64(0.5) * rest_speed * rest_speed))
+    if rest_time < rest_delay:
+        slow_speed = acceleration * wp.float64(rest_delay)
+        energy = wp.max(energy, wp.min(threshold, wp.float32(wp.float64(0.5) * slow_speed * slow_speed)))
+    return energy

@@ -1,1 +1,1 @@
-"""Corrections of contacts: their coefficients, points and surfaces, and bodies that overlap."""
+"""Corrections of contacts: those that are missing, impacts, and what is told of them."""

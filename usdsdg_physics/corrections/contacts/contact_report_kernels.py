@@ -5,8 +5,8 @@
 
 import warp as wp
 
+from usdsdg_physics.body_points import world_point
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
-from usdsdg_physics.corrections.contacts.contact_points import world_point
 
 
 @wp.kernel(enable_backward=False)

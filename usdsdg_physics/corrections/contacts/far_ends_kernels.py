@@ -7,14 +7,9 @@
 
 import warp as wp
 
+from usdsdg_physics.body_points import body_point, world_point
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
-from usdsdg_physics.corrections.contacts.contact_points import (
-    body_point,
-    contact_gap,
-    is_first_of_pair,
-    is_free,
-    world_point,
-)
+from usdsdg_physics.corrections.contacts.contact_gaps import contact_gap, is_first_of_pair, is_free
 from usdsdg_physics.corrections.contacts.outlines import HULL, Outlines, farthest_point, has_faces, is_long, is_on
 
 # Sine and cosine of the greatest tilt at which a body lies on two ends, 15 degrees, and the tangent of the angle from
@@ -157,25 +152,8 @@ def opposite_end(
     body = outlines.body[lying]
     center = wp.transform_point(body_q[body], outlines.center[body])
 
-    # The deepest contact of the pair, and the middle of those in its plane.
-    deepest = int(contact)
-    least = float(1.0e10)
-    end = int(contact)
-    while end < count:
-        if contacts.shape0[end] != contacts.shape0[contact] or contacts.shape1[end] != contacts.shape1[contact]:
-            break
-        gap = gap_of(end, outlines, body_q, contacts)
-        if gap < least:
-            least = gap
-            deepest = end
-        end += 1
-    middle = wp.vec3(0.0, 0.0, 0.0)
-    beside = int(0)
-    for i in range(contact, end):
-        if is_beside(i, deepest, side, outlines, body_q, contacts):
-            middle += point_of(i, side, outlines, body_q, contacts)
-            beside += 1
-    middle = middle / float(beside)
+    deepest, end = deepest_of_pair(contact, count, outlines, body_q, contacts)
+    middle = middle_beside(contact, end, deepest, side, outlines, body_q, contacts)
 
     # Down is from the body that lies to what it lies on, across from the contacts to below the center of mass.
     down = wp.where(side == 0, contacts.normal[deepest], -contacts.normal[deepest])
@@ -224,6 +202,45 @@ def opposite_end(
                 ends.like = deepest
         previous = point
     return ends
+
+
+@wp.func
+def deepest_of_pair(
+    contact: int, count: int, outlines: Outlines, body_q: wp.array[wp.transform], contacts: ContactArrays
+):
+    """Return the deepest contact of the pair of shapes whose first contact is given, and the one after its last."""
+    deepest = int(contact)
+    least = float(1.0e10)
+    end = int(contact)
+    while end < count:
+        if contacts.shape0[end] != contacts.shape0[contact] or contacts.shape1[end] != contacts.shape1[contact]:
+            break
+        gap = gap_of(end, outlines, body_q, contacts)
+        if gap < least:
+            least = gap
+            deepest = end
+        end += 1
+    return deepest, end
+
+
+@wp.func
+def middle_beside(
+    contact: int,
+    end: int,
+    deepest: int,
+    side: int,
+    outlines: Outlines,
+    body_q: wp.array[wp.transform],
+    contacts: ContactArrays,
+):
+    """Return the middle [m], world, of the contacts from one up to `end` that are in the plane of the deepest."""
+    middle = wp.vec3(0.0, 0.0, 0.0)
+    beside = int(0)
+    for i in range(contact, end):
+        if is_beside(i, deepest, side, outlines, body_q, contacts):
+            middle += point_of(i, side, outlines, body_q, contacts)
+            beside += 1
+    return middle / float(beside)
 
 
 @wp.func

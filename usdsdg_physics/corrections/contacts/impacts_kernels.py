@@ -5,8 +5,9 @@
 
 import warp as wp
 
+from usdsdg_physics.body_points import arm_of, body_point, point_velocity, world_point
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
-from usdsdg_physics.corrections.contacts.contact_points import body_point, contact_gap, is_free, world_point
+from usdsdg_physics.corrections.contacts.contact_gaps import contact_gap, is_free
 
 # Speed [m/s] of a center of mass towards a surface from which a contact is an impact, and that at which it is one
 # fully. Bodies that tip over are slower, and what lies has the speed that gravity adds in a substep, 0.08 m/s.
@@ -60,11 +61,9 @@ def center_impacts(
     point1 = world_point(body1, contacts.point1[contact], body_q)
     gap = contact_gap(contact, point0, point1, contacts)
 
-    arm = wp.where(moves1, point1, point0) - wp.transform_point(body_q[body], center[body])
-    velocity = wp.spatial_top(body_qd[body])
-    if fixed >= 0:
-        moving_arm = wp.where(moves1, point0, point1) - wp.transform_point(body_q[fixed], center[fixed])
-        velocity -= wp.spatial_top(body_qd[fixed]) + wp.cross(wp.spatial_bottom(body_qd[fixed]), moving_arm)
+    arm = arm_of(body, wp.where(moves1, point1, point0), center, body_q)
+    moving_arm = arm_of(fixed, wp.where(moves1, point0, point1), center, body_q)
+    velocity = wp.spatial_top(body_qd[body]) - point_velocity(fixed, moving_arm, body_qd)
     fall = -wp.dot(normal, velocity)
     approach = fall - wp.dot(normal, wp.cross(wp.spatial_bottom(body_qd[body]), arm))
     if fall <= MIN_SPEED or gap > wp.max(fall, approach) * dt:

@@ -5,8 +5,8 @@
 
 import warp as wp
 
+from usdsdg_physics.body_points import arm_of, point_velocity, world_point
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
-from usdsdg_physics.corrections.contacts.contact_points import turning_velocity, world_point
 
 NEAREST = wp.constant(1.0e-9)  # m; nearer points have no direction
 MOVES = wp.constant(1.0e-4)  # m/s
@@ -147,8 +147,8 @@ def pull_springs(
                 if yields > 0.0:
                     speed = wp.dot(
                         normal,
-                        velocity_of(second, end, center, body_q, body_qd)
-                        - velocity_of(first, start, center, body_q, body_qd),
+                        point_velocity(second, arm_of(second, end, center, body_q), body_qd)
+                        - point_velocity(first, arm_of(first, start, center, body_q), body_qd),
                     )
                     stiffness = wp.min(spring[joint][0], STIFFEST / (yields * dt * dt))
                     damping = wp.min(spring[joint][1], STRONGEST / (yields * dt))
@@ -179,26 +179,6 @@ def note_broken_distances(
 
 
 @wp.func
-def arm_of(body: int, point: wp.vec3, center: wp.array[wp.vec3], body_q: wp.array[wp.transform]):
-    """Return what leads from the center of mass of a body to a point of the world [m]."""
-    return point - wp.transform_point(body_q[body], center[body])
-
-
-@wp.func
-def velocity_of(
-    body: int,
-    point: wp.vec3,
-    center: wp.array[wp.vec3],
-    body_q: wp.array[wp.transform],
-    body_qd: wp.array[wp.spatial_vector],
-):
-    if body < 0:
-        return wp.vec3(0.0, 0.0, 0.0)
-    arm = arm_of(body, point, center, body_q)
-    return turning_velocity(body_qd[body], arm)
-
-
-@wp.func
 def inverse_of(
     body: int,
     point: wp.vec3,
@@ -225,6 +205,7 @@ def push(
     body_q: wp.array[wp.transform],
     body_f: wp.array[wp.spatial_vector],
 ):
+    """Add a force [N] that acts at a point of a body, both in the world, to its wrench; the world (-1) has none."""
     if body >= 0:
         arm = arm_of(body, point, center, body_q)
         body_f[body] = body_f[body] + wp.spatial_vector(force, wp.cross(arm, force))

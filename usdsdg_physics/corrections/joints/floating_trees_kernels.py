@@ -86,5 +86,6 @@ def keep_momentum(
 
 @wp.func
 def in_world(pose: wp.transform, inertia: wp.mat33):
+    """Return an inertia [kg m²], which is along the axes of a body, along those of the world."""
     rotation = wp.quat_to_matrix(wp.transform_get_rotation(pose))
     return rotation * inertia * wp.transpose(rotation)

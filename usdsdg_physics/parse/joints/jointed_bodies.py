@@ -13,7 +13,9 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.paths import at_or_below
 from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.joints.gears import couple, coupled_bodies, is_gear
-from usdsdg_physics.parse.joints.joints import is_supported, joint_bodies, read_joint
+from usdsdg_physics.parse.joints.joint_ends import joint_bodies
+from usdsdg_physics.parse.joints.joint_types import is_supported
+from usdsdg_physics.parse.joints.joints import read_joint
 from usdsdg_physics.parse.name_lists import listed
 from usdsdg_physics.parse.physics_prims import PhysicsPrims
 from usdsdg_physics.parse.units import Units

@@ -193,6 +193,95 @@ def add_emission(tables: SceneTables, options: PathOptions, path: Path, light_ao
 
 
 @wp.func
+def scatter_path(
+    tables: SceneTables,
+    options: PathOptions,
+    path: Path,
+    light_aovs: LightAovs,
+    hit: Hit,
+    segment: int,
+    seed: wp.uint32,
+    index: wp.uint32,
+):
+    """Add the emission of the hit surface, sample a light for next-event estimation, and sample the next direction."""
+    d = Scattering()
+    d.path = path
+    d.light_aovs = light_aovs
+    surface, bsdf = shading_at(tables, path, hit)
+    material = tables.materials[surface.material]
+    if segment == 0:
+        d.features = DenoiserFeatures(albedo=bsdf.albedo, normal=bsdf.normal, depth=hit.t)
+    d = add_surface_emission(tables, options, d, hit, surface, material, segment)
+    if path.bounces == options.bounces:
+        d.path.alive = 0
+    if d.path.alive == 0:
+        return d
+
+    pair = PAIR_FIRST_SEGMENT + PAIRS_PER_SEGMENT * segment
+    d.path.tmin = 0.0
+    d.path.tmax = FAR_AWAY
+    d.path.instance = hit.instance
+    if material.transmission > 0.0 and path.can_refract != 0:
+        glass_numbers = sample_pair(seed, index, pair + PAIR_OPACITY)
+        if glass_numbers[1] < material.transmission:
+            number = sample_pair(seed, index, pair + PAIR_LIGHT)[0]
+            r = sample_pair(seed, index, pair + PAIR_LOBE)
+            return scatter_at_glass(d, surface, material, bsdf, segment, number, r)
+
+    # At the last bounce a rough surface relies on light sampling alone; a sharp lobe also traces its own ray.
+    d.path.bounces += 1
+    last = d.path.bounces == options.bounces and wp.min(bsdf.alpha, bsdf.coat_alpha) > LAST_BOUNCE_ALPHA
+    d = sample_direct_light(tables, options, d, surface, bsdf, last, sample_pair(seed, index, pair + PAIR_LIGHT))
+    if last:
+        d.path.alive = 0
+        return d
+    return sample_next_ray(options, d, bsdf, segment, sample_pair(seed, index, pair + PAIR_LOBE))
+
+
+@wp.func
+def shading_at(tables: SceneTables, path: Path, hit: Hit):
+    """Return the surface that the path's ray hits, and its BSDF with the normal of normal maps."""
+    surface = surface_at(tables, hit, path.direction)
+    material = tables.materials[surface.material]
+    surface = with_material(tables, surface, material)
+    wo = -path.direction
+    surface.normal = ensure_valid_reflection(surface.normal, surface.horizon_normal, wo)
+    normal = surface.normal
+    if material.normal_texture >= 0 or material.detail_texture >= 0:
+        normal = ensure_valid_reflection(mapped_normal(tables, hit, surface, material), surface.horizon_normal, wo)
+    diffuse_scale = diffuse_fraction(material, path.can_refract)
+    return surface, make_bsdf(tables.albedo_table, surface, material, diffuse_scale, normal, wo, path.min_alpha)
+
+
+@wp.func
+def add_surface_emission(
+    tables: SceneTables,
+    options: PathOptions,
+    d: Scattering,
+    hit: Hit,
+    surface: Surface,
+    material: Material,
+    segment: int,
+):
+    """Add the emission of the hit surface; that of one which is also sampled as a light gets its MIS weight."""
+    clamp = float(0.0)
+    if d.path.bounces > 1:
+        clamp = options.clamp
+    sampled = d.path.pdf >= 0.0 and is_emissive_light(tables, hit.instance)
+    weight = float(1.0)
+    if sampled:
+        light = tables.lights[tables.instance_light[hit.instance]]
+        light_pdf = emissive_light_pdf(light, material, surface.geometric, d.path.direction, hit.t)
+        weight = mis_weight(d.path.pdf, light_pdf * light_probability(light, d.path))
+    emitted = clamp_firefly(wp.cw_mul(d.path.throughput, surface.emission) * weight, clamp)
+    d.path.radiance += emitted
+    if segment > 0:
+        diffuse = wp.vec3(1.0) - d.light_aovs.specular_fraction
+        d.light_aovs = add_light_aov(d.light_aovs, emitted, diffuse, wp.where(sampled, segment - 1, segment))
+    return d
+
+
+@wp.func
 def scatter_at_glass(
     d: Scattering, surface: Surface, material: Material, bsdf: Bsdf, segment: int, number: float, r: wp.vec2
 ):
@@ -218,118 +307,71 @@ def scatter_at_glass(
 
 
 @wp.func
-def scatter_path(
+def sample_direct_light(
     tables: SceneTables,
     options: PathOptions,
-    path: Path,
-    light_aovs: LightAovs,
-    hit: Hit,
-    segment: int,
-    seed: wp.uint32,
-    index: wp.uint32,
+    d: Scattering,
+    surface: Surface,
+    bsdf: Bsdf,
+    last: bool,
+    numbers: wp.vec2,
 ):
-    """Add the emission of the hit surface, sample a light for next-event estimation, and sample the next direction."""
-    d = Scattering()
-    d.path = path
-    d.light_aovs = light_aovs
-    surface = surface_at(tables, hit, path.direction)
-    material = tables.materials[surface.material]
-    surface = with_material(tables, surface, material)
-    wo = -path.direction
-    surface.normal = ensure_valid_reflection(surface.normal, surface.horizon_normal, wo)
-    normal = surface.normal
-    if material.normal_texture >= 0 or material.detail_texture >= 0:
-        normal = ensure_valid_reflection(mapped_normal(tables, hit, surface, material), surface.horizon_normal, wo)
-    diffuse_scale = diffuse_fraction(material, path.can_refract)
-    bsdf = make_bsdf(tables.albedo_table, surface, material, diffuse_scale, normal, wo, path.min_alpha)
-    clamp = float(0.0)
-    if path.bounces > 1:
-        clamp = options.clamp
-    # Emission of a surface that is also sampled as a light gets the MIS weight of BSDF sampling.
-    sampled = path.pdf >= 0.0 and is_emissive_light(tables, hit.instance)
-    emission_weight = float(1.0)
-    if sampled:
-        light = tables.lights[tables.instance_light[hit.instance]]
-        light_pdf = emissive_light_pdf(light, material, surface.geometric, path.direction, hit.t)
-        emission_weight = mis_weight(path.pdf, light_pdf * light_probability(light, path))
-    emitted = clamp_firefly(wp.cw_mul(path.throughput, surface.emission) * emission_weight, clamp)
-    d.path.radiance += emitted
-    if path.bounces == options.bounces:
-        d.path.alive = 0
-    if segment == 0:
-        d.features = DenoiserFeatures(albedo=bsdf.albedo, normal=bsdf.normal, depth=hit.t)
-    else:
-        diffuse = wp.vec3(1.0) - d.light_aovs.specular_fraction
-        d.light_aovs = add_light_aov(d.light_aovs, emitted, diffuse, wp.where(sampled, segment - 1, segment))
-    if d.path.alive == 0:
-        return d
-    pair = PAIR_FIRST_SEGMENT + PAIRS_PER_SEGMENT * segment
-    d.path.tmin = 0.0
-    d.path.tmax = FAR_AWAY
-    d.path.instance = hit.instance
-    if material.transmission > 0.0 and path.can_refract != 0:
-        glass_numbers = sample_pair(seed, index, pair + PAIR_OPACITY)
-        if glass_numbers[1] < material.transmission:
-            number = sample_pair(seed, index, pair + PAIR_LIGHT)[0]
-            r = sample_pair(seed, index, pair + PAIR_LOBE)
-            return scatter_at_glass(d, surface, material, bsdf, segment, number, r)
+    """Move the path to the surface and sample a light there: the shadow ray, unless the light does not reach it.
 
-    # At the last bounce a rough surface relies on light sampling alone; a sharp lobe also traces its own ray.
-    min_lobe_alpha = wp.min(bsdf.alpha, bsdf.coat_alpha)
-    d.path.bounces += 1
-    last = d.path.bounces == options.bounces and min_lobe_alpha > LAST_BOUNCE_ALPHA
-
-    # Next-event estimation.
-    numbers = sample_pair(seed, index, pair + PAIR_LIGHT)
+    At the `last` bounce it has the weight of a sample that no other technique finds.
+    """
     d.path.origin = surface.position + surface.terminator_offset + surface.geometric * surface.ray_epsilon
     d.path.normal = bsdf.normal
-    d.path.fine_environment = wp.where(min_lobe_alpha < FINE_ENVIRONMENT_ALPHA, 1, 0)
-    chosen = choose_light(tables, d.path.origin, bsdf.normal, numbers[0], path.environment_weight)
+    fine = wp.min(bsdf.alpha, bsdf.coat_alpha) < FINE_ENVIRONMENT_ALPHA
+    d.path.fine_environment = wp.where(fine, 1, 0)
+    chosen = choose_light(tables, d.path.origin, bsdf.normal, numbers[0], d.path.environment_weight)
     d.path.light_weight_sum = wp.max(chosen.weight_sum, 1.0e-30)
-    fine = min_lobe_alpha < FINE_ENVIRONMENT_ALPHA
     light_sample = sample_light(tables, chosen.index, d.path.origin, wp.vec2(chosen.remaining, numbers[1]), fine)
-    if light_sample.pdf != 0.0:
-        bsdf_value = evaluate_bsdf(bsdf, light_sample.direction)
-        diffuse = bsdf_value.diffuse * light_sample.diffuse
-        weighted = diffuse + bsdf_value.specular * light_sample.specular
-        if weighted[0] + weighted[1] + weighted[2] > 0.0:
-            pdf = wp.abs(light_sample.pdf) * chosen.probability
-            weight = 1.0 / pdf
-            if light_sample.pdf > 0.0 and not last:
-                weight *= mis_weight(pdf, bsdf_value.pdf)
-            d.shadow_ray.direction = light_sample.direction
-            d.shadow_ray.distance = light_sample.distance
-            if has_links(tables, chosen.index):
-                light = tables.lights[chosen.index]
-                visibility = linked_visibility(
-                    tables, light, hit.instance, d.path.origin, light_sample.direction, light_sample.distance
-                )
-                light_sample.radiance = wp.cw_mul(light_sample.radiance, visibility)
-                d.shadow_ray.distance = 0.0
-            scattered = wp.cw_mul(light_sample.radiance, weighted) * weight
-            d.shadow_ray.radiance = wp.cw_mul(path.throughput, scattered)
-            if path.bounces > 0:
-                d.shadow_ray.clamp = options.clamp
-            d.shadow_ray.diffuse_fraction = fractions(diffuse, weighted)
-    if last:
-        d.path.alive = 0
+    if light_sample.pdf == 0.0:
         return d
+    bsdf_value = evaluate_bsdf(bsdf, light_sample.direction)
+    diffuse = bsdf_value.diffuse * light_sample.diffuse
+    weighted = diffuse + bsdf_value.specular * light_sample.specular
+    if weighted[0] + weighted[1] + weighted[2] <= 0.0:
+        return d
+    pdf = wp.abs(light_sample.pdf) * chosen.probability
+    weight = 1.0 / pdf
+    if light_sample.pdf > 0.0 and not last:
+        weight *= mis_weight(pdf, bsdf_value.pdf)
+    d.shadow_ray.direction = light_sample.direction
+    d.shadow_ray.distance = light_sample.distance
+    if has_links(tables, chosen.index):
+        light = tables.lights[chosen.index]
+        visibility = linked_visibility(
+            tables, light, d.path.instance, d.path.origin, light_sample.direction, light_sample.distance
+        )
+        light_sample.radiance = wp.cw_mul(light_sample.radiance, visibility)
+        d.shadow_ray.distance = 0.0
+    scattered = wp.cw_mul(light_sample.radiance, weighted) * weight
+    d.shadow_ray.radiance = wp.cw_mul(d.path.throughput, scattered)
+    if d.path.bounces > 1:
+        d.shadow_ray.clamp = options.clamp
+    d.shadow_ray.diffuse_fraction = fractions(diffuse, weighted)
+    return d
 
-    # BSDF sampling: the ray of the next segment.
-    wi = sample_bsdf(bsdf, sample_pair(seed, index, pair + PAIR_LOBE))
+
+@wp.func
+def sample_next_ray(options: PathOptions, d: Scattering, bsdf: Bsdf, segment: int, numbers: wp.vec2):
+    """Sample the BSDF for the ray of the next segment; the path ends in directions that it does not reflect to."""
+    wi = sample_bsdf(bsdf, numbers)
     bsdf_value = evaluate_bsdf(bsdf, wi)
     if bsdf_value.pdf <= 0.0:
         d.path.alive = 0
         return d
     total = bsdf_value.diffuse + bsdf_value.specular
-    d.path.throughput = wp.cw_mul(path.throughput, total) / bsdf_value.pdf
+    d.path.throughput = wp.cw_mul(d.path.throughput, total) / bsdf_value.pdf
     d.path.specular_fraction = fraction(luminance(bsdf_value.specular), luminance(total))
     roughened = wp.min(1.0, 1.0 - d.path.specular_fraction + bsdf.alpha)
-    d.path.min_alpha = wp.max(path.min_alpha, options.regularization * roughened)
+    d.path.min_alpha = wp.max(d.path.min_alpha, options.regularization * roughened)
     d.path.direction = wi
     d.path.pdf = bsdf_value.pdf
     # Glass seen in a mirror refracts as well; after a rough bounce paths pass it straight.
-    if d.path.specular_fraction < 0.5 or min_lobe_alpha > FINE_ENVIRONMENT_ALPHA:
+    if d.path.specular_fraction < 0.5 or wp.min(bsdf.alpha, bsdf.coat_alpha) > FINE_ENVIRONMENT_ALPHA:
         d.path.can_refract = 0
     if segment == 0:
         d.light_aovs.specular_fraction = fractions(bsdf_value.specular, total)

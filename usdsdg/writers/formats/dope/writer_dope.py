@@ -15,7 +15,7 @@ from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, write_image, write_json
 from usdsdg.writers.formats.dope.dope_objects import camera_data, exact_objects, node_objects
-from usdsdg.writers.formats.pose.left_out import LeftOut
+from usdsdg.writers.formats.pose.left_out import LeavesFramesOut, LeftOut
 from usdsdg.writers.formats.pose.pose_camera import register_pose_camera
 from usdsdg.writers.options import typed
 from usdsdg.writers.registry import get
@@ -24,7 +24,7 @@ RGB, POSES, BOXES, CAMERA = "rgb", "dope", "bounding_box_3d", "camera_params"
 _BUCKET_LETTERS = range(3, 64)
 
 
-class DOPEWriter(Writer):
+class DOPEWriter(LeavesFramesOut, Writer):
     """Writes `NNNNNN.png` and `NNNNNN.json` of frames in which a labeled object is visible.
 
     The JSON has an object for each labeled prim in view: class, visibility, location, quaternion_wxyz, and
@@ -102,18 +102,6 @@ class DOPEWriter(Writer):
             **{name: writer_config[name] for name in ("use_s3", "bucket_name", "endpoint_url")},
         }
         return get("DOPEWriter", init_params=options)
-
-    def is_last_frame_valid(self) -> bool:
-        """Return whether an object was visible in the last frame, so that it was written."""
-        return self._left_out.last_is_valid
-
-    @property
-    def _counts(self) -> list[int]:
-        return self._left_out.counts
-
-    @_counts.setter
-    def _counts(self, values: list[int]) -> None:
-        self._left_out.counts = values
 
     def annotators_to_skip(self) -> list[Annotator]:
         return [each for each in self.annotators if each.get_name() != RGB]

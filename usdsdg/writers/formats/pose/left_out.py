@@ -34,3 +34,21 @@ class LeftOut:
         if self._frames and self._left_out == self._frames:
             frames = counted(self._frames, "frame")
             warn_once(f"{writer} wrote none of {frames}, since no labeled object is visible in any")
+
+
+class LeavesFramesOut:
+    """What writers that leave frames out have in common. `_counts` is among what they keep for a run that goes on."""
+
+    _left_out: LeftOut
+
+    def is_last_frame_valid(self) -> bool:
+        """Return whether an object was visible in the last frame, so that it was written."""
+        return self._left_out.last_is_valid
+
+    @property
+    def _counts(self) -> list[int]:
+        return self._left_out.counts
+
+    @_counts.setter
+    def _counts(self, values: list[int]) -> None:
+        self._left_out.counts = values

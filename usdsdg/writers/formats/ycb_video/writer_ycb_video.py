@@ -21,7 +21,7 @@ from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.group import make_backend
 from usdsdg.writers.base import Writer
 from usdsdg.writers.files import checked_image_format, write_bytes, write_image, write_parts, write_text
-from usdsdg.writers.formats.pose.left_out import LeftOut
+from usdsdg.writers.formats.pose.left_out import LeavesFramesOut, LeftOut
 from usdsdg.writers.formats.pose.pose_camera import register_pose_camera
 from usdsdg.writers.formats.shapes.camera_projection import camera_matrix
 from usdsdg.writers.formats.ycb_video.mat_file import mat_file
@@ -38,7 +38,7 @@ _HALF_PIXEL = np.array([[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]])
 _CENTER = 0.51  # pixels by which a given center may differ: those who count from the corner are half a pixel off
 
 
-class YCBVideoWriter(AggregateWriter):
+class YCBVideoWriter(LeavesFramesOut, AggregateWriter):
     """Writes `data/YCB_Video/data/0000/NNNNNN-color.png`, `-depth.png`, `-label.png`, `-box.txt` and `-meta.mat`, as
     far as they are enabled, and `data/YCB_Video/train.txt`, which lists them.
 
@@ -152,18 +152,6 @@ class YCBVideoWriter(AggregateWriter):
         """
         path = Path(output_folder, "data", "models", model_name, "points.xyz")
         write_whole(path, points_file(vertices_in(mesh_prim, coord_prim)))
-
-    def is_last_frame_valid(self) -> bool:
-        """Return whether an object was visible in the last frame, so that it was written."""
-        return self._left_out.last_is_valid
-
-    @property
-    def _counts(self) -> list[int]:
-        return self._left_out.counts
-
-    @_counts.setter
-    def _counts(self, values: list[int]) -> None:
-        self._left_out.counts = values
 
     def annotators_to_skip(self) -> list[Annotator]:
         return [each for each in self.annotators if self._has_poses and each.get_name() in self._for_poses]

@@ -10,10 +10,9 @@ from pxr import Usd
 
 from usdsdg.compat.isaacsim.core.prims.articulation_bodies import ArticulationBodies
 from usdsdg.compat.isaacsim.core.prims.articulation_switches import ArticulationSwitches
-from usdsdg.compat.isaacsim.core.prims.xform_prim import _pose_rows
 from usdsdg.compat.isaacsim.core.utils.types import JointsState
 from usdsdg.compat.wrappers import bodies, poses
-from usdsdg.compat.wrappers.arrays import chosen, grid, rows
+from usdsdg.compat.wrappers.arrays import chosen, grid, pose_rows, rows
 from usdsdg.compat.wrappers.joints import WHY
 from usdsdg.compat.wrappers.unsupported import RefusedNames
 from usdsdg.session import body_velocities
@@ -96,7 +95,7 @@ class Articulation(ArticulationSwitches, ArticulationBodies):
             super().set_world_poses(positions, orientations, indices)
         elif positions is not None or orientations is not None:
             prims = self._bases(indices)
-            poses.set_world_poses(prims, *_pose_rows(positions, orientations, len(prims)), strict=False)
+            poses.set_world_poses(prims, *pose_rows(positions, orientations, len(prims)), strict=False)
             bodies.place_links()
 
     def get_local_poses(self, indices: Indices = None) -> tuple[np.ndarray, np.ndarray]:
@@ -116,7 +115,7 @@ class Articulation(ArticulationSwitches, ArticulationBodies):
             super().set_local_poses(translations, orientations, indices)
             return
         prims = self._chosen(indices)
-        given = _pose_rows(translations, orientations, len(prims))
+        given = pose_rows(translations, orientations, len(prims))
         poses.move_to_local(self._bases(indices), prims, *given)
         bodies.place_links()
 

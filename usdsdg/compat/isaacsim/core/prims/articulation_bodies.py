@@ -11,7 +11,7 @@ from pxr import Usd, UsdPhysics
 from usdsdg.compat.isaacsim.core.prims.articulation_drives import ArticulationDrives
 from usdsdg.compat.isaacsim.core.prims.articulation_joints import _index
 from usdsdg.compat.wrappers import bodies, mass_properties
-from usdsdg.compat.wrappers.arrays import chosen, grid, rows
+from usdsdg.compat.wrappers.arrays import chosen, grid, pose_rows, rows
 from usdsdg.compat.wrappers.links import LinkRows
 from usdsdg.errors import warn_once
 
@@ -90,9 +90,7 @@ class ArticulationBodies(ArticulationDrives):
         """Set centers of mass (N, L, 3) and principal axes (N, L, 4); what is not given stays."""
         if self._is_simulated("set_body_coms"):
             prims, _ = self._bodies(indices, body_indices)
-            moved = None if positions is None else rows(positions, 3, len(prims))
-            turned = None if orientations is None else rows(orientations, 4, len(prims))
-            mass_properties.set_centers(prims, moved, turned)
+            mass_properties.set_centers(prims, *pose_rows(positions, orientations, len(prims)))
 
     def get_body_inertias(
         self, indices: Indices = None, body_indices: Indices = None, clone: bool = True

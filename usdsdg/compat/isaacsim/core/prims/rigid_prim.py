@@ -13,7 +13,7 @@ from usdsdg.compat.isaacsim.core.prims.xform_prim import XFormPrim
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.compat.isaacsim.core.utils.types import DynamicsViewState
 from usdsdg.compat.wrappers import bodies, mass_properties
-from usdsdg.compat.wrappers.arrays import as_numpy, chosen, column, rows
+from usdsdg.compat.wrappers.arrays import as_numpy, chosen, column, pose_rows, rows, rows_or_none
 from usdsdg.errors import warn_once
 from usdsdg.session import body_velocities
 from usdsdg.stage.schemas import physx
@@ -147,7 +147,7 @@ class RigidPrim(ContactTracker, XFormPrim):
             PhysicsError: physics does not play.
         """
         prims = self._chosen(indices)
-        vectors = [None if each is None else rows(each, 3, len(prims)) for each in (forces, torques, positions)]
+        vectors = [rows_or_none(each, 3, len(prims)) for each in (forces, torques, positions)]
         bodies.push(prims, *vectors, local=not is_global)
 
     # --- masses ---
@@ -195,9 +195,7 @@ class RigidPrim(ContactTracker, XFormPrim):
         """
         if self._is_simulated("set_coms"):
             prims = self._chosen(indices)
-            moved = None if positions is None else rows(positions, 3, len(prims))
-            turned = None if orientations is None else rows(orientations, 4, len(prims))
-            mass_properties.set_centers(prims, moved, turned)
+            mass_properties.set_centers(prims, *pose_rows(positions, orientations, len(prims)))
 
     def get_inertias(self, indices: Indices = None, clone: bool = True) -> np.ndarray | None:
         """Return inertias (N, 9) about the centers of mass along the bodies' axes, in the stage's mass · length².

@@ -11,7 +11,7 @@ from pxr import Usd, UsdGeom
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.compat.isaacsim.core.utils.types import XFormPrimViewState
 from usdsdg.compat.wrappers import bindings, poses, prim_paths
-from usdsdg.compat.wrappers.arrays import as_backend, chosen, column, rows
+from usdsdg.compat.wrappers.arrays import as_backend, chosen, column, pose_rows, rows
 from usdsdg.errors import BadPrim
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ class XFormPrim:
     ) -> None:
         """Place prims in the world; what is not given stays."""
         prims = self._chosen(indices)
-        poses.set_world_poses(prims, *_pose_rows(positions, orientations, len(prims)), strict=False)
+        poses.set_world_poses(prims, *pose_rows(positions, orientations, len(prims)), strict=False)
 
     def get_local_poses(self, indices: Indices = None) -> tuple[np.ndarray, np.ndarray]:
         """Return translations (N, 3) and orientations (N, 4) relative to the parents."""
@@ -129,7 +129,7 @@ class XFormPrim:
     ) -> None:
         """Place prims relative to their parents; what is not given stays."""
         prims = self._chosen(indices)
-        poses.set_local_poses(prims, *_pose_rows(translations, orientations, len(prims)), strict=False)
+        poses.set_local_poses(prims, *pose_rows(translations, orientations, len(prims)), strict=False)
 
     def get_world_scales(self, indices: Indices = None) -> np.ndarray:
         """Return the scales (N, 3) of the matrices to the world."""
@@ -220,12 +220,3 @@ class XFormPrim:
     def _out(self, *arrays: np.ndarray) -> tuple[np.ndarray, ...]:
         state = simulation()
         return tuple(as_backend(array, state.backend, state.device) for array in arrays)
-
-
-def _pose_rows(
-    points: Values | None, orientations: Values | None, count: int
-) -> tuple[np.ndarray | None, np.ndarray | None]:
-    return (
-        None if points is None else rows(points, 3, count),
-        None if orientations is None else rows(orientations, 4, count),
-    )

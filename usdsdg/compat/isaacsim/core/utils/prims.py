@@ -13,7 +13,7 @@ from usdsdg.compat.isaacsim.core.experimental.utils.stage import move_prim as mo
 from usdsdg.compat.isaacsim.core.utils.semantics import add_labels
 from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage, remove_prim
 from usdsdg.compat.wrappers import poses
-from usdsdg.compat.wrappers.arrays import rows
+from usdsdg.compat.wrappers.arrays import pose_rows, rows
 from usdsdg.compat.wrappers.prim_paths import existing_prim
 from usdsdg.errors import warn_once
 from usdsdg.session import stage_context
@@ -240,10 +240,9 @@ def _place(
 ) -> None:
     """Give a prim the ops translate, orient and scale, and set those that are given."""
     poses.reset_ops([prim])
-    turn = None if orientation is None else rows(orientation, 4, 1)
     if translation is not None:
-        poses.set_local_poses([prim], rows(translation, 3, 1), turn)
-    elif position is not None or turn is not None:
-        poses.set_world_poses([prim], None if position is None else rows(position, 3, 1), turn)
+        poses.set_local_poses([prim], *pose_rows(translation, orientation, 1))
+    elif position is not None or orientation is not None:
+        poses.set_world_poses([prim], *pose_rows(position, orientation, 1))
     if scale is not None:
         poses.set_local_scales([prim], rows(scale, 3, 1))

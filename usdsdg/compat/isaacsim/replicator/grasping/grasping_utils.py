@@ -69,10 +69,8 @@ def set_rigid_body_simulation_owner(
     prims: list[Usd.Prim] | Usd.Prim, physics_scene_prim: UsdPhysics.Scene, include_descendants: bool = True
 ) -> list[Usd.Prim]:
     """Add a PhysicsScene to the owners of rigid bodies; return the bodies that did not have it."""
-    path = physics_scene_prim.GetPath()
-    changed = []
-    for prim in _bodies(prims, include_descendants):
-        owners = UsdPhysics.RigidBodyAPI(prim).CreateSimulationOwnerRel()
+    path, changed = physics_scene_prim.GetPath(), []
+    for prim, owners in _owners(prims, include_descendants):
         if path not in owners.GetTargets():
             owners.AddTarget(path)
             changed.append(prim)
@@ -83,10 +81,8 @@ def remove_rigid_body_simulation_owner(
     prims: list[Usd.Prim] | Usd.Prim, physics_scene_prim: UsdPhysics.Scene, include_descendants: bool = True
 ) -> list[Usd.Prim]:
     """Remove a PhysicsScene from the owners of rigid bodies; return the bodies that had it."""
-    path = physics_scene_prim.GetPath()
-    changed = []
-    for prim in _bodies(prims, include_descendants):
-        owners = UsdPhysics.RigidBodyAPI(prim).CreateSimulationOwnerRel()
+    path, changed = physics_scene_prim.GetPath(), []
+    for prim, owners in _owners(prims, include_descendants):
         if path in owners.GetTargets():
             owners.SetTargets([target for target in owners.GetTargets() if target != path])
             changed.append(prim)
@@ -108,10 +104,15 @@ def clear_isolated_simulation_owners(rigid_body_prims: list[Usd.Prim], physics_s
         remove_rigid_body_simulation_owner(rigid_body_prims, physics_scene)
 
 
-def _bodies(prims: list[Usd.Prim] | Usd.Prim, include_descendants: bool) -> list[Usd.Prim]:
+def _owners(prims: list[Usd.Prim] | Usd.Prim, include_descendants: bool) -> list[tuple[Usd.Prim, Usd.Relationship]]:
+    """Return the rigid bodies among prims, or also below them, each with the relationship to its PhysicsScenes."""
     roots = prims if isinstance(prims, list) else [prims]
     found = [each for root in roots for each in (Usd.PrimRange(root) if include_descendants else [root])]
-    return [prim for prim in found if prim.HasAPI(UsdPhysics.RigidBodyAPI)]
+    return [
+        (prim, UsdPhysics.RigidBodyAPI(prim).CreateSimulationOwnerRel())
+        for prim in found
+        if prim.HasAPI(UsdPhysics.RigidBodyAPI)
+    ]
 
 
 # --- simulation ---

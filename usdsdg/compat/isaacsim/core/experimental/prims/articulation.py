@@ -12,7 +12,7 @@ from usdsdg.compat.isaacsim.core.experimental.prims.articulation_links import Ar
 from usdsdg.compat.isaacsim.core.experimental.prims.articulation_settings import ArticulationSettings
 from usdsdg.compat.isaacsim.core.experimental.prims.xform_prim import _pose_rows
 from usdsdg.compat.wrappers import articulation_roots, bodies, poses
-from usdsdg.compat.wrappers.arrays import chosen, grid, rows
+from usdsdg.compat.wrappers.arrays import chosen, grid, rows_or_none
 from usdsdg.compat.wrappers.joints import WHY
 from usdsdg.compat.wrappers.prim_paths import prim_of
 from usdsdg.compat.wrappers.unsupported import RefusedNames
@@ -132,7 +132,7 @@ class Articulation(ArticulationSettings, ArticulationLinks):
         if linear_velocities is None and angular_velocities is None:
             raise AssertionError("give linear_velocities or angular_velocities")
         prims = self._bases(indices)
-        both = (None if each is None else rows(each, 3, len(prims)) for each in (linear_velocities, angular_velocities))
+        both = (rows_or_none(each, 3, len(prims)) for each in (linear_velocities, angular_velocities))
         bodies.set_velocities(prims, *both)
 
     # --- default state ---

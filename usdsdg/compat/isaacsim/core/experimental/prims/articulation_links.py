@@ -10,7 +10,7 @@ from pxr import Usd, UsdPhysics
 
 from usdsdg.compat.isaacsim.core.experimental.prims.articulation_drives import ArticulationDrives
 from usdsdg.compat.wrappers import bodies, mass_properties
-from usdsdg.compat.wrappers.arrays import chosen, grid, rows
+from usdsdg.compat.wrappers.arrays import chosen, grid, pose_rows, rows
 from usdsdg.compat.wrappers.links import LinkRows
 
 if TYPE_CHECKING:
@@ -101,9 +101,7 @@ class ArticulationLinks(ArticulationDrives):
         if positions is None and orientations is None:
             raise AssertionError("give positions or orientations")
         prims, _ = self._simulated(indices, link_indices)
-        moved = None if positions is None else rows(positions, 3, len(prims))
-        turned = None if orientations is None else rows(orientations, 4, len(prims))
-        mass_properties.set_centers(prims, moved, turned)
+        mass_properties.set_centers(prims, *pose_rows(positions, orientations, len(prims)))
 
     def get_link_inertias(
         self, *, indices: Indices = None, link_indices: Indices = None, inverse: bool = False

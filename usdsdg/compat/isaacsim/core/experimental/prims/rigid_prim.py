@@ -10,7 +10,7 @@ from pxr import UsdPhysics
 
 from usdsdg.compat.isaacsim.core.experimental.prims.contact_tracker import ContactTracker
 from usdsdg.compat.wrappers import bodies, mass_properties
-from usdsdg.compat.wrappers.arrays import column, rows
+from usdsdg.compat.wrappers.arrays import column, pose_rows, rows, rows_or_none
 from usdsdg.session import body_velocities
 from usdsdg.stage.schemas import physx
 
@@ -83,11 +83,8 @@ class RigidPrim(ContactTracker):
         if linear_velocities is None and angular_velocities is None:
             raise AssertionError("give linear_velocities or angular_velocities")
         prims = self._chosen(indices)
-        linear, angular = (
-            None if values is None else rows(values, 3, len(prims))
-            for values in (linear_velocities, angular_velocities)
-        )
-        bodies.set_velocities(prims, linear, angular)
+        both = (rows_or_none(each, 3, len(prims)) for each in (linear_velocities, angular_velocities))
+        bodies.set_velocities(prims, *both)
 
     # --- forces ---
     def apply_forces(self, forces: Values, *, indices: Indices = None, local_frame: bool = False) -> None:
@@ -123,7 +120,8 @@ class RigidPrim(ContactTracker):
         if forces is None and torques is None:
             raise AssertionError("give forces or torques")
         prims = self._chosen(indices)
-        bodies.push(prims, *_vectors((forces, torques, positions), len(prims)), local=local_frame)
+        vectors = [rows_or_none(each, 3, len(prims)) for each in (forces, torques, positions)]
+        bodies.push(prims, *vectors, local=local_frame)
 
     # --- masses ---
     def get_masses(self, *, indices: Indices = None, inverse: bool = False) -> wp.array:
@@ -168,9 +166,7 @@ class RigidPrim(ContactTracker):
         if positions is None and orientations is None:
             raise AssertionError("give positions or orientations")
         prims = self._simulated(indices)
-        moved = None if positions is None else rows(positions, 3, len(prims))
-        turned = None if orientations is None else rows(orientations, 4, len(prims))
-        mass_properties.set_centers(prims, moved, turned)
+        mass_properties.set_centers(prims, *pose_rows(positions, orientations, len(prims)))
 
     def get_inertias(self, *, indices: Indices = None, inverse: bool = False) -> wp.array:
         """Return inertias (N, 9) about the centers of mass along the bodies' axes, in the stage's mass · length².
@@ -261,7 +257,3 @@ class RigidPrim(ContactTracker):
     def _write(self, api: type, attribute: str, values: Values, indices: Indices) -> None:
         prims = self._chosen(indices)
         bodies.write(prims, api, attribute, column(values, len(prims)))
-
-
-def _vectors(values: tuple[Values | None, ...], count: int) -> list[np.ndarray | None]:
-    return [None if each is None else rows(each, 3, count) for each in values]

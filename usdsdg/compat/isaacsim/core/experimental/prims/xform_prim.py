@@ -10,7 +10,7 @@ from pxr import Usd, UsdGeom
 
 from usdsdg.compat.isaacsim.core.experimental.prims.prim import Prim
 from usdsdg.compat.wrappers import bindings, poses
-from usdsdg.compat.wrappers.arrays import as_numpy, chosen, column, rows
+from usdsdg.compat.wrappers.arrays import as_numpy, chosen, column, pose_rows, rows
 from usdsdg.errors import warn_once
 
 if TYPE_CHECKING:
@@ -194,10 +194,7 @@ def _pose_rows(
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
     if points is None and orientations is None:
         raise AssertionError("give positions (translations) or orientations")
-    return (
-        None if points is None else rows(points, 3, count),
-        None if orientations is None else rows(orientations, 4, count),
-    )
+    return pose_rows(points, orientations, count)
 
 
 def _is_visible(prim: Usd.Prim) -> bool:

@@ -26,7 +26,7 @@ def center_friction(solver: Any) -> bool:
     if patches is None or not getattr(solver, "_friction_anchors_enabled", False):
         return False
     try:
-        from usdsdg_physics.corrections.contacts.friction_anchors_kernels import center_anchors
+        from usdsdg_physics.corrections.friction.friction_anchors_kernels import center_anchors
     except ImportError:  # another version of Newton has its patches elsewhere
         return False
     build = patches.build

@@ -9,7 +9,7 @@ import warp as wp
 from newton._src.solvers.steel.friction import contact_tangent_basis
 from newton._src.solvers.steel.friction_patches import FrictionPatches, _PatchFrame
 
-from usdsdg_physics.corrections.contacts.contact_points import body_point
+from usdsdg_physics.body_points import body_point
 
 LIES = wp.constant(0.5)  # cosine between a normal and gravity from which on a body lies on what is below it
 

@@ -5,8 +5,8 @@
 
 import warp as wp
 
+from usdsdg_physics.body_points import turning_velocity
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
-from usdsdg_physics.corrections.contacts.contact_points import turning_velocity
 
 
 @wp.kernel(enable_backward=False)

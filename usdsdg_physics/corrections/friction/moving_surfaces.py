@@ -74,7 +74,7 @@ class MovingSurfaces:
         """Set the surface velocities of the contacts that the collision pipeline just found."""
         import warp as wp
 
-        from usdsdg_physics.corrections.contacts.moving_surfaces_kernels import set_surface_velocities
+        from usdsdg_physics.corrections.friction.moving_surfaces_kernels import set_surface_velocities
 
         wp.launch(
             set_surface_velocities,

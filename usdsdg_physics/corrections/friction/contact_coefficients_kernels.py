@@ -5,8 +5,8 @@
 
 import warp as wp
 
+from usdsdg_physics.body_points import point_velocity
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
-from usdsdg_physics.corrections.contacts.contact_points import turning_velocity
 
 # Slower surfaces stick in any case, as those of bodies on each other, which gravity does not press together here.
 STICKING_SPEED = wp.constant(0.01)  # m/s
@@ -50,9 +50,9 @@ def replace_shapes(
         return
     body0 = int(shape_body[first])
     body1 = int(shape_body[second])
-    velocity = point_velocity(body0, contacts.point0[contact], center, body_q, body_qd) - point_velocity(
-        body1, contacts.point1[contact], center, body_q, body_qd
-    )
+    arm0 = turned_arm(body0, contacts.point0[contact], center, body_q)
+    arm1 = turned_arm(body1, contacts.point1[contact], center, body_q)
+    velocity = point_velocity(body0, arm0, body_qd) - point_velocity(body1, arm1, body_qd)
     if body0 >= 0 and gravity_enabled[body0] != 0:
         velocity += dt * gravity[0]
     if body1 >= 0 and gravity_enabled[body1] != 0:
@@ -72,15 +72,8 @@ def replace_shapes(
 
 
 @wp.func
-def point_velocity(
-    body: int,
-    point: wp.vec3,
-    center: wp.array[wp.vec3],
-    body_q: wp.array[wp.transform],
-    body_qd: wp.array[wp.spatial_vector],
-):
-    """Return the velocity of a point of a body [m/s]; zero in the world."""
+def turned_arm(body: int, point: wp.vec3, center: wp.array[wp.vec3], body_q: wp.array[wp.transform]):
+    """Return what leads from the center of mass of a body to a point in its frame, in the world [m]; zero in that."""
     if body < 0:
         return wp.vec3(0.0, 0.0, 0.0)
-    arm = wp.transform_vector(body_q[body], point - center[body])
-    return turning_velocity(body_qd[body], arm)
+    return wp.transform_vector(body_q[body], point - center[body])

@@ -66,7 +66,7 @@ class Squeezes:
         """
         import warp as wp
 
-        from usdsdg_physics.corrections.contacts.squeezes_kernels import note_squeezes, redirect_squeezes
+        from usdsdg_physics.corrections.overlaps.squeezes_kernels import note_squeezes, redirect_squeezes
 
         for array in (self.squeezed, self._support, self._touched, self._touched_by, self.neighbors):
             array.zero_()

@@ -8,7 +8,6 @@ from typing import Any
 
 from usdsdg.errors import DatasetError, WriterError
 from usdsdg.stage.semantics.semantic_classes import BESIDE
-from usdsdg.writers.formats.shards.reopened import restore_samples
 from usdsdg.writers.journal import journal, recipe
 from usdsdg.writers.journal.facts import WRITERS
 from usdsdg.writers.journal.journal import NAME, Journal
@@ -22,6 +21,8 @@ from usdsdg.writers.journal.spool_hashes import AGGREGATES, ONCE, SpoolHashes
 # What keeps the earlier frames, of a folder with the recipe `.usdsdg/recipe.json`, from being the first ones of the
 # wanted run: "" if nothing does; None if the runs differ in more than the number of frames.
 Obstacle = Callable[[Recipe, Recipe, Path], str | None]
+# Writes the spools of samples of a run that has ended, of its shards; called with the contents of its journal.
+RestoreSamples = Callable[[Place, journal.Contents], None]
 # Writers whose files of one frame name the whole recipe, and so the number of frames.
 _NAMING_THE_RECIPE = ("RerunWriter",)
 
@@ -29,12 +30,14 @@ _NAMING_THE_RECIPE = ("RerunWriter",)
 class MoreFrames:
     """Lets a run with more frames resume a complete one, or one that has not ended."""
 
-    def __init__(self, obstacle: Obstacle, frames: int | None = None) -> None:
+    def __init__(self, obstacle: Obstacle, restore_samples: RestoreSamples, frames: int | None = None) -> None:
         """Of a run with so many frames; None: not known before it has ended.
 
-        obstacle: of the command, called with the wanted recipe, the earlier one, and the folder of the latter.
+        Args:
+            obstacle: of the command, called with the wanted recipe, the earlier one, and the folder of the latter.
+            restore_samples: of the formats with shards, which are no concern of the journal.
         """
-        self._obstacle, self._frames = obstacle, frames
+        self._obstacle, self._restore_samples, self._frames = obstacle, restore_samples, frames
 
     def obstacle(self, place: Place, wanted: Recipe, earlier: Mapping[str, Any], portion: Portion | None) -> str | None:
         """Return why a run cannot resume an earlier one as `Obstacle` does."""
@@ -64,7 +67,7 @@ class MoreFrames:
         differs = bool(wanted.differences(earlier))
         grows = differs or (self._frames is not None and len(contents.frames) < self._frames)
         if (grows and contents.is_complete) or _lacks_samples(place, contents):
-            restore_samples(place, contents)
+            self._restore_samples(place, contents)
             spools = SpoolHashes(place.path / BESIDE / AGGREGATES).facts_of_files()
             # Before the recipe: with a complete journal, a process that died in between would leave a run that has
             # ended with too few frames.
@@ -80,6 +83,18 @@ def _lacks_samples(place: Place, contents: journal.Contents) -> bool:
     if contents.is_complete or not contents.frames or is_told:
         return False
     return not any(SpoolHashes(place.path / BESIDE / AGGREGATES / ONCE).files())
+
+
+def advice(
+    growth: MoreFrames | None, place: Place, wanted: Recipe, earlier: Mapping[str, Any], portion: Portion | None
+) -> str:
+    """Return what an error about runs of different recipes says of growing; "" where that is not meant."""
+    reason = growth.obstacle(place, wanted, earlier, portion) if growth is not None else None
+    if reason is None:
+        return ""
+    if reason:
+        return f"Only the number of frames is another, but --resume cannot go on: {reason}. "
+    return "Only the number of frames is larger: --resume makes those that are missing. "
 
 
 def more_frames_of_option(wanted: Recipe, earlier: Recipe, folder: Path) -> str | None:

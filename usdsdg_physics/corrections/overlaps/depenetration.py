@@ -72,7 +72,7 @@ class Depenetration:
         """Set each body's maximum depenetration velocity for the solver's next step."""
         import warp as wp
 
-        from usdsdg_physics.corrections.contacts.depenetration_kernels import raise_depenetration_velocity
+        from usdsdg_physics.corrections.overlaps.depenetration_kernels import raise_depenetration_velocity
 
         wp.launch(
             raise_depenetration_velocity,
@@ -92,7 +92,7 @@ class Depenetration:
         """Take from the bodies the speed that depenetration gave them in the solver's step of `dt` seconds."""
         import warp as wp
 
-        from usdsdg_physics.corrections.contacts.depenetration_kernels import clamp_depenetration_velocity, count_down
+        from usdsdg_physics.corrections.overlaps.depenetration_kernels import clamp_depenetration_velocity, count_down
 
         wp.launch(
             clamp_depenetration_velocity,

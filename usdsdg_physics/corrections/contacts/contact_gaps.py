@@ -1,4 +1,4 @@
-"""Warp functions of a contact's points, which are in the frames of bodies."""
+"""Warp functions of contacts: what takes part in them, and how far apart they are."""
 
 # Code of Warp functions is not Python to a type checker.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportGeneralTypeIssues=false, reportIndexIssue=false, reportOperatorIssue=false
@@ -14,28 +14,6 @@ def is_free(body: int, free: wp.array[wp.int32]):
     if body < 0:
         return False
     return free[body] != 0
-
-
-@wp.func
-def world_point(body: int, point: wp.vec3, body_q: wp.array[wp.transform]):
-    """Return a point of a body, or of the world (-1), in the world."""
-    if body < 0:
-        return point
-    return wp.transform_point(body_q[body], point)
-
-
-@wp.func
-def turning_velocity(motion: wp.spatial_vector, arm: wp.vec3):
-    """Return the velocity of a point [m/s], from the motion of a rigid body and the arm [m] that leads to the point."""
-    return wp.spatial_top(motion) + wp.cross(wp.spatial_bottom(motion), arm)
-
-
-@wp.func
-def body_point(body: int, point: wp.vec3, body_q: wp.array[wp.transform]):
-    """Return a point of the world in the frame of a body, or of the world (-1)."""
-    if body < 0:
-        return point
-    return wp.transform_point(wp.transform_inverse(body_q[body]), point)
 
 
 @wp.func

@@ -7,14 +7,9 @@
 
 import warp as wp
 
+from usdsdg_physics.body_points import arm_of, body_point, world_point
 from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
-from usdsdg_physics.corrections.contacts.contact_points import (
-    body_point,
-    contact_gap,
-    is_first_of_pair,
-    is_free,
-    world_point,
-)
+from usdsdg_physics.corrections.contacts.contact_gaps import contact_gap, is_first_of_pair, is_free
 
 # A contact squeezes a shape where it is deeper than this part of the shape's half thickness, fully from the second.
 SQUEEZED = wp.constant(0.5)
@@ -170,7 +165,7 @@ def redirect_squeezes(
     share = wp.clamp((share - SQUEEZED) / (FULLY_SQUEEZED - SQUEEZED), 0.0, 1.0)
     if share == 0.0:
         return
-    arm = wp.where(takes_second, point1, point0) - wp.transform_point(body_q[body], center[body])
+    arm = arm_of(body, wp.where(takes_second, point1, point0), center, body_q)
     move = -share * (arm - wp.dot(arm, normal) * normal)
     contacts.point0[contact] = body_point(body0, point0 + move, body_q)
     contacts.point1[contact] = body_point(body1, point1 + move, body_q)

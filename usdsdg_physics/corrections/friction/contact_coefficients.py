@@ -57,7 +57,7 @@ class ContactCoefficients:
         """
         import warp as wp
 
-        from usdsdg_physics.corrections.contacts.contact_coefficients_kernels import replace_shapes
+        from usdsdg_physics.corrections.friction.contact_coefficients_kernels import replace_shapes
 
         wp.launch(
             replace_shapes,

@@ -8,7 +8,7 @@ from typing import Any
 from usdsdg.errors import UsdsdgError, counted
 from usdsdg.scenarios.jobs import Job, load_job
 from usdsdg.scenarios.saved_pipeline import Overrides
-from usdsdg.writers.growth import Obstacle, differing, fewer
+from usdsdg.writers.journal.growth import Obstacle, differing, fewer
 from usdsdg.writers.journal.recipe import SOURCE, Recipe, source_of
 
 

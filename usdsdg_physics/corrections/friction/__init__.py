@@ -1,0 +1,1 @@
+"""Corrections of friction: the coefficients of pairs of materials, where it acts, and surfaces that move."""

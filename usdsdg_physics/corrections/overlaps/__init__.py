@@ -1,0 +1,1 @@
+"""Corrections of bodies that overlap: how fast they are pushed apart, and what is squeezed between others."""
