@@ -58,3 +58,9 @@ def test_a_gpu_without_a_driver_keeps_the_line(monkeypatch):
 
 def test_where_standard_error_is_closed_nothing_is_held_back():
     error_of("import os; os.close(2)\nfrom usdsdg import warp_start\nwith warp_start._lines_held_back(b'x'): pass")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs limits of the system")
+def test_without_a_folder_of_temporary_files_nothing_is_held_back():
+    no_files = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))\n"  # as on a full disk
+    assert error_of(no_files + SCRIPT).splitlines() == ["before", "about the driver: none", "text", "after"]

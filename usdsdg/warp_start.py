@@ -109,7 +109,13 @@ def _lines_held_back(start: bytes) -> Iterator[None]:
     except OSError:  # closed
         yield
         return
-    with tempfile.TemporaryFile() as held:
+    try:
+        file = tempfile.TemporaryFile()  # noqa: SIM115 - closed below
+    except OSError:  # no folder of temporary files can be written to, as where the disk of the system is full
+        os.close(real)
+        yield
+        return
+    with file as held:
         os.dup2(held.fileno(), 2)
         try:
             yield

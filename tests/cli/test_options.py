@@ -1,6 +1,8 @@
 """Options that all commands refuse before any work, and the texts of their help."""
 
 import importlib.util
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -150,3 +152,19 @@ def test_paths_of_stages_that_are_no_utf8_are_named(tmp_path):
     with pytest.raises(OutputNotWritable, match=r"saved\\udcff.usda' is not UTF-8"):
         flatten.check_writable(tmp_path / "saved\udcff.usda")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows keeps a folder that a process is in")
+@pytest.mark.parametrize("command", ["run", "generate"])
+def test_a_working_folder_that_was_removed_is_told(tmp_path, command):
+    (tmp_path / "gone").mkdir()
+    what = {"run": "script.py", "generate": "job.yaml"}[command]
+    (tmp_path / what).write_text("" if command == "run" else "job: detection\n")
+    program = (
+        "import os, sys; os.rmdir(os.getcwd())\n"
+        f"sys.argv = ['usdsdg', {command!r}, {str(tmp_path / what)!r}]\n"
+        "from usdsdg.cli.program import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path / "gone", capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr == "error: the working folder of this shell was removed; change to one that is there (cd)\n"

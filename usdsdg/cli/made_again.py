@@ -59,8 +59,9 @@ def of_one_run(datasets: Iterable[Dataset]) -> Iterator[list[Dataset]]:
 def scratch_folder(prefix: str) -> Iterator[Path]:
     """Give a temporary folder, below which all files of the run of this process go, wherever they would go."""
     from usdsdg.session.session import current
+    from usdsdg.stores.temporary import temporary_root
 
-    with tempfile.TemporaryDirectory(prefix=prefix) as scratch:
+    with tempfile.TemporaryDirectory(prefix=prefix, dir=temporary_root()) as scratch:
         current().run.scratch = Path(scratch).resolve()
         yield current().run.scratch
 

@@ -25,6 +25,7 @@ from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.geometry.face_parts import read_face_parts
 from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.stage.semantics.labels import get_labels, is_labeled
+from usdsdg.stores.temporary import temporary_root
 from usdsdg.verify.checks.compare import differs, text
 from usdsdg.verify.recorded_assets import RecordedAssets
 from usdsdg.verify.stage_bounds import bounds_below, bounds_of, bounds_of_part
@@ -71,7 +72,7 @@ def redraw(
 
 
 def _frame(data: Folder, record: FrameRecord, recorded: RecordedAssets) -> list[Fault]:
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(dir=temporary_root()) as folder:
         stage = _stage(data, record, Path(folder), recorded)
         time = Usd.TimeCode.Default() if record.stage["time"] is None else Usd.TimeCode(record.stage["time"])
         renderer = engines.renderer()

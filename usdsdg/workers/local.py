@@ -14,6 +14,7 @@ from typing import IO
 from usdsdg.errors import WorkerFailed
 from usdsdg.operating_system import IS_WINDOWS
 from usdsdg.session.endings import parent_process
+from usdsdg.stores.temporary import temporary_root
 from usdsdg.workers.plan import Part
 
 # How often a part is begun, the first time and after its process has died.
@@ -84,7 +85,7 @@ def make_parts(
 
 
 def _start(command: Sequence[str], part: Part, attempt: int) -> _Process:
-    output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the object
+    output = tempfile.TemporaryFile(dir=temporary_root())  # noqa: SIM115 - closed with the object
     child = subprocess.Popen(
         command,
         stdin=subprocess.PIPE,  # which ends with this process, and nothing is written to

@@ -20,6 +20,7 @@ from usdsdg.session.session import current
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.addresses import is_url
 from usdsdg.stores.paths import path_below
+from usdsdg.stores.temporary import temporary_root
 from usdsdg.stores.whole_file import not_writable
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.backends.disk import DiskBackend
@@ -227,7 +228,7 @@ class _TemporaryFolder:
     """A folder that is removed with this object."""
 
     def __init__(self) -> None:
-        self.path = Path(tempfile.mkdtemp(prefix="usdsdg-spool-"))
+        self.path = Path(tempfile.mkdtemp(prefix="usdsdg-spool-", dir=temporary_root()))
         removed_with(self, self.path)
 
 

@@ -185,3 +185,33 @@ def test_an_append_that_is_ended_is_told_again(tmp_path, monkeypatch, error):
     made.close(complete=True)
     told = journal.read(made.path)
     assert (told.frames, told.is_complete, told.shared) == ({0, 1, 2}, True, {"a.txt": FACTS})
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "said"),
+    [
+        (lambda path: path.unlink(), OutputNotWritable, "it or its folder was removed"),
+        (lambda path: path.write_bytes(b""), WriterError, "was changed by another program"),
+        (lambda path: path.write_bytes(path.read_bytes() * 2), WriterError, "was changed by another program"),
+    ],
+)
+def test_a_journal_that_others_remove_or_change_meanwhile_is_not_made_to_look_whole(tmp_path, change, error, said):
+    """A file in its place would lack the frames of which it was told, whatever is appended to it, and be closed."""
+    made = Journal(tmp_path / "journal.jsonl")
+    made.append([line(0), line(1)], {})
+    change(made.path)
+    before = made.path.read_bytes() if made.path.exists() else None
+    for use in (lambda: made.append([line(2)], {}), lambda: made.close(complete=True)):
+        with pytest.raises(error, match=said):
+            use()
+        assert (made.path.read_bytes() if made.path.exists() else None) == before
+
+
+def test_a_copy_in_the_place_of_a_journal_is_gone_on_with(tmp_path):
+    made = Journal(tmp_path / "journal.jsonl")
+    made.append([line(0)], {})
+    (tmp_path / "copy").write_bytes(made.path.read_bytes())
+    os.replace(tmp_path / "copy", made.path)
+    made.append([line(1)], {})
+    made.close(complete=True)
+    assert (journal.read(made.path).frames, journal.read(made.path).is_complete) == ({0, 1}, True)

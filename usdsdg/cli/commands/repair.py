@@ -191,11 +191,12 @@ def _take_sources(group: Sequence[Summary], given: Path | None) -> None:
 def _make_of_spools(group: Sequence[Summary]) -> None:
     """Make files about all frames of the records beside the data."""
     from usdsdg.repair import spooled
+    from usdsdg.stores.temporary import temporary_root
 
     for each in group:
         spools = [spool for name, spool in each.plan.spools.items() if name in each.repair.left]
         if spools:
-            with tempfile.TemporaryDirectory(prefix="usdsdg-repair-") as made:
+            with tempfile.TemporaryDirectory(prefix="usdsdg-repair-", dir=temporary_root()) as made:
                 why = spooled.write(each.path, spools, Path(made).resolve())
                 each.repair.take([Path(made)])
             each.repair.explain(each.plan.spools, why)

@@ -142,10 +142,23 @@ def _last_frames() -> Iterator[None]:
 
 
 def as_usdsdg_error(error: Exception) -> UsdsdgError | None:
-    """Return an error to print without a traceback: usdsdg's own, or one that names the stage for pxr's; else None."""
+    """Return an error to print without a traceback: usdsdg's own, or one that names the stage for pxr's; else None.
+
+    Also where the working folder is gone, which any relative path comes upon.
+    """
     if isinstance(error, UsdsdgError):
         return error
+    if isinstance(error, FileNotFoundError) and not _has_working_folder():
+        return ConfigError("the working folder of this shell was removed; change to one that is there (cd)")
     return _unreadable(error) if _is_of_pxr(error) else None
+
+
+def _has_working_folder() -> bool:
+    try:
+        os.getcwd()
+    except FileNotFoundError:
+        return False
+    return True
 
 
 def _is_of_pxr(error: Exception) -> bool:

@@ -1,6 +1,5 @@
 """Files in a local folder."""
 
-import itertools
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,6 +10,7 @@ from usdsdg.stores.addresses import address_of, is_url
 from usdsdg.stores.paths import path_below
 from usdsdg.stores.whole_file import check_writable, write_whole, write_whole_with_hash
 from usdsdg.writers.backends.backend import BaseBackend
+from usdsdg.writers.journal.numbered import folder_of
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.recipe import FILE as RECIPE
 from usdsdg.writers.sharing import warn_of_sharing
@@ -43,7 +43,7 @@ class DiskBackend(BaseBackend):
         folder = disk_root() / Path(os.path.expanduser(_path_of(output_dir)))
         _check_confined(folder)
         folder = current().run.placed(folder)
-        self._folder = folder if overwrite else current().run.folder_to_go_on(folder) or _free_folder(folder)
+        self._folder = folder if overwrite else folder_of(current().run, folder)
         current().run.check(self._folder)
         check_writable(self._folder)
         _warn_of_leftovers(self._folder)
@@ -134,11 +134,6 @@ def _check_confined(folder: Path) -> None:
 
 
 _OWN_WRITE_BLOB = DiskBackend.write_blob
-
-
-def _free_folder(folder: Path) -> Path:
-    candidates = (folder.with_name(f"{folder.name}_{number:04d}") for number in itertools.count(1))
-    return next((path for path in candidates if not path.exists()), folder) if folder.exists() else folder
 
 
 def _warn_of_leftovers(folder: Path) -> None:

@@ -66,7 +66,9 @@ class StoreBackend(BaseBackend):
             patience = retry_seconds()
             first = ObjectStore(address, **options, retry_seconds=min(patience, FIRST_ANSWER_SECONDS))
             if not overwrite and address.path:
-                first = self._to_go_on(first) or self._free(first)
+                copy = current().run.numbered.ask(first.url)
+                first = self._to_go_on(first, copy) or self._free(first)
+                current().run.numbered.give(first.url, copy)
             is_used = _has_files(first)
             self._store = ObjectStore(first.address, **options, retry_seconds=patience)
         except OutputNotWritable:
@@ -153,10 +155,13 @@ class StoreBackend(BaseBackend):
         return next(each for each in _numbered(store) if not _has_files(each))
 
     @staticmethod
-    def _to_go_on(store: ObjectStore) -> ObjectStore | None:
-        """Return the latest store with this run or a part of it, where new runs are put beside earlier ones."""
+    def _to_go_on(store: ObjectStore, copy: int) -> ObjectStore | None:
+        """Return the latest store with this run or a part of it, where new runs are put beside earlier ones.
+
+        copy: as in a recipe.
+        """
         used = list(itertools.takewhile(_has_files, _numbered(store))) if current().run.may_go_on else []
-        found = current().run.first_of_this(StorePlace(each) for each in reversed(used))
+        found = current().run.first_of_this(map(StorePlace, reversed(used)), copy)
         return next((each for each in used if found is not None and each.url == found.name), None)
 
 

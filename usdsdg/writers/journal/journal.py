@@ -78,6 +78,7 @@ class Journal:
         if path.exists() and path.stat().st_size > self.contents.size:
             os.truncate(path, self.contents.size)
         self.was_complete, self.contents.is_complete = self.contents.is_complete, False
+        self._size = self.contents.size  # bytes of the file
         self._appended: set[int] = set()  # frames, beside those of the contents
 
     def append(
@@ -94,7 +95,8 @@ class Journal:
 
         Raises:
             OutputNotWritable: the disk is full, or the folder was removed.
-            WriterError: a frame is not made for the first time, so the journal that is resumed has lost its line.
+            WriterError: a frame is not made for the first time, so the journal that is resumed has lost its line; or
+                another program has changed the journal.
         """
         known = self.contents.spools
         new = {name: each for name, each in (spools or {}).items() if known.get(name) != each}
@@ -102,6 +104,7 @@ class Journal:
         numbers = [line[FRAME] for line in lines if FRAME in line]
         if numbers and numbers[0] < max(self._appended, default=self.contents.end - 1):
             raise _damaged(self.path, f"it has lost the line of frame {numbers[0]}")
+        self._check_unchanged()
         try:
             # Without a buffer, which would be written when the file is closed, also after it was cut off.
             with open(self.path, "ab", buffering=0) as file:
@@ -110,9 +113,11 @@ class Journal:
                     _write_all(file, b"".join(encoded(line) for line in lines))
                     synced(file)
                     self._appended.update(numbers)
+                    self._size = file.tell()
                 except BaseException:
                     os.truncate(self.path, start)
                     self._appended.difference_update(numbers)
+                    self._size = start
                     raise
         except OSError as error:
             raise not_writable(self.path, error) from error
@@ -146,6 +151,7 @@ class Journal:
         kept: of the spools those that are files of the dataset, as in `spools`.
         spools: those that a run can resume.
         """
+        self._check_unchanged()
         shared = {name: each for name, each in self.contents.shared.items() if not name.startswith(_SPOOLS)}
         shared |= {f"{_SPOOLS}{name}": each for name, each in (kept or {}).items()}
         frames = (line for line in lines(self.path) if FRAME in line) if self.path.exists() else ()
@@ -155,6 +161,20 @@ class Journal:
         closing |= {RECIPE: recipe} if recipe is not None else {}
         closing |= {FIRST: first} if first is not None else {}
         write_whole(self.path, _sealed(chain(told, map(encoded, in_order(frames))), closing))
+
+    def _check_unchanged(self) -> None:
+        """Check that the file has all that was appended: what is there in its place would seem to be all of it."""
+        try:
+            size = self.path.stat().st_size
+        except OSError as error:
+            if self._size:
+                raise not_writable(self.path, error) from error
+            return
+        if size != self._size:
+            raise WriterError(
+                f"{self.path} was changed by another program while the run wrote there: it has {size} bytes in place "
+                f"of {self._size}. Make all frames again with --overwrite."
+            )
 
 
 def _write_all(file: RawIOBase, data: bytes) -> None:

@@ -55,6 +55,7 @@ class Recipe:
             tells.
         settings: that differ from their defaults at the first frame, and the global seed.
         class_table: the names of the classes of each label filter, in the order of their ids.
+        copy: how many writers of the run were given the same place before, where each has a new one with a number.
     """
 
     command: str
@@ -70,6 +71,7 @@ class Recipe:
     assets: list[dict[str, Any]] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
     class_table: dict[str, list[str]] = field(default_factory=dict)
+    copy: int = 0
 
     @classmethod
     def of_values(cls, values: Mapping[str, Any], folder: Path) -> Recipe:
@@ -89,9 +91,10 @@ class Recipe:
             raise DatasetError(f"{folder / FILE} is damaged: it has no sound {', '.join(wrong)}")
         return cls(**{name: value for name, value in values.items() if name in known})
 
-    def of(self, place: str) -> Recipe:
+    def of(self, place: str, copy: int = 0) -> Recipe:
         """Return the recipe of the data in a folder or at a URL, which is the same wherever that is."""
-        return replace(self, arguments=[portable_below_root(_placeless(each, place)) for each in self.arguments])
+        arguments = [portable_below_root(_placeless(each, place)) for each in self.arguments]
+        return replace(self, arguments=arguments, copy=copy)
 
     def completed(self, classes: bytes | None, frames: int, facts: Facts) -> Recipe:
         """Return the recipe with what only the run itself could tell.
@@ -121,7 +124,8 @@ class Recipe:
 
     def values(self) -> dict[str, Any]:
         """Return the recipe as it is written to a file."""
-        return {"format": FORMAT, **vars(self)}
+        values = {"format": FORMAT, **vars(self)}
+        return values if self.copy else {name: value for name, value in values.items() if name != "copy"}
 
     def write_identity(self, folder: Path) -> None:
         """Write what tells it from other recipes into the folder of a part, which may be copied beside other parts.
@@ -163,6 +167,7 @@ _RIGHT: dict[str, Callable[[Any], bool]] = {
     "versions": _are_texts,
     "device": lambda value: isinstance(value, str),
     "settings": lambda value: isinstance(value, dict),
+    "copy": is_count,
 }
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import glob
 import os
 import sys
 import threading
@@ -26,6 +25,7 @@ from usdsdg.writers.journal.folders import DatasetFolder, Mode
 from usdsdg.writers.journal.frames import FileFacts, FrameFiles, FramesInHand
 from usdsdg.writers.journal.growth import MoreFrames
 from usdsdg.writers.journal.main_script import main_script, started_source
+from usdsdg.writers.journal.numbered import NumberedPlaces
 from usdsdg.writers.journal.place import Place, place_of
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe, Source
@@ -54,6 +54,7 @@ class Run:
         self.captures = 0  # at which a writer was due
         self.made = 0  # frames of which this process made files
         self.scratch: Path | None = None  # folder below which all files go that would go to other places
+        self.numbered = NumberedPlaces()
         self._places: dict[str, Place] = {}
         self._folders: dict[str, DatasetFolder] = {}
         self._claiming = threading.RLock()  # threads that write files claim folders, too
@@ -105,40 +106,28 @@ class Run:
             place.pull(self.portion)
             try:
                 with_parts = self._with_parts
-                of_place = self.recipe.of(place.name)
+                of_place = self.recipe.of(place.name, self.numbered.copy_of(place.name))
                 folders.check(place, of_place, self.mode, self.portion, with_parts=with_parts, growth=self.growth)
             except DatasetInTheWay:
                 place_locks.check_unused(place, self.portion)  # such a run looks unfinished, and cannot be resumed
                 raise
-
-    def folder_to_go_on(self, wanted: Path) -> Path | None:
-        """Return the folder with this run or a part of it, where new runs are put beside earlier ones; None: a new one.
-
-        wanted: the folder of the first run; the others have _0001 and so on appended.
-        """
-        if not self.may_go_on:
-            return None
-        there = [wanted] if wanted.exists() else []
-        there += sorted(wanted.parent.glob(f"{glob.escape(wanted.name)}_[0-9][0-9][0-9][0-9]"), reverse=True)
-        found = self.first_of_this(place_of(each) for each in there if str(each) not in self._folders)
-        return found.path if found is not None else None
 
     @property
     def may_go_on(self) -> bool:
         """Whether this process resumes a run, or makes a part of one that others make, too."""
         return self._has_recipe() and (self.mode is Mode.RESUME or self.portion is not None)
 
-    def first_of_this(self, places: Iterable[Place]) -> Place | None:
+    def first_of_this(self, places: Iterable[Place], copy: int) -> Place | None:
         """Return the first place with a run of this recipe, else of one with another number of frames; None: none is.
 
-        To the latter frames are added, or it is said why this cannot be.
+        To the latter frames are added, or it is said why this cannot be. copy: as in a recipe.
         """
         others = []
         for place in places:
             earlier = recipe_file.parsed(place.read(recipe_file.FILE), place.name)
-            if self.recipe is None or earlier is None:
+            if self.recipe is None or earlier is None or earlier.get("copy", 0) != copy:
                 continue
-            wanted = self.recipe.of(place.name)
+            wanted = self.recipe.of(place.name, copy)
             if not wanted.differences(earlier):
                 return place
             others.append((place, wanted, earlier))
@@ -160,7 +149,7 @@ class Run:
             if folder not in self._folders and self._has_recipe() and not self._is_closed:
                 assert self.recipe is not None
                 place = self._place(folder)
-                of_place = self.recipe.of(place.name)
+                of_place = self.recipe.of(place.name, self.numbered.copy_of(place.name))
                 claimed = DatasetFolder(
                     place,
                     of_place,

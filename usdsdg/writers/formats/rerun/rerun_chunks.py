@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from usdsdg.stores.temporary import temporary_root
 from usdsdg.writers.formats.rerun.rerun_extra import rerun
 
 APPLICATION = "usdsdg"
@@ -41,7 +42,7 @@ def chunks(logged: Sequence[Logged]) -> list[Any]:
 def rrd_bytes(made: Sequence[Any], recording: str) -> bytes:
     """Return chunks as a file. recording: its id; the viewer opens files with the same id as one recording."""
     stream = rerun().chunk.LazyChunkStream.from_iter(made)
-    with tempfile.TemporaryDirectory(prefix="usdsdg-rerun-") as folder:
+    with tempfile.TemporaryDirectory(prefix="usdsdg-rerun-", dir=temporary_root()) as folder:
         file = Path(folder) / "frame.rrd"
         stream.write_rrd(file, application_id=APPLICATION, recording_id=recording)
         return file.read_bytes()

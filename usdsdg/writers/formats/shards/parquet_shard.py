@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import IO, Any, NamedTuple
 
 from usdsdg.errors import warn_once
+from usdsdg.stores.temporary import temporary_root
 from usdsdg.writers.files import write_bytes
 from usdsdg.writers.formats.shards import shard_files as files
 from usdsdg.writers.formats.shards.parquet_schema import pyarrow, schema
@@ -55,7 +56,7 @@ class ParquetShards(Shards):
     @staticmethod
     def content(records: Records) -> Iterable[bytes]:
         arrow, known = pyarrow(), schema(records.about["classes"], masks=records.about["masks"])
-        file = tempfile.TemporaryFile()  # noqa: SIM115 - closed with what is returned
+        file = tempfile.TemporaryFile(dir=temporary_root())  # noqa: SIM115 - closed with what is returned
         with arrow.parquet.ParquetWriter(file, known, compression=_COMPRESSION) as table:
             rows = map(_values, records)
             while group := list(itertools.islice(rows, records.about["group"])):
