@@ -294,7 +294,7 @@ def test_ranges_and_partners_of_cameras(stage):
     assert plain.GetAttribute("clippingRange").Get() == (1, 1000000)
     assert not plain.HasAttribute("crossCameraReferenceName")
     pair = rep.create.stereo_camera(0.1, cross_camera_reference_name="other", fisheye_max_fov=90, clipping_range=(1, 2))
-    for child in stage.GetPrimAtPath(pair.prims[0]).GetChildren():
+    for child in (each.GetChildren()[0] for each in stage.GetPrimAtPath(pair.prims[0]).GetChildren()):
         assert child.GetAttribute("crossCameraReferenceName").Get() == "other"
         assert child.GetAttribute("clippingRange").Get() == (1, 2)
 
