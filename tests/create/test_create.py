@@ -135,16 +135,22 @@ def test_cameras_look_where_those_of_replicator_do(stage, up_axis, arguments, ah
     np.testing.assert_allclose(axes[1], upward, atol=1e-6)
 
 
+def eyes(stage, pair):
+    """The views of the left and the right camera of each pair of an item."""
+    paths = [f"{each}/{each.split('/')[-1].removesuffix('_01')}" for each in pair.prims]
+    ends = [f"{path}_{side}_Xform/{path.split('/')[-1]}_{side}" for path in paths for side in "LR"]
+    return [read_camera(stage, path, (64, 48)) for path in ends]
+
+
 def test_the_left_camera_of_a_z_up_stage_is_at_minus_y(stage):
-    rep.create.stereo_camera(0.5, name="eye")
-    left, right = (read_camera(stage, f"/Replicator/StereoCam/eye_{side}", (64, 48)) for side in "LR")
+    left, right = eyes(stage, rep.create.stereo_camera(0.5, name="eye"))
     np.testing.assert_allclose([left.local_to_world[3, 1], right.local_to_world[3, 1]], [-0.25, 0.25], atol=1e-9)
 
 
 def test_cameras_of_a_stereo_pair_are_parallel_and_a_baseline_apart(stage):
     pair = rep.create.stereo_camera(0.2, position=(1, 2, 3), look_at=(5, 2, 3), focal_length=30)
     assert pair.prims == ("/Replicator/StereoCam",)
-    left, right = (read_camera(stage, f"/Replicator/StereoCam/StereoCam_{side}", (64, 48)) for side in "LR")
+    left, right = eyes(stage, pair)
     assert left.focal_length == right.focal_length == 30
     # Seen by the left camera, the right one is on its right.
     between = np.array(right.local_to_world)[3] @ left.world_to_camera
@@ -162,7 +168,7 @@ def test_render_products_of_stereo_pairs_are_of_both_cameras(stage):
         return [each.camera_path for each in products]
 
     found = rep.create.render_product(pair, (64, 48))
-    assert cameras(found) == [f"/Replicator/StereoCam/rig_{side}" for side in "LR"]
+    assert cameras(found) == [f"/Replicator/rig/rig_{side}_Xform/rig_{side}" for side in "LR"]
     many = rep.create.render_product([rep.create.stereo_camera(0.2, count=2), rep.create.camera()], (64, 48))
     assert [path[-2:] for path in cameras(many)] == ["_L", "_R", "_L", "_R", "ra"]
     holder = UsdGeom.Xform.Define(stage, "/World/Holder")
@@ -174,20 +180,47 @@ def test_render_products_of_stereo_pairs_are_of_both_cameras(stage):
 def test_stereo_pairs_have_parents_and_numbers(stage):
     pairs = rep.create.stereo_camera(1.0, parent="/World", position=[(0, 0, 1), (0, 0, 2)], count=2)
     assert pairs.prims == ("/World/StereoCam", "/World/StereoCam_01")
-    for path, height in zip(pairs.prims, (1, 2)):
-        center = [read_camera(stage, f"{path}/StereoCam_{side}", (8, 8)).local_to_world[3, :3] for side in "LR"]
-        np.testing.assert_allclose(np.mean(center, axis=0), (0, 0, height), atol=1e-9)
+    places = np.array([view.local_to_world[3, :3] for view in eyes(stage, pairs)])
+    np.testing.assert_allclose(places, [(0, y, z) for z in (1, 2) for y in (-0.5, 0.5)], atol=1e-9)
     with pytest.raises(BadPrim, match="/Wrld"):
         rep.create.stereo_camera(1.0, parent="/Wrld")
 
 
 def test_a_stereo_pair_of_a_y_up_stage(stage):
     UsdGeom.SetStageUpAxis(stage, "Y")
-    rep.create.stereo_camera(0.5, name="eye")
-    left, right = (read_camera(stage, f"/Replicator/StereoCam/eye_{side}", (64, 48)) for side in "LR")
+    left, right = eyes(stage, rep.create.stereo_camera(0.5, name="eye"))
     assert (right.local_to_world[3, 0], left.local_to_world[3, 0]) == (0.25, -0.25)
     with pytest.raises(GraphError, match="stereo_baseline is 'wide'"):
         rep.create.stereo_camera("wide")
+
+
+def test_products_of_a_pair_are_called_left_and_right(stage):
+    def names(*arguments, **keywords):
+        return [each.path.split("/")[-1] for each in rep.create.render_product(*arguments, (64, 48), **keywords)]
+
+    pair = rep.create.stereo_camera(0.2)
+    assert names(pair) == names(pair) == ["Replicator_L", "Replicator_R"]
+    assert names(pair, force_new=True) == ["Replicator_L_01", "Replicator_R_01"]
+    assert names(pair, name="eye") == ["eye", "eye_01"]
+    assert names(pair, name=["port", "starboard"]) == ["port", "starboard"]
+    # As in Replicator, the path says whether cameras are a pair.
+    assert names(rep.create.stereo_camera(0.2, name="rig")) == ["Replicator", "Replicator_01"]
+
+
+def test_cameras_of_a_fisheye_pair_refer_to_each_other(stage):
+    def partners(pair):
+        cameras = [stage.GetPrimAtPath(each.prim_path) for each in eyes(stage, pair)]
+        return [camera.GetAttribute("crossCameraReferenceName").Get() for camera in cameras]
+
+    lens = "fisheye_polynomial"
+    pairs = rep.create.stereo_camera(0.2, projection_type=lens, count=2)
+    assert partners(pairs) == ["StereoCam_R", "StereoCam_L"] * 2
+    assert partners(rep.create.stereo_camera(0.2, projection_type=lens, name="a")) == ["a_R", "a_L"]
+    named = rep.create.stereo_camera(0.2, projection_type=lens, name="b", cross_camera_reference_name="a_L")
+    assert partners(named) == ["a_L", "a_L"]
+    left = rep.create.stereo_camera(0.2, name="c").get_output_prims()["prims"][0].GetChildren()[0].GetChildren()[0]
+    assert str(left.GetPath()) == "/Replicator/c/c_L_Xform/c_L"
+    assert not left.HasAttribute("crossCameraReferenceName")
 
 
 @pytest.mark.parametrize("name", ["fisheyePolynomial", "fisheye_polynomial"])

@@ -1,5 +1,7 @@
 """What the arguments of `rep.create`'s shapes, lights, cameras, references and groups leave on the stage."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom, UsdLux, UsdShade
@@ -117,6 +119,72 @@ def test_a_random_up_axis_applies_to_a_constant_look_at_target(stage):
     np.testing.assert_allclose(matrix(stage, f"{item.prims[0]}/Camera")[1, :3], (0, 1, 0), atol=1e-6)
 
 
+def view_of(stage, path):
+    """Origin and view direction of a prim, of a camera those of its child."""
+    child = stage.GetPrimAtPath(f"{path}/Camera")
+    prim = child if child else stage.GetPrimAtPath(path)
+    placed = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default())
+    return np.array(placed.ExtractTranslation()), np.array(placed.TransformDir(Gf.Vec3d(0, 0, -1)))
+
+
+def looks_at(stage, path, target):
+    eye, view = view_of(stage, path)
+    wanted = np.array(target) - eye
+    np.testing.assert_allclose(view, wanted / np.linalg.norm(wanted), atol=1e-6)
+
+
+@pytest.mark.parametrize("target", ["point", "item", "node", "path"])
+@pytest.mark.parametrize("kind", ["camera", "light", "cube", "xform"])
+@pytest.mark.parametrize("triggered", [True, False])
+def test_what_is_placed_at_random_looks_at_its_target_from_there(stage, kind, target, triggered):
+    # The target lies at the origin, where new prims are before they are placed.
+    ball = rep.create.sphere()
+    look_at = {"point": (0, 0, 0), "item": ball, "node": ball.node, "path": ball.prims[0]}[target]
+    places = rep.distribution.uniform((100, 100, 500), (200, 200, 600))
+    with rep.trigger.on_custom_event("go") if triggered else nullcontext():
+        item = getattr(rep.create, kind)(position=places, look_at=look_at, count=2)
+    seen = []
+    for _ in range(3 if triggered else 1):
+        if triggered:
+            rep.utils.send_og_event("go")
+        evaluate.graph().evaluate()
+        for path in item.prims:
+            looks_at(stage, path, (0, 0, 0))
+            seen.append(tuple(view_of(stage, path)[0]))
+    assert len(set(seen)) == len(seen)
+
+
+def test_new_cameras_follow_the_item_that_they_look_at(stage):
+    moved = rep.create.sphere(position=rep.distribution.uniform((5, -9, 0), (6, 9, 0)))
+    early, still = rep.create.camera(look_at=moved), rep.create.camera(look_at=(1, 0, 0))
+    with rep.trigger.on_custom_event("go"):
+        with moved:
+            rep.modify.pose(position=rep.distribution.uniform((-6, -9, 0), (-5, 9, 0)))
+        late, both = rep.create.camera(look_at=moved), rep.create.camera(look_at=[moved, rep.create.cube()])
+    evaluate.graph().evaluate()
+    first, _ = view_of(stage, moved.prims[0])
+    looks_at(stage, early.prims[0], first)
+    for _ in range(2):
+        rep.utils.send_og_event("go")
+        evaluate.graph().evaluate()
+        place, _ = view_of(stage, moved.prims[0])
+        looks_at(stage, late.prims[0], place)
+        looks_at(stage, both.prims[0], place / 2)
+        looks_at(stage, early.prims[0], first)
+        looks_at(stage, still.prims[0], (1, 0, 0))
+
+
+def test_a_target_changes_nothing_of_what_is_drawn_for_positions(stage):
+    places = []
+    for target, up in (None, None), ((0, 0, 0), None), ((0, 0, 0), (1, 0, 0)):
+        stage = new_stage()
+        position = rep.distribution.uniform((1, 1, 1), (2, 2, 2))
+        item = rep.create.camera(position=position, look_at=target, look_at_up_axis=up)
+        evaluate.graph().evaluate()
+        places.append(view_of(stage, item.prims[0])[0].tolist())
+    assert places == [places[0]] * 3
+
+
 # --- shapes ---
 
 
@@ -227,7 +295,7 @@ def test_ranges_and_partners_of_cameras(stage):
     assert plain.GetAttribute("clippingRange").Get() == (1, 1000000)
     assert not plain.HasAttribute("crossCameraReferenceName")
     pair = rep.create.stereo_camera(0.1, cross_camera_reference_name="other", fisheye_max_fov=90, clipping_range=(1, 2))
-    for child in stage.GetPrimAtPath(pair.prims[0]).GetChildren():
+    for child in (each.GetChildren()[0] for each in stage.GetPrimAtPath(pair.prims[0]).GetChildren()):
         assert child.GetAttribute("crossCameraReferenceName").Get() == "other"
         assert child.GetAttribute("clippingRange").Get() == (1, 2)
 

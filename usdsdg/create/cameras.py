@@ -20,7 +20,6 @@ from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.lens_attributes import LENS, OLD_PROJECTIONS, OPTICS, PROJECTIONS
 from usdsdg.stage.cameras.stereo_pairs import STEREO_SIDES
 from usdsdg.stage.poses import transforms
-from usdsdg.stage.poses.xform_ops import author_pose
 
 
 def camera(
@@ -136,29 +135,32 @@ def stereo_camera(
     fisheye_s2: Any = 0.00019, fisheye_s3: Any = -0.0002, cross_camera_reference_name: Any = None,
     count: int = 1, name: str | None = None, parent: Any = None,
 ) -> ReplicatorItem:  # fmt: skip
-    """Create stereo pairs: an Xform `/Replicator/StereoCam` with the cameras `<name>_L` and `<name>_R` as children.
+    """Create stereo pairs: Xforms `/Replicator/<name>` with cameras `<name>_L_Xform/<name>_L` and the same of `_R`.
 
-    Position and rotation apply to the Xform. The cameras have parallel view directions and are `stereo_baseline` [stage
-    units] apart along the image's x axis. All other arguments are those of `camera`.
+    Position and rotation apply to the Xform, which is called StereoCam without a name. The cameras have parallel view
+    directions and are `stereo_baseline` [stage units] apart along the image's x axis. All other arguments are those of
+    `camera`, but that the cameras of a fisheyePolynomial pair refer to each other for cross correspondence by default.
 
     Raises:
         ArgumentError: `stereo_baseline` is not a number, or as for `camera`.
     """
     arguments = dict(locals())
+    label = prim_name(name) if name else "StereoCam"
     try:
         half = float(stereo_baseline) / 2
     except (TypeError, ValueError):
         raise ArgumentError(f"stereo_baseline is {stereo_baseline!r}; expected a number") from None
+    if arguments["cross_camera_reference_name"] is None and projection_of(projection_type) == "fisheyePolynomial":
+        arguments["cross_camera_reference_name"] = [f"{label}{side}" for side in STEREO_SIDES[::-1]] * count_of(count)
     stage = current_stage()
     # The image's right is +X of the child camera: +Y of the object in a Z-up stage.
     right = Gf.Vec3d(0, 1, 0) if transforms.up_axis(stage) == "Z" else Gf.Vec3d(1, 0, 0)
     pairs, cameras = [], []
     for _ in range(count_of(count)):
-        pairs.append(str(new_xform("StereoCam", parent).GetPath()))
+        pairs.append(str(new_xform(label, parent).GetPath()))
         for side, shift in zip(STEREO_SIDES, (-half, half)):
-            made = _camera_at(stage, f"{pairs[-1]}/{prim_name(name) if name else 'StereoCam'}{side}")
-            author_pose(made, translate=right * shift)
-            cameras.append(made)
+            _, child = new_object("Camera", f"{label}{side}", pairs[-1], {"translate": right * shift})
+            cameras.append(_camera_at(stage, child))
     return _with_arguments("OgnCreateStereoCamera", pairs, cameras, arguments)
 
 

@@ -16,12 +16,13 @@ from usdsdg.session.render_products import HydraTexture, product_at, products, r
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage import paths
 from usdsdg.stage.cameras import default_view
-from usdsdg.stage.cameras.stereo_pairs import stereo_pair
+from usdsdg.stage.cameras.stereo_pairs import STEREO_SIDES, stereo_pair
 from usdsdg.stage.cameras.tiled_sensors import Tiles, tiles_of_sensor
 
 __all__ = ["HydraTexture", "product_at", "products", "render_product", "render_product_tiled", "reset"]
 
 PREFIX = "/Render/HydraTextures"
+NAME = "Replicator"
 # Number of cameras that an error message lists.
 LISTED = 8
 
@@ -47,8 +48,9 @@ def render_product(
         resolution: (width, height) [pixels].
         force_new: create a new product even if one of the same camera and resolution exists. Without this and without
             `name` the existing one is reused.
-        name: of the product, or a list with one for each camera; "Replicator" by default. A number is appended to a
-            name that is taken; characters that a prim name cannot have become underscores.
+        name: of the product, or a list with one for each camera; "Replicator" by default, and "Replicator_L" and
+            "Replicator_R" of a pair in a prim called StereoCam. A number is appended to a name that is taken;
+            characters that a prim name cannot have become underscores.
         render_vars: ignored: annotators and writers determine what is rendered.
 
     Raises:
@@ -68,7 +70,10 @@ def render_product(
             f"render_product: name has {counted(len(names), 'entry', 'entries')} for "
             f"{counted(len(cameras), 'camera')}; give one for each"
         )
-    handles = [_product(path, size, force_new, one) for path, one in zip(cameras, names)]
+    handles = [
+        _product(path, size, force_new, one, default=default)
+        for path, one, default in zip(cameras, names, _default_names(cameras))
+    ]
     return handles[0] if len(handles) == 1 else handles
 
 
@@ -137,6 +142,14 @@ def _cameras_of(path: str) -> list[str]:
     return stereo_pair(current_stage().GetPrimAtPath(path)) or [camera_below(path)]
 
 
+def _default_names(cameras: list[str]) -> list[str]:
+    """Return the names of products of cameras; a stereo pair's are told apart by those, as in Replicator."""
+    sides = [path[-2:] for path in cameras]
+    if sides == list(STEREO_SIDES) and all("StereoCam" in path for path in cameras):
+        return [f"{NAME}{side}" for side in sides]
+    return [NAME] * len(cameras)
+
+
 def _known_cameras() -> str:
     found = default_view.cameras(current_stage())
     listed = ", ".join(found[:LISTED]) + (f" and {len(found) - LISTED} more" if len(found) > LISTED else "")
@@ -144,7 +157,12 @@ def _known_cameras() -> str:
 
 
 def _product(
-    camera: str, size: tuple[int, int], force_new: bool, name: str | None, tiles: Tiles | None = None
+    camera: str,
+    size: tuple[int, int],
+    force_new: bool,
+    name: str | None,
+    tiles: Tiles | None = None,
+    default: str = NAME,
 ) -> HydraTexture:
     tiles = tiles or tiles_of_sensor(current_stage().GetPrimAtPath(camera), size)
     if not force_new and name is None:
@@ -153,7 +171,7 @@ def _product(
                 return product
     stage = current_stage()
     with Usd.EditContext(stage, stage.GetSessionLayer()):
-        path = paths.next_free_path(stage, f"{PREFIX}/{prim_name(name) if name else 'Replicator'}")
+        path = paths.next_free_path(stage, f"{PREFIX}/{prim_name(name) if name else default}")
         prim = UsdRender.Product.Define(stage, path)
         prim.CreateCameraRel().SetTargets([Sdf.Path(each) for each in (tiles.cameras if tiles else [camera])])
         prim.CreateResolutionAttr(Gf.Vec2i(*size))

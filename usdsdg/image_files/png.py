@@ -27,6 +27,18 @@ def encode_png(image: np.ndarray, palette: np.ndarray | None = None) -> bytes:
     return b"".join(png_chunks(image, palette))
 
 
+def channels_of(image: np.ndarray) -> int:
+    """Return how many channels an image has as a PNG.
+
+    Raises:
+        ValueError: a PNG cannot hold it.
+    """
+    channels = 1 if image.ndim == 2 else image.shape[2] if image.ndim == 3 else 0
+    if image.dtype not in (np.uint8, np.uint16) or channels not in _COLOR_TYPES or image.size == 0:
+        raise ValueError(f"a PNG cannot hold {image.dtype} of shape {image.shape}")
+    return channels
+
+
 def png_chunks(image: np.ndarray, palette: np.ndarray | None = None) -> tuple[bytes | memoryview, ...]:
     """Encode a uint8 or uint16 image: (H, W) or (H, W, 1) gray, (H, W, 3) RGB or (H, W, 4) RGBA.
 
@@ -37,9 +49,7 @@ def png_chunks(image: np.ndarray, palette: np.ndarray | None = None) -> tuple[by
     Raises:
         ValueError: another shape or dtype, or no pixels.
     """
-    channels = 1 if image.ndim == 2 else image.shape[2] if image.ndim == 3 else 0
-    if image.dtype not in (np.uint8, np.uint16) or channels not in _COLOR_TYPES or image.size == 0:
-        raise ValueError(f"a PNG cannot hold {image.dtype} of shape {image.shape}")
+    channels = channels_of(image)
     height, width = image.shape[:2]
     depth = 8 * image.dtype.itemsize
     if palette is not None and (channels != 1 or depth != 8):

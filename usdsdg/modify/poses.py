@@ -12,10 +12,11 @@ from usdsdg.distribution import Distribution, draw_column
 from usdsdg.errors import ArgumentError
 from usdsdg.graph.actions import action
 from usdsdg.graph.evaluate import act
-from usdsdg.graph.node import Node, ReplicatorItem, plain
+from usdsdg.graph.node import Node, ReplicatorItem, current_trigger, item_of, plain
 from usdsdg.modify.numbers import draw_numbers
 from usdsdg.modify.point_instances import instances_or_self, objects_of, pose_instances
 from usdsdg.modify.prims import target_prims
+from usdsdg.session.session import current
 from usdsdg.session.timeline import picture_time
 from usdsdg.stage.geometry.instancers import is_instancer
 from usdsdg.stage.poses import pivots, transforms
@@ -96,19 +97,39 @@ def _exclude(role: str, value: Any, *others: str) -> None:
 
 
 def apply_or_schedule_pose(item: ReplicatorItem, **pose_values: Any) -> None:
-    """Write constants immediately and distributions at every firing."""
+    """Write constants immediately and distributions at every firing, with directions to look that these change."""
     given = {role: value for role, value in pose_values.items() if value is not None}
     if "look_at_up_axis" in given:
         given["look_at_up_axis"] = up_axis_vector(given["look_at_up_axis"])
     later: dict[str, Any] = {role: value for role, value in given.items() if isinstance(value, Distribution)}
-    if "look_at" in later or "look_at_up_axis" in later:
-        # The up axis only has a meaning together with the target.
-        later |= {role: given[role] for role in ("look_at", "look_at_up_axis") if role in given}
-    now = {role: value for role, value in given.items() if role not in later}
+    # The up axis only has a meaning together with the target.
+    looks = {role: given[role] for role in ("look_at", "look_at_up_axis") if role in given}
+    if looks.keys() & later.keys():
+        later |= looks
+    looks_later = not looks.keys() & later.keys() and "look_at" in looks and _is_turned_later(looks["look_at"], later)
+    now = {role: value for role, value in given.items() if role not in later and not (looks_later and role in looks)}
     if now:
         write_pose(Node(kind="OgnWritePose", inputs={r: plain(v) for r, v in now.items()}, prims=item.prims), 0)
     if later:
         pose(**later, input_prims=item)
+    if looks_later:
+        # A node of its own: the key of the other one, and with it what is drawn for positions, stays.
+        pose(**looks, input_prims=item)
+
+
+def _is_turned_later(target: Any, later: dict[str, Any]) -> bool:
+    """Whether new prims that look at a target have to be turned when the graph runs, since they or the target move.
+
+    As in Replicator a trigger turns them again to the prims of an item. Paths and points are where they are now.
+    """
+    if "position" in later:
+        return True
+    followed = [item_of(each) for each in (target if isinstance(target, (list, tuple)) else [target])]
+    followed = [each for each in followed if isinstance(each, ReplicatorItem) and not isinstance(each, Distribution)]
+    targets = [path for item in followed for path in item.prims]
+    waiting = [path for node in current().graph.impulses for path in node.prims]
+    moves_now = any(path == above or path.startswith(f"{above}/") for path in targets for above in waiting)
+    return bool(targets) and (moves_now or current_trigger() is not None)
 
 
 @action("OgnWritePose", *_OPTIONAL)

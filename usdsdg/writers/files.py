@@ -3,10 +3,11 @@
 A backend's `schedule` runs them on the I/O queue: `backend.schedule(write_image, path="rgb_0000.png", data=rgb)`.
 """
 
+import difflib
 import io
 import json
 import pickle
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path, PurePath
 from typing import Any, Protocol
 
@@ -15,8 +16,15 @@ import numpy as np
 from usdsdg.errors import Unsupported, WriterError
 from usdsdg.image_files import exr, runs
 from usdsdg.image_files.npy import npy_chunks
-from usdsdg.image_files.png import png_chunks
+from usdsdg.image_files.png import channels_of, png_chunks
 from usdsdg.stores.whole_file import write_whole
+
+# Options of Pillow's files, which it does not check itself.
+_OF_PNG = ("bits", "compress_type", "dictionary", "dpi", "exif", "icc_profile", "optimize", "pnginfo", "transparency")
+_OF_JPEG = (
+    *("comment", "dpi", "exif", "icc_profile", "keep_rgb", "qtables", "restart_marker_blocks", "restart_marker_rows"),
+    *("smooth", "subsampling", "xmp"),
+)
 
 
 class BlobSink(Protocol):
@@ -48,43 +56,86 @@ def write_image(path: str, data: Any, backend_instance: BlobSink | None = None, 
     _ENCODERS[kind](path, data, backend_instance, **options)
 
 
-def write_png(path: str, data: Any, backend_instance: BlobSink | None = None, compress_level: int = 3) -> None:
+def write_png(
+    path: str, data: Any, backend_instance: BlobSink | None = None, compress_level: int = 3, **options: Any
+) -> None:
     """Write a PNG of uint8, uint16 or ids: (H, W), (H, W, 3) or (H, W, 4); `data` and the rest are as in `write_image`.
 
-    `compress_level` is accepted and ignored: the encoder has a single, fast level.
+    compress_level: accepted and ignored where there are no other options: our own encoder has a single, fast level.
+    options: those of Pillow's PNG files, such as `optimize` and `dpi`; Pillow then encodes the image, if it can: it has
+        no 16-bit colors.
 
     Raises:
-        WriterError: floats, ids above 65535, or another shape.
+        WriterError: floats, ids above 65535, or another shape. TypeError: there is no such option.
     """
+    _check_options("write_png", options, ("compress_level", *_OF_PNG))
     image = _png_ready(path, as_array(data))
     try:
-        _put(backend_instance, path, *png_chunks(image))
+        if options and (channels_of(image) == 1 or image.dtype == np.uint8):
+            flat = image.reshape(image.shape[:2]) if channels_of(image) == 1 else image
+            _put(backend_instance, path, _by_pillow(flat, "PNG", compress_level=compress_level, **options))
+        else:
+            _put(backend_instance, path, *png_chunks(image))
     except ValueError as error:
         raise WriterError(f"{path}: {error}. Give uint8 or uint16 of (H, W), (H, W, 3) or (H, W, 4).") from error
 
 
-def write_jpeg(path: str, data: Any, backend_instance: BlobSink | None = None, quality: int = 75) -> None:
+def write_jpeg(
+    path: str,
+    data: Any,
+    backend_instance: BlobSink | None = None,
+    quality: int = 75,
+    *,
+    progressive: bool = False,
+    optimize: bool = False,
+    **options: Any,
+) -> None:
     """Write a JPEG of a uint8 image, (H, W[, C]); alpha is dropped. `data` and the rest are as in `write_image`.
 
     quality: 1 (smallest file) to 100.
+    options: others of Pillow's JPEG files, such as `subsampling` and `dpi`.
 
     Raises:
-        WriterError: another type or shape.
+        WriterError: another type or shape. TypeError: there is no such option.
     """
-    from PIL import Image
-
+    _check_options("write_jpeg", options, ("quality", "progressive", "optimize", *_OF_JPEG))
     image = as_array(data)
     if image.dtype != np.uint8 or image.ndim not in (2, 3):
         raise WriterError(f"{path}: a JPEG cannot hold {image.dtype} of shape {image.shape}; give uint8.")
     if image.ndim == 3:
         image = image[..., 0] if image.shape[2] == 1 else image[..., :3]
+    options = {"quality": quality, "progressive": progressive, "optimize": optimize, **options}
+    _put(backend_instance, path, _by_pillow(image, "JPEG", **options))
+
+
+def _check_options(function: str, options: Iterable[str], known: Sequence[str]) -> None:
+    for name in options:
+        if name not in known:
+            close = difflib.get_close_matches(name, known, 1)
+            meant = f"; did you mean {close[0]!r}?" if close else f"; it has {', '.join(known)}"
+            raise TypeError(f"{function}() got an unexpected keyword argument {name!r}{meant}")
+
+
+def _by_pillow(image: np.ndarray, kind: str, **options: Any) -> bytes:
+    from PIL import Image
+
     buffer = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(image)).save(buffer, "JPEG", quality=quality)
-    _put(backend_instance, path, buffer.getvalue())
+    Image.fromarray(np.ascontiguousarray(image)).save(buffer, kind, **options)
+    return buffer.getvalue()
 
 
-def write_exr(path: str, data: Any, backend_instance: BlobSink | None = None, half_precision: bool = False) -> None:
+def write_exr(
+    path: str,
+    data: Any,
+    backend_instance: BlobSink | None = None,
+    half_precision: bool = False,
+    *,
+    exr_flag: Any = None,
+    compression: Any = None,
+) -> None:
     """Write floats or ids as OpenEXR: (H, W) or (H, W, C) with up to four channels; `half_precision`: in 16 bits.
+
+    `exr_flag`, FreeImage's of older scripts, and `compression` are accepted and ignored: files are ZIP, without loss.
 
     Raises:
         WriterError: an 8-bit image, or another shape.
@@ -112,9 +163,30 @@ def read_exr(path: str, backend_instance: Any = None) -> np.ndarray:
     return exr.decode(backend_instance.read_blob(path), name=path)
 
 
-def write_json(path: str, data: Any, backend_instance: BlobSink | None = None, **options: Any) -> None:
-    """Write JSON in the key order of `data`; NumPy values become numbers and lists. `options` go to `json.dumps`."""
-    _put(backend_instance, path, json.dumps(data, default=plain, **options).encode())
+def write_json(
+    path: str,
+    data: Any,
+    backend_instance: BlobSink | None = None,
+    *,
+    encoding: str = "utf-8",
+    errors: str = "strict",
+    **options: Any,
+) -> None:
+    """Write JSON in the key order of `data`; NumPy values become numbers and lists.
+
+    encoding, errors: those of `str.encode`.
+    options: those of `json.dumps`; `default` is asked for what has no form here.
+    """
+    default = options.pop("default", None)
+    text = json.dumps(data, default=plain if default is None else _plain_or(default), **options)
+    _put(backend_instance, path, text.encode(encoding, errors))
+
+
+def _plain_or(default: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    def convert(value: Any) -> Any:
+        return plain(value) if isinstance(value, (np.generic, np.ndarray, PurePath)) else default(value)
+
+    return convert
 
 
 def write_text(path: str, text: str, backend_instance: BlobSink | None = None) -> None:
@@ -148,8 +220,18 @@ def write_bytes(path: str, data: bytes, backend_instance: BlobSink | None = None
     _put(backend_instance, path, data)
 
 
-def write_np(path: str, data: Any, backend_instance: BlobSink | None = None, allow_pickle: bool = True) -> None:
-    """Write an array as .npy; with `allow_pickle` False arrays of objects raise a ValueError."""
+def write_np(
+    path: str,
+    data: Any,
+    backend_instance: BlobSink | None = None,
+    allow_pickle: bool = True,
+    *,
+    fix_imports: bool = True,
+) -> None:
+    """Write an array as .npy; with `allow_pickle` False arrays of objects raise a ValueError.
+
+    `fix_imports` is accepted and ignored: it concerns readers with Python 2.
+    """
     _put(backend_instance, path, *npy_chunks(as_array(data), allow_pickle=allow_pickle))
 
 

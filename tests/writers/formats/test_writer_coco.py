@@ -1,6 +1,7 @@
 """CocoWriter: held against the masks of the frame, and against what COCO's own library asks of a file."""
 
 import dataclasses
+import inspect
 import json
 import subprocess
 import sys
@@ -347,3 +348,19 @@ def test_options_of_basic_writer_are_taken_and_those_that_change_nothing_are_tol
     write(tmp_path, frame, **usual, colorize_semantic_segmentation=False, colorize_instance_segmentation=True)
     with pytest.warns(UsdsdgWarning, match="CocoWriter: rgb=False has no effect"):
         writers.get("CocoWriter", init_params={"output_dir": str(tmp_path / "b"), "rgb": False})
+    others = {"normals": False, "camera_params": None, "use_common_output_dir": True}
+    with pytest.warns(UsdsdgWarning, match="CocoWriter: use_common_output_dir=True has no effect") as told:
+        writers.get("CocoWriter", init_params={"output_dir": str(tmp_path / "c"), **others})
+    assert len(told) == 1
+
+
+def test_every_option_of_basic_writer_is_taken(tmp_path):
+    names = set(inspect.signature(writers.get("BasicWriter").__init__).parameters)
+    taken = set(inspect.signature(writers.get("CocoWriter").__init__).parameters)
+    beyond_replicator = {
+        "amodal_instance_segmentation", "visibility", "truncation", "bounding_box_2d_amodal", "object_coordinates",
+        "oriented_bounding_box_2d", "oriented_bounding_box_2d_amodal", "dense_correspondence",
+    }  # fmt: skip
+    assert names - taken == {"backend"} | beyond_replicator
+    with pytest.raises(WriterError, match="CocoWriter has no option 'use_comon_output_dir'"):
+        writers.get("CocoWriter", init_params={"output_dir": str(tmp_path), "use_comon_output_dir": True})

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.errors import DegenerateFrame
+from usdsdg.stage.cameras.stereo_pairs import stereo_pair
 from usdsdg.stage.poses.rotations import decompose, euler_xyz_from_quat, matrix_from_quat, quat_from_matrix
 from usdsdg.stage.poses.transforms import (
     as_array,
@@ -121,8 +122,9 @@ def look_at_quaternions(
     rotations = look_at_rotations(eyes, targets, up, stage_up_axis=up_axis(prims[0].GetStage()))
     for row, prim in enumerate(prims):
         # The camera made by rep.create.camera is rotated against the Xform that carries it.
-        if (camera := _camera_of_object(prim)) is not None:
-            camera_pose = decompose(as_array(UsdGeom.Xformable(camera).GetLocalTransformation())[None])
+        made_here = prim.HasAttribute("replicatorXform") or prim.HasAttribute("replicatorCameraXform")
+        if made_here and (camera := _camera_in_object(prim)) is not None:
+            camera_pose = decompose(as_array(camera)[None])
             rotations[row] = matrix_from_quat(camera_pose.rotation)[0].T @ rotations[row]
     parents = matrix_from_quat(decompose(to_world).rotation)
     return quat_from_matrix(rotations @ parents.transpose(0, 2, 1))
@@ -153,17 +155,22 @@ def author_look_at(
     turn = look_at_rotations([tuple(eye)], [tuple(point)], upwards, stage_up_axis=up_axis(stage))[0]
     to_world = Gf.Matrix4d(Gf.Matrix3d(*turn.ravel().tolist()), eye)
     # The child camera of a Replicator camera object is rotated against the object; undo that rotation.
-    cameras = [child for child in prim.GetChildren() if child.IsA(UsdGeom.Camera)]
-    if cameras:
-        to_world = UsdGeom.Xformable(cameras[0]).GetLocalTransformation().GetInverse() * to_world
+    if (camera := _camera_in_object(prim)) is not None:
+        to_world = camera.GetInverse() * to_world
     rotation = decompose(as_array(to_world * parent_to_world(prim, time).GetInverse())).rotation
     author_pose(prim, rotate_xyz=Gf.Vec3d(*euler_xyz_from_quat(rotation).tolist()))
 
 
-def _camera_of_object(prim: Usd.Prim) -> Usd.Prim | None:
-    if not (prim.HasAttribute("replicatorXform") or prim.HasAttribute("replicatorCameraXform")):
+def _camera_in_object(prim: Usd.Prim) -> Gf.Matrix4d | None:
+    """Return the pose in `prim` of the camera that is its child, or of the left one of a stereo pair, if any."""
+    camera = next((child for child in prim.GetChildren() if child.IsA(UsdGeom.Camera)), None)
+    if camera is not None:
+        return UsdGeom.Xformable(camera).GetLocalTransformation()
+    if not (pair := stereo_pair(prim)):
         return None
-    return next((child for child in prim.GetChildren() if child.IsA(UsdGeom.Camera)), None)
+    camera = prim.GetStage().GetPrimAtPath(pair[0])
+    inner, outer = (UsdGeom.Xformable(each).GetLocalTransformation() for each in (camera, camera.GetParent()))
+    return inner * outer
 
 
 def _offsets(stage_up_axis: str) -> NDArray[np.float64]:

@@ -4,7 +4,7 @@ import os
 import re
 from collections.abc import Mapping
 from functools import partial
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
@@ -29,6 +29,29 @@ _SEMANTIC_TYPES = ["class", "coco", "stuff", "thing"]
 _ALWAYS = "images, boxes and masks of labeled objects are always written, and nothing else"
 _XYWH_ABSOLUTE = 1  # value of `bbox_mode` for x, y, width and height in pixels
 _MASKS = ("rle", "polygon")
+
+
+class BasicOptions(TypedDict, total=False):
+    """Options of BasicWriter that CocoWriter takes, as Replicator's takes any, and for which it writes nothing.
+
+    bounding_box_2d_loose, bounding_box_3d, occlusion, distance_to_camera, distance_to_image_plane, normals,
+    motion_vectors, camera_params, pointcloud, pointcloud_include_unlabelled, colorize_depth, skeleton_data,
+    use_common_output_dir: ignored, with a warning where they ask for something.
+    """
+
+    bounding_box_2d_loose: bool | None
+    bounding_box_3d: bool | None
+    occlusion: bool | None
+    distance_to_camera: bool | None
+    distance_to_image_plane: bool | None
+    normals: bool | None
+    motion_vectors: bool | None
+    camera_params: bool | None
+    pointcloud: bool | None
+    pointcloud_include_unlabelled: bool | None
+    colorize_depth: bool | None
+    skeleton_data: bool | None
+    use_common_output_dir: bool | None
 
 
 class CocoWriter(AggregateWriter):
@@ -83,6 +106,7 @@ class CocoWriter(AggregateWriter):
         semantic_filter_predicate: str | None = None,
         min_visibility: float = 0.0,
         min_pixels: int = 1,
+        **others: Unpack[BasicOptions],
     ) -> None:
         """
         semantic_types: types of labels to use; default class, coco, stuff and thing.
@@ -130,6 +154,7 @@ class CocoWriter(AggregateWriter):
             "semantic_segmentation": (semantic_segmentation, True),
             "instance_segmentation": (instance_segmentation, True),
             "instance_id_segmentation": (instance_id_segmentation, False),
+            **{name: (value, False) for name, value in others.items()},
         }
         for name, (value, fixed) in asked.items():
             if bool(value) is not fixed:
