@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import torch  # pyright: ignore[reportMissingImports]
+import warp as wp
 from torch.utils.data import (  # pyright: ignore[reportMissingImports]
     IterableDataset,
     get_worker_info,
@@ -136,16 +137,22 @@ class LiveDataset(IterableDataset):
         options: dict[str, Any] = {"arguments": self.arguments, "seed": self._seed_of_epoch(), "device": name}
         for batch in stream.worlds(self.job, self.annotators, count=count, ahead=self.ahead, **options):
             batch.wait()
-            made = {
-                "frame": batch.frame,
-                "render_product": batch.render_product,
-                "camera": batch.camera,
-                "prims": batch.prims,
-                "class_ids": torch.from_numpy(batch.class_ids).to(device),
-                "classes": _plain(batch.classes),
-                **{key: torch.from_dlpack(array).to(device) for key, array in batch.arrays.items()},
-            }
-            yield made if self.transform is None else self.transform(made)
+            yield self._batch_made(batch)
+
+    def _batch_made(self, batch: stream.WorldBatch) -> Any:
+        # Not by DLPack: what Warp then calls once a tensor is gone fails where an exception is on its way, as where a
+        # generator is closed that holds the tensor.
+        pictures = {key: wp.to_torch(array).to(self.device) for key, array in batch.arrays.items()}
+        made = {
+            "frame": batch.frame,
+            "render_product": batch.render_product,
+            "camera": batch.camera,
+            "prims": batch.prims,
+            "class_ids": torch.from_numpy(batch.class_ids).to(self.device),
+            "classes": _plain(batch.classes),
+            **pictures,
+        }
+        return made if self.transform is None else self.transform(made)
 
     def _made(self, sample: Sample) -> Any:
         arrays = tensors(sample.arrays, self.device)
