@@ -5,10 +5,11 @@ import re
 import pytest
 
 import usdsdg as rep
-from usdsdg import errors, listeners
+from usdsdg import errors
 from usdsdg.app.app import get_app
 from usdsdg.compat.carb.eventdispatcher import get_eventdispatcher
 from usdsdg.compat.omni.kit.app import get_app as get_kit_app
+from usdsdg.listeners import Listeners
 from usdsdg.session import engines
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
@@ -107,8 +108,8 @@ def test_the_error_of_a_callback_names_it(call, function, what, stage, tmp_path)
 
 
 def test_an_error_of_the_project_itself_names_no_callback():
-    known = []
-    listeners.subscribe(known, errors.let_pass)
+    known = Listeners()
+    known.subscribe(errors.let_pass)
     with pytest.raises(errors.GraphError, match="ours") as raised:
-        known[0](errors.GraphError("ours"))
+        known.call(errors.GraphError("ours"))
     assert not hasattr(raised.value, "__notes__")

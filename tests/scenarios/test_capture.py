@@ -48,7 +48,7 @@ class Physics:
 
     def advance(self, seconds: float, *, until: float | None = None) -> int:
         self.advanced += seconds
-        current().engines.on_step(seconds)
+        current().engines.step_listeners.call(seconds)
         return 1
 
     def stage_unread(self):
