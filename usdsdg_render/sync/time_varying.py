@@ -33,6 +33,7 @@ class Samples:
         self._stage = stage
         # Properties of which nothing but layers of the stage itself says anything: these know them by the same path.
         self._local: set[Sdf.Path] = set()
+        self._last: Sequence[Sdf.Path] = ()  # properties, as most frames change, all of which are local
 
     def of(self, properties: Sequence[Sdf.Path], recomposed: Collection[Sdf.Path]) -> set[Sdf.Path]:
         """Return those of the prims with these properties of which one has samples, in whichever layer they are.
@@ -44,12 +45,15 @@ class Samples:
             samples_of = layer.GetNumTimeSamplesForPath
             if not layer.empty and any(map(samples_of, properties)):
                 found.update(path.GetPrimPath() for path in properties if samples_of(path))
-        self._local.difference_update(recomposed)
-        if not self._local.issuperset(properties):
+        if recomposed:
+            self._local.difference_update(recomposed)
+            self._last = ()
+        if properties is not self._last:
             # In variants and in layers that are referenced, prims have other paths.
-            elsewhere = (path for path in properties if path not in self._local and not self._is_local(path))
+            elsewhere = [path for path in properties if path not in self._local and not self._is_local(path)]
             attributes = map(self._stage.GetAttributeAtPath, elsewhere)
             found.update(each.GetPrimPath() for each in attributes if each and each.GetNumTimeSamples())
+            self._last = () if elsewhere else properties
         return found
 
     def _is_local(self, path: Sdf.Path) -> bool:
@@ -65,6 +69,7 @@ class Samples:
     def forget(self) -> None:
         """Forget what was found, since prims were made anew."""
         self._local.clear()
+        self._last = ()
 
 
 class Splines:
