@@ -55,7 +55,10 @@ class LosingError(UsdsdgError):
 
 
 class ScriptStopped(BaseException):
-    """Ends a script whose frames nobody reads any more, without a message; no Exception, which scripts catch."""
+    """Ends a script silently when the stream of its frames is closed.
+
+    It is no Exception, so that `except Exception` in the script does not catch it.
+    """
 
 
 class StageError(UsdsdgError):

@@ -277,7 +277,7 @@ def test_kinematic_body_carries_what_stands_on_it():
 @pytest.mark.parametrize("written", [True, False])
 @pytest.mark.parametrize("attribute", ["physics:kinematicEnabled", "physics:rigidBodyEnabled"])
 def test_a_body_that_is_stopped_carries_nothing_and_begins_at_rest_when_it_is_let_go(attribute, written):
-    """As in PhysX, where a kinematic body that nobody moves has no velocity."""
+    """A kinematic body without a new pose has the velocity 0, as in PhysX."""
     stage = new_stage()
     plate = add(stage, "/World/plate", at=(0, 0, 2), scale=(1, 1, 0.1))
     set_value(plate, "physics:velocity", Gf.Vec3f(1, 0, 0))

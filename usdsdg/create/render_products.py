@@ -143,7 +143,7 @@ def _cameras_of(path: str) -> list[str]:
 
 
 def _default_names(cameras: list[str]) -> list[str]:
-    """Return the names of products of cameras; a stereo pair's are told apart by those, as in Replicator."""
+    """Return the default names of the render products of cameras; those of a stereo pair end in _L and _R."""
     sides = [path[-2:] for path in cameras]
     if sides == list(STEREO_SIDES) and all("StereoCam" in path for path in cameras):
         return [f"{NAME}{side}" for side in sides]

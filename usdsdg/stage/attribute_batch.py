@@ -32,6 +32,21 @@ class Expired(Exception):
     """A spec of a batch is gone."""
 
 
+def set_defaults(specs: Sequence[Sdf.AttributeSpec], values: Sequence[Any]) -> None:
+    """Set the default value of each spec, in the `Sdf.ChangeBlock` of the caller.
+
+    Raises:
+        Expired: one is gone; those before it are set.
+    """
+    try:
+        for spec, value in zip(specs, values):
+            spec.default = value
+    except (RuntimeError, TypeError) as error:  # pxr raises either of a spec that is gone
+        if any(spec.expired for spec in specs):
+            raise Expired from error
+        raise
+
+
 class AttributeBatch:
     """The specs of one attribute of many prims, in the edit target's layer; all attributes have one type."""
 
@@ -72,14 +87,8 @@ class AttributeBatch:
         converted = self._converted(values)
         if converted is None:
             return False
-        try:
-            with Sdf.ChangeBlock():
-                for spec, value in zip(self._specs, converted):
-                    spec.default = value
-        except (RuntimeError, TypeError) as error:  # pxr raises either of a spec that is gone
-            if any(spec.expired for spec in self._specs):
-                raise Expired from error
-            raise
+        with Sdf.ChangeBlock():
+            set_defaults(self._specs, converted)
         return True
 
     def _converted(self, values: Any) -> Sequence[Any] | None:

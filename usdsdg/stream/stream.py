@@ -37,7 +37,7 @@ def _forget_parent() -> None:
 
 around_fork(in_child=_forget_parent)
 
-# Streams that somebody holds. An interpreter that ends would close them after the modules that they need.
+# Streams whose iterator is still referenced. At exit Python may finalize them after the modules that they use.
 _held: WeakSet[Iterator[Any]] = WeakSet()
 _is_exiting = False
 

@@ -167,7 +167,7 @@ class EditReader:
 
     def _read_prim(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
         warn_unread(self._stage.GetPrimAtPath(path), names)
-        # Which instances are inactive is metadata, of which no name is told.
+        # inactiveIds is metadata of the instancer, and notices give no names of metadata.
         if path in self._scene.instancers and (names & _INSTANCES or not names):
             self._read_instances(path, names, cache, edits)
         if any(name.startswith("xformOp") for name in names):

@@ -71,13 +71,19 @@ def _read(attributes: Sequence[Usd.Attribute], name: str, time: Usd.TimeCode, ar
         if type(value) is array and len(value) == 1 and (width == 1 or color_space(attribute) is None):
             rows.append(row)
             values.append(value[0])
-    numbers = np.array(array(values), np.float64).reshape(-1, width)
-    usable = (np.isfinite(numbers) & (numbers <= MAX_COLOR)).all(axis=1)
-    for row, number, is_usable in zip(rows, np.clip(numbers, 0.0, None).tolist(), usable.tolist()):
+    numbers, usable = within_limits(array(values), width)
+    for row, number, is_usable in zip(rows, numbers.tolist(), usable.tolist()):
         if is_usable:
             found[row] = Shown(tuple(number))
     own = zip(attributes, found)
     return [_read_one(each.GetPrim(), name, time, width) if shown is None else shown for each, shown in own]
+
+
+def within_limits(values: Vt.Vec3fArray | Vt.FloatArray, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return values as (N, `width`) float64 without negative numbers, and whether each can be used as it is, (N,)."""
+    numbers = np.array(values, np.float64).reshape(-1, width)
+    usable = np.isfinite(numbers) & (numbers <= MAX_COLOR)
+    return np.clip(numbers, 0.0, None), np.all(usable, axis=1)
 
 
 def _read_one(prim: Usd.Prim, name: str, time: Usd.TimeCode, width: int) -> Shown:

@@ -201,7 +201,6 @@ class SceneExtractor:
         self._materials.bind(self._gprims)
         changed = [gprim for gprim in drawn if gprim.materials is None]
         self._materials.read(changed, self._time)
-        self._materials.note_plain_colors(changed)
         if everything:
             self._find_skinned()
         replaced = self._read_geometry(changed) or everything

@@ -126,13 +126,7 @@ class GprimMaterials:
                 whole = (m.material if isinstance(m, DisplayColor) else m for m in gprim.materials)
                 gprim.materials = [emissive_material(material, gprim.prim) for material in whole]
             gprim.has_own_materials = any(a is not b and b is not None for a, b in zip(gprim.materials, own))
-
-    def note_plain_colors(self, gprims: Sequence[Gprim]) -> None:
-        """Note which of the displayColors that were edited, and read again, are all that their gprims show."""
-        recolored = [gprim for gprim in gprims if gprim.is_recolored and gprim.color is not None]
-        self._plain_colors.note(recolored)
-        for gprim in recolored:
-            gprim.is_recolored = False
+        self._plain_colors.note(gprim for gprim in shown if gprim.is_recolored)
 
     def apply_colors(self, changed: Iterable[Gprim], prototypes: Collection[int], time: Usd.TimeCode) -> None:
         """Give gprims the textures of their varying colors; warn of those that cannot have them, or not as authored.

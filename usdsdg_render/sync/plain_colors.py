@@ -11,8 +11,7 @@ from pxr import Usd, Vt
 
 from usdsdg.stage.handles import Handles
 from usdsdg.stage.time_code import current_values
-from usdsdg_render.materials.display_color import DisplayColor, Shown
-from usdsdg_render.materials.shading import MAX_COLOR
+from usdsdg_render.materials.display_color import DisplayColor, Shown, within_limits
 from usdsdg_render.usd.color_spaces import color_space
 
 if TYPE_CHECKING:
@@ -45,8 +44,8 @@ class PlainColors:
         None of the gprims has prims below, which would inherit the color: those are read anew after such an edit.
         """
         for gprim in gprims:
-            attribute = gprim.shown[0]
-            path = [attribute.GetPath()]
+            gprim.is_recolored = False
+            path = [gprim.shown[0].GetPath()]
             if not _is_plain(gprim):
                 self._handles.drop(path)
                 continue
@@ -68,19 +67,18 @@ class PlainColors:
         has_space = list(map(Usd.Attribute.HasColorSpace, self._attributes))
         are_usual = set(map(type, values)) == {Vt.Vec3fArray} and set(map(len, values)) == {1} and True not in has_space
         others: list[Gprim] = []
-        if not are_usual or any(gprim.materials is None for gprim in gprims):
+        if not are_usual or not all(map(_shows_color_alone, gprims)):
             usual = [
-                type(value) is Vt.Vec3fArray and len(value) == 1 and not has and gprim.materials is not None
+                type(value) is Vt.Vec3fArray and len(value) == 1 and not has and _shows_color_alone(gprim)
                 for gprim, value, has in zip(gprims, values, has_space)
             ]
             gprims, others = _parted(gprims, usual)
             values = [value for value, is_usual in zip(values, usual) if is_usual]
-        numbers = np.array(Vt.Vec3fArray([value[0] for value in values]), np.float64).reshape(-1, 3)
-        usable = (np.isfinite(numbers) & (numbers <= MAX_COLOR)).all(axis=1)
+        numbers, usable = within_limits(Vt.Vec3fArray([value[0] for value in values]), 3)
         if not usable.all():
             gprims, unusable = _parted(gprims, usable.tolist())
             others, numbers = others + unusable, numbers[usable]
-        _give(gprims, np.clip(numbers, 0.0, None))
+        _give(gprims, numbers)
         return gprims, others
 
 
@@ -98,12 +96,16 @@ def _give(gprims: Sequence[Gprim], colors: np.ndarray) -> None:
         gprim.color, gprim.materials = color, [material]
 
 
+def _shows_color_alone(gprim: Gprim) -> bool:
+    """Whether no material is bound to a gprim, as it was read last, nor made of what it emits."""
+    materials = gprim.materials
+    return gprim.bound == [None] and materials is not None and type(materials[0]) is DisplayColor
+
+
 def _is_plain(gprim: Gprim) -> bool:
     """Whether a gprim shows one displayColor of its own, as it is, and nothing else."""
-    materials, attribute = gprim.materials, gprim.shown[0]
-    if gprim.bound != [None] or gprim.is_light or gprim.color_varies or gprim.prim.IsInstanceProxy():
-        return False
-    if materials is None or type(materials[0]) is not DisplayColor or not attribute:
+    attribute = gprim.shown[0]
+    if not _shows_color_alone(gprim) or gprim.color_varies or gprim.prim.IsInstanceProxy() or not attribute:
         return False
     (value,) = current_values([attribute])
     is_single = type(value) is Vt.Vec3fArray and len(value) == 1

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, Vt
 
+from tests.render.sync.fresh_materials import assert_fresh, rows
 from usdsdg.stage.materials import define_mdl
 from usdsdg_render.sync.extract import SceneExtractor
 
@@ -31,17 +32,6 @@ def _triangle(stage: Usd.Stage, path: str) -> UsdGeom.Mesh:
     mesh.CreateFaceVertexCountsAttr([3])
     mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
     return mesh
-
-
-def rows(extractor: SceneExtractor) -> np.ndarray:
-    """The row of the material of each instance."""
-    extractor.update()
-    scene = extractor.scene
-    return scene.materials[scene.material_slots[scene.instances.slot_offset]]
-
-
-def assert_fresh(extractor: SceneExtractor, stage: Usd.Stage) -> None:
-    np.testing.assert_array_equal(rows(extractor), rows(SceneExtractor(stage)))
 
 
 def _color(ball: Usd.Prim) -> Usd.Attribute:
@@ -185,5 +175,21 @@ def test_a_material_without_a_surface_shows_the_color_until_it_has_one(stage):
     material.CreateSurfaceOutput().ConnectToSource(surface.CreateOutput("surface", Sdf.ValueTypeNames.Token))
     for k in range(4):
         surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set((0.1 * k, 1, 0))
+        _paint(ball, k)
+        assert_fresh(extractor, stage)
+
+
+@pytest.mark.parametrize("path", [BALLS[1], "/World"])
+def test_a_gprim_that_gets_a_material_shows_it_whatever_its_color_was(path, stage):
+    """Without any other edit than that of the binding, at the gprim or above it."""
+    shared = UsdShade.Material.Get(stage, "/Looks/shared")
+    other = UsdGeom.Cube.Define(stage, "/Other")  # which has the material all the time
+    UsdShade.MaterialBindingAPI.Apply(other.GetPrim()).Bind(shared)
+    api = UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath(path))
+    extractor, ball = SceneExtractor(stage), stage.GetPrimAtPath(BALLS[1])
+    for k in range(9):
+        if k in (3, 6):
+            api.Bind(shared) if k == 3 else api.UnbindAllBindings()
+            assert_fresh(extractor, stage)
         _paint(ball, k)
         assert_fresh(extractor, stage)

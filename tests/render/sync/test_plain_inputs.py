@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
+from tests.render.sync.fresh_materials import assert_fresh, rows
 from usdsdg.stage.materials import define_mdl, set_input
 from usdsdg_render.sync.extract import SceneExtractor
 
@@ -35,17 +36,6 @@ def stage():
             ball.AddTranslateOp().Set((k, 0, 0))
             UsdShade.MaterialBindingAPI.Apply(ball.GetPrim()).Bind(material)
     return stage
-
-
-def rows(extractor: SceneExtractor) -> np.ndarray:
-    """The row of the material of each instance."""
-    extractor.update()
-    scene = extractor.scene
-    return scene.materials[scene.material_slots[scene.instances.slot_offset]]
-
-
-def assert_fresh(extractor: SceneExtractor, stage: Usd.Stage) -> None:
-    np.testing.assert_array_equal(rows(extractor), rows(SceneExtractor(stage)))
 
 
 def _number(name: str, *values: object) -> Callable[[Usd.Prim, int], object]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Sdf, Usd, UsdGeom, Vt
 
+from usdsdg.stage.attribute_batch import Expired, set_defaults
 from usdsdg.stage.poses.first_ops import add_first_ops
 from usdsdg.stage.poses.rotations import ROTATION_ORDERS, euler_from_matrix, matrix_from_euler, matrix_from_quat
 from usdsdg.stage.poses.xform_ops import author_pose, gf_quat
@@ -107,9 +108,7 @@ def author_poses(
         with Sdf.ChangeBlock():
             for role, column in given.items():
                 batch.write(role, column)
-    except (RuntimeError, TypeError):  # pxr raises either of a spec that is gone
-        if not batch.has_expired:
-            raise
+    except Expired:
         # A script has removed an op since it was looked up; author_pose adds it again.
         _batches.remove(batch)
         singly = list(range(len(prims)))
@@ -166,20 +165,14 @@ class _Batch:
             return False
 
     def write(self, role: str, column: Any) -> None:
-        """Set the ops of one role."""
+        """Set the ops of one role; raises as `set_defaults`."""
         for group in self._groups[role]:
             part = column
             if len(group.rows) < len(self.prims):
                 part = column.select(group.rows) if isinstance(column, Rotations) else column[group.rows]
             kind = group.type_name
             values = _rotations(part, kind) if isinstance(part, Rotations) else _vectors(part, kind)
-            for spec, value in zip(group.specs, values):
-                spec.default = value
-
-    @property
-    def has_expired(self) -> bool:
-        """Whether an op was removed since it was looked up."""
-        return any(spec.expired for groups in self._groups.values() for group in groups for spec in group.specs)
+            set_defaults(group.specs, values)
 
     def _enter(self, role: str, row: int, type_name: str, spec: Sdf.AttributeSpec) -> None:
         for group in self._groups[role]:

@@ -10,7 +10,7 @@ from usdsdg.stores.addresses import address_of, is_url
 from usdsdg.stores.paths import path_below
 from usdsdg.stores.whole_file import check_writable, write_whole, write_whole_with_hash
 from usdsdg.writers.backends.backend import BaseBackend
-from usdsdg.writers.journal.numbered import folder_of
+from usdsdg.writers.journal.numbered import next_writers_folder
 from usdsdg.writers.journal.place import FolderPlace
 from usdsdg.writers.journal.recipe import FILE as RECIPE
 from usdsdg.writers.sharing import warn_of_sharing
@@ -43,7 +43,7 @@ class DiskBackend(BaseBackend):
         folder = disk_root() / Path(os.path.expanduser(_path_of(output_dir)))
         _check_confined(folder)
         folder = current().run.placed(folder)
-        self._folder = folder if overwrite else folder_of(current().run, folder)
+        self._folder = folder if overwrite else next_writers_folder(current().run, folder)
         current().run.check(self._folder)
         check_writable(self._folder)
         _warn_of_leftovers(self._folder)

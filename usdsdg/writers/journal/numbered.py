@@ -45,7 +45,7 @@ class NumberedPlaces:
         return place in self._given
 
 
-def folder_of(run: Run, wanted: Path) -> Path:
+def next_writers_folder(run: Run, wanted: Path) -> Path:
     """Return the folder of the next writer that wants one of its own.
 
     It is the latest one with this run or a part of it that this writer had, where frames are added to such; else a new

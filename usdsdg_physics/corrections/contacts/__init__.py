@@ -1,1 +1,1 @@
-"""Corrections of contacts: those that are missing, impacts, and what is told of them."""
+"""Corrections of contacts: adding missing ones, the energy of impacts, and contact reports."""
