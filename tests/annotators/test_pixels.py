@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import warp as wp
 
 from usdsdg.annotators.pixels import encodings, look_ups
 from usdsdg.annotators.pixels.launch import RUN_PIXELS
+from usdsdg.annotators.pixels.look_up_table import LookUpTable
 
 HEIGHT, WIDTH = 67, 101  # more than one run, and the last one is shorter
 ODD = np.array(
@@ -81,7 +83,18 @@ def test_without_alpha_and_behind_everything():
 @pytest.mark.parametrize("words", [1, 2, 3, 4, 6])
 def test_look_up_takes_the_last_entry_where_nothing_is_hit(words):
     table, instance = np.random.default_rng(0).random((6, words)).astype(np.float32), instances()
-    assert np.array_equal(look_ups.look_up(instance, table), table[instance])
+    assert np.array_equal(look_ups.look_up(instance, LookUpTable(table)), table[instance])
+
+
+def test_pictures_that_lie_one_after_the_other_are_looked_up_together():
+    shown = np.random.default_rng(1).integers(-1, 5, (3, HEIGHT, WIDTH)).astype(np.int32)
+    whole = wp.array(shown, dtype=wp.int32, device="cpu")
+    colors = np.random.default_rng(2).integers(0, 256, (6, 4)).astype(np.uint8)
+    for order in ([0, 1, 2], [2, 0]):  # in a row, and not
+        found = look_ups.look_up_all([whole[k] for k in order], LookUpTable(colors))
+        for k, image in zip(order, found, strict=True):
+            assert np.array_equal(image.numpy(), colors[shown[k]])
+    assert look_ups.look_up_all([whole[0]], LookUpTable(colors))[0].shape == (HEIGHT, WIDTH, 4)
 
 
 def test_shade():

@@ -24,6 +24,9 @@ from usdsdg.session.replicator_version import OLD, replicator_version
 from usdsdg.session.session import current
 from usdsdg.session.turns import in_turn
 
+# One encoder for all: `json.dumps` with options makes a new one in each call.
+_text_of = json.JSONEncoder(sort_keys=True, default=str).encode
+
 
 class Annotator:
     """An annotator with its parameters and augmentations, attached to a render product or not yet."""
@@ -114,7 +117,7 @@ class Annotator:
 
     def compute(self, frame: Frame) -> Annotation:
         """Compute the annotation of `frame`, augmentations applied, and keep it for `get_data`."""
-        key = ("annotation", self._spec.compute, json.dumps(self._params, sort_keys=True, default=str))
+        key = ("annotation", self._spec.compute, _text_of(self._params))
         annotation = frame.derive(key, lambda: self._spec.compute(frame, self._params))
         if self._params.get("colorize") and annotation.data is not None and replicator_version() == OLD:
             annotation = Annotation(packed(frame.on_host(annotation.data)), annotation.info)

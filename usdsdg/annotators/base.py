@@ -134,6 +134,8 @@ def predicate_of(params: Mapping[str, Any]) -> str | None:
         AnnotatorError: both are given, or one has the wrong type.
     """
     types, predicate = params.get("semanticTypes"), params.get("semanticFilter")
+    if types is None and predicate is None:
+        return current().label_filter
     names = [types] if types is None or isinstance(types, str) else types
     if not isinstance(names, (list, tuple, set)) or not all(name is None or isinstance(name, str) for name in names):
         raise AnnotatorError(f"semanticTypes is {types!r}; expected a list of types such as ['class'].")

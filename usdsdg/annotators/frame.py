@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from usdsdg.annotators.labeled_prims import LabeledPrims, Selection
+from usdsdg.annotators.labeled_prims import LabeledPrims
 from usdsdg.annotators.pixels import look_ups
 from usdsdg.annotators.pixels.launch import Pixels
-from usdsdg.annotators.pixels.look_ups import PIXELS, X_MAX, X_MIN, Y_MAX, Y_MIN
+from usdsdg.annotators.pixels.look_up_table import LookUpTable
+from usdsdg.annotators.pixels.look_ups import PIXELS
 from usdsdg.annotators.scene_queries import SceneQueries
+from usdsdg.annotators.selection import Selection
 from usdsdg.errors import AnnotatorError, Unsupported
 from usdsdg.readback import read_back
 from usdsdg.stage.cameras.camera_view import CameraView
@@ -124,19 +126,10 @@ class Frame:
     @property
     def sums(self) -> np.ndarray:
         """Visible pixels and their bounds of each gprim, (G, 5) int64 as `coverage`."""
-        if "sums" not in self.memo:
-            # Of all cameras at once, since a launch and a copy to the host take as long for one as for many.
-            image = self.image("instance")
-            others = [each for each in self.together if each is not self and each.lacks_sums_of(self)]
-            images = [image, *(each.aovs["instance"] for each in others)]
-            for each, sums in zip([self, *others], look_ups.sum_all_by_gprim(images, len(self.gprims)), strict=True):
-                each.memo["sums"] = sums
-        return self.memo["sums"]
+        return self._derive_together("sums", self._sum_together)
 
-    def lacks_sums_of(self, other: Frame) -> bool:
-        """Return whether sums can be computed with those of another frame: of the same gprims and size."""
-        alike = self.gprims is other.gprims and self.shape == other.shape
-        return alike and "sums" not in self.memo and "instance" in self.aovs
+    def _sum_together(self, frames: Sequence[Frame]) -> Sequence[np.ndarray]:
+        return look_ups.sum_all_by_gprim([each.image("instance") for each in frames], len(self.gprims))
 
     @property
     def shown_gprims(self) -> np.ndarray:
@@ -148,13 +141,20 @@ class Frame:
         """Whether any pixel shows no gprim."""
         return int(self.sums[:, PIXELS].sum()) < self.shape[0] * self.shape[1]
 
-    def look_up(self, table: np.ndarray) -> Pixels:
+    def look_up(self, table: np.ndarray | LookUpTable) -> Pixels:
         """Return the value of each pixel's gprim (H, W, ...), of a table with a last entry for pixels without a hit.
 
         The image of one table is made once; entries have 4 bytes or a multiple.
         """
-        key = ("look up", table.dtype.str, table.shape[1:], table.tobytes())
-        return self.derive(key, lambda: look_ups.look_up(self.image("instance"), table))
+        if isinstance(table, np.ndarray):
+            key = ("look up", table.dtype.str, table.shape[1:], table.tobytes())
+            return self.derive(key, lambda: look_ups.look_up(self.image("instance"), LookUpTable(table)))
+        if isinstance(instance := self.image("instance"), np.ndarray):  # where each picture takes its time
+            return self.derive(table, lambda: look_ups.look_up(instance, table))
+        return self._derive_together(table, lambda frames: self._look_up_together(frames, table))
+
+    def _look_up_together(self, frames: Sequence[Frame], table: LookUpTable) -> Sequence[Pixels]:
+        return look_ups.look_up_all([each.image("instance") for each in frames], table)
 
     @property
     def black(self) -> Pixels:
@@ -171,19 +171,10 @@ class Frame:
 
     def visible(self, predicate: str | None) -> np.ndarray:
         """Return visible pixels and their bounds of each of the K selected prims, (K, 5) int64 as `coverage`."""
-        return self.derive(("visible", predicate), lambda: self._sum_members(self.selection(predicate)))
+        return self._derive_together(("visible", predicate), lambda frames: self._sum_members(frames, predicate))
 
-    def _sum_members(self, selection: Selection) -> np.ndarray:
-        sums = np.full((len(selection), 5), -1, np.int64)
-        shown = self.shown_gprims
-        owned = shown[selection.member_of_gprim[shown] >= 0]
-        members, of_gprims = selection.member_of_gprim[owned], self.sums[owned]
-        sums[members] = (0, *self.shape[::-1], -1, -1)
-        np.add.at(sums[:, PIXELS], members, of_gprims[:, PIXELS])
-        for column, least in ((X_MIN, np.minimum), (Y_MIN, np.minimum), (X_MAX, np.maximum), (Y_MAX, np.maximum)):
-            least.at(sums[:, column], members, of_gprims[:, column])
-        sums[sums[:, PIXELS] < 0, PIXELS] = 0
-        return sums
+    def _sum_members(self, frames: Sequence[Frame], predicate: str | None) -> Sequence[np.ndarray]:
+        return list(self.selection(predicate).sum_members(np.stack([each.sums for each in frames])))
 
     def in_view(self, predicate: str | None) -> np.ndarray:
         """Return the selected prims with any amodal pixel in the picture, as indices into the selection."""
@@ -191,10 +182,29 @@ class Frame:
 
     def occlusion(self, predicate: str | None) -> np.ndarray:
         """Return (K,) float32: the occluded fraction of each selected prim's amodal pixels; nan out of view."""
+        return self.derive(("occlusion", predicate), lambda: self._occlusion(predicate))
+
+    def _occlusion(self, predicate: str | None) -> np.ndarray:
         amodal = self.coverage[self.selection(predicate).rows, PIXELS]
         ratio = np.full(len(amodal), np.nan, np.float32)
         np.divide(amodal - self.visible_pixels(predicate), amodal, out=ratio, where=amodal > 0, casting="unsafe")
         return ratio
+
+    def _derive_together(self, key: Any, make: Callable[[Sequence[Frame]], Sequence[Any]]) -> Any:
+        """Do as `derive`, and at once for the other frames of this capture that show the same prims at the same size.
+
+        One pass of NumPy, a launch, and a copy to the host take about as long for one picture as for many.
+        """
+        if key not in self.memo:
+            alike = [each for each in self.together if each is self or each._is_alike(self)] or [self]
+            frames = [each for each in alike if key not in each.memo]
+            for frame, made in zip(frames, make(frames), strict=True):
+                frame.memo[key] = made
+        return self.memo[key]
+
+    def _is_alike(self, other: Frame) -> bool:
+        is_same_stage = self.labeled_prims.selections is other.labeled_prims.selections and self.gprims is other.gprims
+        return is_same_stage and self.shape == other.shape and "instance" in self.aovs
 
     def derive(self, key: Any, make: Callable[[], Any]) -> Any:
         """Return `make()`, computed once per frame and `key`."""

@@ -12,7 +12,6 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.annotators.class_table import ClassTable, ids_are_stable
-from usdsdg.annotators.colors import FIRST_LABELED
 from usdsdg.annotators.ownership import (
     Chain,
     LabeledStage,
@@ -31,6 +30,7 @@ from usdsdg.annotators.prims.prim_bounds import PrimBounds
 from usdsdg.annotators.prims.skeleton_prims import SkeletonPrim, SkeletonPrims
 from usdsdg.annotators.prims.stage_numbers import StageNumbers, decides_points
 from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
+from usdsdg.annotators.selection import Selection
 from usdsdg.graph.label_sources import label_sources
 from usdsdg.session.session import current
 from usdsdg.stage.change_tracker import ChangeTracker
@@ -43,28 +43,6 @@ _PROTOTYPES = "prototypes"  # of a point instancer
 
 # The prims that change are mostly those that changed before.
 _is_in_prototype = lru_cache(maxsize=1 << 14)(Usd.Prim.IsPathInPrototype)
-
-
-@dataclass(frozen=True)
-class Selection:
-    """The labeled prims that pass a label filter, in stage order."""
-
-    rows: np.ndarray  # (K,) int64: rows of the `LabeledPrims`
-    member_of_gprim: np.ndarray  # (G,) int32: index into rows, -1 for gprims of no selected prim
-    labels: tuple[dict[str, str], ...]  # K times {type: "label[,label]"}, as annotators output them
-    class_ids: np.ndarray  # (K,) int64: id of the labels in semantic_segmentation, the same in all frames
-    class_labels: Mapping[int, dict[str, str]]  # of each class by id, also of those that no prim has now
-    class_colors: Mapping[int, tuple[int, int, int, int]]  # RGBA by id, where the user has given them
-    numbers: np.ndarray  # (K,) int64: number of the prim among all labeled prims, the same in all frames
-    prim_count: int  # numbers are below this
-
-    @property
-    def ids(self) -> np.ndarray:
-        """The ids (K,) of the prims in instance_segmentation."""
-        return self.numbers + FIRST_LABELED
-
-    def __len__(self) -> int:
-        return len(self.rows)
 
 
 @dataclass(frozen=True)

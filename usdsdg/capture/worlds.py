@@ -11,7 +11,8 @@ import numpy as np
 from pxr import Usd
 
 from usdsdg.annotators.colors import BACKGROUND, UNLABELLED
-from usdsdg.annotators.labeled_prims import LabeledPrimReader, Selection
+from usdsdg.annotators.labeled_prims import LabeledPrimReader
+from usdsdg.annotators.selection import Selection
 from usdsdg.capture.render_settings import RenderMode, glass_labels, path_settings, tone_settings
 from usdsdg.capture.time_dependence import check_time_independent
 from usdsdg.errors import ArgumentError, Unsupported

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.colors import colors_of_ids
-from usdsdg.annotators.labeled_prims import Selection
+from usdsdg.annotators.selection import Selection
 from usdsdg.pictures.depth_colors import depth_colors
 from usdsdg.stage.cameras.camera_view import CameraView
 from usdsdg.view.scene import Scene

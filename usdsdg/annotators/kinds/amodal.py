@@ -12,9 +12,10 @@ import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.colors import FIRST_LABELED, UNLABELLED
-from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
+from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds.boxes import fill_corners
 from usdsdg.annotators.pixels import masks
+from usdsdg.annotators.pixels.look_ups import PIXELS, X_MIN
 from usdsdg.errors import AnnotatorError
 
 Params = Mapping[str, Any]

@@ -10,7 +10,8 @@ import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
 from usdsdg.annotators.colors import UNLABELLED
-from usdsdg.annotators.frame import X_MIN, Frame
+from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.pixels.look_ups import X_MIN
 
 Params = Mapping[str, Any]
 
@@ -155,12 +156,16 @@ def with_tables(frame: Frame, params: Params, key: Callable, listed: np.ndarray,
     """Fill in ids and occlusion of `rows`, which belong to the selected prims `listed`, and add the tables."""
     predicate = predicate_of(params)
     selection = frame.selection(predicate)
+    classes, class_of_prim = selection.keep("classes", lambda: np.unique(selection.class_ids, return_inverse=True))
+    are_present = np.zeros(len(classes), bool)
+    are_present[class_of_prim[listed]] = True
     # As in Isaac Sim, the ids of a list of boxes have no gaps.
-    present, rows["semanticId"] = np.unique(selection.class_ids[listed], return_inverse=True)
+    rows["semanticId"] = (np.cumsum(are_present) - 1)[class_of_prim[listed]]
     rows["occlusionRatio"] = frame.occlusion(predicate)[listed]
+    present, paths = classes[are_present].tolist(), frame.labeled_prims.prim_paths
     info = {
         "idToLabels": {key(index): selection.class_labels[number] for index, number in enumerate(present)},
         "bboxIds": selection.ids[listed].astype(np.uint32),
-        "primPaths": [frame.labeled_prims.prim_paths[row] for row in selection.rows[listed]],
+        "primPaths": [paths[row] for row in selection.rows[listed].tolist()],
     }
     return Annotation(rows, info)

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
-from usdsdg.annotators.frame import PIXELS, Frame
+from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.pixels import encodings, look_ups
 from usdsdg.annotators.pixels.launch import Pixels
+from usdsdg.annotators.pixels.look_ups import PIXELS
 
 Params = Mapping[str, Any]
 

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
-from usdsdg.annotators.frame import PIXELS, Frame
+from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds.boxes import NO_TABLES, with_tables
 from usdsdg.annotators.pixels.launch import MASKS, run
+from usdsdg.annotators.pixels.look_ups import PIXELS
 
 Params = Mapping[str, Any]
 

@@ -53,7 +53,7 @@ def _shaded(segment: Callable[[Frame, Params], Shown], frame: Frame, params: Par
         colors = pastels_of_ids(table.ids)
         colors[table.ids == BACKGROUND] = 0
     else:
-        colors = table.colors[:, :3]
+        colors = table.colors.values[:, :3]
     light = np.asarray(params["lightSource"], np.float32)
     light /= max(float(np.linalg.norm(light)), 1e-12)
     return Annotation(look_ups.shade(frame.image("instance"), frame.image("normals"), colors, light, _DARKEST))

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define, predicate_of
-from usdsdg.annotators.frame import PIXELS, X_MIN, Frame
+from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds.boxes import BOX_2D, NO_TABLES, fill_corners, with_tables
+from usdsdg.annotators.pixels.look_ups import PIXELS, X_MIN
 
 Params = Mapping[str, Any]
 

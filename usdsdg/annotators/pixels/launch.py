@@ -96,11 +96,12 @@ def band_of(count: int, pixels: int) -> int:
     return -(-count // bands) or 1
 
 
-def viewed(array: wp.array, dtype: Any, shape: tuple[int, ...]) -> wp.array:
-    """Return the memory of a contiguous array as another type and shape."""
+def viewed(array: wp.array, dtype: Any, shape: tuple[int, ...], *, offset: int = 0) -> wp.array:
+    """Return the memory of a contiguous array, from an offset [bytes] on, as another type and shape."""
     import warp as wp
 
-    view = wp.array(ptr=array.ptr, shape=shape, dtype=dtype, device=array.device, copy=False)
+    start = None if array.ptr is None else array.ptr + offset
+    view = wp.array(ptr=start, shape=shape, dtype=dtype, device=array.device, copy=False)
     view._ref = array  # as Warp's own views keep their memory
     return view
 
@@ -118,6 +119,15 @@ def in_a_row(images: Sequence[Pixels]) -> Pixels | None:
     whole = viewed(first, first.dtype, (len(images) * first.shape[0], *first.shape[1:]))
     whole._ref = tuple(images)
     return whole
+
+
+def pieces(whole: wp.array, count: int) -> list[wp.array]:
+    """Return so many equal pieces of a contiguous array along its first axis, which share its memory."""
+    import warp as wp
+
+    shape = (whole.shape[0] // count, *whole.shape[1:])
+    size = prod(shape) * wp.types.type_size_in_bytes(whole.dtype)
+    return [viewed(whole, whole.dtype, shape, offset=k * size) for k in range(count)]
 
 
 def _on_device(value: Any, kind: Any, device: str) -> Any:

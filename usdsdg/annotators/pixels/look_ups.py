@@ -9,7 +9,18 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from usdsdg.annotators.pixels.launch import Pixels, band_of, in_a_row, new, on_host, placed, run, run_over_pixels
+from usdsdg.annotators.pixels.launch import (
+    Pixels,
+    band_of,
+    in_a_row,
+    new,
+    on_host,
+    pieces,
+    placed,
+    run,
+    run_over_pixels,
+)
+from usdsdg.annotators.pixels.look_up_table import LookUpTable
 
 # Columns of sums.
 PIXELS, X_MIN, Y_MIN, X_MAX, Y_MAX = range(5)
@@ -19,15 +30,20 @@ _NONE = np.array([0, 1 << 30, 1 << 30, -1, -1], np.int32)
 _PART_PIXELS = 64
 
 
-def look_up(instance: Pixels, table: np.ndarray) -> Pixels:
+def look_up(instance: Pixels, table: LookUpTable) -> Pixels:
     """Return the table's value of each pixel, (H, W, *channels); entries have 4 bytes or a multiple."""
     from usdsdg.annotators.pixels import look_up_kernels as kernels  # imports Warp
 
-    table = np.ascontiguousarray(table)
-    words = table.nbytes // len(table) // 4
-    values = new((*instance.shape, *table.shape[1:]), table.dtype, instance)
-    run_over_pixels(kernels.look_up, instance.size, [instance, _words(table), words], [_words(values)])
+    values = new((*instance.shape, *table.values.shape[1:]), table.values.dtype, instance)
+    run_over_pixels(kernels.look_up, instance.size, [instance, table.on(instance), table.words], [_words(values)])
     return values
+
+
+def look_up_all(instances: Sequence[Pixels], table: LookUpTable) -> list[Pixels]:
+    """Return `look_up` of images of one size; those of a GPU that lie one after the other take one launch."""
+    if len(instances) == 1 or (whole := in_a_row(instances)) is None:
+        return [look_up(each, table) for each in instances]
+    return pieces(look_up(whole, table), len(instances))
 
 
 def sum_by_gprim(instance: Pixels, gprims: int) -> np.ndarray:

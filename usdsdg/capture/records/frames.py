@@ -13,10 +13,11 @@ import numpy as np
 
 from usdsdg.annotators.annotator import Annotator
 from usdsdg.annotators.class_table import ClassTable, ids_are_stable
-from usdsdg.annotators.frame import PIXELS, Frame
+from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds.keypoints import NAME as KEYPOINTS_ANNOTATOR
 from usdsdg.annotators.kinds.keypoints import PRIMS as KEYPOINTS
-from usdsdg.annotators.labeled_prims import Selection
+from usdsdg.annotators.pixels.look_ups import PIXELS
+from usdsdg.annotators.selection import Selection
 from usdsdg.capture.records.pictures import pictures_of
 from usdsdg.capture.records.stages import StageMoment
 from usdsdg.capture.tiles import views_of
