@@ -51,6 +51,29 @@ def test_the_pool_stays_within_its_limit():
     assert held.size == 10
 
 
+def test_arrays_of_nearly_the_same_size_share_a_few_buffers():
+    sizes = []
+    pool = BufferPool(lambda size: sizes.append(size) or Bytes(size), max_bytes=1 << 22)
+    counts = np.random.default_rng(0).integers(40_000, 60_000, 300)  # points in view, frame by frame
+    for count in counts.tolist():
+        array = pooled_array(pool, count)
+        array[-1] = 1.0  # the last byte is there
+        del array
+    assert len(sizes) <= 6
+    assert all(any(4 * count <= size <= 4 * count * 9 / 8 for size in sizes) for count in counts.tolist())
+
+
+def test_room_is_made_of_as_few_unused_buffers_as_needed():
+    sizes = []
+    pool = BufferPool(lambda size: sizes.append(size) or Bytes(size), max_bytes=400)
+    first, second = pooled_array(pool, 50), pooled_array(pool, 25)
+    address = second.ctypes.data
+    del first, second
+    assert pooled_array(pool, 60) is not None  # in place of the first
+    assert pooled_array(pool, 25).ctypes.data == address
+    assert sizes == [208, 104, 240]
+
+
 def test_cpu_arrays_are_not_copied():
     array = wp.array([[1.0, 2.0, 3.0]], dtype=wp.vec3, device="cpu")
     copies = read_back({"a": array, "none": wp.empty((0, 4), dtype=wp.int32, device="cpu")})

@@ -17,7 +17,7 @@ LEAST_BYTES = 1 << 16
 
 
 class BufferPool:
-    """Buffers that back NumPy arrays, reused by size.
+    """Buffers that back NumPy arrays, reused by size. Buffers have few sizes, each for arrays that are a bit smaller.
 
     Args:
         allocate: allocates a buffer of a size in bytes, any object with an address `ptr`.
@@ -30,26 +30,38 @@ class BufferPool:
         self._bytes = 0  # of all buffers, free or in use
 
     def acquire(self, size: int) -> Any | None:
-        """Return a buffer of `size` bytes, or None if it would exceed the limit."""
+        """Return a buffer of at least `size` bytes, or None if it would exceed the limit."""
+        size = _rounded(size)
         # Arrays are deleted in any thread, so buffers may come and go between two lines.
         with suppress(KeyError, IndexError):
             return self._free[size].pop()
         if self._bytes + size > self._max_bytes:
-            self._free_unused()
+            self._make_room(size)
         if self._bytes + size > self._max_bytes:
             return None
         self._bytes += size
         return self._allocate(size)
 
     def release(self, buffer: Any, size: int) -> None:
-        """Return a buffer to the pool."""
-        self._free.setdefault(size, []).append(buffer)
+        """Return a buffer that `acquire` gave for so many bytes to the pool."""
+        self._free.setdefault(_rounded(size), []).append(buffer)
 
-    def _free_unused(self) -> None:
-        """Free all buffers that are not in use."""
-        while self._free:
-            size, buffers = self._free.popitem()
-            self._bytes -= size * len(buffers)
+    def _make_room(self, size: int) -> None:
+        """Free buffers that are not in use, one size after the other, until there is room for so many bytes."""
+        for known in list(self._free):
+            if self._bytes + size <= self._max_bytes:
+                return
+            self._bytes -= known * len(self._free.pop(known, ()))
+
+
+def _rounded(size: int) -> int:
+    """Return the size of the buffers of arrays of `size` bytes, by at most an eighth more.
+
+    Arrays whose lengths differ from frame to frame, as those of point clouds, have the same few sizes so: to allocate
+    page-locked memory for each takes longer than to compute it.
+    """
+    step = 1 << max(size.bit_length() - 4, 0)
+    return -(-size // step) * step
 
 
 class PooledBuffer:

@@ -16,8 +16,8 @@ from usdsdg.buffers import BufferPool, PooledBuffer
 if TYPE_CHECKING:
     import warp as wp
 
-# Limit of page-locked memory; arrays beyond it are copied to pageable memory.
-MAX_PINNED_BYTES = 1 << 30
+# Limit of page-locked memory; arrays beyond it are copied to pageable memory. What waits to be written may fill half.
+MAX_PINNED_BYTES = 1 << 31
 
 
 def _pinned(size: int) -> wp.array:
