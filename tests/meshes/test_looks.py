@@ -54,6 +54,37 @@ def test_a_mask_of_mtl_is_the_alpha_of_the_color(tmp_path):
     assert notes == []
 
 
+def see_through(kind, file):
+    """Save a red picture whose first texels are transparent: a palette with transparent entries, or one such color."""
+    image = Image.new("RGBA", (4, 4), (255, 0, 0, 255))
+    image.paste((0, 0, 255, 0), (0, 0, 4, 2))
+    if kind == "palette":
+        image.quantize(4).save(file)
+    else:
+        image.convert("RGB").save(file, transparency=(0, 0, 255))
+
+
+@pytest.mark.parametrize("kind", ["palette", "color"])
+def test_transparency_of_pictures_without_a_channel_of_alpha_counts(kind, tmp_path, recwarn):
+    """As optimizers of PNG files leave them."""
+    look = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "alphaMode": "MASK"}
+    file = gltf_with(look, ["leaf.png"], tmp_path)
+    see_through(kind, tmp_path / "leaf.png")
+    stage, _, _ = opened(file, tmp_path)
+    shader, output = source_of(surface(stage), "opacity")
+    assert output == "a"
+    with Image.open(shader.GetInput("file").Get().resolvedPath) as image:
+        assert np.array(image.convert("RGBA"))[[0, 3], 0, 3].tolist() == [0, 255]
+    (tmp_path / "obj").mkdir()
+    see_through(kind, tmp_path / "obj" / "leaf.png")
+    for library in ("map_Kd leaf.png", "map_Kd leaf.png\nmap_d leaf.png"):
+        stage, _ = obj_with(f"newmtl a\n{library}\n", tmp_path / "obj")
+        assert source_of(surface(stage), "opacity")[1] == "a"
+        with Image.open(source_of(surface(stage), "diffuseColor")[0].GetInput("file").Get().resolvedPath) as image:
+            assert np.array(image.convert("RGBA"))[[0, 3], 0, 3].tolist() == [0, 255]
+    assert not recwarn.list
+
+
 def test_glow_metal_and_normals_of_mtl(tmp_path):
     stage, notes = obj_with("newmtl a\nKe 1 2 3\nPm 0.75\nPr 0.25\nnorm Wood 1.png\nmap_Ke mask.png\n", tmp_path)
     assert [value(stage, name) for name in ("metallic", "roughness")] == [0.75, 0.25]

@@ -169,15 +169,26 @@ def material_of(
 
 def has_alpha(image: Image.Image) -> bool:
     """Return whether some of a picture is not opaque."""
-    if image.mode not in ("RGBA", "LA", "PA"):
-        return False
-    return bool(np.asarray(image.getchannel("A")).min() < 255)
+    alpha = _alpha(image)
+    return alpha is not None and bool(np.asarray(alpha).min() < 255)
+
+
+def _alpha(image: Image.Image) -> Image.Image | None:
+    """Return the alpha of a picture, which may be that of entries of its palette or of one of its colors."""
+    if image.mode in ("RGBA", "LA", "PA"):
+        return image.getchannel("A")
+    if "transparency" in image.info and image.mode in ("P", "RGB", "L"):
+        return image.convert("RGBA").getchannel("A")
+    return None
 
 
 def _with_mask(texture: Texture | None, mask: Image.Image) -> Image.Image:
     """Return the picture of a color, or a white one, with a mask as its alpha: the mask's own alpha, or its gray."""
-    color = Image.new("RGB", mask.size, "white") if texture is None else texture.image.convert("RGB")
-    alpha = mask.getchannel("A") if has_alpha(mask) else mask.convert("L")
+    color = Image.new("RGB", mask.size, "white")
+    if texture is not None:
+        color = texture.image.convert("RGBA").convert("RGB")  # of a palette with transparency Pillow warns otherwise
+    own = _alpha(mask)
+    alpha = own if own is not None and has_alpha(mask) else mask.convert("L")
     color = color.copy()
     color.putalpha(alpha.resize(color.size) if alpha.size != color.size else alpha)
     return color
