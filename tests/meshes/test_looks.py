@@ -85,6 +85,44 @@ def test_transparency_of_pictures_without_a_channel_of_alpha_counts(kind, tmp_pa
     assert not recwarn.list
 
 
+def test_specular_color_and_glossiness_of_gltf(tmp_path):
+    """KHR_materials_pbrSpecularGlossiness: roughness is one minus glossiness, and the metallic look a stand-in."""
+    look = {
+        "pbrMetallicRoughness": {"metallicFactor": 1.0, "baseColorFactor": [0, 0, 0, 1]},
+        "extensions": {
+            "KHR_materials_pbrSpecularGlossiness": {
+                "diffuseFactor": [0.2, 0.4, 0.6, 1.0], "diffuseTexture": {"index": 0},
+                "specularFactor": [0.5, 0.25, 0.125], "glossinessFactor": 0.75,
+                "specularGlossinessTexture": {"index": 1},
+            }
+        },
+    }  # fmt: skip
+    file = gltf_with(look, ["color.png", "gloss.png"], tmp_path, alpha=102)
+    stage, report, _ = opened(file, tmp_path)
+    assert value(stage, "useSpecularWorkflow") == 1
+    color, specular, rough = (
+        source_of(surface(stage), name) for name in ("diffuseColor", "specularColor", "roughness")
+    )
+    assert [output for _, output in (color, specular, rough)] == ["rgb", "rgb", "a"]
+    np.testing.assert_allclose(color[0].GetInput("scale").Get(), (0.2, 0.4, 0.6, 1.0), rtol=1e-6)
+    np.testing.assert_allclose(specular[0].GetInput("scale").Get(), (0.5, 0.25, 0.125, 1.0))
+    assert specular[0].GetInput("sourceColorSpace").Get() == "sRGB"
+    alpha = picture(stage, "roughness")[0, 0, 3] / 255
+    scale, bias = (rough[0].GetInput(name).Get()[3] for name in ("scale", "bias"))
+    assert scale * alpha + bias == pytest.approx(1.0 - 0.75 * 102 / 255)
+    assert report.notes == []
+    del look["extensions"]["KHR_materials_pbrSpecularGlossiness"]["specularGlossinessTexture"]
+    stage, _, _ = opened(gltf_with(look, ["color.png"], tmp_path), tmp_path)
+    np.testing.assert_allclose(value(stage, "specularColor"), (0.5, 0.25, 0.125))
+    assert value(stage, "roughness") == 0.25
+
+
+def test_extensions_of_materials_that_are_not_read_are_named(tmp_path):
+    look = {"name": "toon", "extensions": {"VENDOR_toon": {}, "KHR_materials_sheen": {}}}
+    _, report, _ = opened(gltf_with(look, [], tmp_path), tmp_path)
+    assert report.notes == ["VENDOR_toon, KHR_materials_sheen of the material toon are left out"]
+
+
 def test_glow_metal_and_normals_of_mtl(tmp_path):
     stage, notes = obj_with("newmtl a\nKe 1 2 3\nPm 0.75\nPr 0.25\nnorm Wood 1.png\nmap_Ke mask.png\n", tmp_path)
     assert [value(stage, name) for name in ("metallic", "roughness")] == [0.75, 0.25]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -111,10 +112,10 @@ class _Looks:
         network.set("opacity", Sdf.ValueTypeNames.Float, given.opacity, alpha, "a")
         if given.opacity_threshold > 0.0:
             network.set("opacityThreshold", Sdf.ValueTypeNames.Float, given.opacity_threshold)
-        metallic, roughness = given.metallic, given.roughness
-        packed = self._picture(network, given.roughness_texture, "roughness", scale=(1.0, roughness, metallic, 1.0))
-        network.set("metallic", Sdf.ValueTypeNames.Float, metallic, packed, "b")
-        network.set("roughness", Sdf.ValueTypeNames.Float, roughness, packed, "g")
+        if given.specular is None:
+            self._set_metallic(network, given)
+        else:
+            self._set_specular(network, given, given.specular)
         glow = self._picture(network, given.emission_texture, "emission", scale=(*given.emission, 1.0))
         if any(given.emission):
             network.set("emissiveColor", Sdf.ValueTypeNames.Color3f, Gf.Vec3f(*given.emission), glow, "rgb")
@@ -129,6 +130,22 @@ class _Looks:
         if occlusion is not None:
             network.set("occlusion", Sdf.ValueTypeNames.Float, None, occlusion, "r")
         return material
+
+    def _set_metallic(self, network: _Network, given: Material) -> None:
+        metallic, roughness = given.metallic, given.roughness
+        packed = self._picture(network, given.roughness_texture, "roughness", scale=(1.0, roughness, metallic, 1.0))
+        network.set("metallic", Sdf.ValueTypeNames.Float, metallic, packed, "b")
+        network.set("roughness", Sdf.ValueTypeNames.Float, roughness, packed, "g")
+
+    def _set_specular(self, network: _Network, given: Material, specular: tuple[float, float, float]) -> None:
+        glossy, glossiness = given.glossy_texture, 1.0 - given.roughness
+        color = self._picture(network, glossy and replace(glossy, is_color=True), "specular", scale=(*specular, 1.0))
+        rough = self._picture(
+            network, glossy, "roughness", scale=(1.0, 1.0, 1.0, -glossiness), bias=(0.0, 0.0, 0.0, 1.0)
+        )
+        network.set("useSpecularWorkflow", Sdf.ValueTypeNames.Int, 1)
+        network.set("specularColor", Sdf.ValueTypeNames.Color3f, Gf.Vec3f(*specular), color, "rgb")
+        network.set("roughness", Sdf.ValueTypeNames.Float, given.roughness, rough, "a")
 
     def _picture(
         self,

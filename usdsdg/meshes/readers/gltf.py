@@ -12,7 +12,7 @@ import numpy as np
 
 from usdsdg.errors import Unsupported
 from usdsdg.meshes.readers.gltf_document import Document
-from usdsdg.meshes.readers.gltf_looks import Look, pictures_left_out, read_looks
+from usdsdg.meshes.readers.gltf_looks import Look, pictures_left_out, read_looks, take_over_glossiness
 from usdsdg.stage.poses.rotations import matrix_from_quat
 
 _DRACO, _INSTANCES, _TRANSFORM = "KHR_draco_mesh_compression", "EXT_mesh_gpu_instancing", "KHR_texture_transform"
@@ -36,6 +36,7 @@ def prepared(file: Path, beside: Callable[[str], bytes]) -> tuple[bytes, list[st
     _check_extensions(file, model)
     notes = [*_left_out(model), *pictures_left_out(document, beside)]
     _choose_scene(model)
+    take_over_glossiness(document)
     _pose_skins(document)
     _place_instances(document)
     for primitive in _primitives(model):
@@ -62,6 +63,9 @@ def _check_extensions(file: Path, model: dict[str, Any]) -> None:
 
 
 def _left_out(model: dict[str, Any]) -> Iterator[str]:
+    for name in model.get("extensionsRequired", []):
+        if name.startswith("KHR_technique"):
+            yield f"what materials have by {name} is left out"
     if model.get("skins"):
         yield "the skeleton is left out; the object has the pose of the file"
     if model.get("animations"):
