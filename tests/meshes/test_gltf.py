@@ -134,7 +134,7 @@ def test_all_joints_of_a_point_count(tmp_path):
     model.json["scenes"] = [{"nodes": [0, 1, 2]}]
     model.json["skins"] = [{"joints": [1, 2]}]
     found, _ = points_of(model, tmp_path)
-    assert same_places(found, points + (1, 0, 0))
+    assert same_places(found, points + np.array((1, 0, 0)))
 
 
 def test_the_opacity_of_the_colors_of_points_is_named(tmp_path):
