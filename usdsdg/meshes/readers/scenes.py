@@ -133,7 +133,7 @@ def _part(name: str, mesh: Any, materials: _Materials, *, is_gltf: bool) -> Part
         np.asarray(mesh.vertices, np.float64),
         np.asarray(mesh.faces, np.int64),
         None if normals is None or len(normals) != len(mesh.vertices) else np.asarray(normals, np.float64),
-        None if uvs is None or len(uvs) != len(mesh.vertices) else np.asarray(uvs, np.float64)[:, :2],
+        None if uvs is None or len(uvs) != len(mesh.vertices) else _pairs(np.asarray(uvs, np.float64)),
         _colors(visual, len(mesh.vertices), is_gltf=is_gltf),
         is_double_sided=not is_gltf or bool(getattr(material, "doubleSided", False)),
     )
@@ -141,6 +141,11 @@ def _part(name: str, mesh: Any, materials: _Materials, *, is_gltf: bool) -> Part
     if made.colors is None or factor is None:
         return replace(made, material=number, colors=None)
     return replace(made, material=number, colors=made.colors * np.array(factor))
+
+
+def _pairs(uvs: np.ndarray) -> np.ndarray:
+    """Return UVs (N, 2) of one, two or three numbers; a second that is missing is 0."""
+    return uvs[:, :2] if uvs.shape[1] > 1 else np.hstack([uvs, np.zeros_like(uvs)])
 
 
 def _colors(visual: Any, count: int, *, is_gltf: bool) -> np.ndarray | None:
