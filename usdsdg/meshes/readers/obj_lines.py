@@ -14,11 +14,9 @@ _COMMENTED = re.compile(rb"^((?:v|vt|vn|f) [^#\n]*)#[^\n]*", re.MULTILINE)
 _POLYGON = re.compile(rb"^f(?: +[-\d/]+){4,} *\r?$", re.MULTILINE)
 # A face with an index that counts from the last line before it (negative), or with 0, which is none.
 _RELATIVE = re.compile(rb"^f (?:.*[ /])?(?:-\d|0+(?:[ /\r]|$))", re.MULTILINE)
-# Faces with a corner of each form: a point alone, with UVs, with a normal, with both.
-_FORMS = [
-    re.compile(rb"^f [^\n]*?(?<= )\d+" + rest + rb"(?=[ \r\n]|\Z)", re.MULTILINE)
-    for rest in (rb"/?/?", rb"/\d+/?", rb"//\d+", rb"/\d+/\d+")
-]
+_CORNER = re.compile(rb"^f +(\S+)", re.MULTILINE)
+# Corners of each form: with UVs and a normal, with one of them, a point alone.
+_FORMS = (rb"\d+/\d+/\d+", rb"\d+//\d+", rb"\d+/\d+/?", rb"\d+/?/?")
 
 
 def plain_lines(content: bytes) -> tuple[bytes, list[str]]:
@@ -27,12 +25,31 @@ def plain_lines(content: bytes) -> tuple[bytes, list[str]]:
         content = content.replace(b"\r", b"\n")
     if b"\t" in content:
         content = content.replace(b"\t", b" ")
-    content = _COMMENTED.sub(rb"\1", _INDENTED.sub(b"", content))
+    if content[:1] == b" " or b"\n " in content:
+        content = _INDENTED.sub(b"", content)
+    if _has_comments_behind_values(content):
+        content = _COMMENTED.sub(rb"\1", content)
     content, lost = _with_absolute_indices(content)
     notes = [f"{lost} faces with an index of nothing (0, or before the first) are left out"] if lost else []
-    if b"/" in content and sum(form.search(content) is not None for form in _FORMS) > 1:
+    if _has_several_forms(content):
         content = _with_one_form(content)
     return _with_triangles(content), notes
+
+
+def _has_comments_behind_values(content: bytes) -> bool:
+    at = content.find(b"#", 1)
+    while at > 0 and content[at - 1 : at] == b"\n":
+        at = content.find(b"#", at + 1)
+    return at > 0
+
+
+def _has_several_forms(content: bytes) -> bool:
+    """Whether some corners of faces have UVs or normals that others lack."""
+    first = _CORNER.search(content)
+    form = None if first is None else next((each for each in _FORMS if re.fullmatch(each, first[1])), None)
+    if form is None or b"/" not in content:
+        return False
+    return re.search(rb"^f(?!(?: +" + form + rb")+ *\r?$)", content, re.MULTILINE) is not None
 
 
 def _with_absolute_indices(content: bytes) -> tuple[bytes, int]:
