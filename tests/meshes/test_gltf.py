@@ -137,6 +137,23 @@ def test_all_joints_of_a_point_count(tmp_path):
     assert same_places(found, points + np.array((1, 0, 0)))
 
 
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize("has_material", [False, True])
+def test_colors_of_points_in_every_kind_of_number(kind, has_material, tmp_path):
+    model = Model().with_box()
+    most = 1.0 if kind is np.float32 else np.iinfo(kind).max
+    color = np.array((0.25, 0.5, 0.75))
+    colors = np.tile(np.round(color * most) if most > 1.0 else color, (len(textured_box().vertices), 1)).astype(kind)
+    model.primitive["attributes"]["COLOR_0"] = model.add(colors, normalized=most > 1.0)
+    if has_material:
+        model.json["materials"], model.primitive["material"] = [{}], 0
+    (tmp_path / "model.glb").write_bytes(model.glb())
+    stage, _, _ = opened(tmp_path / "model.glb", tmp_path)
+    [mesh] = meshes(stage)
+    found = np.array(UsdGeom.Gprim(mesh).GetDisplayColorAttr().Get())
+    np.testing.assert_allclose(found, np.broadcast_to(color, found.shape), atol=1.0 / 255)
+
+
 def test_the_opacity_of_the_colors_of_points_is_named(tmp_path):
     model = Model().with_box()
     count = len(textured_box().vertices)

@@ -326,3 +326,15 @@ def test_colors_of_the_faces_of_ply_do_not_run(order, tmp_path):
     found = np.array(shown.Get()).reshape(-1, 3, 3)
     assert sorted(map(tuple, found[:, 0].tolist())) == sorted(tuple(c / 255 for c in color) for color in colors)
     assert (found == found[:, :1]).all()
+
+
+def test_older_names_of_colors_in_ply(tmp_path):
+    colors = "".join(f"property uchar diffuse_{name}\n" for name in ("red", "green", "blue"))
+    (tmp_path / "a.ply").write_text(
+        f"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{colors}"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 0 255 0 0\n1 0 0 255 0 0\n0 1 0 255 0 0\n3 0 1 2\n"
+    )
+    stage, _, _ = opened(tmp_path / "a.ply", tmp_path)
+    [mesh] = meshes(stage)
+    np.testing.assert_allclose(UsdGeom.Gprim(mesh).GetDisplayColorAttr().Get(), [(1, 0, 0)] * 3)

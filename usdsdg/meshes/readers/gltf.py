@@ -106,7 +106,7 @@ def _decompress(document: Document, primitive: dict[str, Any]) -> None:
 def _unpack(document: Document, primitive: dict[str, Any]) -> None:
     """Replace packed and sparse numbers by plain ones, and fans by triangles."""
     attributes = primitive.get("attributes", {})
-    for name in ("POSITION", "NORMAL", "TEXCOORD_0"):
+    for name in ("POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"):  # of 16-bit colors trimesh drops the upper byte
         if name in attributes:
             entry = document.json["accessors"][attributes[name]]
             if "sparse" in entry or entry["componentType"] != 5126:
