@@ -7,9 +7,10 @@ import struct
 import numpy as np
 import pytest
 from PIL import Image
-from pxr import UsdGeom, UsdShade
+from pxr import Usd, UsdGeom, UsdShade
 
 from tests.meshes.test_conversion import gltf_with, meshes, opened, source_of, surface
+from usdsdg.meshes.conversion import Options, convert
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
 FACE = "f 1/1 2/2 3/3 4/4\n"
@@ -121,6 +122,18 @@ def test_extensions_of_materials_that_are_not_read_are_named(tmp_path):
     look = {"name": "toon", "extensions": {"VENDOR_toon": {}, "KHR_materials_sheen": {}}}
     _, report, _ = opened(gltf_with(look, [], tmp_path), tmp_path)
     assert report.notes == ["VENDOR_toon, KHR_materials_sheen of the material toon are left out"]
+
+
+def test_files_in_one_folder_keep_their_pictures(tmp_path):
+    """Their materials, and so the pictures, have the same name."""
+    look = {"name": "Material", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    for name, color in (("red", (255, 0, 0)), ("blue", (0, 0, 255))):
+        file = gltf_with(look, ["color.png"], tmp_path)
+        Image.new("RGB", (4, 4), color).save(tmp_path / "color.png")
+        convert(file, tmp_path / f"{name}.usd", Options())
+    for name, color in (("red", (255, 0, 0)), ("blue", (0, 0, 255))):
+        stage = Usd.Stage.Open(str(tmp_path / f"{name}.usd"))
+        assert tuple(picture(stage, "diffuseColor")[0, 0]) == color
 
 
 def test_glow_metal_and_normals_of_mtl(tmp_path):

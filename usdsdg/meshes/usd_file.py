@@ -13,7 +13,10 @@ from usdsdg.meshes.repairs import with_normals
 from usdsdg.stage import paths
 from usdsdg.stage.semantics.labels import add_labels
 
-TEXTURES = "textures"
+
+def textures_of(file: Path) -> str:
+    """Return the folder of the pictures of a file, relative to it: files beside it have materials of the same names."""
+    return f"textures/{file.stem}"
 
 
 def write_usd(
@@ -26,7 +29,7 @@ def write_usd(
     label: str | None,
     collider: str | None,
 ) -> None:
-    """Write `mesh`, which has this up axis and these units already, with its pictures in a folder beside the file.
+    """Write `mesh`, which has this up axis and these units already, with its pictures in `textures_of` the file.
 
     name: of the default prim. label: its class; None: no label. collider: an approximation of UsdPhysics, or None.
     """
@@ -38,7 +41,7 @@ def write_usd(
     Usd.ModelAPI(root.GetPrim()).SetKind("component")
     if label:
         add_labels(root.GetPrim(), {"class": [label]})
-    looks = _Looks(stage, root.GetPath(), file.parent)
+    looks = _Looks(stage, root.GetPath(), file)
     materials = [looks.add(material) for material in mesh.materials]
     for part in mesh.parts:
         path = paths.next_free_path(stage, str(root.GetPath().AppendChild(paths.valid_name(part.name))))
@@ -88,8 +91,8 @@ def _as_primvar(values: np.ndarray, part: Part, used: np.ndarray) -> tuple[np.nd
 class _Looks:
     """The materials of one file, and the pictures that they share."""
 
-    def __init__(self, stage: Usd.Stage, root: Sdf.Path, folder: Path) -> None:
-        self._stage, self._folder = stage, folder
+    def __init__(self, stage: Usd.Stage, root: Sdf.Path, file: Path) -> None:
+        self._stage, self._file = stage, file
         self._scope = root.AppendChild("Looks")
         self._files: dict[int, str] = {}  # by id of the picture
 
@@ -163,15 +166,16 @@ class _Looks:
     def _saved(self, texture: Texture) -> str:
         """Write a picture, once, and return its path relative to the USD file."""
         if id(texture.image) not in self._files:
-            folder = self._folder / TEXTURES
-            folder.mkdir(exist_ok=True)
+            place = textures_of(self._file)
+            folder = self._file.parent / place
+            folder.mkdir(parents=True, exist_ok=True)
             stem, count = paths.valid_name(texture.name), len(self._files)
             name = f"{stem}.png" if not (folder / f"{stem}.png").exists() else f"{stem}_{count}.png"
             image = texture.image
             if image.mode not in ("L", "LA", "RGB", "RGBA", "I;16"):
                 image = image.convert("RGBA" if "A" in image.getbands() or "transparency" in image.info else "RGB")
             image.save(folder / name, "PNG")
-            self._files[id(texture.image)] = f"./{TEXTURES}/{name}"
+            self._files[id(texture.image)] = f"./{place}/{name}"
         return self._files[id(texture.image)]
 
 
