@@ -969,6 +969,18 @@ def test_material_x_images_pass_conversions_and_end_at_their_border(tmp_path):
     assert (row["normal_scale"], looks.read().uv_primvar) == (0.25, "st1")
 
 
+def test_an_input_of_the_interface_without_a_value_leaves_the_default(recwarn):
+    """As a flattened file of MaterialX has for all inputs that nobody set."""
+    looks = material_x("standard_surface")
+    left = looks.material.CreateInput("specular_roughness", T.Float)
+    looks.surface.CreateInput("specular_roughness", T.Float).ConnectToSource(left)
+    assert looks.row()[0]["roughness"] == np.float32(0.2)
+    assert not recwarn.list
+    left.GetAttr().AddConnection("/Looks/Nowhere.outputs:out")
+    with pytest.warns(UserWarning, match="inputs:specular_roughness is connected to .* which gives no value"):
+        assert looks.row()[0]["roughness"] == np.float32(0.2)
+
+
 def test_material_x_scatters_the_color_of_an_image(tmp_path):
     looks = material_x("open_pbr_surface")
     image = looks.shader("/Looks/M/Image", "ND_image_color3")
