@@ -7,9 +7,10 @@ import struct
 import numpy as np
 import pytest
 from PIL import Image
-from pxr import UsdGeom, UsdShade
+from pxr import Usd, UsdGeom, UsdShade
 
 from tests.meshes.test_conversion import gltf_with, meshes, opened, source_of, surface
+from usdsdg.meshes.conversion import Options, convert
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
 FACE = "f 1/1 2/2 3/3 4/4\n"
@@ -52,6 +53,87 @@ def test_a_mask_of_mtl_is_the_alpha_of_the_color(tmp_path):
     assert source_of(surface(stage), "opacity")[1] == "a"
     assert picture(stage, "diffuseColor")[0, 0].tolist() == [10, 20, 30, 51]
     assert notes == []
+
+
+def see_through(kind, file):
+    """Save a red picture whose first texels are transparent: a palette with transparent entries, or one such color."""
+    image = Image.new("RGBA", (4, 4), (255, 0, 0, 255))
+    image.paste((0, 0, 255, 0), (0, 0, 4, 2))
+    if kind == "palette":
+        image.quantize(4).save(file)
+    else:
+        image.convert("RGB").save(file, transparency=(0, 0, 255))
+
+
+@pytest.mark.parametrize("kind", ["palette", "color"])
+def test_transparency_of_pictures_without_a_channel_of_alpha_counts(kind, tmp_path, recwarn):
+    """As optimizers of PNG files leave them."""
+    look = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "alphaMode": "MASK"}
+    file = gltf_with(look, ["leaf.png"], tmp_path)
+    see_through(kind, tmp_path / "leaf.png")
+    stage, _, _ = opened(file, tmp_path)
+    shader, output = source_of(surface(stage), "opacity")
+    assert output == "a"
+    with Image.open(shader.GetInput("file").Get().resolvedPath) as image:
+        assert np.array(image.convert("RGBA"))[[0, 3], 0, 3].tolist() == [0, 255]
+    (tmp_path / "obj").mkdir()
+    see_through(kind, tmp_path / "obj" / "leaf.png")
+    for library in ("map_Kd leaf.png", "map_Kd leaf.png\nmap_d leaf.png"):
+        stage, _ = obj_with(f"newmtl a\n{library}\n", tmp_path / "obj")
+        assert source_of(surface(stage), "opacity")[1] == "a"
+        with Image.open(source_of(surface(stage), "diffuseColor")[0].GetInput("file").Get().resolvedPath) as image:
+            assert np.array(image.convert("RGBA"))[[0, 3], 0, 3].tolist() == [0, 255]
+    assert not recwarn.list
+
+
+def test_specular_color_and_glossiness_of_gltf(tmp_path):
+    """KHR_materials_pbrSpecularGlossiness: roughness is one minus glossiness, and the metallic look a stand-in."""
+    look = {
+        "pbrMetallicRoughness": {"metallicFactor": 1.0, "baseColorFactor": [0, 0, 0, 1]},
+        "extensions": {
+            "KHR_materials_pbrSpecularGlossiness": {
+                "diffuseFactor": [0.2, 0.4, 0.6, 1.0], "diffuseTexture": {"index": 0},
+                "specularFactor": [0.5, 0.25, 0.125], "glossinessFactor": 0.75,
+                "specularGlossinessTexture": {"index": 1},
+            }
+        },
+    }  # fmt: skip
+    file = gltf_with(look, ["color.png", "gloss.png"], tmp_path, alpha=102)
+    stage, report, _ = opened(file, tmp_path)
+    assert value(stage, "useSpecularWorkflow") == 1
+    color, specular, rough = (
+        source_of(surface(stage), name) for name in ("diffuseColor", "specularColor", "roughness")
+    )
+    assert [output for _, output in (color, specular, rough)] == ["rgb", "rgb", "a"]
+    np.testing.assert_allclose(color[0].GetInput("scale").Get(), (0.2, 0.4, 0.6, 1.0), rtol=1e-6)
+    np.testing.assert_allclose(specular[0].GetInput("scale").Get(), (0.5, 0.25, 0.125, 1.0))
+    assert specular[0].GetInput("sourceColorSpace").Get() == "sRGB"
+    alpha = picture(stage, "roughness")[0, 0, 3] / 255
+    scale, bias = (rough[0].GetInput(name).Get()[3] for name in ("scale", "bias"))
+    assert scale * alpha + bias == pytest.approx(1.0 - 0.75 * 102 / 255)
+    assert report.notes == []
+    del look["extensions"]["KHR_materials_pbrSpecularGlossiness"]["specularGlossinessTexture"]
+    stage, _, _ = opened(gltf_with(look, ["color.png"], tmp_path), tmp_path)
+    np.testing.assert_allclose(value(stage, "specularColor"), (0.5, 0.25, 0.125))
+    assert value(stage, "roughness") == 0.25
+
+
+def test_extensions_of_materials_that_are_not_read_are_named(tmp_path):
+    look = {"name": "toon", "extensions": {"VENDOR_toon": {}, "KHR_materials_sheen": {}}}
+    _, report, _ = opened(gltf_with(look, [], tmp_path), tmp_path)
+    assert report.notes == ["VENDOR_toon, KHR_materials_sheen of the material toon are left out"]
+
+
+def test_files_in_one_folder_keep_their_pictures(tmp_path):
+    """Their materials, and so the pictures, have the same name."""
+    look = {"name": "Material", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    for name, color in (("red", (255, 0, 0)), ("blue", (0, 0, 255))):
+        file = gltf_with(look, ["color.png"], tmp_path)
+        Image.new("RGB", (4, 4), color).save(tmp_path / "color.png")
+        convert(file, tmp_path / f"{name}.usd", Options())
+    for name, color in (("red", (255, 0, 0)), ("blue", (0, 0, 255))):
+        stage = Usd.Stage.Open(str(tmp_path / f"{name}.usd"))
+        assert tuple(picture(stage, "diffuseColor")[0, 0]) == color
 
 
 def test_glow_metal_and_normals_of_mtl(tmp_path):
@@ -257,3 +339,15 @@ def test_colors_of_the_faces_of_ply_do_not_run(order, tmp_path):
     found = np.array(shown.Get()).reshape(-1, 3, 3)
     assert sorted(map(tuple, found[:, 0].tolist())) == sorted(tuple(c / 255 for c in color) for color in colors)
     assert (found == found[:, :1]).all()
+
+
+def test_older_names_of_colors_in_ply(tmp_path):
+    colors = "".join(f"property uchar diffuse_{name}\n" for name in ("red", "green", "blue"))
+    (tmp_path / "a.ply").write_text(
+        f"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n{colors}"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 0 255 0 0\n1 0 0 255 0 0\n0 1 0 255 0 0\n3 0 1 2\n"
+    )
+    stage, _, _ = opened(tmp_path / "a.ply", tmp_path)
+    [mesh] = meshes(stage)
+    np.testing.assert_allclose(UsdGeom.Gprim(mesh).GetDisplayColorAttr().Get(), [(1, 0, 0)] * 3)

@@ -17,7 +17,7 @@ from usdsdg.stage.assets import cache_folder
 from usdsdg.stores.locks import locked
 
 # Part of each key: another number converts everything again.
-VERSION = 4
+VERSION = 5
 
 
 def converted(source: str | os.PathLike[str], options: Options) -> str:

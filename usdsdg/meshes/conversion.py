@@ -16,7 +16,7 @@ from usdsdg.meshes.model import MeshFile, Report
 from usdsdg.meshes.placement import Origin
 from usdsdg.meshes.readers import SUFFIXES, USD, read
 from usdsdg.meshes.repairs import repaired
-from usdsdg.meshes.usd_file import TEXTURES, write_usd
+from usdsdg.meshes.usd_file import textures_of, write_usd
 
 COLLIDERS = ("none", "convexHull", "convexDecomposition", "boundingCube", "boundingSphere", "meshSimplification", "sdf")
 
@@ -45,7 +45,7 @@ class Options:
 
 
 def convert(source: Path, target: Path, options: Options) -> tuple[Report, MeshFile]:
-    """Convert a mesh file to a USD file with its pictures in `textures/` beside it; nothing is left of a failure.
+    """Convert a mesh file to a USD file with its pictures in a folder below `textures/`; nothing is left of a failure.
 
     Raises:
         AssetUnreadable: the source is damaged or holds no triangles, or its coordinates are too large for a mesh.
@@ -100,11 +100,11 @@ def _write(mesh: MeshFile, source: Path, target: Path, options: Options) -> None
             mesh, work / target.name, name=source.stem, up_axis=options.up_axis,
             meters_per_unit=options.meters_per_unit, label=options.label, collider=collider,
         )  # fmt: skip
-        pictures = work / TEXTURES
-        if pictures.is_dir():
-            (target.parent / TEXTURES).mkdir(exist_ok=True)
-            for picture in sorted(pictures.iterdir()):
-                picture.replace(target.parent / TEXTURES / picture.name)
+        place = textures_of(target)
+        if (work / place).is_dir():
+            (target.parent / place).mkdir(parents=True, exist_ok=True)
+            for picture in sorted((work / place).iterdir()):
+                picture.replace(target.parent / place / picture.name)
         (work / target.name).replace(target)
         if (earlier := Sdf.Layer.Find(str(target))) is not None:
             earlier.Reload(force=True)  # stages of this process still hold the file before

@@ -33,6 +33,8 @@ class Material:
     metallic_texture: Texture | None = None  # the blue channel
     roughness: float = 0.5
     roughness_texture: Texture | None = None  # the green channel
+    specular: tuple[float, float, float] | None = None  # reflected head-on, of what has no metallic
+    glossy_texture: Texture | None = None  # specular color, and as alpha what is multiplied by 1 - roughness
     emission: tuple[float, float, float] = (0.0, 0.0, 0.0)
     emission_texture: Texture | None = None
     normal_texture: Texture | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,10 @@ from usdsdg.meshes.repairs import with_normals
 from usdsdg.stage import paths
 from usdsdg.stage.semantics.labels import add_labels
 
-TEXTURES = "textures"
+
+def textures_of(file: Path) -> str:
+    """Return the folder of the pictures of a file, relative to it: files beside it have materials of the same names."""
+    return f"textures/{file.stem}"
 
 
 def write_usd(
@@ -25,7 +29,7 @@ def write_usd(
     label: str | None,
     collider: str | None,
 ) -> None:
-    """Write `mesh`, which has this up axis and these units already, with its pictures in a folder beside the file.
+    """Write `mesh`, which has this up axis and these units already, with its pictures in `textures_of` the file.
 
     name: of the default prim. label: its class; None: no label. collider: an approximation of UsdPhysics, or None.
     """
@@ -37,7 +41,7 @@ def write_usd(
     Usd.ModelAPI(root.GetPrim()).SetKind("component")
     if label:
         add_labels(root.GetPrim(), {"class": [label]})
-    looks = _Looks(stage, root.GetPath(), file.parent)
+    looks = _Looks(stage, root.GetPath(), file)
     materials = [looks.add(material) for material in mesh.materials]
     for part in mesh.parts:
         path = paths.next_free_path(stage, str(root.GetPath().AppendChild(paths.valid_name(part.name))))
@@ -87,8 +91,8 @@ def _as_primvar(values: np.ndarray, part: Part, used: np.ndarray) -> tuple[np.nd
 class _Looks:
     """The materials of one file, and the pictures that they share."""
 
-    def __init__(self, stage: Usd.Stage, root: Sdf.Path, folder: Path) -> None:
-        self._stage, self._folder = stage, folder
+    def __init__(self, stage: Usd.Stage, root: Sdf.Path, file: Path) -> None:
+        self._stage, self._file = stage, file
         self._scope = root.AppendChild("Looks")
         self._files: dict[int, str] = {}  # by id of the picture
 
@@ -111,10 +115,10 @@ class _Looks:
         network.set("opacity", Sdf.ValueTypeNames.Float, given.opacity, alpha, "a")
         if given.opacity_threshold > 0.0:
             network.set("opacityThreshold", Sdf.ValueTypeNames.Float, given.opacity_threshold)
-        metallic, roughness = given.metallic, given.roughness
-        packed = self._picture(network, given.roughness_texture, "roughness", scale=(1.0, roughness, metallic, 1.0))
-        network.set("metallic", Sdf.ValueTypeNames.Float, metallic, packed, "b")
-        network.set("roughness", Sdf.ValueTypeNames.Float, roughness, packed, "g")
+        if given.specular is None:
+            self._set_metallic(network, given)
+        else:
+            self._set_specular(network, given, given.specular)
         glow = self._picture(network, given.emission_texture, "emission", scale=(*given.emission, 1.0))
         if any(given.emission):
             network.set("emissiveColor", Sdf.ValueTypeNames.Color3f, Gf.Vec3f(*given.emission), glow, "rgb")
@@ -129,6 +133,22 @@ class _Looks:
         if occlusion is not None:
             network.set("occlusion", Sdf.ValueTypeNames.Float, None, occlusion, "r")
         return material
+
+    def _set_metallic(self, network: _Network, given: Material) -> None:
+        metallic, roughness = given.metallic, given.roughness
+        packed = self._picture(network, given.roughness_texture, "roughness", scale=(1.0, roughness, metallic, 1.0))
+        network.set("metallic", Sdf.ValueTypeNames.Float, metallic, packed, "b")
+        network.set("roughness", Sdf.ValueTypeNames.Float, roughness, packed, "g")
+
+    def _set_specular(self, network: _Network, given: Material, specular: tuple[float, float, float]) -> None:
+        glossy, glossiness = given.glossy_texture, 1.0 - given.roughness
+        color = self._picture(network, glossy and replace(glossy, is_color=True), "specular", scale=(*specular, 1.0))
+        rough = self._picture(
+            network, glossy, "roughness", scale=(1.0, 1.0, 1.0, -glossiness), bias=(0.0, 0.0, 0.0, 1.0)
+        )
+        network.set("useSpecularWorkflow", Sdf.ValueTypeNames.Int, 1)
+        network.set("specularColor", Sdf.ValueTypeNames.Color3f, Gf.Vec3f(*specular), color, "rgb")
+        network.set("roughness", Sdf.ValueTypeNames.Float, given.roughness, rough, "a")
 
     def _picture(
         self,
@@ -146,15 +166,16 @@ class _Looks:
     def _saved(self, texture: Texture) -> str:
         """Write a picture, once, and return its path relative to the USD file."""
         if id(texture.image) not in self._files:
-            folder = self._folder / TEXTURES
-            folder.mkdir(exist_ok=True)
+            place = textures_of(self._file)
+            folder = self._file.parent / place
+            folder.mkdir(parents=True, exist_ok=True)
             stem, count = paths.valid_name(texture.name), len(self._files)
             name = f"{stem}.png" if not (folder / f"{stem}.png").exists() else f"{stem}_{count}.png"
             image = texture.image
             if image.mode not in ("L", "LA", "RGB", "RGBA", "I;16"):
                 image = image.convert("RGBA" if "A" in image.getbands() or "transparency" in image.info else "RGB")
             image.save(folder / name, "PNG")
-            self._files[id(texture.image)] = f"./{TEXTURES}/{name}"
+            self._files[id(texture.image)] = f"./{place}/{name}"
         return self._files[id(texture.image)]
 
 

@@ -14,12 +14,18 @@ from usdsdg_render.materials.mdl_inputs import BLACK, WHITE, warn_where
 from usdsdg_render.materials.network import Network, Source, shader_id
 from usdsdg_render.materials.preview_surface import COLOR_SPACES, reflectance, texture_file
 from usdsdg_render.materials.shading import Input, Material
-from usdsdg_render.scene.scene import WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
+from usdsdg_render.scene.scene import WRAP_BLACK, WRAP_CLAMP, WRAP_MIRROR, WRAP_REPEAT, UvTransform
+from usdsdg_render.usd.authored_values import as_floats
 
-WRAPS = {"periodic": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "constant": WRAP_CLAMP}
+# Outside of an image, `constant` has the node's `default`, which is 0 unless it is authored.
+WRAPS = {"periodic": WRAP_REPEAT, "clamp": WRAP_CLAMP, "mirror": WRAP_MIRROR, "constant": WRAP_BLACK}
 CHANNELS = {"outr": 0, "outx": 0, "outg": 1, "outy": 1, "outb": 2, "outz": 2, "outa": 3, "outw": 3}
 IMAGES = ("ND_image_", "ND_tiledimage_")
 CHANNEL_NODES = ("ND_extract_", "ND_separate")
+# Nodes that pass on what they get, with more or fewer channels.
+PASSING_NODES = ("ND_convert_", "ND_dot_")
+FLAT = (0.0,)
+Unread = dict[str, tuple[float, ...]]  # inputs that are not read, with the values that change nothing
 
 
 class Names(NamedTuple):
@@ -42,6 +48,15 @@ class Names(NamedTuple):
     opacity: str = "opacity"
     thin: str = "thin_walled"
     normal: str = "normal"
+    # What is not read: always, and where there is a transmission or a coat.
+    unread: Unread = Unread(diffuse_roughness=FLAT, specular_anisotropy=FLAT, sheen=FLAT, thin_film_thickness=FLAT)
+    unread_transmission: Unread = Unread(
+        transmission_depth=FLAT, transmission_scatter=BLACK, transmission_dispersion=FLAT,
+        transmission_extra_roughness=FLAT,
+    )  # fmt: skip
+    unread_coat: Unread = Unread(
+        coat_color=WHITE, coat_anisotropy=FLAT, coat_affect_color=FLAT, coat_affect_roughness=FLAT
+    )
 
 
 OPEN_PBR = Names(
@@ -60,6 +75,11 @@ OPEN_PBR = Names(
     opacity="geometry_opacity",
     thin="geometry_thin_walled",
     normal="geometry_normal",
+    unread=Unread(
+        base_diffuse_roughness=FLAT, specular_roughness_anisotropy=FLAT, fuzz_weight=FLAT, thin_film_weight=FLAT
+    ),
+    unread_transmission=Unread(transmission_depth=FLAT, transmission_scatter=BLACK, transmission_dispersion_scale=FLAT),
+    unread_coat=Unread(coat_color=WHITE, coat_roughness_anisotropy=FLAT),
 )
 SURFACES = {"ND_standard_surface_surfaceshader": Names(), "ND_open_pbr_surface_surfaceshader": OPEN_PBR}
 
@@ -71,11 +91,9 @@ def read_material_x(network: Network, shader: UsdShade.Shader) -> Material:
     f0 = network.number(shader, names.specular, 1.0) * reflectance(ior)
     emission = network.number(shader, names.emission, 0.0)
     transmission = network.limited(shader, names.transmission, 0.0)
-    warn_where(network, shader, {"sheen": (0.0,), "fuzz_weight": (0.0,), "thin_film_thickness": (0.0,)})
-    base = _base(network, shader, names, transmission)
-    return Material(
+    material = Material(
         name=str(network.material.GetPath()),
-        base_color=base,
+        base_color=_base(network, shader, names, transmission),
         metallic=_input(network, shader, names.metalness, (0.0,)),
         roughness=_input(network, shader, names.roughness[0], (names.roughness[1],)),
         specular=_input(network, shader, "specular_color", WHITE, factor=f0),
@@ -84,25 +102,59 @@ def read_material_x(network: Network, shader: UsdShade.Shader) -> Material:
         ior=ior,
         thin=int(network.flag(shader, names.thin, False)),
         emission=_input(network, shader, "emission_color", WHITE, factor=emission) if emission > 0.0 else Input(BLACK),
-        normal=_normal(network, network.source(shader, names.normal)),
+        normal=_normal(network, shader, names),
+        normal_scale=_normal_scale(network, shader, names),
         metal_f90=1.0,
         coat_f0=reflectance(network.ior(shader, *names.coat_ior)),
         clearcoat=_input(network, shader, names.coat, (0.0,)),
         clearcoat_roughness=_input(network, shader, names.coat_roughness[0], (names.coat_roughness[1],)),
         uv_primvar=network.uv_primvar or "",
     )
+    _warn_of_unread(network, shader, names, material)
+    return material
+
+
+def _warn_of_unread(network: Network, shader: UsdShade.Shader, names: Names, material: Material) -> None:
+    """Warn of inputs that are not read although they would change the look."""
+    ignored = dict(names.unread)
+    if material.transmission > 0.0:
+        ignored |= names.unread_transmission
+    if material.clearcoat.texture is not None or material.clearcoat.value != FLAT:
+        ignored |= names.unread_coat
+    warn_where(network, shader, ignored)
+    constant = {names.base[0], names.specular, names.ior, names.transmission, names.subsurface, names.coat_ior[0]}
+    constant |= {names.emission, names.thin, *ignored}
+    for name in network.connected(shader):
+        if name in constant:
+            network.warn(
+                shader,
+                f"a node is connected to inputs:{name}, which may only be a constant here; its default is used. Author "
+                f"a value.",
+            )
 
 
 def _base(network: Network, shader: UsdShade.Shader, names: Names, transmission: float) -> Input:
+    """Read the base color, blended with those of what scatters below and of transmission by their weights."""
     weight = network.number(shader, *names.base)
     base = _input(network, shader, *names.base_color, factor=weight)
-    if base.texture is not None:
-        return base
     subsurface = network.limited(shader, names.subsurface, 0.0)
-    scattered = network.floats(shader, *names.subsurface_color)
-    tint = network.floats(shader, names.transmission_color, WHITE)
-    color = tuple(c + subsurface * (s - c) for c, s in zip(base.value, scattered))
-    return Input(tuple(c + transmission * (t - c) for c, t in zip(color, tint)))
+    for share, color in ((subsurface, names.subsurface_color), (transmission, (names.transmission_color, WHITE))):
+        if share > 0.0:
+            base = _mixed(network, shader, base, _input(network, shader, *color), share, color[0])
+    return base
+
+
+def _mixed(network: Network, shader: UsdShade.Shader, base: Input, other: Input, share: float, name: str) -> Input:
+    """Return a color between two; where one of them has an image, the one with the larger share, with a warning."""
+    if base.texture is None and other.texture is None:
+        return Input(tuple(b + share * (o - b) for b, o in zip(base.value, other.value)))
+    if share < 1.0:
+        network.warn(
+            shader,
+            f"inputs:{name} counts for {share:g} of the color, where images are not blended; the one with the larger "
+            "share is used alone. Bake an image of both.",
+        )
+    return other if share > 0.5 else base
 
 
 def _input(
@@ -119,12 +171,20 @@ def _input(
 
 
 def _image(network: Network, source: Source, *, color: bool) -> tuple[TextureUse, int] | None:
-    """The connected image and its channel; the connection may pass through a node that extracts a channel."""
+    """The connected image and its channel; the connection may pass nodes that extract a channel or add some."""
     node = source.shader
-    channel = 0
-    if node is not None and shader_id(node).startswith(CHANNEL_NODES):
-        channel = CHANNELS.get(source.output, int(network.number(node, "index", 0.0)))
-        node = network.source(node, "in").shader
+    channel = -1
+    passed = set()
+    while (
+        node is not None
+        and node.GetPath() not in passed
+        and shader_id(node).startswith((*CHANNEL_NODES, *PASSING_NODES))
+    ):
+        passed.add(node.GetPath())
+        if shader_id(node).startswith(CHANNEL_NODES):
+            channel = CHANNELS.get(source.output, int(network.number(node, "index", 0.0)))
+        source = network.source(node, "in")
+        node = source.shader
     if node is None:
         return None
     kind = shader_id(node)
@@ -140,21 +200,43 @@ def _image(network: Network, source: Source, *, color: bool) -> tuple[TextureUse
         network.warn(
             node, f"color space {space!r} of inputs:file is not supported; the file counts as raw. Convert it to sRGB."
         )
+    if kind.endswith("_float"):
+        channel = 0
     network.use_uv(node, _coordinates(network, node))
     use = TextureUse(
         file,
         color_space="sRGB" if COLOR_SPACES.get(space) == "sRGB" else "raw",
         color=color,
-        wrap_s=WRAPS.get(str(network.value(node, "uaddressmode") or "periodic"), WRAP_REPEAT),
-        wrap_t=WRAPS.get(str(network.value(node, "vaddressmode") or "periodic"), WRAP_REPEAT),
-        transform=UvTransform.of(
-            network.floats(node, "uvtiling", (1.0, 1.0)),
-            0.0,
-            tuple(-offset for offset in network.floats(node, "uvoffset", (0.0, 0.0))),
-        ),
+        wrap_s=_wrap(network, node, "uaddressmode"),
+        wrap_t=_wrap(network, node, "vaddressmode"),
+        transform=_transform(network, node),
+        broadcast=channel if color else -1,
         shader=str(node.GetPath()),
     )
-    return use, channel
+    return use, max(channel, 0)
+
+
+def _wrap(network: Network, node: UsdShade.Shader, name: str) -> int:
+    wrap = WRAPS.get(str(network.value(node, name) or "periodic"), WRAP_REPEAT)
+    if wrap == WRAP_BLACK:
+        outside = network.value(node, "default")
+        if any(as_floats(outside, 3) or as_floats(outside, 1) or FLAT):
+            network.warn(
+                node, f"inputs:default = {outside} is not read outside of the image, which is black there. Leave it 0."
+            )
+    return wrap
+
+
+def _transform(network: Network, node: UsdShade.Shader) -> UvTransform:
+    """Read the tiles of an image: coordinates times `uvtiling` minus `uvoffset`, in the units of its real size."""
+    tiling = network.floats(node, "uvtiling", (1.0, 1.0))
+    size = network.floats(node, "realworldimagesize", (1.0, 1.0))
+    tile = network.floats(node, "realworldtilesize", (1.0, 1.0))
+    units = [t / s if s else 1.0 for t, s in zip(tile, size)]
+    offset = network.floats(node, "uvoffset", (0.0, 0.0))
+    return UvTransform.of(
+        tuple(t * u for t, u in zip(tiling, units)), 0.0, tuple(-o * u for o, u in zip(offset, units))
+    )
 
 
 def _coordinates(network: Network, node: UsdShade.Shader) -> str:
@@ -165,14 +247,27 @@ def _coordinates(network: Network, node: UsdShade.Shader) -> str:
         return str(network.value(reader, "geomprop") or "st")
     if not shader_id(reader).startswith("ND_texcoord_"):
         network.warn(reader, f"MaterialX node '{shader_id(reader)}' is not evaluated; primvars:st is used.")
-    return "st"
+        return "st"
+    index = int(network.number(reader, "index", 0.0))
+    return f"st{index}" if index > 0 else "st"
 
 
-def _normal(network: Network, source: Source) -> TextureUse | None:
-    node = source.shader
-    if node is None:
+def _normal(network: Network, shader: UsdShade.Shader, names: Names) -> TextureUse | None:
+    source = network.source(shader, names.normal)
+    if source.shader is None:
         return None
-    if shader_id(node).startswith("ND_normalmap"):
-        source = network.source(node, "in")
+    if shader_id(source.shader).startswith("ND_normalmap"):
+        source = network.source(source.shader, "in")
     found = _image(network, source, color=False)
     return found and replace(found[0], color_space="raw", fallback=(0.5, 0.5, 1.0, 1.0))
+
+
+def _normal_scale(network: Network, shader: UsdShade.Shader, names: Names) -> float:
+    """Return how steep the normal map is; of a scale for each direction their mean, with a warning."""
+    node = network.source(shader, names.normal).shader
+    if node is None or not shader_id(node).startswith("ND_normalmap"):
+        return 1.0
+    x, y = network.floats(node, "scale", (1.0, 1.0))
+    if x != y:
+        network.warn(node, f"inputs:scale = ({x:g}, {y:g}) differs by direction; its mean is used. Author one number.")
+    return 0.5 * (x + y)

@@ -161,12 +161,17 @@ class Network:
 
     def _warn_of_dangling(self, shader: UsdShade.Shader, shader_input: UsdShade.Input) -> None:
         connections = shader_input.GetAttr().GetConnections()
-        if connections:
+        if connections and not self._is_left_open(connections[0]):
             self.warn(
                 shader,
                 f"{shader_input.GetFullName()} is connected to {connections[0]}, which gives no value; the default is "
                 f"used. Connect it to an output that exists, or author a value.",
             )
+
+    def _is_left_open(self, path: Sdf.Path) -> bool:
+        """Whether an attribute is an input of a material or node graph without a value."""
+        attribute = self.material.GetStage().GetAttributeAtPath(path)
+        return bool(attribute) and UsdShade.Input.IsInput(attribute) and not attribute.HasAuthoredConnections()
 
     def _preset_value(self, path: Sdf.Path, name: str) -> Source:
         if self.preset is None or path != self.preset.prim.GetPath():

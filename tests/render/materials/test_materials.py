@@ -932,6 +932,109 @@ def test_other_material_x_nodes_are_named():
         assert looks.row()[0]["metallic"] == 0
 
 
+def test_material_x_images_pass_conversions_and_end_at_their_border(tmp_path):
+    """`convert` and `dot` pass an image on; `constant` is 0 outside of it; a normal map has its own scale."""
+    looks = material_x("standard_surface")
+    image = looks.shader("/Looks/M/Image", "ND_tiledimage_color4")
+    image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (10, 20, 30))))
+    image.CreateInput("uaddressmode", T.String).Set("constant")
+    image.CreateInput("uvtiling", T.Float2).Set(Gf.Vec2f(2, 3))
+    image.CreateInput("uvoffset", T.Float2).Set(Gf.Vec2f(0.5, 0))
+    image.CreateInput("realworldimagesize", T.Float2).Set(Gf.Vec2f(4, 1))
+    where = looks.shader("/Looks/M/Where", "ND_texcoord_vector2")
+    where.CreateInput("index", T.Int).Set(1)
+    image.CreateInput("texcoord", T.Float2).ConnectToSource(where.ConnectableAPI(), "out")
+    passed = image
+    for name, kind in (("Same", "ND_dot_color4"), ("Fewer", "ND_convert_color4_color3")):
+        node = looks.shader(f"/Looks/M/{name}", kind)
+        node.CreateInput("in", T.Color4f).ConnectToSource(passed.ConnectableAPI(), "out")
+        passed = node
+    green = looks.shader("/Looks/M/Green", "ND_extract_color4")
+    green.CreateInput("in", T.Color4f).ConnectToSource(image.ConnectableAPI(), "out")
+    green.CreateInput("index", T.Int).Set(1)
+    bump = looks.shader("/Looks/M/Bump", "ND_normalmap_float")
+    bump.CreateInput("in", T.Float3).ConnectToSource(passed.ConnectableAPI(), "out")
+    bump.CreateInput("scale", T.Float).Set(0.25)
+    looks.connect("base_color", passed, "out")
+    looks.connect("specular_color", green, "out")
+    looks.connect("normal", bump, "out")
+    row, textures = looks.row()
+    base, specular = textures[row["base_color_texture"]], textures[row["specular_texture"]]
+    assert (base.wrap_s, base.wrap_t) == (scene.WRAP_BLACK, scene.WRAP_REPEAT)
+    # MaterialX: (coordinates * uvtiling - uvoffset) / realworldimagesize
+    np.testing.assert_allclose(base.transform.u_row, (0.5, 0, -0.125))
+    np.testing.assert_allclose(base.transform.v_row, (0, 3, 0))
+    assert base.texels[0, 0, :3].tolist() == [10, 20, 30]
+    assert specular.texels[0, 0, :3].tolist() == [20, 20, 20]
+    assert (row["normal_scale"], looks.read().uv_primvar) == (0.25, "st1")
+
+
+def test_an_input_of_the_interface_without_a_value_leaves_the_default(recwarn):
+    """As a flattened file of MaterialX has for all inputs that nobody set."""
+    looks = material_x("standard_surface")
+    left = looks.material.CreateInput("specular_roughness", T.Float)
+    looks.surface.CreateInput("specular_roughness", T.Float).ConnectToSource(left)
+    assert looks.row()[0]["roughness"] == np.float32(0.2)
+    assert not recwarn.list
+    left.GetAttr().AddConnection("/Looks/Nowhere.outputs:out")
+    with pytest.warns(UserWarning, match="inputs:specular_roughness is connected to .* which gives no value"):
+        assert looks.row()[0]["roughness"] == np.float32(0.2)
+
+
+def test_material_x_scatters_the_color_of_an_image(tmp_path):
+    looks = material_x("open_pbr_surface")
+    image = looks.shader("/Looks/M/Image", "ND_image_color3")
+    image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "skin.png", (10, 20, 30))))
+    looks.connect("subsurface_color", image, "out")
+    looks.set("subsurface_weight", T.Float, 1.0)
+    row, textures = looks.row()
+    assert textures[row["base_color_texture"]].texels[0, 0, :3].tolist() == [10, 20, 30]
+    np.testing.assert_allclose(row["base_color"], 1.0)
+    looks.set("subsurface_weight", T.Float, 0.25)
+    with pytest.warns(UserWarning, match="inputs:subsurface_color counts for 0.25 of the color"):
+        assert looks.row()[0]["base_color_texture"] < 0
+
+
+@pytest.mark.parametrize(
+    ("surface", "name", "value", "weights"),
+    [
+        ("standard_surface", "coat_color", Gf.Vec3f(1, 0, 0), {"coat": 1.0}),
+        ("standard_surface", "transmission_depth", 0.5, {"transmission": 1.0}),
+        ("standard_surface", "specular_anisotropy", 0.5, {}),
+        ("open_pbr_surface", "coat_color", Gf.Vec3f(1, 0, 0), {"coat_weight": 1.0}),
+        ("open_pbr_surface", "transmission_scatter", Gf.Vec3f(1, 0, 0), {"transmission_weight": 1.0}),
+        ("open_pbr_surface", "thin_film_weight", 0.5, {}),
+    ],
+)
+def test_inputs_of_material_x_that_are_not_read_are_named(surface, name, value, weights, recwarn):
+    looks = material_x(surface)
+    looks.set(name, T.Float if isinstance(value, float) else T.Color3f, value)
+    if weights:
+        looks.row()  # without its weight it changes nothing
+        assert not recwarn.list
+    for weight, amount in weights.items():
+        looks.set(weight, T.Float, amount)
+    with pytest.warns(UserWarning, match=f"/Looks/M/.*: inputs:{name} is not supported and is ignored"):
+        looks.row()
+
+
+def test_a_thin_film_without_weight_is_not_warned_of(recwarn):
+    looks = material_x("open_pbr_surface")
+    looks.set("thin_film_thickness", T.Float, 0.5)
+    looks.row()
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize("name", ["base", "specular", "transmission", "specular_IOR", "emission"])
+def test_images_where_material_x_may_only_have_numbers_are_named(name, tmp_path):
+    looks = material_x("standard_surface")
+    image = looks.shader("/Looks/M/Image", "ND_image_float")
+    image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (10, 20, 30))))
+    looks.connect(name, image, "out")
+    with pytest.warns(UserWarning, match=f"a node is connected to inputs:{name}, which may only be a constant"):
+        looks.row()
+
+
 OAK = """
 mdl 1.4;
 using ::OmniPBR import OmniPBR;  // a template

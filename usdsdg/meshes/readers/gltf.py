@@ -12,7 +12,7 @@ import numpy as np
 
 from usdsdg.errors import Unsupported
 from usdsdg.meshes.readers.gltf_document import Document
-from usdsdg.meshes.readers.gltf_looks import Look, pictures_left_out, read_looks
+from usdsdg.meshes.readers.gltf_looks import Look, pictures_left_out, read_looks, take_over_glossiness
 from usdsdg.stage.poses.rotations import matrix_from_quat
 
 _DRACO, _INSTANCES, _TRANSFORM = "KHR_draco_mesh_compression", "EXT_mesh_gpu_instancing", "KHR_texture_transform"
@@ -35,13 +35,17 @@ def prepared(file: Path, beside: Callable[[str], bytes]) -> tuple[bytes, list[st
     model = document.json
     _check_extensions(file, model)
     notes = [*_left_out(model), *pictures_left_out(document, beside)]
+    for primitive in _primitives(model):
+        if _DRACO in primitive.get("extensions", {}):
+            _decompress(document, primitive)
     _choose_scene(model)
+    take_over_glossiness(document)
     _pose_skins(document)
     _place_instances(document)
     for primitive in _primitives(model):
-        if _DRACO not in primitive.get("extensions", {}):
-            notes += _choose_uvs(document, primitive)
-            _unpack(document, primitive)
+        notes += _choose_uvs(document, primitive)
+        notes += _clear_points(document, primitive)
+        _unpack(document, primitive)
     _part_meshes(model)
     looks, lost = read_looks(document)
     return document.glb(), list(dict.fromkeys([*notes, *lost])), looks
@@ -62,6 +66,9 @@ def _check_extensions(file: Path, model: dict[str, Any]) -> None:
 
 
 def _left_out(model: dict[str, Any]) -> Iterator[str]:
+    for name in model.get("extensionsRequired", []):
+        if name.startswith("KHR_technique"):
+            yield f"what materials have by {name} is left out"
     if model.get("skins"):
         yield "the skeleton is left out; the object has the pose of the file"
     if model.get("animations"):
@@ -81,10 +88,25 @@ def _primitives(model: dict[str, Any]) -> Iterator[dict[str, Any]]:
         yield from mesh.get("primitives", [])
 
 
+def _decompress(document: Document, primitive: dict[str, Any]) -> None:
+    """Replace what Draco holds of a primitive by plain arrays, in the numbers that its accessors announce."""
+    import DracoPy  # pyright: ignore[reportMissingImports]
+
+    given, attributes = primitive["extensions"].pop(_DRACO), primitive.get("attributes", {})
+    decoded = DracoPy.decode(document.bytes_of_view(given["bufferView"]))
+    found = {each["unique_id"]: np.asarray(each["data"]) for each in decoded.attributes}
+    for name in given["attributes"].keys() & attributes.keys():
+        values = document.normalized(found[given["attributes"][name]], attributes[name])
+        is_count = name.startswith("JOINTS")
+        attributes[name] = document.add(values.astype(np.uint32 if is_count else np.float32))
+    triangles = np.asarray(decoded.faces, np.uint32).reshape(-1, 1)
+    primitive.update(mode=4, indices=document.add(triangles))
+
+
 def _unpack(document: Document, primitive: dict[str, Any]) -> None:
     """Replace packed and sparse numbers by plain ones, and fans by triangles."""
     attributes = primitive.get("attributes", {})
-    for name in ("POSITION", "NORMAL", "TEXCOORD_0"):
+    for name in ("POSITION", "NORMAL", "TEXCOORD_0", "COLOR_0"):  # of 16-bit colors trimesh drops the upper byte
         if name in attributes:
             entry = document.json["accessors"][attributes[name]]
             if "sparse" in entry or entry["componentType"] != 5126:
@@ -116,6 +138,18 @@ def _choose_uvs(document: Document, primitive: dict[str, Any]) -> Iterator[str]:
     if f"TEXCOORD_{number}" in attributes and (number or transform):
         uvs = document.floats(attributes[f"TEXCOORD_{number}"])
         attributes["TEXCOORD_0"] = document.add(_transformed(uvs, dict(transform)))
+
+
+def _clear_points(document: Document, primitive: dict[str, Any]) -> Iterator[str]:
+    """Say where the colors of points have an opacity that a material uses."""
+    materials, index = document.json.get("materials", []), primitive.get("attributes", {}).get("COLOR_0")
+    look = materials[primitive["material"]] if primitive.get("material") in range(len(materials)) else {}
+    if index is None or look.get("alphaMode", "OPAQUE") == "OPAQUE":
+        return
+    if document.json["accessors"][index]["type"] == "VEC4":
+        values = document.array(index)[:, 3]
+        if values.min(initial=1) < (1.0 if values.dtype.kind == "f" else np.iinfo(values.dtype).max):
+            yield f"the opacity of the colors of points is left out for the material {look.get('name', 'Material')}"
 
 
 def _uvs_of(texture: dict[str, Any]) -> tuple[int, tuple[tuple[str, Any], ...]]:
@@ -160,9 +194,11 @@ def _pose_skins(document: Document) -> None:
 def _pose(document: Document, attributes: dict[str, int], joints: np.ndarray) -> None:
     if not {"POSITION", "JOINTS_0", "WEIGHTS_0"} <= attributes.keys():
         return
-    weights = document.floats(attributes["WEIGHTS_0"]).astype(float)
+    sets = [k for k in range(len(attributes)) if {f"JOINTS_{k}", f"WEIGHTS_{k}"} <= attributes.keys()]
+    weights = np.hstack([document.floats(attributes[f"WEIGHTS_{k}"]).astype(float) for k in sets])
     weights /= np.maximum(weights.sum(axis=1, keepdims=True), 1e-9)
-    matrices = np.einsum("nk,nkij->nij", weights, joints[document.array(attributes["JOINTS_0"]).astype(int)])
+    bound = np.hstack([document.array(attributes[f"JOINTS_{k}"]).astype(int) for k in sets])
+    matrices = np.einsum("nk,nkij->nij", weights, joints[bound])
     points = document.floats(attributes["POSITION"]).astype(float)
     moved = np.einsum("nij,nj->ni", matrices[:, :3, :3], points) + matrices[:, :3, 3]
     attributes["POSITION"] = document.add(moved.astype(np.float32))

@@ -59,8 +59,13 @@ class Document:
             rows = self._strided(
                 at["bufferView"], at.get("byteOffset", 0), np.dtype(_KINDS[at["componentType"]]), (number, 1)
             )
-            values = values.copy()
             values[rows[:, 0]] = self._strided(new["bufferView"], new.get("byteOffset", 0), kind, (number, size))
+        return self.normalized(values, index)
+
+    def normalized(self, values: np.ndarray, index: int) -> np.ndarray:
+        """Return integers as the floats that they stand for, where an accessor says that they do."""
+        entry = self.json["accessors"][index]
+        kind = np.dtype(_KINDS[entry["componentType"]])
         if entry.get("normalized") and kind.kind in "iu":
             return np.maximum(values.astype(np.float32) / np.iinfo(kind).max, -1.0)
         return values
@@ -102,7 +107,8 @@ class Document:
         stride = entry.get("byteStride") or row
         if shape[0] and start + stride * (shape[0] - 1) + row > len(self._views):
             raise ValueError("an accessor reaches beyond its buffer")
-        return np.ndarray(shape, kind, bytes(self._views), start, (stride, kind.itemsize))
+        # A copy, since buffers grow, of these values alone: files have thousands of accessors.
+        return np.ndarray(shape, kind, self._views, start, (stride, kind.itemsize)).copy()
 
 
 def _chunks(file: Path, content: bytes) -> tuple[bytes, bytes]:

@@ -15,8 +15,7 @@ from usdsdg.meshes.readers.gltf_document import Document
 
 _WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
 _STRENGTH, _UNLIT = "KHR_materials_emissive_strength", "KHR_materials_unlit"
-# Material extensions that are read, here or by trimesh.
-_READ = (_STRENGTH, "KHR_materials_pbrSpecularGlossiness")
+_GLOSS = "KHR_materials_pbrSpecularGlossiness"
 PICTURES = {
     "color": "baseColorTexture",
     "packed": "metallicRoughnessTexture",
@@ -31,11 +30,28 @@ class Look:
     """One material, by its number in the document."""
 
     name: str
-    color: tuple[float, ...] | None = None  # linear, with opacity; None: as trimesh has it
+    color: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)  # linear, with opacity
+    specular: tuple[float, ...] | None = None  # linear; the packed picture is that of specular color and glossiness
+    glossiness: float = 1.0
     emission: tuple[float, ...] = (0.0, 0.0, 0.0)
     is_unlit: bool = False
     normal_scale: float = 1.0
     wraps: dict[str, tuple[str, str]] = field(default_factory=dict)  # of the pictures, by the keys of PICTURES
+
+
+def take_over_glossiness(document: Document) -> None:
+    """Put what a material of specular color and glossiness has in place of its metallic one, which is a stand-in."""
+    for material in document.json.get("materials", []):
+        gloss = material.get("extensions", {}).get(_GLOSS)
+        if gloss is None:
+            continue
+        names = {
+            "diffuseFactor": "baseColorFactor",
+            "diffuseTexture": "baseColorTexture",
+            "specularGlossinessTexture": "metallicRoughnessTexture",
+        }
+        surface = {core: gloss[name] for name, core in names.items() if name in gloss}
+        material["pbrMetallicRoughness"] = {**surface, "metallicFactor": 0.0}
 
 
 def read_looks(document: Document) -> tuple[list[Look], list[str]]:
@@ -46,11 +62,13 @@ def read_looks(document: Document) -> tuple[list[Look], list[str]]:
         surface, extensions = material.get("pbrMetallicRoughness", {}), material.get("extensions", {})
         strength = float(extensions.get(_STRENGTH, {}).get("emissiveStrength", 1.0))
         pictures = {role: surface.get(key, material.get(key)) for role, key in PICTURES.items()}
-        is_plain = "KHR_materials_pbrSpecularGlossiness" not in extensions
+        gloss = extensions.pop(_GLOSS, None)
         looks.append(
             Look(
                 name,
-                color=tuple(map(float, surface.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0)))) if is_plain else None,
+                color=tuple(map(float, surface.get("baseColorFactor", (1.0, 1.0, 1.0, 1.0)))),
+                specular=None if gloss is None else tuple(map(float, gloss.get("specularFactor", (1.0, 1.0, 1.0)))),
+                glossiness=float((gloss or {}).get("glossinessFactor", 1.0)),
                 emission=tuple(float(each) * strength for each in material.get("emissiveFactor", (0.0, 0.0, 0.0))),
                 is_unlit=_UNLIT in extensions,
                 normal_scale=float(material.get("normalTexture", {}).get("scale", 1.0)),
@@ -74,7 +92,7 @@ def _wraps(model: dict[str, Any], picture: dict[str, Any]) -> tuple[str, str]:
 def _left_out(name: str, extensions: dict[str, Any]) -> Iterator[str]:
     if _UNLIT in extensions:
         yield f"the material {name} is unlit; it is drawn as a lit one, without metal or highlights"
-    if lost := [each for each in extensions if each.startswith("KHR_materials_") and each not in (*_READ, _UNLIT)]:
+    if lost := [each for each in extensions if each not in (_STRENGTH, _UNLIT)]:
         yield f"{', '.join(lost)} of the material {name} {'is' if len(lost) == 1 else 'are'} left out"
 
 

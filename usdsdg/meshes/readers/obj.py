@@ -1,4 +1,4 @@
-"""What trimesh does not read of OBJ and its materials: concave polygons, several libraries, opacity, glow, options."""
+"""What trimesh does not read of OBJ and its materials: several libraries, opacity, glow, options."""
 
 from __future__ import annotations
 
@@ -10,18 +10,17 @@ import numpy as np
 from PIL import Image
 
 from usdsdg.meshes.model import Material, Texture, roughness_of_exponent
-from usdsdg.meshes.readers.polygons import concave_ones
+from usdsdg.meshes.readers.obj_lines import plain_lines
 
 # The name of the one library that trimesh gets.
 LIBRARY = "usdsdg.mtl"
-_POLYGON = re.compile(rb"^f(?:[ \t]+[-\d/]+){4,}[ \t]*\r?$", re.MULTILINE)
 _LIBRARY_LINE = re.compile(rb"^[ \t]*mtllib[ \t]+(.*?)[ \t]*\r?$", re.MULTILINE)
 _USED = re.compile(rb"^[ \t]*usemtl[ \t]+(.*?)[ \t]*\r?$", re.MULTILINE)
 _DEFINED = re.compile(rb"^[ \t]*newmtl[ \t]+(.*?)[ \t]*\r?$", re.MULTILINE)
 # How many values the options of a picture take; of -o, -s and -t from one to three.
 _OPTIONS = {
     "-blendu": 1, "-blendv": 1, "-cc": 1, "-clamp": 1, "-imfchan": 1, "-texres": 1, "-bm": 1, "-type": 1, "-boost": 1,
-    "-mm": 2, "-o": 3, "-s": 3, "-t": 3,
+    "-colorspace": 1, "-mm": 2, "-o": 3, "-s": 3, "-t": 3,
 }  # fmt: skip
 _SHIFTS = ("-o", "-s", "-t", "-clamp", "-mm")
 # Parts of a material that are not read, in the words of MTL.
@@ -30,7 +29,7 @@ _PICTURES = {"map_kd": "diffuse", "map_ke": "emission", "map_d": "opacity", "nor
 
 
 def prepared(content: bytes, find: Callable[[str], bytes | None]) -> tuple[bytes, bytes, list[str], list[str]]:
-    """Return a file with concave polygons as triangles, its libraries as one, notes, and the libraries it lacks.
+    """Return a file in lines that trimesh reads, its libraries as one, notes, and the libraries it lacks.
 
     find: gives the bytes of a file beside it by its name; None if there is none.
     """
@@ -49,7 +48,8 @@ def prepared(content: bytes, find: Callable[[str], bytes | None]) -> tuple[bytes
     content = _LIBRARY_LINE.sub(b"", content)
     if libraries:
         content = b"mtllib " + LIBRARY.encode() + b"\n" + content
-    return _with_triangles(content), library, notes, missing
+    content, lost_faces = plain_lines(content)
+    return content, library, [*notes, *lost_faces], missing
 
 
 def _libraries(line: str, find: Callable[[str], bytes | None]) -> tuple[list[bytes], list[str]]:
@@ -61,33 +61,6 @@ def _libraries(line: str, find: Callable[[str], bytes | None]) -> tuple[list[byt
     if not found:
         return [], [line]
     return [each for each in found.values() if each is not None], [name for name, each in found.items() if each is None]
-
-
-def _with_triangles(content: bytes) -> bytes:
-    """Return the text with each concave polygon as lines of triangles."""
-    if not _POLYGON.search(content):
-        return content
-    lines = content.split(b"\n")
-    points: list[list[bytes]] = []
-    where: list[int] = []
-    polygons: list[list[int]] = []
-    for number, line in enumerate(lines):
-        if line.startswith((b"v ", b"v\t")):
-            points.append(line.split()[1:4])
-        elif line.startswith((b"f ", b"f\t")) and len(corners := line.split()[1:]) > 3:
-            indices = [int(corner.split(b"/")[0]) for corner in corners]
-            polygons.append([index - 1 if index > 0 else len(points) + index for index in indices])
-            where.append(number)
-    try:
-        places = np.array([[float(each) for each in point] for point in points], np.float64).reshape(-1, 3)
-    except ValueError:
-        return content  # trimesh says what is wrong
-    if any(min(each) < 0 or max(each) >= len(places) for each in polygons):
-        return content
-    for polygon, triangles in concave_ones(places, polygons).items():
-        corners = lines[where[polygon]].split()[1:]
-        lines[where[polygon]] = b"\n".join(b"f " + b" ".join(corners[k] for k in each) for each in triangles)
-    return b"\n".join(lines)
 
 
 def _without_options(library: bytes) -> tuple[bytes, list[str]]:
@@ -169,15 +142,26 @@ def material_of(
 
 def has_alpha(image: Image.Image) -> bool:
     """Return whether some of a picture is not opaque."""
-    if image.mode not in ("RGBA", "LA", "PA"):
-        return False
-    return bool(np.asarray(image.getchannel("A")).min() < 255)
+    alpha = _alpha(image)
+    return alpha is not None and bool(np.asarray(alpha).min() < 255)
+
+
+def _alpha(image: Image.Image) -> Image.Image | None:
+    """Return the alpha of a picture, which may be that of entries of its palette or of one of its colors."""
+    if image.mode in ("RGBA", "LA", "PA"):
+        return image.getchannel("A")
+    if "transparency" in image.info and image.mode in ("P", "RGB", "L"):
+        return image.convert("RGBA").getchannel("A")
+    return None
 
 
 def _with_mask(texture: Texture | None, mask: Image.Image) -> Image.Image:
     """Return the picture of a color, or a white one, with a mask as its alpha: the mask's own alpha, or its gray."""
-    color = Image.new("RGB", mask.size, "white") if texture is None else texture.image.convert("RGB")
-    alpha = mask.getchannel("A") if has_alpha(mask) else mask.convert("L")
+    color = Image.new("RGB", mask.size, "white")
+    if texture is not None:
+        color = texture.image.convert("RGBA").convert("RGB")  # of a palette with transparency Pillow warns otherwise
+    own = _alpha(mask)
+    alpha = own if own is not None and has_alpha(mask) else mask.convert("L")
     color = color.copy()
     color.putalpha(alpha.resize(color.size) if alpha.size != color.size else alpha)
     return color

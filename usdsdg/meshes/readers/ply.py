@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ _KINDS = {
     "int": "i", "int32": "i", "uint": "I", "uint32": "I", "float": "f", "float32": "f", "double": "d", "float64": "d",
 }  # fmt: skip
 _ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
+_OLD_COLORS = re.compile(rb"^(property +\w+ +)diffuse_(red|green|blue|alpha)\b", re.MULTILINE)
 _CORNERS = ("vertex_indices", "vertex_index")
 
 
@@ -42,8 +44,13 @@ class _Element:
 
 
 def prepared(content: bytes) -> bytes:
-    """Return a PLY file with triangles alone; the file itself where it has these already, or cannot be understood."""
+    """Return a PLY file with triangles alone; the file itself where it has these already, or cannot be understood.
+
+    The older names of colors, such as `diffuse_red`, become the present ones.
+    """
     head, mark, body = content.partition(b"end_header")
+    head = _OLD_COLORS.sub(rb"\1\2", head)
+    content = head + mark + body
     body = body.partition(b"\n")[2]
     lines = head.decode("ascii", "replace").splitlines()
     try:

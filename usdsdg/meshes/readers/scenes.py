@@ -106,7 +106,7 @@ class _Materials:
         name = str(getattr(given, "name", None) or "Material")
         if type(given).__name__ == "PBRMaterial":
             is_known = name.isdigit() and int(name) < len(self._looks)
-            return _metallic_roughness(self._looks[int(name)] if is_known else Look(name), given, self.notes)
+            return _of_gltf(self._looks[int(name)] if is_known else Look(name), given, self.notes)
         texture = _texture(getattr(given, "image", None), f"{name}_color", self.notes, is_color=True)
         return obj.material_of(name, given, texture, self._opened, self.notes)
 
@@ -133,7 +133,7 @@ def _part(name: str, mesh: Any, materials: _Materials, *, is_gltf: bool) -> Part
         np.asarray(mesh.vertices, np.float64),
         np.asarray(mesh.faces, np.int64),
         None if normals is None or len(normals) != len(mesh.vertices) else np.asarray(normals, np.float64),
-        None if uvs is None or len(uvs) != len(mesh.vertices) else np.asarray(uvs, np.float64)[:, :2],
+        None if uvs is None or len(uvs) != len(mesh.vertices) else _pairs(np.asarray(uvs, np.float64)),
         _colors(visual, len(mesh.vertices), is_gltf=is_gltf),
         is_double_sided=not is_gltf or bool(getattr(material, "doubleSided", False)),
     )
@@ -141,6 +141,11 @@ def _part(name: str, mesh: Any, materials: _Materials, *, is_gltf: bool) -> Part
     if made.colors is None or factor is None:
         return replace(made, material=number, colors=None)
     return replace(made, material=number, colors=made.colors * np.array(factor))
+
+
+def _pairs(uvs: np.ndarray) -> np.ndarray:
+    """Return UVs (N, 2) of one, two or three numbers; a second that is missing is 0."""
+    return uvs[:, :2] if uvs.shape[1] > 1 else np.hstack([uvs, np.zeros_like(uvs)])
 
 
 def _colors(visual: Any, count: int, *, is_gltf: bool) -> np.ndarray | None:
@@ -164,7 +169,7 @@ def _is_stand_in(given: Any) -> bool:
     return known == {} and image is not None and image.size == (2, 2) and not np.ptp(image, axis=(0, 1)).any()
 
 
-def _metallic_roughness(look: Look, given: Any, notes: list[str]) -> Material:
+def _of_gltf(look: Look, given: Any, notes: list[str]) -> Material:
     name = look.name
 
     def texture(role: str, image: Any, *, is_color: bool = False) -> Texture | None:
@@ -172,7 +177,7 @@ def _metallic_roughness(look: Look, given: Any, notes: list[str]) -> Material:
         found = _texture(image, f"{name}_{suffix}", notes, is_color=is_color)
         return found and replace(found, wraps=look.wraps.get(role, found.wraps))
 
-    color = look.color or _rgba(given.baseColorFactor)
+    color = look.color
     packed, picture = (
         texture("packed", given.metallicRoughnessTexture),
         texture("color", given.baseColorTexture, is_color=True),
@@ -184,8 +189,12 @@ def _metallic_roughness(look: Look, given: Any, notes: list[str]) -> Material:
     # The defaults of glTF are 1.
     metallic = 1.0 if given.metallicFactor is None else float(given.metallicFactor)
     roughness = 1.0 if given.roughnessFactor is None else float(given.roughnessFactor)
+    specular = glossy = None
     if look.is_unlit:
         metallic, roughness, packed = 0.0, 1.0, None
+    elif look.specular is not None:
+        specular, glossy, packed = (look.specular[0], look.specular[1], look.specular[2]), packed, None
+        metallic, roughness = 0.0, 1.0 - look.glossiness
     return Material(
         name,
         # glTF's factors are linear.
@@ -198,6 +207,8 @@ def _metallic_roughness(look: Look, given: Any, notes: list[str]) -> Material:
         metallic_texture=packed,
         roughness=roughness,
         roughness_texture=packed,
+        specular=specular,
+        glossy_texture=glossy,
         emission=tuple(emission[:3].tolist()),  # pyright: ignore[reportArgumentType]
         emission_texture=texture("emission", given.emissiveTexture, is_color=True),
         normal_texture=texture("normal", given.normalTexture),
@@ -215,16 +226,6 @@ def _texture(image: Any, name: str, notes: list[str], *, is_color: bool = False)
         notes.append(f"the picture {name} cannot be read ({error}), so its part of the look is left out")
         return None
     return Texture(image, name, is_color)
-
-
-def _rgba(color: Any) -> tuple[float, float, float, float]:
-    """Return a color from 0 to 1; trimesh holds integers up to 255 or floats."""
-    if color is None:
-        return 1.0, 1.0, 1.0, 1.0
-    values = np.asarray(color)
-    values = values / 255.0 if np.issubdtype(values.dtype, np.integer) else values.astype(float)
-    red, green, blue, alpha = [*values.tolist(), 1.0, 1.0, 1.0, 1.0][:4] if len(values) >= 4 else [*values[:3], 1.0]
-    return float(red), float(green), float(blue), float(alpha)
 
 
 def _text_or_bytes(file: Path) -> bytes:
