@@ -11,6 +11,7 @@ from pxr import Usd
 
 from usdsdg.errors import PhysicsError
 from usdsdg.listeners import Listeners
+from usdsdg.stage.time_code import time_code_at
 from usdsdg_physics.parse.scene import parse
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.play import PlaySession, initial_poses
@@ -356,4 +357,4 @@ class NewtonEngine(StageQueries, StageJoints):
 
     def _time_code(self) -> Usd.TimeCode:
         """Return the time of the latest step on the stage."""
-        return Usd.TimeCode(self._time * self._stage.GetTimeCodesPerSecond())
+        return time_code_at(self._time, self._stage)

@@ -165,10 +165,8 @@ class RayCaster:
 class SlowScene:
     """The queries that annotators make to a scene, answered by the ray caster; for pinholes."""
 
-    time = Usd.TimeCode.Default()
-
-    def __init__(self, caster: RayCaster, view: CameraView) -> None:
-        self._caster, self._view = caster, view
+    def __init__(self, caster: RayCaster, view: CameraView, time: Usd.TimeCode) -> None:
+        self._caster, self._view, self.time = caster, view, time
 
     @property
     def gprim_to_world(self) -> np.ndarray:
@@ -272,5 +270,5 @@ def make_frame(
         labeled_prims=labeled_prims,
         amodal_masks=caster.pixel_masks(view, labeled_prims.groups),
         reference_time=(index, 60),
-        scene=SlowScene(caster, view),
+        scene=SlowScene(caster, view, Usd.TimeCode(index / 60 * stage.GetTimeCodesPerSecond())),
     )

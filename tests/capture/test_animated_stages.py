@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from pxr import Gf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom
 
 import usdsdg as rep
 from tests.stage.geometry.characters import add_character
@@ -93,6 +93,34 @@ def test_a_playing_timeline_plays_the_animation(file):
         positions.append(box_of(solid, "box")["transform"][3, 0])
     timeline.stop()
     np.testing.assert_allclose(np.diff(positions), 4 / 24, atol=1e-6)
+
+
+@pytest.mark.parametrize("rate", [24, 30, 60])
+def test_each_frame_of_a_flip_book_shows_its_own_page(rate):
+    """Visibility and whole numbers are held until their next sample, which is due at the very code of a frame."""
+    stage = animated(new_stage())
+    stage.SetTimeCodesPerSecond(rate)
+    pages = 26
+    for page in range(pages):
+        prim = UsdGeom.Cube.Define(stage, f"/World/Page_{page}").GetPrim()
+        UsdGeom.Xformable(prim).AddTranslateOp().Set(Gf.Vec3d(0, -2, 2))
+        visibility = UsdGeom.Imageable(prim).CreateVisibilityAttr()
+        for code in range(pages):
+            visibility.Set("inherited" if code == page else "invisible", code)
+    number = stage.GetPrimAtPath("/World").CreateAttribute("number", Sdf.ValueTypeNames.Int)
+    for code in range(pages):
+        number.Set(code, code)
+    (shown,) = attach("instance_id_segmentation")
+    told = rep.annotators.get("Attribute", init_params={"prims": ["/World"], "attribute": "number"})
+    told.attach(rep.create.render_product("/World/Camera", (96, 64)))
+    get_timeline().play()
+    for _ in range(20):
+        rep.orchestrator.step()
+        page = round(get_timeline().get_current_time() * rate)
+        paths = set(shown.get_data()["info"]["idToLabels"].values())
+        assert [path for path in paths if "Page" in path] == [f"/World/Page_{page}"]
+        assert told.get_data().tolist() == [page]
+    assert page == 19
 
 
 def test_opening_an_animation_sets_the_time_to_its_start(file):

@@ -87,11 +87,13 @@ def test_the_state_of_a_camera_aims_it_and_keeps_its_target():
 
 def test_intrinsics_of_the_viewport_are_those_of_the_image():
     stage = current_stage()
-    camera = UsdGeom.Camera.Define(stage, "/World/Eye")
-    UsdGeom.XformCommonAPI(camera).SetTranslate((0, 0, 4))
-    UsdGeom.Cube.Define(stage, "/World/Box").GetSizeAttr().Set(0.1)
+    rig = UsdGeom.Xform.Define(stage, "/World/Rig")
+    rig.AddTranslateOp().Set((0, 0, 4))
+    rig.AddScaleOp().Set((0.1, 0.1, 0.1))
+    UsdGeom.Camera.Define(stage, "/World/Rig/Eye")
+    UsdGeom.Cube.Define(stage, "/World/Box").GetSizeAttr().Set(0.4)
     viewport = get_active_viewport()
-    viewport.camera_path, viewport.resolution = "/World/Eye", (64, 48)
+    viewport.camera_path, viewport.resolution = "/World/Rig/Eye", (64, 48)
     matrix = np.array([[80.0, 0, 40.0], [0, 80.0, 20.0], [0, 0, 1]])
     viewports.set_intrinsics_matrix(viewport, matrix, 24.0)
     assert np.allclose(viewports.get_intrinsics_matrix(viewport), matrix)
@@ -104,8 +106,10 @@ def test_intrinsics_of_the_viewport_are_those_of_the_image():
         [tuple(point) for point in viewports.project_depth_to_worldspace(depth.get_data(), viewport, 9.0)]
     )
     seen = points.reshape(48, 64, 3)[rows, columns]
-    assert np.allclose(seen[:, 2], 0.05, atol=1e-5)
-    assert np.abs(seen[:, :2]).max() < 0.05 + 4 / 80
+    assert np.allclose(seen[:, 2], 0.2, atol=1e-5)
+    # The face is 0.4 wide, and a pixel 3.8 / 80.
+    assert np.abs(seen[:, :2]).max(axis=0) == pytest.approx([0.2 - 3.8 / 160] * 2, abs=3.8 / 160)
+    assert seen[:, :2].mean(axis=0) == pytest.approx([0, 0], abs=1e-5)
     with pytest.raises(ArgumentError, match=r"expected \(3, 3\)"):
         viewports.set_intrinsics_matrix(viewport, np.eye(4))
 

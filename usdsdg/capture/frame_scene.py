@@ -54,10 +54,7 @@ class FrameScene:
     ) -> None:
         self._path, self._view, self._table, self._aovs, self._earlier = path, view, table, aovs, earlier
         self._renderer = renderer
-
-    @property
-    def time(self) -> Usd.TimeCode:
-        return self._renderer.time
+        self.time: Usd.TimeCode = renderer.time
 
     @property
     def gprim_to_world(self) -> np.ndarray:

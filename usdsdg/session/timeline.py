@@ -12,6 +12,7 @@ from usdsdg.listeners import Listeners
 from usdsdg.session import stage_times
 from usdsdg.session.session import current
 from usdsdg.session.stage_times import StageTimes
+from usdsdg.stage.time_code import time_code_at
 
 DEFAULT_RATE = 60.0
 DEFAULT_END_TIME = 100 / DEFAULT_RATE
@@ -299,9 +300,9 @@ def get_timeline() -> Timeline:
 
 def stage_time(stage: Usd.Stage) -> Usd.TimeCode:
     """Return the current time of the timeline as a time code of a stage."""
-    return Usd.TimeCode(get_timeline().get_current_time() * stage.GetTimeCodesPerSecond())
+    return time_code_at(get_timeline().get_current_time(), stage)
 
 
 def picture_time(stage: Usd.Stage) -> Usd.TimeCode:
     """Return the time of the next picture as a time code of a stage: what triggers write is seen then."""
-    return Usd.TimeCode(get_timeline().get_picture_time() * stage.GetTimeCodesPerSecond())
+    return time_code_at(get_timeline().get_picture_time(), stage)

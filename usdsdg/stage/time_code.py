@@ -20,6 +20,20 @@ _SAMPLED = {
     for source in (Usd.ResolveInfoSourceTimeSamples, Usd.ResolveInfoSourceValueClips, Usd.ResolveInfoSourceSpline)
 }
 
+# Times are sums of steps, such as 1/24 s, and codes are their products with a rate: together they are off by this much
+# at most, and codes of samples have fewer decimals.
+_ROUNDING, _DECIMALS = 1e-7, 6
+
+
+def time_code_at(seconds: float, stage: Usd.Stage) -> Usd.TimeCode:
+    """Return the time code of a stage at a time, that of a sample where only rounding keeps the two apart.
+
+    Held values, such as those of visibility and labels, would be those of the sample before.
+    """
+    code = seconds * stage.GetTimeCodesPerSecond()
+    near = round(code, _DECIMALS)
+    return Usd.TimeCode(near if abs(code - near) < _ROUNDING else code)
+
 
 @contextmanager
 def time_context(time: Usd.TimeCode) -> Iterator[None]:

@@ -192,10 +192,8 @@ def test_parameters_may_be_animated(stage):
     attribute = stage.GetPrimAtPath(PRODUCT).GetAttribute(f"{ATTRIBUTES}baselineMM")
     attribute.Set(10, 0)
     attribute.Set(20, stage.GetTimeCodesPerSecond())
-    frame = make_frame(stage, (8, 6))
-    assert [read_depth_sensor(dataclasses.replace(frame, reference_time=(t, 2))).baseline_mm for t in (0, 1, 2)] == [
-        10, 15, 20
-    ]  # fmt: skip
+    frames = [make_frame(stage, (8, 6), index=index) for index in (0, 30, 60)]  # 60 are a second
+    assert [read_depth_sensor(frame).baseline_mm for frame in frames] == [10, 15, 20]
 
 
 def test_attributes_without_the_schema_count_too(stage):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pxr import Gf, UsdGeom
+from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.app.app import get_app
 from usdsdg.compat.isaacsim.sensors.camera import Camera, get_all_camera_objects
@@ -184,6 +184,52 @@ def test_point_clouds_lie_on_the_cube(camera, with_annotator):
     assert in_camera[:, 2] == pytest.approx(2.5, abs=1e-4)
 
 
+def _odd_pinhole(camera):
+    camera.prim.GetAttribute("horizontalApertureOffset").Set(3.0)
+    camera.prim.GetAttribute("verticalApertureOffset").Set(-2.0)
+    camera.set_vertical_aperture(3.0, maintain_square_pixels=False)  # pixels are square all the same
+
+
+def _distorted(camera):
+    camera.set_opencv_pinhole_properties(cx=18, cy=11, fx=42, fy=38, pinhole=[0.05, 0.01, 0.002, -0.001] + [0.0] * 8)
+
+
+@pytest.mark.parametrize("world_frame", [True, False])
+@pytest.mark.parametrize("unit", [1.0, 0.01])
+@pytest.mark.parametrize("lens", [lambda *_: None, _odd_pinhole, _distorted])
+def test_point_clouds_of_moving_cameras_below_scaled_prims_lie_on_the_cube(stage, lens, unit, world_frame):
+    """The face of the cube at x = 2.5 m, from a rig that is scaled, and moves to its place in time."""
+    UsdGeom.SetStageMetersPerUnit(stage, unit)
+    cube = UsdGeom.Cube.Define(stage, "/World/cube")
+    cube.CreateSizeAttr(4 / unit)
+    cube.AddTranslateOp().Set(Gf.Vec3d(4.5, 0, 0) / unit)
+    rig = UsdGeom.Xform.Define(stage, "/World/Rig")
+    move = rig.AddTranslateOp()
+    move.Set(Gf.Vec3d(-50, 0, 0) / unit, 0)
+    move.Set(Gf.Vec3d(0.5, 0.2, 0.1) / unit, 60)
+    rig.AddScaleOp().Set(Gf.Vec3f(0.4, 0.4, 0.4))
+    camera = Camera("/World/Rig/Camera", resolution=(40, 20), translation=(0, 0, 0))
+    camera.set_clipping_range(0.1 / unit, 100.0 / unit)
+    lens(camera)
+    camera.initialize()
+    camera.add_distance_to_image_plane_to_frame()
+    get_timeline().set_current_time(60 / stage.GetTimeCodesPerSecond())
+    get_app().update()
+    points = camera.get_pointcloud(world_frame=world_frame)
+    points = points[np.isfinite(points).all(axis=1)]
+    assert len(points) > 700
+    if world_frame:
+        assert points[:, 0] == pytest.approx(2.5 / unit, rel=1e-4)
+    else:
+        assert points[:, 2] == pytest.approx(2.0, rel=1e-4)
+    # Its corners are where the picture's first and last pixels look, by the camera's own projection.
+    pixels, _ = read_camera(stage, "/World/Rig/Camera", (40, 20), time=Usd.TimeCode(60)).project(
+        points if world_frame else points[:, [2, 0, 1]] * (1, -1, -1) / unit + np.array([0.5, 0.2, 0.1]) / unit
+    )
+    assert pixels.min(axis=0) == pytest.approx([0.5, 0.5], abs=1e-2)
+    assert pixels.max(axis=0) == pytest.approx([39.5, 19.5], abs=1e-2)
+
+
 # Lens
 
 
@@ -208,6 +254,11 @@ def test_distortion_is_set_and_read(camera, stage):
 
 def test_a_fisheye_has_no_intrinsics(camera):
     camera.set_ftheta_properties(nominal_height=20, nominal_width=40, optical_center=(20, 10), max_fov=180)
+    with pytest.raises(ArgumentError, match="pinhole"):
+        camera.get_intrinsics_matrix()
+    camera.set_projection_type("pinhole")
+    assert camera.get_intrinsics_matrix().shape == (3, 3)
+    camera.set_projection_type("fisheyePolynomial")  # the older attribute
     with pytest.raises(ArgumentError, match="pinhole"):
         camera.get_intrinsics_matrix()
 

@@ -134,6 +134,24 @@ def test_points_are_projected_as_the_image_shows_them(updated):
     assert point[:2] == pytest.approx([0.7, 0.4])
 
 
+def test_offsets_of_the_aperture_move_points_as_gf_has_it(viewport, stage):
+    camera = UsdGeom.Camera(stage.GetPrimAtPath("/World/Camera"))
+    camera.CreateHorizontalApertureOffsetAttr(2.5)
+    camera.CreateVerticalApertureOffsetAttr(-1.5)
+    camera.CreateVerticalApertureAttr(5.0)
+    viewport.resolution = (100, 50)
+    points = np.array([[2.0, 1.0, 0.0], [-3.0, 0.5, 30.0]])
+    frustum = camera.GetCamera().frustum
+    to_clip = frustum.ComputeViewMatrix() * frustum.ComputeProjectionMatrix()
+    expected = [to_clip.Transform(Gf.Vec3d(*each)) for each in points]
+    params = helpers.get_view_params(viewport)
+    pixels = helpers.world_to_image(points, viewport)[:, :2]
+    assert pixels == pytest.approx(np.array([((x + 1) / 2, (1 - y) / 2) for x, y, _ in expected]), abs=1e-6)
+    origin, directions = helpers.image_to_world(pixels * (100, 50), params)
+    along = points - origin
+    assert directions == pytest.approx(along / np.linalg.norm(along, axis=1, keepdims=True), abs=1e-9)
+
+
 def test_images_of_sensors_are_colors(updated):
     assert visualize.get_distance(updated).shape == (100, 100, 4)
     assert (visualize.get_instance_segmentation(updated, mode="parsed")[5, 5] == (0, 0, 0, 255)).all()

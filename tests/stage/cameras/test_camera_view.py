@@ -264,6 +264,15 @@ def test_infinite_values_that_are_not_used_are_accepted(stage, attributes):
     assert camera_view.read_camera(stage, "/World/cam", RESOLUTION).fx > 0
 
 
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_the_projection_matrix_of_an_infinite_far_plane_is_the_limit_of_farther_ones(stage, projection):
+    make(stage, projection=projection, clippingRange=Gf.Vec2f(0.5, 1e12))
+    far = camera_view.read_camera(stage, "/World/cam", RESOLUTION).projection_matrix
+    stage.GetPrimAtPath("/World/cam").GetAttribute("clippingRange").Set(Gf.Vec2f(0.5, math.inf))
+    endless = camera_view.read_camera(stage, "/World/cam", RESOLUTION).projection_matrix
+    np.testing.assert_allclose(endless, far, atol=1e-9)
+
+
 @pytest.mark.parametrize("name", ["focalLength", "clippingRange"])
 def test_a_camera_with_strings_for_numbers_is_refused(stage, name):
     make(stage)

@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from pxr import Sdf
 
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
-from usdsdg.errors import AnnotatorError
-from usdsdg.session.render_products import products
+from usdsdg.errors import AnnotatorError, warn_once
+from usdsdg.session.render_products import HydraTexture, products
 from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 from usdsdg.stage.cameras.pixels import pixel_centers
@@ -20,12 +21,13 @@ _REFERENCE = "crossCameraReferenceName"
 def cross_correspondence(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     """Displacement of each pixel from this image to that of the reference camera, float32 (H, W, 4): dx, dy, z, w.
 
-    dx, dy: position in the reference image minus position here, as fractions of its width and height. z: 1 where the
-    point is outside the reference image, else 0. w: 0, since occlusion in the reference view is not known. All four are
-    -1 where nothing is hit.
+    dx, dy: position in the reference image minus position here, each as a fraction of the width or height of its own
+    image. z: 1 where the point is outside the reference image, else 0. w: 0, since occlusion in the reference view is
+    not known. All four are -1 where nothing is hit.
 
-    The reference camera is the one whose name (or whose parent's) is given by the camera's attribute
-    `crossCameraReferenceName`; it must have a render product of its own.
+    The reference camera is the one whose path, or name, or whose parent's name, is given by the camera's attribute
+    `crossCameraReferenceName`; it must have a render product of its own. Of several of one name the one that is nearest
+    in the tree of prims counts, as of pairs whose cameras are called alike.
 
     Raises:
         AnnotatorError: the attribute is not set, or no render product has such a camera.
@@ -39,8 +41,9 @@ def cross_correspondence(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     with np.errstate(invalid="ignore"):
         inside = ((pixels >= 0) & (pixels < size)).all(axis=1)
     if reference.lens is None:
-        inside &= depths > 0
-    shift = (pixels - pixel_centers(columns, rows)) / size
+        # The near plane of an orthographic camera may be behind it.
+        inside &= depths > min(reference.clipping_range[0], 0.0)
+    shift = pixels / size - pixel_centers(columns, rows) / seen.shape[::-1]
     out = np.full((*seen.shape, 4), -1, np.float32)
     out[seen, :2] = np.nan_to_num(shift, nan=-1.0)
     out[seen, 2] = ~inside
@@ -81,26 +84,54 @@ def _other_camera(frame: Frame, asked: Any) -> CameraView:
     if asked is None:
         return frame.camera
     path = str(getattr(asked, "path", asked))
-    for product in products():
+    for product in _single_products():
         if path in (product.path, product.camera_path):
-            return read_camera(current_stage(), product.camera_path, product.resolution, time=frame.queries.time)
+            return _view_of(product, frame)
     return read_camera(current_stage(), path, (frame.camera.width, frame.camera.height), time=frame.queries.time)
 
 
 def _reference_of(frame: Frame) -> CameraView:
     camera = frame.camera
     name = camera.attributes.get(_REFERENCE)
-    others = [product for product in products() if product.camera_path != camera.prim_path]
+    others = [product for product in _single_products() if product.camera_path != camera.prim_path]
     if not name:
         raise AnnotatorError(
             f"{camera.prim_path} has no {_REFERENCE}, which says which camera its pixels are looked up in; set it to "
             "the name of a camera that has a render product."
         )
-    for product in others:
-        if name in product.camera_path.split("/")[-2:]:
-            return read_camera(current_stage(), product.camera_path, product.resolution, time=frame.queries.time)
-    known = ", ".join(product.camera_path for product in others) or "none"
-    raise AnnotatorError(
-        f"{camera.prim_path}: {_REFERENCE} is {name!r}, and no render product has a camera of that name; others have: "
-        f"{known}."
-    )
+    named = [product for product in others if _is_called(product.camera_path, name)]
+    if not named:
+        known = ", ".join(product.camera_path for product in others) or "none"
+        raise AnnotatorError(
+            f"{camera.prim_path}: {_REFERENCE} is {name!r}, and no render product has a camera of that name; others "
+            f"have: {known}."
+        )
+    # Each pair of a rig may have cameras of the same two names: the other one of this pair is the nearest.
+    shared = [_shared_elements(product.camera_path, camera.prim_path) for product in named]
+    nearest = [product for product, count in zip(named, shared, strict=True) if count == max(shared)]
+    if len(paths := dict.fromkeys(product.camera_path for product in nearest)) > 1:
+        warn_once(
+            f"{camera.prim_path}: {_REFERENCE} is {name!r}, as {' and '.join(paths)} are called; pixels are looked up "
+            "in the first. Set it to the path of the camera that is meant."
+        )
+    same_size = (product for product in nearest if product.resolution == (camera.width, camera.height))
+    return _view_of(next(same_size, nearest[0]), frame)
+
+
+def _single_products() -> list[HydraTexture]:
+    """Return the render products of one camera; one of tiles has no place for the pixels of its cameras."""
+    return [product for product in products() if product.tiles is None]
+
+
+def _view_of(product: HydraTexture, frame: Frame) -> CameraView:
+    return read_camera(current_stage(), product.camera_path, product.resolution, time=frame.queries.time)
+
+
+def _is_called(path: str, name: str) -> bool:
+    """Return whether the camera at a path, or its parent, has a name, or it is the path."""
+    return name == path or name in path.split("/")[-2:]
+
+
+def _shared_elements(path: str, other: str) -> int:
+    """Return how many elements two prim paths have in common from the root on."""
+    return len(Sdf.Path(path).GetCommonPrefix(Sdf.Path(other)).GetPrefixes())

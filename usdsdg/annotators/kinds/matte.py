@@ -63,9 +63,7 @@ for _number in range(IMAGES):
 
 def _ids_of_gprims(frame: Frame) -> np.ndarray:
     """Return (G,) int64: the id of every gprim, -1 where it has none."""
-    stage = current_stage()
-    seconds = frame.reference_time[0] / frame.reference_time[1]
-    code = Usd.TimeCode(seconds * stage.GetTimeCodesPerSecond())
+    stage, code = current_stage(), frame.queries.time
     prims = {path: stage.GetPrimAtPath(path) for path in map(prim_path, frame.gprims)}
     ids = {path: _own_id(prim, code) for path, prim in prims.items()}
     without = [path for path, found in ids.items() if found == NONE and prims[path]]

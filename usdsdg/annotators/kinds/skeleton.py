@@ -92,11 +92,9 @@ def skeleton_data(frame: Frame, params: Mapping[str, Any]) -> Annotation:
     if params["useSkelJoints"]:
         warn_once("skeleton_data: useSkelJoints is ignored; joints are those of the UsdSkel animation.")
     stage = current_stage()
-    numerator, denominator = frame.reference_time
-    code = Usd.TimeCode(numerator / denominator * stage.GetTimeCodesPerSecond())
     find = frame.labeled_prims.find_skeletons
     found = find() if find else SkeletonPrims(stage).find(frame.gprims, find_steps(stage, frame.gprims))
-    records = [_legacy_record(frame, skeleton) for skeleton in skeletons(stage, found, code)]
+    records = [_legacy_record(frame, skeleton) for skeleton in skeletons(stage, found, frame.queries.time)]
     return Annotation(None, _info(records))
 
 

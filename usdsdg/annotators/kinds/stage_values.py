@@ -46,9 +46,7 @@ def attribute(frame: Frame, params: Params) -> Annotation:
     prims, name = _listed(params["prims"]), params["attribute"]
     if not prims or not name:
         raise AnnotatorError(_NO_ATTRIBUTE)
-    stage = current_stage()
-    numerator, denominator = frame.reference_time
-    code = Usd.TimeCode(numerator / denominator * stage.GetTimeCodesPerSecond())
+    stage, code = current_stage(), frame.queries.time
     return Annotation(np.concatenate([_values(prim_at(stage, path), name, code) for path in prims]))
 
 

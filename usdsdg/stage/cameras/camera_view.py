@@ -140,11 +140,12 @@ class CameraView:
         m[0, 0] = 2.0 * self.fx / self.width
         m[1, 1] = 2.0 * self.fy / self.height
         shift = np.array([1.0 - 2.0 * self.cx / self.width, 2.0 * self.cy / self.height - 1.0])
+        endless = np.isinf(far)  # then these are the limits
         if self.projection_type == "orthographic":
-            m[2, 2], m[3, 2], m[3, 3] = 1.0 / (far - near), far / (far - near), 1.0
+            m[2, 2], m[3, 2], m[3, 3] = 1.0 / (far - near), 1.0 if endless else far / (far - near), 1.0
             m[3, :2] = -shift
         else:
-            m[2, 2], m[2, 3], m[3, 2] = near / (far - near), -1.0, near * far / (far - near)
+            m[2, 2], m[2, 3], m[3, 2] = near / (far - near), -1.0, near if endless else near * far / (far - near)
             m[2, :2] = shift
         return m
 

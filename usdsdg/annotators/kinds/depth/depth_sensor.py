@@ -10,8 +10,6 @@ import dataclasses
 import math
 from typing import Any
 
-from pxr import Usd
-
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds.depth import stereo
 from usdsdg.annotators.kinds.depth.stereo import DepthSensor, Measurement
@@ -99,8 +97,7 @@ def _authored(frame: Frame, name: str) -> Any:
     attribute = product.GetAttribute(ATTRIBUTES + name) if product else None
     if not attribute or not attribute.HasAuthoredValue():
         return None
-    seconds = frame.reference_time[0] / frame.reference_time[1]
-    return attribute.Get(Usd.TimeCode(seconds * stage.GetTimeCodesPerSecond()))
+    return attribute.Get(frame.queries.time)
 
 
 def _is_enabled(frame: Frame) -> bool:

@@ -163,7 +163,8 @@ def _is_below(path: str, root: str) -> bool:
 def get_view_params(viewport: View) -> dict[str, Any]:
     """Return the camera of a viewport: view_to_world and world_to_view (4, 4) for row vectors, width, height,
     aspect_ratio, clipping_range [stage units], horizontal_aperture and focal_length [tenths of stage units],
-    projection_type.
+    projection_type; and, beyond Replicator, optical_center, which offsets of the aperture move, as fractions of the
+    width and the height.
     """
     stage = current_stage()
     width, height = viewport.resolution
@@ -173,6 +174,7 @@ def get_view_params(viewport: View) -> dict[str, Any]:
         "projection_type": view.projection_type, "ftheta": None, "width": width, "height": height,
         "aspect_ratio": width / height, "clipping_range": view.clipping_range,
         "horizontal_aperture": view.horizontal_aperture, "focal_length": view.focal_length,
+        "optical_center": (view.cx / width, view.cy / height),
     }  # fmt: skip
 
 
@@ -202,7 +204,7 @@ def project_pinhole(points: Any, view_params: Mapping[str, Any]) -> np.ndarray:
     homogeneous = np.insert(np.asarray(points, np.float64), 3, 1.0, axis=1)
     clip = homogeneous @ get_view_proj_mat(view_params)
     clip = clip[:, :3] / clip[:, 3:]
-    return np.concatenate([(clip[:, :2] + 1) / 2, clip[:, 2:]], axis=1)
+    return np.concatenate([clip[:, :2] / 2 + _optical_center(view_params), clip[:, 2:]], axis=1)
 
 
 def world_to_image(points: Any, viewport: View, view_params: Mapping[str, Any] | None = None) -> np.ndarray:
@@ -227,13 +229,16 @@ def image_to_world(image_coordinates: Any, view_params: Mapping[str, Any]) -> tu
     _check_pinhole("image_to_world", "the camera", view_params)
     across = view_params["horizontal_aperture"] / (2 * view_params["focal_length"])
     size = np.array([view_params["width"], view_params["height"]], np.float64)
-    screen = (2 * np.asarray(image_coordinates, np.float64) / size - 1) * (
-        across,
-        -across / view_params["aspect_ratio"],
-    )
+    from_center = np.asarray(image_coordinates, np.float64) / size - _optical_center(view_params)
+    screen = 2 * from_center * (across, -across / view_params["aspect_ratio"])
     to_world = np.asarray(view_params["view_to_world"], np.float64)
     directions = np.insert(screen, 2, -1.0, axis=1) @ to_world[:3, :3]
     return to_world[3, :3], directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+
+def _optical_center(view_params: Mapping[str, Any]) -> np.ndarray:
+    """Return it as fractions of width and height; the middle for parameters that a script has made without it."""
+    return np.array(view_params.get("optical_center", (0.5, 0.5)))
 
 
 def _check_pinhole(name: str, camera: object, view_params: Mapping[str, Any]) -> None:

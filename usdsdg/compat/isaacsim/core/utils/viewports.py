@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom
+from pxr import Usd, UsdGeom
 
 from usdsdg.compat.carb import Float3
 from usdsdg.compat.omni.kit.viewport.utility import Viewport, get_active_viewport
@@ -13,8 +13,10 @@ from usdsdg.compat.wrappers.cameras import aim, camera_at, editable_layer
 from usdsdg.compat.wrappers.unsupported import refused_function
 from usdsdg.errors import ArgumentError, warn_once
 from usdsdg.session.stage_context import current_stage
+from usdsdg.session.timeline import stage_time
+from usdsdg.stage.cameras.camera_view import read_camera
+from usdsdg.stage.cameras.pixels import pixel_centers
 from usdsdg.stage.cameras.viewport_cameras import PERSPECTIVE
-from usdsdg.stage.poses.transforms import local_to_world
 
 _NO_WINDOW = "there are no viewport windows; make a render product with rep.create.render_product"
 
@@ -93,25 +95,28 @@ def set_intrinsics_matrix(viewport_api: Viewport, intrinsics_matrix: np.ndarray,
 def backproject_depth(depth_image: np.ndarray, viewport_api: Viewport, max_clip_depth: float) -> np.ndarray:
     """Return the points (H * W, 3) of a depth image (H, W), in the camera: +x right, +y down, +z ahead.
 
-    Pixels with a greater depth than `max_clip_depth` are at 0, 0, 0.
+    Pixels with a greater depth than `max_clip_depth` are at 0, 0, 0. Unlike in Isaac Sim, a depth is that of the center
+    of its pixel.
     """
     matrix = get_intrinsics_matrix(viewport_api)
     depth = np.where(depth_image > max_clip_depth, 0.0, depth_image)
-    rows, columns = np.indices(depth.shape[:2])
-    across, down = (columns - matrix[0, 2]) / matrix[0, 0], (rows - matrix[1, 2]) / matrix[1, 1]
+    rows, columns = np.mgrid[: depth.shape[0], : depth.shape[1]]
+    across, down = np.moveaxis((pixel_centers(columns, rows) - matrix[:2, 2]) / matrix.diagonal()[:2], -1, 0)
     return np.stack([across * depth, down * depth, depth], axis=-1).reshape(-1, 3)
 
 
 def project_depth_to_worldspace(depth_image: np.ndarray, viewport_api: Viewport, max_clip_depth: float) -> list[Float3]:
     """Return the points of a depth image (H, W) [m] in the world [stage units], row by row.
 
-    Depths are clipped to `max_clip_depth` [stage units].
+    Depths are clipped to `max_clip_depth` [stage units]. The camera is where images show it: at the time of the
+    timeline, without the scale of prims above.
     """
     stage = current_stage()
     depth = np.clip(depth_image / UsdGeom.GetStageMetersPerUnit(stage), 0.0, max_clip_depth)
     points = backproject_depth(depth, viewport_api, max_clip_depth) * (1.0, -1.0, -1.0)
-    to_world = local_to_world(camera_at(str(viewport_api.get_active_camera())))
-    return [Float3(*to_world.Transform(Gf.Vec3d(*point))) for point in points.tolist()]
+    camera, size = str(viewport_api.get_active_camera()), viewport_api.get_texture_resolution()
+    to_world = read_camera(stage, camera, size, time=stage_time(stage)).local_to_world
+    return [Float3(*point) for point in (points @ to_world[:3, :3] + to_world[3, :3]).tolist()]
 
 
 create_viewport_for_camera = refused_function("create_viewport_for_camera", _NO_WINDOW)

@@ -42,7 +42,10 @@ class CameraImages(FrameAnnotators, Projection):
         """Return points (N, 3) [m in the camera's frame and without the annotator; else stage units].
 
         They are those of the annotator pointcloud where it is attached, in the world or in the camera's frame (ROS's
-        axes); else those of all pixels by their depth. Empty before the first update.
+        axes); else those of all pixels by their depth, also with a pinhole's distortion. Empty before the first update.
+
+        Raises:
+            ArgumentError: the annotator is not attached, and the camera's lens is no pinhole.
         """
         annotator = self._custom_annotators.get("pointcloud")
         if annotator is not None:
@@ -54,10 +57,15 @@ class CameraImages(FrameAnnotators, Projection):
         depth = self.get_depth(device="cpu")
         if depth is None:
             return np.array([])
+        self._intrinsics("get_pointcloud")  # which a lens whose depths along the axis tell no points has not
+        view = self._camera_view()
         rows, columns = np.indices(depth.shape)
-        pixels = pixel_centers(columns.ravel(), rows.ravel())
-        points = self._camera_points(pixels, depth.reshape(-1))
-        return (self._to_world(points) if world_frame else points).astype(np.float32)
+        origins, along = view.rays(pixel_centers(columns.ravel(), rows.ravel()))
+        with np.errstate(invalid="ignore"):  # where nothing is hit
+            # Stage units along the axis; y and z of ROS are those of USD turned around.
+            depths = np.asarray(depth, np.float64).reshape(-1, 1) / view.meters_per_unit
+            points = (origins + along / -along[:, 2:] * depths) * (1.0, -1.0, -1.0)
+        return (self._to_world(points) if world_frame else points * view.meters_per_unit).astype(np.float32)
 
     def _image(self, key: str, dimensions: int, device: str | None) -> Any:
         annotator = self._custom_annotators.get(key)

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Usd
 
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.compat.isaacsim.sensors.camera.lens_attributes import LensAttributes
 from usdsdg.compat.wrappers.arrays import as_backend, as_numpy
 from usdsdg.errors import ArgumentError
-from usdsdg.stage.poses.transforms import as_array, local_to_world
+from usdsdg.session.timeline import stage_time
+from usdsdg.stage.cameras.camera_view import CameraView, read_camera
 
 if TYPE_CHECKING:
     from usdsdg.compat.wrappers.arrays import Values
@@ -28,8 +28,9 @@ _ROS_FROM_USD = np.diag([1.0, -1.0, -1.0, 1.0])
 class Projection(LensAttributes):
     """Matrices and projections of a camera prim; arrays are float32, in the form of the backend.
 
-    All but the view matrix and the fields of view raise ArgumentError for cameras with lens distortion that is no
-    pinhole's; distortion itself is not applied.
+    They are those of the camera's images: at the time of the timeline, with apertures' offsets, without the scale of
+    prims above. All but the view matrix and the fields of view raise ArgumentError for cameras with lens distortion
+    that is no pinhole's; distortion itself is not applied.
     """
 
     def get_view_matrix_ros(self, device: str | None = None, backend_utils_cls: object = None) -> Floats:
@@ -84,19 +85,27 @@ class Projection(LensAttributes):
         width, height = self.get_resolution()
         return self.get_horizontal_fov() * height / width
 
+    def _camera_view(self) -> CameraView:
+        """Return the camera as its images show the stage now."""
+        stage = self.prim.GetStage()
+        return read_camera(stage, self.prim.GetPath(), self.get_resolution(), time=stage_time(stage))
+
     def _view_matrix(self) -> NDArray[np.float64]:
-        to_world = as_array(local_to_world(self.prim, Usd.TimeCode.Default())).T
-        return (_ROS_FROM_USD @ np.linalg.inv(to_world)).astype(np.float64)
+        # Without the scale of what is above the camera, which images do not follow.
+        return _ROS_FROM_USD @ self._camera_view().world_to_camera.T
 
     def _intrinsics(self, what: str) -> NDArray[np.float64]:
-        if "pinhole" not in self.get_lens_distortion_model().lower():
+        view = self._camera_view()
+        if "pinhole" not in view.projection_type and view.projection_type != "orthographic":
             raise ArgumentError(
-                f"{self.prim.GetPath()}: {what} needs a pinhole camera; its distortion model is "
-                f"{self.get_lens_distortion_model()!r}"
+                f"{self.prim.GetPath()}: {what} needs a pinhole camera; its projection is {view.projection_type!r}"
             )
-        width, height = self.get_resolution()
-        fx, fy = self._focal_pixels(width, height)
-        return np.array([[fx, 0.0, width / 2], [0.0, fy, height / 2], [0.0, 0.0, 1.0]])
+        (fx, fy), (cx, cy) = (view.fx, view.fy), (view.cx, view.cy)
+        if view.lens is not None:
+            (fx, fy), (cx, cy) = view.lens.focal, view.lens.center
+        elif view.projection_type == "orthographic":
+            fx, fy = self._focal_pixels(view.width, view.height)
+        return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
     def _camera_points(self, points_2d: Values, depth: Values) -> NDArray[np.float64]:
         pixels = np.insert(as_numpy(points_2d).reshape(-1, 2).astype(np.float64), 2, 1.0, axis=1)
