@@ -69,6 +69,7 @@ class Session:
     global_seed = _part("usdsdg.graph.sampling:GlobalSeed")
     graph = _part("usdsdg.graph.evaluate:Graph")
     random_generators = _part("weakref:WeakSet")  # every live ReplicatorRNG
+    nodes = _part("weakref:WeakSet")  # every live node of the current stage, those that items of scripts hold included
     default_generator = _part("usdsdg.rng:ReplicatorRNG")
     io_queue = _part("usdsdg.writers.backends.io_queue:IoQueue")
     run = _part("usdsdg.writers.journal.run:Run")
@@ -220,6 +221,7 @@ class Session:
         self.timeline.begin_stage(stage)
         for part in self._made("engines", "graph", "live", "omnigraph", "class_tables"):
             part.reset()
+        self.nodes.clear()
         self.render_products.clear()
         for part in self._made("orchestrator", "selection"):
             part.reset()

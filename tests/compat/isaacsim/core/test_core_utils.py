@@ -146,8 +146,20 @@ def test_labels_are_counted_checked_and_upgraded(stage):
     assert semantics.count_labels_in_scene() == {"missing_labels": 1, "mug": 1, "bowl": 1}
     assert semantics.count_semantics_in_scene("/World/bare") == {"missing_semantics": 1}
     assert semantics.upgrade_prim_semantics_to_labels(stage.GetPrimAtPath("/World"), include_descendants=True) == 2
+    assert semantics.count_labels_in_scene() == {"missing_labels": 1, "mug": 1, "bowl": 1}
     semantics.remove_labels(stage.GetPrimAtPath("/World"), include_descendants=True)
     assert semantics.count_labels_in_scene() == {"missing_labels": 3}
+
+
+def test_upgraded_labels_may_be_changed_as_others(stage):
+    cube = stage.GetPrimAtPath(rep.create.cube(semantics=[("class", "box"), ("kind", "red")]).prims[0])
+    assert semantics.upgrade_prim_semantics_to_labels(cube) == 2
+    assert list(cube.GetAttribute("semantics:labels:class").Get()) == ["box"]
+    assert not [schema for schema in cube.GetAppliedSchemas() if schema.startswith("SemanticsAPI:")]
+    assert semantics.get_labels(cube) == {"class": ["box"], "kind": ["red"]}
+    semantics.add_labels(cube, ["crate"], overwrite=False)
+    semantics.remove_labels(cube, "kind")
+    assert semantics.get_labels(cube) == {"class": ["box", "crate"]}
 
 
 def test_one_type_of_labels_is_removed_and_the_others_stay(stage):
