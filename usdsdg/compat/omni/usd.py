@@ -28,12 +28,14 @@ from usdsdg.errors import Unsupported
 from usdsdg.session import stage_context
 from usdsdg.session.session import current
 from usdsdg.stage.paths import next_free_path
+from usdsdg.stage.poses.rotations import decompose, euler_xyz_from_quat
 from usdsdg.stage.time_code import current_time
 
 __all__ = [
     "Selection", "StageEventType", "StageRenderingEventType", "StageState", "UsdContext", "create_material_input",
-    "duplicate_prim", "get_context", "get_local_transform_matrix", "get_prim_at_path", "get_shader_from_material",
-    "get_stage_next_free_path", "get_world_transform_matrix", "stage_event_name", "stage_event_type",
+    "duplicate_prim", "get_context", "get_local_transform_SRT", "get_local_transform_matrix", "get_prim_at_path",
+    "get_shader_from_material", "get_stage_next_free_path", "get_world_transform_matrix", "stage_event_name",
+    "stage_event_type",
 ]  # fmt: skip
 
 
@@ -273,3 +275,17 @@ def get_local_transform_matrix(prim: Usd.Prim, time_code: Usd.TimeCode | None = 
     xform = UsdGeom.Xformable(prim)
     time = Usd.TimeCode.Default() if time_code is None else time_code
     return xform.GetLocalTransformation(time) if xform else Gf.Matrix4d(1)
+
+
+def get_local_transform_SRT(
+    prim: Usd.Prim, time_code: Usd.TimeCode | None = None
+) -> tuple[Gf.Vec3d, Gf.Vec3d, Gf.Vec3i, Gf.Vec3d]:
+    """Return scale, rotation [degrees], order of its axes (0 for x) and translation of a prim in its parent's space.
+
+    The order is always (0, 1, 2), about x first, whatever ops the prim has; pivots and shears are not among these.
+    """
+    pose = decompose(get_local_transform_matrix(prim, time_code))
+    scale, turn, place = (
+        Gf.Vec3d(*part.tolist()) for part in (pose.scale, euler_xyz_from_quat(pose.rotation), pose.translate)
+    )
+    return scale, turn, Gf.Vec3i(0, 1, 2), place
