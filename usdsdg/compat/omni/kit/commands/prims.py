@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom
@@ -191,8 +191,12 @@ def move_prim(
     keep_world_transform: bool = True,
     destructive: bool = False,
     stage_or_context: Any = None,
+    on_move_fn: Callable[[Sdf.Path, Sdf.Path], Any] | None = None,
 ) -> str:
-    """Move or rename a prim, in place in the world if `keep_world_transform`; return its path."""
+    """Move or rename a prim, in place in the world if `keep_world_transform`; return its path.
+
+    `on_move_fn` is called with the old and the new path.
+    """
     stage = stage_or_context if isinstance(stage_or_context, Usd.Stage) else current_stage()
     source, target = _existing(stage, "MovePrim", path_from), Sdf.Path(str(path_to))
     matrix = (
@@ -212,16 +216,23 @@ def move_prim(
     selection.set_selected_prim_paths(
         [str(Sdf.Path(each).ReplacePrefix(moved, target)) for each in selection.get_selected_prim_paths()]
     )
+    if on_move_fn is not None:
+        on_move_fn(moved, target)
     return str(target)
 
 
 @command("MovePrims")
 def move_prims(
-    paths_to_move: Mapping[AnyPath, AnyPath], keep_world_transform: bool = True, destructive: bool = False
+    paths_to_move: Mapping[AnyPath, AnyPath],
+    keep_world_transform: bool = True,
+    destructive: bool = False,
+    stage_or_context: Any = None,
+    on_move_fn: Callable[[Sdf.Path, Sdf.Path], Any] | None = None,
 ) -> None:
     """Move or rename prims, each from a key to its value."""
+    how: dict[str, Any] = {"keep_world_transform": keep_world_transform, "stage_or_context": stage_or_context}
     for path_from, path_to in paths_to_move.items():
-        move_prim(path_from, path_to, keep_world_transform=keep_world_transform)
+        move_prim(path_from, path_to, **how, on_move_fn=on_move_fn)
 
 
 @command("ParentPrims")
