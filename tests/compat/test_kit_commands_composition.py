@@ -4,6 +4,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from usdsdg.compat.omni.kit.commands import execute
+from usdsdg.compat.omni.usd import get_composed_payloads_from_prim, get_composed_references_from_prim
 from usdsdg.errors import BadPrim
 from usdsdg.session.timeline import get_timeline
 
@@ -46,6 +47,21 @@ def test_references_and_payloads_are_removed_and_replaced(stage):
     assert prim.GetTypeName() == "Cube"
     execute("RemovePayload", stage=stage, prim_path="/World/ref", payload=payload)
     assert prim.GetTypeName() == ""
+
+
+def test_references_are_listed_with_their_layers(stage):
+    weaker = Sdf.Layer.CreateAnonymous()
+    stage.GetRootLayer().subLayerPaths.append(weaker.identifier)
+    prim = stage.DefinePrim("/World/ref")
+    first, second, third = (Sdf.Reference(f"/assets/SM_{name}.usd") for name in "abc")
+    for layer, references in ((stage.GetRootLayer(), [first]), (weaker, [second, third, first])):
+        spec = Sdf.CreatePrimInLayer(layer, prim.GetPath())
+        spec.referenceList.prependedItems = references
+    stage.GetPrimAtPath("/World/ref").GetReferences().RemoveReference(third)
+    found = get_composed_references_from_prim(stage.GetPrimAtPath("/World/ref"), False)
+    assert found == [(first, stage.GetRootLayer()), (second, weaker)]
+    Sdf.CreatePrimInLayer(weaker, prim.GetPath()).payloadList.prependedItems = [Sdf.Payload("props\\mug.usd")]
+    assert [payload.assetPath for payload, _ in get_composed_payloads_from_prim(prim)] == ["props/mug.usd"]
 
 
 def test_prims_are_ungrouped_in_place(stage):

@@ -13,6 +13,7 @@ from usdsdg.compat import stage_events as events
 from usdsdg.compat.carb import Double3
 from usdsdg.compat.carb.events import IEvent, IEventStream
 from usdsdg.compat.material_shaders import create_material_input, get_shader_from_material
+from usdsdg.compat.prim_arcs import get_composed_payloads_from_prim, get_composed_references_from_prim
 from usdsdg.compat.prim_copies import duplicate_prim
 from usdsdg.compat.stage_events import (
     StageEventType,
@@ -33,7 +34,8 @@ from usdsdg.stage.time_code import current_time
 
 __all__ = [
     "Selection", "StageEventType", "StageRenderingEventType", "StageState", "UsdContext", "create_material_input",
-    "duplicate_prim", "get_context", "get_local_transform_SRT", "get_local_transform_matrix", "get_prim_at_path",
+    "duplicate_prim", "get_composed_payloads_from_prim", "get_composed_references_from_prim", "get_context",
+    "get_local_transform_SRT", "get_local_transform_matrix", "get_prim_at_path",
     "get_shader_from_material", "get_stage_next_free_path", "get_world_transform_matrix", "stage_event_name",
     "stage_event_type",
 ]  # fmt: skip
