@@ -211,6 +211,26 @@ def test_a_stage_with_a_file_is_saved_there(stage, tmp_path):
     assert context.get_stage().GetPrimAtPath("/World/second")
 
 
+def test_a_stage_in_memory_has_the_file_that_it_was_saved_as(stage, tmp_path, monkeypatch):
+    context = get_context()
+    monkeypatch.chdir(tmp_path)
+    context.save_as_stage("scene.usda")
+    monkeypatch.chdir(tmp_path.parent)
+    assert (context.get_stage_url(), context.is_new_stage()) == (str(tmp_path / "scene.usda"), False)
+    assert context.is_writable()
+    assert context.get_stage() == stage
+    stage.DefinePrim("/World/later", "Cube")
+    assert context.save_stage()
+    stage.DefinePrim("/World/lost", "Cube")
+    context.reopen_stage()
+    assert context.get_stage().GetPrimAtPath("/World/later")
+    assert not context.get_stage().GetPrimAtPath("/World/lost")
+    context.new_stage()
+    assert context.is_new_stage()
+    with pytest.raises(Unsupported, match="no file"):
+        context.save_stage()
+
+
 def test_files_and_folders_are_told_apart(stage, tmp_path):
     (tmp_path / "empty").mkdir()
     (tmp_path / "file.txt").write_text("there")

@@ -96,6 +96,7 @@ class Session:
     def __init__(self) -> None:
         self.stage: Usd.Stage | None = None
         self.opened_stage: Usd.Stage | None = None  # the one that is open when a script starts
+        self.saved_as: str | None = None  # the file that a script has saved the current stage as
         self.new_stage_kind = NewStage.EMPTY
         self.has_viewport = False  # every stage gets the cameras of the application's viewport
         self.stage_listeners: Listeners[[Usd.Stage]] = Listeners()  # of a stage that has become the current one
@@ -213,6 +214,7 @@ class Session:
     def begin_stage(self, stage: Usd.Stage) -> None:
         """Reset all state that belongs to a stage, in this order, then call the listeners of new stages."""
         errors.forget_warnings()
+        self.saved_as = None
         objects.forget_latest()
         anchors.forget_left_folders()
         self.timeline.reset()

@@ -106,8 +106,9 @@ class UsdContext:
         return True, ""
 
     def save_as_stage(self, url: str, *_: Any) -> bool:
+        """Write the stage to a file, which is that of the stage from then on: `save_stage` writes it again."""
         with stage_events().saving(str(url)):
-            stage_context.save_stage(url)
+            current().saved_as = str(stage_context.save_stage(url))
         return True
 
     def save_stage(self, *_: Any) -> bool:
@@ -133,7 +134,8 @@ class UsdContext:
         return stage_context.stage_id()
 
     def get_stage_url(self) -> str:
-        return stage_context.current_stage().GetRootLayer().identifier
+        """Return the file of the stage, or what its layer is called that has none."""
+        return current().saved_as or stage_context.current_stage().GetRootLayer().identifier
 
     def stage_rendering_event_name(self, event_type: StageRenderingEventType, immediate: bool = False) -> str:
         """Return the name of a rendering event in `carb.eventdispatcher`; only new frames happen."""
@@ -207,7 +209,7 @@ class UsdContext:
 
     def is_new_stage(self) -> bool:
         """Return whether the stage has no file."""
-        return stage_context.current_stage().GetRootLayer().anonymous
+        return current().saved_as is None and stage_context.current_stage().GetRootLayer().anonymous
 
     def is_writable(self) -> bool:
         """Return whether the stage can be saved where it is."""
