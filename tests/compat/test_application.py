@@ -13,6 +13,7 @@ import usdsdg as rep
 from usdsdg import compat
 from usdsdg.compat import kit_arguments
 from usdsdg.compat.carb import dictionary
+from usdsdg.compat.carb.eventdispatcher import get_eventdispatcher
 from usdsdg.compat.isaacsim.simulation_app import SimulationApp
 from usdsdg.compat.isaacsim.test.utils.file_validation import get_folder_file_summary
 from usdsdg.compat.omni import client
@@ -20,9 +21,14 @@ from usdsdg.compat.omni.isaac import nucleus
 from usdsdg.compat.omni.kit.app import SettingChangeSubscription, get_app
 from usdsdg.compat.omni.kit.viewport.utility import get_active_viewport
 from usdsdg.compat.omni.metrics.assembler.core import get_metrics_assembler_interface
-from usdsdg.compat.omni.timeline import TimelineEventType, get_timeline_interface
+from usdsdg.compat.omni.timeline import (
+    GLOBAL_EVENT_CURRENT_TIME_TICKED,
+    GLOBAL_EVENT_CURRENT_TIME_TICKED_PERMANENT,
+    TimelineEventType,
+    get_timeline_interface,
+)
 from usdsdg.compat.omni.usd import get_context
-from usdsdg.errors import AssetError, AssetNotFound, BadPrim, Unsupported
+from usdsdg.errors import AssetError, AssetNotFound, BadPrim, BadValue, Unsupported
 from usdsdg.session import stage_context
 from usdsdg.session.settings_store import ChangeEventType, get_settings
 from usdsdg.stage import assets
@@ -205,6 +211,26 @@ def test_a_stage_with_a_file_is_saved_there(stage, tmp_path):
     assert context.get_stage().GetPrimAtPath("/World/second")
 
 
+def test_a_stage_in_memory_has_the_file_that_it_was_saved_as(stage, tmp_path, monkeypatch):
+    context = get_context()
+    monkeypatch.chdir(tmp_path)
+    context.save_as_stage("scene.usda")
+    monkeypatch.chdir(tmp_path.parent)
+    assert (context.get_stage_url(), context.is_new_stage()) == (str(tmp_path / "scene.usda"), False)
+    assert context.is_writable()
+    assert context.get_stage() == stage
+    stage.DefinePrim("/World/later", "Cube")
+    assert context.save_stage()
+    stage.DefinePrim("/World/lost", "Cube")
+    context.reopen_stage()
+    assert context.get_stage().GetPrimAtPath("/World/later")
+    assert not context.get_stage().GetPrimAtPath("/World/lost")
+    context.new_stage()
+    assert context.is_new_stage()
+    with pytest.raises(Unsupported, match="no file"):
+        context.save_stage()
+
+
 def test_files_and_folders_are_told_apart(stage, tmp_path):
     (tmp_path / "empty").mkdir()
     (tmp_path / "file.txt").write_text("there")
@@ -213,6 +239,58 @@ def test_files_and_folders_are_told_apart(stage, tmp_path):
     assert [asyncio.run(nucleus.is_dir_async(path)) for path in paths] == [True, False, False]
     with pytest.raises(AssetError, match=r"nothing\.txt is neither a file nor a folder: ERROR_NOT_FOUND"):
         nucleus.is_file(str(tmp_path / "nothing.txt"))
+
+
+def test_steps_of_the_timeline_have_their_time_and_length(stage):
+    timeline, heard = get_timeline_interface(), []
+    timeline.set_time_codes_per_second(30)
+    held = timeline.get_timeline_event_stream().create_subscription_to_pop(heard.append)
+    dispatched = [
+        get_eventdispatcher().observe_event(event_name=name, on_event=lambda event: heard.append(event["dt"]))
+        for name in (GLOBAL_EVENT_CURRENT_TIME_TICKED, GLOBAL_EVENT_CURRENT_TIME_TICKED_PERMANENT)
+    ]
+    timeline.play()
+    heard.clear()
+    get_app().update()
+    kinds = [event.type for event in heard if not isinstance(event, float)]
+    assert kinds == [TimelineEventType.CURRENT_TIME_CHANGED, TimelineEventType.CURRENT_TIME_TICKED]
+    assert [event if isinstance(event, float) else event.payload["dt"] for event in heard] == pytest.approx(
+        [1 / 30] * 4
+    )
+    # Handlers that ask for other events of Kit's list find their names, and no event is taken for one.
+    assert TimelineEventType.LOOP_MODE_CHANGED not in kinds
+    del held, dispatched
+
+
+def test_a_target_frame_rate_leaves_the_steps_as_they_are(stage):
+    timeline = get_timeline_interface()
+    timeline.set_target_framerate(1_000_000)
+    assert (timeline.get_target_framerate(), timeline.get_time_codes_per_seconds()) == (1_000_000, 60)
+    assert stage.GetTimeCodesPerSecond() == 60
+    timeline.play()
+    get_app().update()
+    assert timeline.get_current_time() == pytest.approx(1 / 60)
+
+
+@pytest.mark.parametrize("looping", [True, False])
+def test_a_part_of_the_timeline_is_played(stage, looping):
+    timeline = get_timeline_interface()
+    timeline.set_time_codes_per_second(10)
+    timeline.set_end_time(5)
+    timeline.play(start_timecode=20, end_timecode=23, looping=looping)
+    times = []
+    for _ in range(4):
+        times.append(timeline.get_current_time())
+        get_app().update()
+    assert times == pytest.approx([2.0, 2.1, 2.2, 2.0 if looping else 2.3])
+    assert timeline.is_playing() == looping
+    timeline.stop()
+    assert (timeline.get_start_time(), timeline.get_end_time(), timeline.is_looping()) == (0, 5, True)
+    timeline.play()
+    get_app().update()
+    assert timeline.get_current_time() == pytest.approx(0.1)
+    with pytest.raises(BadValue, match="the end is to be after the start"):
+        timeline.play(5, 5)
 
 
 def test_streams_deliver_updates_and_the_timeline(stage):

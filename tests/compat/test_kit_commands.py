@@ -79,6 +79,24 @@ def test_rotations_turn_in_their_order(stage, order):
     assert Gf.IsClose(world(prim), Gf.Matrix4d().SetTranslate((7, 0, 0)), 1e-6)
 
 
+@pytest.mark.parametrize("op", ["AddRotateXYZOp", "AddRotateZYXOp"])
+def test_scale_rotation_and_translation_are_read_as_they_are_written(stage, op):
+    cube = UsdGeom.Cube.Define(stage, "/World/cube")
+    cube.AddTranslateOp().Set((1, 2, 3))
+    getattr(cube, op)().Set((10, 20, 30))
+    cube.AddScaleOp().Set((2, 3, 4))
+    before = world(cube.GetPrim())
+    scale, rotation, order, translation = usd.get_local_transform_SRT(cube.GetPrim())
+    assert Gf.IsClose(scale, (2, 3, 4), 1e-9)
+    assert translation == Gf.Vec3d(1, 2, 3)
+    copy = UsdGeom.Cube.Define(stage, "/World/copy").GetPrim()
+    execute(
+        "TransformPrimSRT", path="/World/copy", new_translation=translation, new_rotation_euler=rotation,
+        new_rotation_order=order, new_scale=scale,
+    )  # fmt: skip
+    assert Gf.IsClose(world(copy), before, 1e-6)
+
+
 @pytest.mark.parametrize("op", ["AddRotateXYZOp", "AddOrientOp"])
 def test_rotations_may_be_vectors_of_usd_whatever_op_the_prim_has(stage, op):
     cube = UsdGeom.Cube.Define(stage, "/World/cube")

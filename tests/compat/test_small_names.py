@@ -9,7 +9,7 @@ from pxr import Gf, Sdf
 
 import usdsdg as rep
 from usdsdg.app.app import get_app
-from usdsdg.compat import finder
+from usdsdg.compat import carb, finder
 from usdsdg.compat.coverage.verdicts import MISSING, verdict
 from usdsdg.compat.isaacsim.core.utils import numpy as many
 from usdsdg.compat.isaacsim.core.utils.numpy import maths, tensor, transformations
@@ -164,3 +164,13 @@ def test_names_that_are_elsewhere_have_a_remedy(name, remedy):
     with pytest.raises(AttributeError) as raised:
         getattr(importlib.import_module(module), attribute)
     assert "elsewhere" in str(raised.value) or "DefinePrim" in str(raised.value)
+
+
+@pytest.mark.parametrize(("vector", "number"), [(carb.Int3, int), (carb.Uint3, int), (carb.Float3, float)])
+def test_vectors_of_carb_have_numbers_of_their_type(vector, number):
+    made = vector(1, 2.0, 3)
+    assert (made.x, made.y, made.z) == (1, 2, 3)
+    assert all(type(each) is number for each in (*made, *vector()))
+    assert vector((4, 5, 6)) == (4, 5, 6)
+    with pytest.raises(TypeError, match="takes 3 numbers"):
+        vector(1, 2)

@@ -226,6 +226,20 @@ def test_the_up_axis_may_be_a_letter(stage, axis):
         rep.create.cube(look_at=(1, 1, 1), look_at_up_axis="up")
 
 
+@pytest.mark.parametrize("kind", ["item", "prim", "path"])
+def test_targets_that_are_drawn_may_be_items_prims_or_paths(stage, kind):
+    items = [rep.create.cube(position=place) for place in ((3, 0, 0), (0, 3, 0))]
+    forms = {"item": items, "prim": [each.get_output_prims()["prims"][0] for each in items]}
+    targets = forms.get(kind, [item.prims[0] for item in items])
+    camera = rep.create.camera()
+    with rep.trigger.on_frame(), camera:
+        rep.modify.pose(look_at=rep.distribution.sequence(targets))
+    for axis in (0, 1, 0):
+        evaluate.graph().evaluate(preview=True)
+        child = stage.GetPrimAtPath(camera.prims[0]).GetChildren()[0].GetPath()
+        np.testing.assert_allclose(-matrix(stage, child)[2, :3], np.eye(3)[axis], atol=1e-6)
+
+
 def test_look_at_works_for_a_target_straight_below(stage):
     camera = rep.create.camera(position=(0, 0, 5), look_at=(0, 0, 0))
     np.testing.assert_allclose(view_direction(stage, f"{camera.prims[0]}/Camera"), (0, 0, -1), atol=1e-6)

@@ -107,13 +107,13 @@ class Distribution(ReplicatorItem, abc.ABC):
         return [*filter(None, [self.node.name]), *inner]
 
     def _listed(self, name: str, given: Any) -> list[Any]:
-        """Return the values of an argument that is a list; those of an item are its prims."""
+        """Return the values of an argument that is a list, prims as their paths; those of an item are its prims."""
         if isinstance(given, ReplicatorItem) and not isinstance(given, Distribution):
             given = given.prims
         # A string is iterable, but its characters are not the values.
         if isinstance(given, (str, bytes, Distribution)) or not isinstance(given, Iterable):
             raise GraphError(f"{self.node.describe()}: {name} is {shown(given)}; expected a list")
-        if not (items := list(given)):
+        if not (items := [str(item.GetPath()) if hasattr(item, "GetPath") else item for item in given]):
             raise GraphError(f"{self.node.describe()}: {name} is empty; give at least one")
         for index, item in enumerate(items):
             if isinstance(item, (list, tuple)) and (inner := next(_distributions_in(item), None)) is not None:

@@ -1,6 +1,6 @@
 """Distributions of values that are listed: choices, and sequences."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from numbers import Integral
 from typing import Any, Self
 
@@ -20,6 +20,9 @@ class _Listed(Distribution):
 
     def held(self) -> Sequence[Any]:
         return self._items
+
+    def rename_held(self, renamed: Callable[[Any], Any]) -> None:
+        self._items = [renamed(item) for item in self._items]
 
     def has_patterns(self, count: int) -> bool:
         return all(isinstance(item, (list, tuple)) and len(item) == count for item in self._items)

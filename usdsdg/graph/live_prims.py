@@ -40,6 +40,10 @@ class LivePrims(tuple[str, ...]):
         """Return what is there now."""
         return LivePrims(self.parts)
 
+    def renamed(self, renamed: Callable[[str], str]) -> LivePrims:
+        """Return these prims with `renamed` of each fixed path; searches stay as they are."""
+        return LivePrims([renamed(part) if isinstance(part, str) else part for part in self.parts])
+
     @property
     def depend_on_labels(self) -> bool:
         """Whether a search looks at labels."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -77,6 +77,9 @@ class Node:
     path: str | None = None  # of its prim, on the stage with the root layer `layer`
     layer: Any = None
     item: Any = field(default=None, init=False, repr=False)  # the first one made of it, such as a distribution
+
+    def __post_init__(self) -> None:
+        current().nodes.add(self)
 
     def get_attribute(self, name: str) -> NodeAttribute:
         """Return an input, with or without the `inputs:` prefix, or an output, to be read and set."""
@@ -246,6 +249,9 @@ class ReplicatorItem:
         None is the row of a prim for which `choice` or `sequence` took another one.
         """
         return {}
+
+    def rename_held(self, renamed: Callable[[Any], Any]) -> None:
+        """Replace the values that the item keeps beside the inputs of its node by `renamed` of each."""
 
     @property
     def trigger(self) -> Any | None:

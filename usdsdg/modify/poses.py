@@ -265,7 +265,11 @@ def _scale_for(prim: Usd.Prim, size: list[float]) -> Gf.Vec3d | None:
 
 
 def point_of(role: str, target: Any) -> Gf.Vec3d:
-    """Return a world point, given as coordinates or as prim paths (the mean of their origins in the next picture)."""
+    """Return a world point, given as coordinates or as prims (the mean of their origins in the next picture).
+
+    Distributions draw prims as they were listed: paths, prims of the stage, or items.
+    """
+    target = plain(target)
     paths = [target] if isinstance(target, str) else target
     if is_paths(paths):
         prims = [prim_at(path) for path in paths]

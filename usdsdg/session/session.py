@@ -69,6 +69,7 @@ class Session:
     global_seed = _part("usdsdg.graph.sampling:GlobalSeed")
     graph = _part("usdsdg.graph.evaluate:Graph")
     random_generators = _part("weakref:WeakSet")  # every live ReplicatorRNG
+    nodes = _part("weakref:WeakSet")  # every live node of the current stage, those that items of scripts hold included
     default_generator = _part("usdsdg.rng:ReplicatorRNG")
     io_queue = _part("usdsdg.writers.backends.io_queue:IoQueue")
     run = _part("usdsdg.writers.journal.run:Run")
@@ -95,6 +96,7 @@ class Session:
     def __init__(self) -> None:
         self.stage: Usd.Stage | None = None
         self.opened_stage: Usd.Stage | None = None  # the one that is open when a script starts
+        self.saved_as: str | None = None  # the file that a script has saved the current stage as
         self.new_stage_kind = NewStage.EMPTY
         self.has_viewport = False  # every stage gets the cameras of the application's viewport
         self.stage_listeners: Listeners[[Usd.Stage]] = Listeners()  # of a stage that has become the current one
@@ -212,6 +214,7 @@ class Session:
     def begin_stage(self, stage: Usd.Stage) -> None:
         """Reset all state that belongs to a stage, in this order, then call the listeners of new stages."""
         errors.forget_warnings()
+        self.saved_as = None
         objects.forget_latest()
         anchors.forget_left_folders()
         self.timeline.reset()
@@ -220,6 +223,7 @@ class Session:
         self.timeline.begin_stage(stage)
         for part in self._made("engines", "graph", "live", "omnigraph", "class_tables"):
             part.reset()
+        self.nodes.clear()
         self.render_products.clear()
         for part in self._made("orchestrator", "selection"):
             part.reset()

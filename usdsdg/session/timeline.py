@@ -39,6 +39,9 @@ class Timeline:
         self._looped = 0.0  # seconds subtracted by loops
         self.latest_advance = 0.0  # seconds of the latest `advance`
         self._rate = DEFAULT_RATE  # time codes per second
+        self._target_framerate: float | None = None
+        # Start, end and looping of the range that `play` was given, until the next stop.
+        self._played_range: tuple[float, float, bool] | None = None
         self._range_is_authored = False  # else a script set it, or it is the default
         self._before_picture = False
         self._until_picture = 0.0  # seconds
@@ -86,7 +89,18 @@ class Timeline:
     get_time_codes_per_second = get_time_codes_per_seconds
 
     # --- commands ---
-    def play(self, *_range: object) -> None:
+    def play(self, start_timecode: float = 0.0, end_timecode: float = 0.0, looping: bool = True) -> None:
+        """Play on, or from and within a range of time codes, until the next stop; start and end time stay as they are.
+
+        Raises:
+            BadValue: the range is not finite, or its end is not after its start.
+        """
+        start, end = (float(code) / self.get_time_codes_per_seconds() for code in (start_timecode, end_timecode))
+        if (start, end) != (0.0, 0.0):
+            if not start < end < math.inf:
+                raise BadValue(f"timeline.play({start_timecode}, {end_timecode}): the end is to be after the start")
+            self.set_current_time(start)
+            self._played_range = start, end, bool(looping)
         self._held = False
         if not self._playing:
             self._playing, self._stopped = True, False
@@ -102,7 +116,7 @@ class Timeline:
         """Stop and return to the start time; physics restores the poses of its bodies."""
         self._held = False
         if not self._stopped:
-            self._playing, self._stopped = False, True
+            self._playing, self._stopped, self._played_range = False, True, None
             self.set_current_time(self.get_start_time())
             self._notify("stop")
 
@@ -144,10 +158,37 @@ class Timeline:
             stage_times.set_rate(stage, rate)
             self._stage_times = stage_times.of_stage(stage)
 
-    set_target_framerate = set_time_codes_per_second
+    def set_target_framerate(self, rate: float) -> None:
+        """Note a rate [1/s] at which updates are to follow each other in real time, for which none waits here.
+
+        How far an update advances the time is up to the time codes per second, as in Kit.
+        """
+        self._target_framerate = float(rate)
+
+    def get_target_framerate(self) -> float:
+        """Return the rate that was set, or the time codes per second."""
+        return self.get_time_codes_per_seconds() if self._target_framerate is None else self._target_framerate
 
     def set_play_every_frame(self, every: bool) -> None:
         """Do nothing: no frame is ever skipped."""
+
+    set_fast_mode = set_play_every_frame
+
+    def get_ticks_per_frame(self) -> int:
+        """Return how often the time advances per update: once."""
+        return 1
+
+    def get_ticks_per_second(self) -> float:
+        """Return how often the time advances per second of the timeline."""
+        return self.get_time_codes_per_seconds()
+
+    def time_to_time_code(self, seconds: float) -> float:
+        """Return the time code of a time."""
+        return float(seconds) * self.get_time_codes_per_seconds()
+
+    def time_code_to_time(self, time_code: float) -> float:
+        """Return the time of a time code [s]."""
+        return float(time_code) / self.get_time_codes_per_seconds()
 
     def set_ticks_per_frame(self, ticks: int) -> None:
         """Set how often the time advances per update.
@@ -196,7 +237,8 @@ class Timeline:
             self._notify("tick")
             return
         self._time += seconds
-        if self._end > self._start and self._time >= self._end:
+        start, end, _ = self._played()
+        if end > start and self._time >= end:
             self._wrap_or_pause()
         self._notify("tick")
 
@@ -222,28 +264,36 @@ class Timeline:
     def get_picture_time(self) -> float:
         """Return the time at which the next picture is taken [s]."""
         time = self.get_current_time() + self._until_picture
-        if self._until_picture > 0.0 and self._end > self._start and time >= self._end:
-            return self._wrapped(time) if self._looping else self._end
+        start, end, looping = self._played()
+        if self._until_picture > 0.0 and end > start and time >= end:
+            return self._wrapped(time) if looping else end
         return time
 
     def get_picture_elapsed_time(self) -> float:
         """As `get_picture_time`, without wrapping at loops: the time by which time triggers fire."""
         ahead = self._until_picture
-        if not self._looping and self._end > self._start:
-            ahead = max(min(ahead, self._end - self.get_current_time()), 0.0)
+        start, end, looping = self._played()
+        if not looping and end > start:
+            ahead = max(min(ahead, end - self.get_current_time()), 0.0)
         return self.get_elapsed_time() + ahead
 
+    def _played(self) -> tuple[float, float, bool]:
+        """Return start and end of what is played [s], and whether it begins again at its end."""
+        return self._played_range or (self._start, self._end, self._looping)
+
     def _wrapped(self, time: float) -> float:
-        return self._start + (time - self._end) % (self._end - self._start)
+        start, end, _ = self._played()
+        return start + (time - end) % (end - start)
 
     def _wrap_or_pause(self) -> None:
-        if self._looping:
+        _, end, looping = self._played()
+        if looping:
             before = self._time
             self._time = self._wrapped(before)
             self._looped += before - self._time
             self._notify("loop")
         else:
-            self._time = self._end
+            self._time = end
             self.pause()
 
     def subscribe(self, listener: Callable[[str], None]) -> Callable[[], None]:
@@ -290,7 +340,7 @@ class Timeline:
         self._set_range(0.0, DEFAULT_END_TIME)
         self.set_current_time(0.0)
         self._looping, self._auto_update = True, True
-        self._rate, self._stage_times = DEFAULT_RATE, None
+        self._rate, self._stage_times, self._target_framerate = DEFAULT_RATE, None, None
 
 
 def get_timeline() -> Timeline:

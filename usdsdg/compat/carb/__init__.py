@@ -6,22 +6,23 @@ from collections.abc import Sequence
 from usdsdg.compat.carb import dictionary, settings
 
 __all__ = [
-    "ColorRgb", "ColorRgba", "Double2", "Double3", "Double4", "Float2", "Float3", "Float4", "dictionary", "log_error",
-    "log_info", "log_verbose", "log_warn", "settings",
+    "ColorRgb", "ColorRgba", "Double2", "Double3", "Double4", "Float2", "Float3", "Float4", "Int2", "Int3", "Int4",
+    "Uint2", "Uint3", "Uint4", "dictionary", "log_error", "log_info", "log_verbose", "log_warn", "settings",
 ]  # fmt: skip
 
 _log = logging.getLogger("usdsdg.script")
 
 
 class _Vector(tuple):
-    """A vector of `size` floats, from numbers or from one sequence, with x, y, z, w."""
+    """A vector of `size` numbers of one type, from numbers or from one sequence, with x, y, z, w."""
 
     size = 0
+    number: type[float] | type[int] = float
 
     def __new__(cls, *values: float | Sequence[float]):
         flat = values[0] if len(values) == 1 and not isinstance(values[0], (int, float)) else values
-        # float() raises the TypeError for a sequence among several values.
-        numbers = tuple(float(v) for v in flat) or (0.0,) * cls.size  # pyright: ignore[reportArgumentType]
+        # float() and int() raise the TypeError for a sequence among several values.
+        numbers = tuple(cls.number(v) for v in flat) or (cls.number(),) * cls.size  # pyright: ignore[reportArgumentType]
         if len(numbers) != cls.size:
             raise TypeError(f"{cls.__name__} takes {cls.size} numbers, got {len(numbers)}")
         return super().__new__(cls, numbers)
@@ -65,6 +66,30 @@ class Double3(_Vector):
 
 class Double4(_Vector):
     size = 4
+
+
+class Int2(_Vector):
+    size, number = 2, int
+
+
+class Int3(_Vector):
+    size, number = 3, int
+
+
+class Int4(_Vector):
+    size, number = 4, int
+
+
+class Uint2(_Vector):
+    size, number = 2, int
+
+
+class Uint3(_Vector):
+    size, number = 3, int
+
+
+class Uint4(_Vector):
+    size, number = 4, int
 
 
 class _Color(_Vector):

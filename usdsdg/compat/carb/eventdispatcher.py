@@ -27,6 +27,14 @@ TIMELINE_EVENTS = {
     "loop": "omni.timeline:looped",
     "tick": "omni.timeline:current_time_ticked",
 }
+TICKED_PERMANENT = "omni.timeline:current_time_ticked_permanent"
+
+
+def timeline_payload(change: str) -> dict[str, Any]:
+    """Return the payload of an event of the timeline: the time, and of a tick also by how much it has changed [s]."""
+    timeline = get_timeline()
+    ticked = {"dt": timeline.latest_advance} if change == "tick" else {}
+    return {"currentTime": timeline.get_current_time(), **ticked}
 
 
 @dataclass(frozen=True)
@@ -117,7 +125,9 @@ class EventDispatcher:
 
     def _notify_timeline(self, change: str) -> None:
         if change in TIMELINE_EVENTS:
-            self._notify(TIMELINE_EVENTS[change], {"currentTime": get_timeline().get_current_time()})
+            self._notify(TIMELINE_EVENTS[change], timeline_payload(change))
+        if change == "tick":
+            self._notify(TICKED_PERMANENT, timeline_payload(change))
 
 
 def get_eventdispatcher() -> EventDispatcher:

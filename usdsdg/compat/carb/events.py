@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from usdsdg.app.app import get_app
-from usdsdg.compat.carb.eventdispatcher import Observer
+from usdsdg.compat.carb.eventdispatcher import Observer, timeline_payload
 from usdsdg.errors import called_for_script
 from usdsdg.listeners import Listeners
 from usdsdg.session.timeline import get_timeline
@@ -15,7 +15,8 @@ from usdsdg.session.timeline import get_timeline
 __all__ = ["IEvent", "IEventStream", "ISubscription", "type_from_string"]
 
 # The types of the timeline's events, by the timeline's words; `omni.timeline.TimelineEventType` has the same numbers.
-TIMELINE_TYPES = {"play": 0, "pause": 1, "stop": 2, "tick": 4, "loop": 5}
+# A step in time is two events, of which Kit sends the first at other changes of the time, too.
+TIMELINE_TYPES = {"play": (0,), "pause": (1,), "stop": (2,), "tick": (3, 4), "loop": (100,)}
 
 # The types of the events at the end of the application, in their order; `omni.kit.app` has them under these names.
 POST_QUIT_EVENT_TYPE, PRE_SHUTDOWN_EVENT_TYPE = SHUTDOWN_TYPES = (0, 1)
@@ -91,7 +92,8 @@ class EventStreams:
             self.shutdown.push(kind)
 
     def _on_timeline(self, change: str) -> None:
-        self.timeline.push(TIMELINE_TYPES[change], payload={"currentTime": get_timeline().get_current_time()})
+        for kind in TIMELINE_TYPES[change]:
+            self.timeline.push(kind, payload=timeline_payload(change))
 
 
 def type_from_string(name: str) -> int:

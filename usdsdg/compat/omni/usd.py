@@ -13,6 +13,7 @@ from usdsdg.compat import stage_events as events
 from usdsdg.compat.carb import Double3
 from usdsdg.compat.carb.events import IEvent, IEventStream
 from usdsdg.compat.material_shaders import create_material_input, get_shader_from_material
+from usdsdg.compat.prim_arcs import get_composed_payloads_from_prim, get_composed_references_from_prim
 from usdsdg.compat.prim_copies import duplicate_prim
 from usdsdg.compat.stage_events import (
     StageEventType,
@@ -28,12 +29,15 @@ from usdsdg.errors import Unsupported
 from usdsdg.session import stage_context
 from usdsdg.session.session import current
 from usdsdg.stage.paths import next_free_path
+from usdsdg.stage.poses.rotations import decompose, euler_xyz_from_quat
 from usdsdg.stage.time_code import current_time
 
 __all__ = [
     "Selection", "StageEventType", "StageRenderingEventType", "StageState", "UsdContext", "create_material_input",
-    "duplicate_prim", "get_context", "get_local_transform_matrix", "get_prim_at_path", "get_shader_from_material",
-    "get_stage_next_free_path", "get_world_transform_matrix", "stage_event_name", "stage_event_type",
+    "duplicate_prim", "get_composed_payloads_from_prim", "get_composed_references_from_prim", "get_context",
+    "get_local_transform_SRT", "get_local_transform_matrix", "get_prim_at_path",
+    "get_shader_from_material", "get_stage_next_free_path", "get_world_transform_matrix", "stage_event_name",
+    "stage_event_type",
 ]  # fmt: skip
 
 
@@ -102,8 +106,9 @@ class UsdContext:
         return True, ""
 
     def save_as_stage(self, url: str, *_: Any) -> bool:
+        """Write the stage to a file, which is that of the stage from then on: `save_stage` writes it again."""
         with stage_events().saving(str(url)):
-            stage_context.save_stage(url)
+            current().saved_as = str(stage_context.save_stage(url))
         return True
 
     def save_stage(self, *_: Any) -> bool:
@@ -129,7 +134,8 @@ class UsdContext:
         return stage_context.stage_id()
 
     def get_stage_url(self) -> str:
-        return stage_context.current_stage().GetRootLayer().identifier
+        """Return the file of the stage, or what its layer is called that has none."""
+        return current().saved_as or stage_context.current_stage().GetRootLayer().identifier
 
     def stage_rendering_event_name(self, event_type: StageRenderingEventType, immediate: bool = False) -> str:
         """Return the name of a rendering event in `carb.eventdispatcher`; only new frames happen."""
@@ -203,7 +209,7 @@ class UsdContext:
 
     def is_new_stage(self) -> bool:
         """Return whether the stage has no file."""
-        return stage_context.current_stage().GetRootLayer().anonymous
+        return current().saved_as is None and stage_context.current_stage().GetRootLayer().anonymous
 
     def is_writable(self) -> bool:
         """Return whether the stage can be saved where it is."""
@@ -273,3 +279,17 @@ def get_local_transform_matrix(prim: Usd.Prim, time_code: Usd.TimeCode | None = 
     xform = UsdGeom.Xformable(prim)
     time = Usd.TimeCode.Default() if time_code is None else time_code
     return xform.GetLocalTransformation(time) if xform else Gf.Matrix4d(1)
+
+
+def get_local_transform_SRT(
+    prim: Usd.Prim, time_code: Usd.TimeCode | None = None
+) -> tuple[Gf.Vec3d, Gf.Vec3d, Gf.Vec3i, Gf.Vec3d]:
+    """Return scale, rotation [degrees], order of its axes (0 for x) and translation of a prim in its parent's space.
+
+    The order is always (0, 1, 2), about x first, whatever ops the prim has; pivots and shears are not among these.
+    """
+    pose = decompose(get_local_transform_matrix(prim, time_code))
+    scale, turn, place = (
+        Gf.Vec3d(*part.tolist()) for part in (pose.scale, euler_xyz_from_quat(pose.rotation), pose.translate)
+    )
+    return scale, turn, Gf.Vec3i(0, 1, 2), place

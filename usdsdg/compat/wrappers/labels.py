@@ -6,7 +6,7 @@ from pxr import Usd, UsdSemantics
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.schemas.semantics_schema import SemanticsAPI
-from usdsdg.stage.semantics.labels import get_labels
+from usdsdg.stage.semantics.labels import forget_written, get_labels
 
 _OLD = "SemanticsAPI:"
 
@@ -28,6 +28,7 @@ def upgrade(prim: Usd.Prim) -> int:
         prim.RemoveAPI(SemanticsAPI, instance)
         for part in ("Type", "Data"):
             prim.RemoveProperty(f"semantic:{instance}:params:semantic{part}")
+    forget_written(prim, labels)
     for taxonomy, values in labels.items():
         UsdSemantics.LabelsAPI.Apply(prim, taxonomy).CreateLabelsAttr().Set(values)
     return len(instances)

@@ -43,8 +43,11 @@ def matching_paths(pattern: str) -> list[str]:
 
 
 def from_wildcards(expression: str) -> str:
-    """Return the regular expression of paths in which "*" and ".*" both stand for any part of a name."""
-    return expression.replace(".*", "*").replace("*", ".*")
+    """Return the regular expression of paths in which "*" and ".*" both stand for any part of a name.
+
+    "?" stands for one character, and "[1-3]" for one of several.
+    """
+    return expression.replace(".*", "*").replace("?", ".").replace("*", ".*")
 
 
 def split_paths(paths: str | Sequence[str]) -> tuple[list[str], list[str]]:

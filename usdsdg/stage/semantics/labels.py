@@ -317,6 +317,13 @@ def _note(prim: Usd.Prim, labels: Mapping[str, Sequence[str]]) -> None:
     prim.SetCustomDataByKey(WRITTEN, noted)
 
 
+def forget_written(prim: Usd.Prim, types: Iterable[str]) -> None:
+    """Forget what both schemas had of some types: what is authored counts, in whichever schema it is."""
+    noted = dict(prim.GetCustomDataByKey(WRITTEN) or {})
+    if left_out := noted.keys() & set(types):
+        prim.SetCustomDataByKey(WRITTEN, {each: labels for each, labels in noted.items() if each not in left_out})
+
+
 def _free_instance(prim: Usd.Prim, instance: str) -> str:
     """Return an unused instance name: different labels may give the same identifier ("a b" and "a_b")."""
     taken, count, name = set(_old_instances(prim)), 0, instance

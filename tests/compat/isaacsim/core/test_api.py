@@ -11,7 +11,10 @@ from usdsdg.compat.isaacsim.core.api import SimulationContext, World, materials,
 from usdsdg.compat.isaacsim.core.api.tasks import BaseTask
 from usdsdg.compat.isaacsim.core.cloner import Cloner, GridCloner
 from usdsdg.compat.isaacsim.core.rendering_manager import RenderingManager, ViewportManager
+from usdsdg.compat.omni.kit.app import get_app
 from usdsdg.compat.omni.kit.viewport.utility import get_active_viewport
+from usdsdg.compat.omni.timeline import TimelineEventType
+from usdsdg.compat.omni.usd import StageEventType, get_context
 from usdsdg.errors import BadPrim
 from usdsdg.session import stage_context
 from usdsdg.session.timeline import get_timeline
@@ -119,6 +122,27 @@ def test_callbacks_have_names(world):
     assert world.physics_callback_exists("mine")
     world.remove_physics_callback("mine")
     world.step(render=False)
+    assert len(heard) == 1
+
+
+def test_callbacks_of_timeline_and_stage_get_events_with_types(world):
+    heard = []
+    world.add_timeline_callback("times", lambda event: heard.append(TimelineEventType(event.type).name))
+    world.play()
+    get_app().update()
+    world.stop()
+    assert heard[0] == "PLAY"
+    assert heard[-1] == "STOP"
+    assert "CURRENT_TIME_TICKED" in heard
+    world.remove_timeline_callback("times")
+    heard.clear()
+    world.add_stage_callback("stages", lambda event: heard.append(event.type))
+    assert world.stage_callback_exists("stages")
+    get_context().get_selection().set_selected_prim_paths(["/World"], True)
+    assert heard == [StageEventType.SELECTION_CHANGED]
+    world.remove_stage_callback("stages")
+    get_context().get_selection().clear_selected_prim_paths()
+    world.play()
     assert len(heard) == 1
 
 

@@ -7,6 +7,7 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 import usdsdg as rep
+from usdsdg.compat.isaacsim.core.prims import XFormPrim
 from usdsdg.compat.isaacsim.core.utils import (
     bounds,
     mesh,
@@ -146,8 +147,45 @@ def test_labels_are_counted_checked_and_upgraded(stage):
     assert semantics.count_labels_in_scene() == {"missing_labels": 1, "mug": 1, "bowl": 1}
     assert semantics.count_semantics_in_scene("/World/bare") == {"missing_semantics": 1}
     assert semantics.upgrade_prim_semantics_to_labels(stage.GetPrimAtPath("/World"), include_descendants=True) == 2
+    assert semantics.count_labels_in_scene() == {"missing_labels": 1, "mug": 1, "bowl": 1}
     semantics.remove_labels(stage.GetPrimAtPath("/World"), include_descendants=True)
     assert semantics.count_labels_in_scene() == {"missing_labels": 3}
+
+
+@pytest.mark.parametrize(
+    ("pattern", "numbers"),
+    [("[1-3]", [1, 2, 3]), (".*", [0, 1, 2, 3, 10]), ("*", [0, 1, 2, 3, 10]), ("?", [0, 1, 2, 3]), ("1*", [1, 10])],
+)
+def test_wildcards_in_paths_stand_for_parts_of_names(stage, pattern, numbers):
+    for number in (0, 1, 2, 3, 10):
+        stage.DefinePrim(f"/World/env_{number}/cube", "Cube")
+    expected = [f"/World/env_{number}/cube" for number in numbers]
+    assert prims.find_matching_prim_paths(f"/World/env_{pattern}/cube") == expected
+    assert XFormPrim(f"/World/env_{pattern}/cube", reset_xform_properties=False).prim_paths == expected
+
+
+def test_the_root_of_an_articulation_is_found_below_a_prim(stage):
+    for number in (0, 1):
+        torso = stage.DefinePrim(f"/World/env_{number}/ant/torso", "Cube")
+        UsdPhysics.ArticulationRootAPI.Apply(torso)
+    for given, found in (
+        ("/World/env_0/ant/torso", "/World/env_0/ant/torso"),
+        ("/World/env_0/ant", "/World/env_0/ant/torso"),
+        ("/World/env_.*/ant", "/World/env_.*/ant/torso"),
+        ("/World/none", "/World/none"),
+    ):
+        assert prims.get_articulation_root_api_prim_path(given) == found
+
+
+def test_upgraded_labels_may_be_changed_as_others(stage):
+    cube = stage.GetPrimAtPath(rep.create.cube(semantics=[("class", "box"), ("kind", "red")]).prims[0])
+    assert semantics.upgrade_prim_semantics_to_labels(cube) == 2
+    assert list(cube.GetAttribute("semantics:labels:class").Get()) == ["box"]
+    assert not [schema for schema in cube.GetAppliedSchemas() if schema.startswith("SemanticsAPI:")]
+    assert semantics.get_labels(cube) == {"class": ["box"], "kind": ["red"]}
+    semantics.add_labels(cube, ["crate"], overwrite=False)
+    semantics.remove_labels(cube, "kind")
+    assert semantics.get_labels(cube) == {"class": ["box", "crate"]}
 
 
 def test_one_type_of_labels_is_removed_and_the_others_stay(stage):

@@ -9,7 +9,7 @@ from typing import Any
 from pxr import Usd, UsdGeom
 
 from usdsdg.app.app import App, get_app
-from usdsdg.compat.carb.eventdispatcher import APP_UPDATE, TIMELINE_EVENTS, get_eventdispatcher
+from usdsdg.compat.carb.eventdispatcher import APP_UPDATE, get_eventdispatcher
 from usdsdg.compat.isaacsim.core.api.physics_context import PhysicsContext
 from usdsdg.compat.isaacsim.core.simulation_manager import SimulationManager
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
@@ -268,8 +268,14 @@ class SimulationContext:
         self._add("render", callback_name, lambda: _observed([APP_UPDATE], callback_fn))
 
     def add_timeline_callback(self, callback_name: str, callback_fn: Callable[[Any], Any]) -> None:
-        """Call `callback_fn(event)` when the timeline plays, pauses, stops, loops and ticks."""
-        self._add("timeline", callback_name, lambda: _observed(list(TIMELINE_EVENTS.values()), callback_fn))
+        """Call `callback_fn(event)` at the events of the timeline, with types of `TimelineEventType`."""
+        stream = get_timeline().get_timeline_event_stream()
+        self._add("timeline", callback_name, lambda: stream.create_subscription_to_pop(callback_fn).unsubscribe)
+
+    def add_stage_callback(self, callback_name: str, callback_fn: Callable[[Any], Any]) -> None:
+        """Call `callback_fn(event)` at the events of the stage, with types of `omni.usd.StageEventType`."""
+        stream = current().stage_events.stage
+        self._add("stage", callback_name, lambda: stream.create_subscription_to_pop(callback_fn).unsubscribe)
 
     def remove_physics_callback(self, callback_name: str) -> None:
         self._remove("physics", callback_name)
@@ -280,6 +286,9 @@ class SimulationContext:
     def remove_timeline_callback(self, callback_name: str) -> None:
         self._remove("timeline", callback_name)
 
+    def remove_stage_callback(self, callback_name: str) -> None:
+        self._remove("stage", callback_name)
+
     def physics_callback_exists(self, callback_name: str) -> bool:
         return callback_name in self._callbacks.get("physics", {})
 
@@ -289,6 +298,9 @@ class SimulationContext:
     def timeline_callback_exists(self, callback_name: str) -> bool:
         return callback_name in self._callbacks.get("timeline", {})
 
+    def stage_callback_exists(self, callback_name: str) -> bool:
+        return callback_name in self._callbacks.get("stage", {})
+
     def clear_physics_callbacks(self) -> None:
         self._clear("physics")
 
@@ -297,6 +309,9 @@ class SimulationContext:
 
     def clear_timeline_callbacks(self) -> None:
         self._clear("timeline")
+
+    def clear_stage_callbacks(self) -> None:
+        self._clear("stage")
 
     def clear_all_callbacks(self) -> None:
         for kind in list(getattr(self, "_callbacks", {})):

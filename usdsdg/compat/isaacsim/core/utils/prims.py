@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -14,7 +13,7 @@ from usdsdg.compat.isaacsim.core.utils.semantics import add_labels
 from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage, remove_prim
 from usdsdg.compat.wrappers import poses
 from usdsdg.compat.wrappers.arrays import pose_rows, rows
-from usdsdg.compat.wrappers.prim_paths import existing_prim
+from usdsdg.compat.wrappers.prim_paths import existing_prim, from_wildcards
 from usdsdg.errors import warn_once
 from usdsdg.session import stage_context
 from usdsdg.stage.attributes import attribute_of, set_value
@@ -148,9 +147,8 @@ def query_parent_path(prim_path: str, predicate: PathPredicate) -> bool:
 
 
 def find_matching_prim_paths(prim_path_regex: str, prim_type: str | None = None) -> list[str]:
-    """Return the paths of prims that match a path in which ".*" stands for any part of a name."""
-    parts = (re.escape(part).replace(r"\.\*", ".*").replace(r"\*", ".*") for part in prim_path_regex.split("/"))
-    found = newer.find_matching_prim_paths("/".join(parts))
+    """Return the paths of prims that match a path with wildcards: "*" or ".*", "?", and "[1-3]" for one of several."""
+    found = newer.find_matching_prim_paths(from_wildcards(prim_path_regex))
     return [path for path in found if prim_type is None or get_prim_type_name(path) == prim_type]
 
 
@@ -163,6 +161,18 @@ def is_prim_ancestral(prim_path: str) -> bool:
     prim = existing_prim(prim_path)
     arcs = Usd.PrimCompositionQuery(prim).GetCompositionArcs()
     return any(arc.IsAncestral() for arc in arcs)
+
+
+def get_articulation_root_api_prim_path(prim_path: str) -> str:
+    """Return the path of the first prim at or below one that is the root of an articulation; else the path itself.
+
+    Of a path with wildcards, the first prim that it names decides on what is added to the path.
+    """
+    first = next(iter(find_matching_prim_paths(prim_path)), None)
+    for prim in Usd.PrimRange(get_prim_at_path(first)) if first else ():
+        if prim.HasAPI(UsdPhysics.ArticulationRootAPI):
+            return prim_path + str(prim.GetPath()).removeprefix(first or "")
+    return prim_path
 
 
 def is_prim_non_root_articulation_link(prim_path: str) -> bool:

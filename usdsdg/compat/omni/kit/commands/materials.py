@@ -16,6 +16,7 @@ from usdsdg.stage.paths import next_free_path
 
 AnyPath = str | Sdf.Path
 
+_COLOR = Sdf.ValueTypeNames.Color3f
 _TOKEN = Sdf.ValueTypeNames.Token
 
 
@@ -59,6 +60,27 @@ def create_and_bind_mdl_material(
     bind_material(list(selected), path)
     if select_new_prim:
         current().selection.set_selected_prim_paths([path])
+    return path
+
+
+@command("CreatePreviewSurfaceTextureMaterialPrim")
+def create_preview_surface_texture_material_prim(
+    mtl_path: AnyPath, select_new_prim: bool = False, stage: Usd.Stage | None = None
+) -> str:
+    """Define a material with a UsdPreviewSurface whose diffuse color is a texture, to be set; return its path."""
+    target = stage or current_stage()
+    path = create_preview_surface_material_prim(mtl_path, select_new_prim, target)
+    reader, texture = (UsdShade.Shader.Define(target, f"{path}/{name}") for name in ("st", "diffuseColorTex"))
+    reader.CreateIdAttr("UsdPrimvarReader_float2")
+    reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
+    texture.CreateIdAttr("UsdUVTexture")
+    texture.CreateInput("file", Sdf.ValueTypeNames.Asset)
+    texture.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(
+        reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
+    )
+    UsdShade.Shader.Get(target, f"{path}/Shader").CreateInput("diffuseColor", _COLOR).ConnectToSource(
+        texture.CreateOutput("rgb", _COLOR)
+    )
     return path
 
 

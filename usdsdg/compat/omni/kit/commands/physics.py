@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pxr import Sdf, Usd, UsdPhysics, UsdShade
 
 from usdsdg.compat.omni.kit.commands.registry import command
+from usdsdg.compat.omni.physx.scripts import joints
 from usdsdg.compat.physics_schema_tools import addGroundPlane
 from usdsdg.errors import ArgumentError, BadPrim
 from usdsdg.functional.physics import bodies, scenes
@@ -67,6 +68,25 @@ def set_rigid_body(path: AnyPath, approximationShape: str = "convexHull", kinema
 def set_static_collider(path: AnyPath, approximationShape: str = "none") -> None:
     """Add colliders to all geometry at and below a prim."""
     bodies.apply_collider(_prim("SetStaticCollider", path), approximation=approximationShape)
+
+
+@command("CreateJoint")
+def create_joint(
+    joint_type: str,
+    from_prim: Usd.Prim | None = None,
+    to_prim: Usd.Prim | None = None,
+    stage: Usd.Stage | None = None,
+) -> Usd.Prim:
+    """Define a joint between two prims where they are, as `omni.physx.scripts.utils.createJoint`; return it."""
+    return joints.createJoint(stage or current_stage(), joint_type, from_prim, to_prim)
+
+
+@command("CreateJoints")
+def create_joints(
+    joint_type: str, paths: Sequence[AnyPath], join_to_parent: bool = False, stage: Usd.Stage | None = None
+) -> list[Usd.Prim]:
+    """Define a joint between each prim and its parent, or the world; return them."""
+    return joints.createJoints(stage or current_stage(), joint_type, paths, join_to_parent)
 
 
 @command("AddRigidBodyMaterial")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pxr import Sdf, Usd, UsdGeom
 
+from usdsdg.compat import prim_moves
 from usdsdg.compat.omni.kit.commands.registry import command
 from usdsdg.compat.omni.kit.commands.transforms import set_world_matrix, teleport_prim
 from usdsdg.errors import ArgumentError, BadPrim, Unsupported
@@ -82,9 +83,7 @@ def create_mesh_prim(
     within = None if below_shape or parent == Sdf.Path.absoluteRootPath else str(parent)
     made = _MESHES[prim_type](name=path.name, parent=within)
     if below_shape:  # the application nests shapes, which `create` refuses
-        editor = Usd.NamespaceEditor(stage)
-        editor.MovePrimAtPath(made.GetPath(), path)
-        editor.ApplyEdits()
+        prim_moves.move(stage, made.GetPath(), path)
         made = stage.GetPrimAtPath(path)
     _select(str(made.GetPath()), select_new_prim)
     return str(made.GetPath())
@@ -192,40 +191,48 @@ def move_prim(
     keep_world_transform: bool = True,
     destructive: bool = False,
     stage_or_context: Any = None,
+    on_move_fn: Callable[[Sdf.Path, Sdf.Path], Any] | None = None,
 ) -> str:
-    """Move or rename a prim, in place in the world if `keep_world_transform`; return its path."""
+    """Move or rename a prim, in place in the world if `keep_world_transform`; return its path.
+
+    `on_move_fn` is called with the old and the new path.
+    """
     stage = stage_or_context if isinstance(stage_or_context, Usd.Stage) else current_stage()
     source, target = _existing(stage, "MovePrim", path_from), Sdf.Path(str(path_to))
     matrix = (
         UsdGeom.Xformable(source).ComputeLocalToWorldTransform(time_code) if source.IsA(UsdGeom.Xformable) else None
     )
     parent = source.GetPath().GetParentPath()
-    editor = Usd.NamespaceEditor(stage)
     if not stage.GetPrimAtPath(target.GetParentPath()):
         stage.DefinePrim(target.GetParentPath(), "Xform")
-    editor.MovePrimAtPath(source.GetPath(), target)
-    if not editor.CanApplyEdits():
+    if not prim_moves.move(stage, source.GetPath(), target):
         raise Unsupported(
             f"MovePrim: {path_from} cannot become {path_to}, since it comes from another file, or that path is taken; "
             "reference the file at the new path instead"
         )
-    editor.ApplyEdits()
     if matrix is not None and keep_world_transform and parent != target.GetParentPath():
         set_world_matrix(stage.GetPrimAtPath(target), matrix)
     selection, moved = current().selection, Sdf.Path(str(path_from))
     selection.set_selected_prim_paths(
         [str(Sdf.Path(each).ReplacePrefix(moved, target)) for each in selection.get_selected_prim_paths()]
     )
+    if on_move_fn is not None:
+        on_move_fn(moved, target)
     return str(target)
 
 
 @command("MovePrims")
 def move_prims(
-    paths_to_move: Mapping[AnyPath, AnyPath], keep_world_transform: bool = True, destructive: bool = False
+    paths_to_move: Mapping[AnyPath, AnyPath],
+    keep_world_transform: bool = True,
+    destructive: bool = False,
+    stage_or_context: Any = None,
+    on_move_fn: Callable[[Sdf.Path, Sdf.Path], Any] | None = None,
 ) -> None:
     """Move or rename prims, each from a key to its value."""
+    how: dict[str, Any] = {"keep_world_transform": keep_world_transform, "stage_or_context": stage_or_context}
     for path_from, path_to in paths_to_move.items():
-        move_prim(path_from, path_to, keep_world_transform=keep_world_transform)
+        move_prim(path_from, path_to, **how, on_move_fn=on_move_fn)
 
 
 @command("ParentPrims")
@@ -234,6 +241,15 @@ def parent_prims(parent_path: AnyPath, child_paths: Sequence[AnyPath], keep_worl
     for child in child_paths:
         name = Sdf.Path(str(child)).name
         move_prim(child, f"{parent_path}/{name}", keep_world_transform=keep_world_transform)
+
+
+@command("UnparentPrims")
+def unparent_prims(paths: Sequence[AnyPath], keep_world_transform: bool = True) -> None:
+    """Move prims to the top of the stage."""
+    for path in map(Sdf.Path, map(str, paths)):
+        if not path.IsRootPrimPath():
+            free = next_free_path(current_stage(), f"/{path.name}")
+            move_prim(path, free, keep_world_transform=keep_world_transform)
 
 
 @command("CopyPrim")

@@ -65,6 +65,40 @@ def create_usd_attribute(
         attribute.Set(attr_value)
 
 
+@command("CreateUsdAttributeOnPath")
+def create_usd_attribute_on_path(
+    attr_path: AnyPath,
+    attr_type: Sdf.ValueTypeName,
+    custom: bool = True,
+    variability: Sdf.Variability = Sdf.VariabilityVarying,
+    attr_value: Any = None,
+) -> None:
+    """Create an attribute by its path, with a value if one is given.
+
+    Raises:
+        BadPrim: there is no such prim.
+    """
+    path = Sdf.Path(str(attr_path))
+    prim = current_stage().GetPrimAtPath(path.GetPrimPath())
+    if not prim:
+        raise BadPrim(f"CreateUsdAttributeOnPath: {path.GetPrimPath()} is not on the stage")
+    create_usd_attribute(prim, path.name, attr_type, custom, variability, attr_value)
+
+
+@command("AddRelationshipTarget")
+def add_relationship_target(
+    relationship: Usd.Relationship, target: AnyPath, position: Usd.ListPosition = Usd.ListPositionBackOfPrependList
+) -> None:
+    """Add a target to a relationship."""
+    relationship.AddTarget(Sdf.Path(str(target)), position)
+
+
+@command("RemoveRelationshipTarget")
+def remove_relationship_target(relationship: Usd.Relationship, target: AnyPath) -> None:
+    """Remove a target of a relationship."""
+    relationship.RemoveTarget(Sdf.Path(str(target)))
+
+
 @command("RemoveProperty")
 def remove_property(prop_path: AnyPath) -> None:
     """Remove what the stage's layers hold of a property."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom
@@ -47,6 +48,26 @@ def transform_prim_srt(
         order = "".join("XYZ"[axis] for axis in (new_rotation_order or (0, 1, 2)))
         euler = euler_from_matrix(matrix_from_euler(np.asarray(tuple(new_rotation_euler), float), order))
     author_pose(prim, translate=new_translation, rotate_xyz=euler, scale=new_scale)
+
+
+@command("TransformPrims")
+def transform_prims(
+    prims_to_transform: Sequence[Sequence[Any]],
+    time_code: Usd.TimeCode = Usd.TimeCode.Default(),  # noqa: B008
+) -> None:
+    """Set the local matrices of prims, given as (path, new matrix, ...)."""
+    for path, matrix, *_ in prims_to_transform:
+        transform_prim(path, matrix, time_code)
+
+
+@command("TransformPrimsSRT")
+def transform_prims_srt(
+    prims_to_transform: Sequence[Sequence[Any]],
+    time_code: Usd.TimeCode = Usd.TimeCode.Default(),  # noqa: B008
+) -> None:
+    """Set the poses of prims, given as (path, translation, rotation [degrees], order of its axes, scale, ...)."""
+    for path, translation, rotation, order, scale, *_ in prims_to_transform:
+        transform_prim_srt(path, translation, rotation, order, scale, time_code)
 
 
 @command("IsaacSimTeleportPrim")

@@ -7,6 +7,7 @@ from collections.abc import Generator, Sequence
 
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdUtils
 
+from usdsdg.compat import prim_moves
 from usdsdg.compat.isaacsim.core.experimental.utils.prim import set_prim_variants
 from usdsdg.compat.isaacsim.core.utils import stage as older
 from usdsdg.compat.stage_events import stage_events
@@ -152,8 +153,7 @@ def move_prim(target: str | Usd.Prim, destination: str | Usd.Prim) -> tuple[bool
         path = path.AppendChild(prim.GetName())
     elif not stage.GetPrimAtPath(path.GetParentPath()):
         raise BadPrim(f"{prim.GetPath()} cannot be moved to {path}: there is no prim at {path.GetParentPath()}")
-    editor = Usd.NamespaceEditor(stage)
-    return bool(editor.MovePrimAtPath(prim.GetPath(), path) and editor.ApplyEdits()), str(path)
+    return prim_moves.move(stage, prim.GetPath(), path), str(path)
 
 
 def generate_next_free_path(path: str | None = None, *, prepend_default_prim: bool = True) -> str:
