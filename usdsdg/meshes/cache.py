@@ -14,6 +14,7 @@ from typing import NamedTuple
 from usdsdg.errors import warn_once
 from usdsdg.meshes.conversion import Options, convert
 from usdsdg.stage.assets import cache_folder, replace_files
+from usdsdg.stage.assets.opened import note_opened
 from usdsdg.stores.locks import locked
 
 # Part of each key: another number converts everything again.
@@ -34,6 +35,8 @@ def converted(source: str | os.PathLike[str], options: Options) -> str:
     with locked(folder / f"{start}.lock"):
         noted = folder / f"{start}.json"
         done = _known(noted, folder) or _convert(file, folder, noted, options)
+    for each in (os.path.abspath(source), *done.files):
+        note_opened(each)
     for line in done.lines:
         warn_once(f"{file}: {line}")
     return str(done.usd)
@@ -42,13 +45,14 @@ def converted(source: str | os.PathLike[str], options: Options) -> str:
 class _Converted(NamedTuple):
     usd: Path
     lines: list[str]  # repairs and oddities, which each run names
+    files: list[str]  # others that it was made of
 
 
 def _known(noted: Path, folder: Path) -> _Converted | None:
     """Return the converted file if it is as it was made, and all that it was made of as it was."""
     try:
         note = json.loads(noted.read_text(encoding="utf-8"))
-        found = _Converted(folder / note["usd"], note["lines"])
+        found = _Converted(folder / note["usd"], note["lines"], note["files"])
         if note["digest"] != _digest(map(Path, note["files"]), "") or not found.usd.is_file():
             return None
         if note["made"] == _digest_below(found.usd.parent):
@@ -75,7 +79,7 @@ def _convert(file: Path, folder: Path, noted: Path, options: Options) -> _Conver
     temporary = noted.with_suffix(".part")
     temporary.write_text(json.dumps(note), encoding="utf-8")
     temporary.replace(noted)
-    return _Converted(asset, lines)
+    return _Converted(asset, lines, files)
 
 
 def _digest(files: Iterable[Path], more: str) -> str:
