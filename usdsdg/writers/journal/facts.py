@@ -51,6 +51,7 @@ class AssetFacts:
 
     def __init__(self) -> None:
         self.source: Path | None = None
+        self._modules = 0  # how many were imported when those of the script were looked for last
         self._seen: set[str] = set()  # files
         self._note = last_note()  # of files that were used before, by what this process did earlier
         self._open: list[Future[tuple[str, dict[str, Any]] | None]] = []
@@ -69,8 +70,12 @@ class AssetFacts:
         Pictures may be traced after their frame was captured, so their textures are known when their files are whole.
         """
         note, self._note = self._note, last_note()
-        for path in (*opened_since(note), *_modules_beside(self.source)):
+        for path in opened_since(note):
             self._add(path, None)
+        if len(sys.modules) != self._modules:
+            self._modules = len(sys.modules)
+            for path in _modules_beside(self.source):
+                self._add(path, None)
         with self._lock:
             open_, self._open = self._open, []
         return dict(found for future in open_ if (found := future.result()) is not None)
@@ -104,13 +109,14 @@ def _modules_beside(source: Path | None) -> Iterator[str]:
     """Yield the files of the modules in the folder of a script, and below, that were imported until now."""
     if source is None or source.suffix != ".py":
         return
+    top = os.path.join(source.parent, "")
     for name, module in tuple(sys.modules.items()):
         file = vars(module).get("__file__") if isinstance(module, ModuleType) else None
         if not isinstance(file, str) or not file.endswith(".py") or name.startswith("usdsdg"):
             continue
-        path = Path(file).absolute()
-        if path != source and path.is_relative_to(source.parent) and not _is_installed(path):
-            yield str(path)
+        path = os.path.abspath(file) if not os.path.isabs(file) else file
+        if path.startswith(top) and path != str(source) and not _is_installed(Path(path)):
+            yield path
 
 
 def _is_installed(path: Path) -> bool:
