@@ -128,13 +128,24 @@ num_frames: {count}
 resolution: [48, 32]
 meshes: meshes
 objects: {{per_image: [1, 1]}}
+camera: {{calibration: camera.yaml}}
 formats: {{yolo: {{}}}}
 output_dir: out
 """
 
 
+CALIBRATION = """
+image_width: 48
+image_height: 32
+camera_matrix: {{rows: 3, cols: 3, data: [{focal}, 0, 24, 0, {focal}, 16, 0, 0, 1]}}
+distortion_model: plumb_bob
+distortion_coefficients: {{rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}}
+"""
+
+
 def test_a_job_is_not_gone_on_with_once_its_folder_of_meshes_has_another_class(tmp_path):
-    meshes = tmp_path / "meshes"
+    meshes, calibration = tmp_path / "meshes", tmp_path / "camera.yaml"
+    calibration.write_text(CALIBRATION.format(focal=40))
     meshes.mkdir()
     trimesh.creation.box((0.05, 0.05, 0.02)).export(meshes / "nut.obj")
 
@@ -154,8 +165,10 @@ def test_a_job_is_not_gone_on_with_once_its_folder_of_meshes_has_another_class(t
     assert before
     assert {path: path.read_bytes() for path in before} == before
     os.remove(meshes / "ball.obj")
+    calibration.write_text(CALIBRATION.format(focal=60))
     done = generate(2, "--resume")
     assert done.returncode == 0, done.stderr
+    assert "the asset camera.yaml has other content" in done.stderr
 
 
 def _run(folder, *options, code=0):
