@@ -1,6 +1,11 @@
-"""A run that is resumed tells of assets that were changed since its first frames."""
+"""A run that is resumed tells of assets, and modules of its script, that were changed since its first frames."""
+
+import json
+import os
 
 import pytest
+import trimesh
+from PIL import Image
 
 from tests import forked
 
@@ -36,8 +41,138 @@ def test_frames_that_are_added_after_an_asset_was_changed_are_named(size, tmp_pa
     assert len(list((tmp_path / "data").glob("rgb_*.png"))) == 5  # 0 to 4
 
 
-def _run(folder, *options):
+BESIDE = """
+import os, sys
+import omni.replicator.core as rep
+import helper
+rep.create.light(light_type="Dome")
+rep.create.from_usd(os.path.abspath("sub/ball.obj"), semantics=[("class", "ball")], position=(0, 0, helper.HEIGHT))
+box = rep.create.from_usd(os.path.abspath("box.usda"), semantics=[("class", "box")])
+with box:
+    rep.randomizer.texture(textures=[os.path.abspath("sub/box.png"), os.path.abspath("box.png")])
+with rep.trigger.on_frame(), box:
+    rep.modify.pose(position=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))
+product = rep.create.render_product(rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)), (32, 24))
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir=sys.argv[1], rgb=True)
+writer.attach(product)
+"""
+
+
+def _picture(path, level):
+    Image.new("RGB", (4, 4), (level, level, level)).save(path)
+
+
+def test_files_beside_the_script_that_were_changed_are_named(tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "assets").mkdir()
+    (tmp_path / "helper.py").write_text("HEIGHT = 1.0")
+    trimesh.creation.icosphere().export(tmp_path / "sub/ball.obj")
+    (tmp_path / "box.usda").write_text(BOX.format(size=1.0))
+    _picture(tmp_path / "box.png", 10)
+    _picture(tmp_path / "sub/box.png", 200)
+    (tmp_path / "script.py").write_text(BESIDE)
+    _run(tmp_path, "--frames", "1")
+    changed = {
+        "helper.py": lambda: (tmp_path / "helper.py").write_text("HEIGHT = 2.0"),
+        "sub/ball.obj": lambda: trimesh.creation.icosphere(radius=0.5).export(tmp_path / "sub/ball.obj"),
+        "box.usda": lambda: (tmp_path / "box.usda").write_text(BOX.format(size=0.5)),
+    }
+    for count, (name, change) in enumerate([(None, lambda: None), *changed.items()], 3):
+        change()
+        more = _run(tmp_path, "--frames", str(count), "--resume")
+        said = [line for line in more.stderr.splitlines() if "has other content than" in line]
+        assert len(said) == (name is not None)
+        assert name is None or f"the asset {name} has" in said[0]
+    recipe = json.loads((tmp_path / "data/.usdsdg/recipe.json").read_text())
+    # Two textures of one name are two assets, of which none was changed.
+    pictures = [each["path"] for each in recipe["assets"] if each["name"] == "box.png"]
+    assert set(pictures) <= {"box.png", "sub/box.png"}
+    assert len(pictures) == len(set(pictures))
+
+
+INTERRUPTED = """
+import signal, sys
+import omni.replicator.core as rep
+
+class Ends(rep.Writer):
+    def __init__(self):
+        self.annotators = ["rgb"]
+
+    def write(self, data):
+        signal.raise_signal(signal.SIGINT)
+
+box = rep.create.from_usd("box.usda", semantics=[("class", "box")])
+product = rep.create.render_product(rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)), (32, 24))
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir=sys.argv[1], rgb=True)
+writer.attach(product)
+ends = Ends()
+ends.attach(product)
+"""
+
+
+def test_the_assets_of_a_frame_are_known_where_ctrl_c_came_while_it_was_written(tmp_path):
+    (tmp_path / "assets").mkdir()
+    (tmp_path / "box.usda").write_text(BOX.format(size=1.0))
+    (tmp_path / "script.py").write_text(INTERRUPTED)
+    assert _run(tmp_path, "--frames", "3", code=130).returncode == 130
+    lines = [json.loads(line) for line in (tmp_path / "data/.usdsdg/journal.jsonl").read_text().splitlines()]
+    assert [line["frame"] for line in lines if "frame" in line] == [0]
+    assert [each["path"] for each in lines[0]["facts"]["assets"].values()] == ["box.usda"]
+
+
+JOB = """
+job: detection
+num_frames: {count}
+resolution: [48, 32]
+meshes: meshes
+objects: {{per_image: [1, 1]}}
+camera: {{calibration: camera.yaml}}
+formats: {{yolo: {{}}}}
+output_dir: out
+"""
+
+
+CALIBRATION = """
+image_width: 48
+image_height: 32
+camera_matrix: {{rows: 3, cols: 3, data: [{focal}, 0, 24, 0, {focal}, 16, 0, 0, 1]}}
+distortion_model: plumb_bob
+distortion_coefficients: {{rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}}
+"""
+
+
+def test_a_job_is_not_gone_on_with_once_its_folder_of_meshes_has_another_class(tmp_path):
+    meshes, calibration = tmp_path / "meshes", tmp_path / "camera.yaml"
+    calibration.write_text(CALIBRATION.format(focal=40))
+    meshes.mkdir()
+    trimesh.creation.box((0.05, 0.05, 0.02)).export(meshes / "nut.obj")
+
+    def generate(count, *options):
+        (tmp_path / "job.yaml").write_text(JOB.format(count=count))
+        return forked.run(
+            ["-m", "usdsdg", "generate", "-q", "--device", "cpu", *options, str(tmp_path / "job.yaml")], cwd=tmp_path
+        )
+
+    assert generate(1).returncode == 0
+    label = (tmp_path / "out/yolo").rglob("labels/*/*.txt")
+    before = {path: path.read_bytes() for path in label}
+    trimesh.creation.icosphere(radius=0.03).export(meshes / "ball.obj")  # of id 0, which was that of nuts
+    refused = generate(2, "--resume")
+    assert refused.returncode == 1
+    assert 'folder of meshes: "1 file, names ' in refused.stderr
+    assert before
+    assert {path: path.read_bytes() for path in before} == before
+    os.remove(meshes / "ball.obj")
+    calibration.write_text(CALIBRATION.format(focal=60))
+    done = generate(2, "--resume")
+    assert done.returncode == 0, done.stderr
+    assert "the asset camera.yaml has other content" in done.stderr
+
+
+def _run(folder, *options, code=0):
     command = ["-m", "usdsdg", "run", "-q", "--device", "cpu", "--assets-root", str(folder / "assets"), *options]
     done = forked.run([*command, "script.py", str(folder / "data")], cwd=folder)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == code, done.stderr
     return done

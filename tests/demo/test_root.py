@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from usdsdg.demo import build, root
-from usdsdg.errors import AssetError
+from usdsdg.errors import AssetError, UsdsdgWarning
+from usdsdg.stage.assets.cache_folder import _checked
 
 
 @pytest.fixture
@@ -27,6 +28,43 @@ def test_the_folder_is_built_once(cache, monkeypatch):
     assert len(built) == 1
     assert [entry.name for entry in cache.iterdir()] == [first.rsplit("/", 1)[1]]
     assert (cache / first / "Isaac").is_dir()
+
+
+@pytest.mark.parametrize("damage", ["cut", "empty", "flipped", "removed", "no folder", "no checksums"])
+def test_what_is_damaged_in_the_folder_is_built_again(damage, cache, monkeypatch):
+    def quick(folder):
+        (folder / "Isaac/Props").mkdir(parents=True)
+        (folder / "Isaac/Props/box.usd").write_bytes(b"PXR-USDC of a box")
+        (folder / "Isaac/other.usd").write_bytes(b"PXR-USDC of another")
+
+    monkeypatch.setattr(build, "build", quick)
+    folder = build.Path(root())
+    box, others = folder / "Isaac/Props/box.usd", (folder / "Isaac/other.usd").stat()
+    (folder / "Isaac/own.usda").write_text("of the user")
+    match damage:
+        case "cut":
+            box.write_bytes(box.read_bytes()[:9])
+        case "empty":
+            box.write_bytes(b"")
+        case "flipped":
+            box.write_bytes(b"PXR-USDC of a bOx")
+        case "removed":
+            box.unlink()
+        case "no folder":
+            box.unlink()
+            box.parent.rmdir()
+        case "no checksums":
+            (folder / ".checksums.json").write_bytes(b"{")
+    _checked.clear()  # as in another process
+    with pytest.warns(UsdsdgWarning, match="were damaged or missing"):
+        assert root() == str(folder)
+    assert box.read_bytes() == b"PXR-USDC of a box"
+    assert (folder / "Isaac/other.usd").stat().st_ino == others.st_ino  # others may have it open
+    assert (folder / "Isaac/own.usda").is_file()
+    assert [entry.name for entry in cache.iterdir()] == [folder.name]
+    _checked.clear()
+    monkeypatch.setattr(build, "build", None)
+    assert root() == str(folder)
 
 
 def test_a_failed_build_leaves_nothing(cache, monkeypatch):

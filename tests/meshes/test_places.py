@@ -1,16 +1,20 @@
 """Every place that takes an asset takes a mesh file, converted once."""
 
 import sys
+from contextlib import nullcontext
+from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+from PIL import Image
 from pxr import Usd, UsdGeom
 
 import usdsdg as rep
 from usdsdg import compat
 from usdsdg.errors import AssetUnreadable, UsdsdgWarning
 from usdsdg.meshes import cache
+from usdsdg.meshes.conversion import Options
 from usdsdg.session.stage_context import current_stage, open_stage
 from usdsdg.stage import assets
 from usdsdg.stage.semantics.labels import get_labels
@@ -124,3 +128,34 @@ def test_a_broken_mesh_is_an_error_and_repairs_are_warnings(files, tmp_path):
     (tmp_path / "twice.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 3\n")
     with pytest.warns(UsdsdgWarning, match=r"twice.obj: removed 1 doubled triangles"):
         rep.create.from_usd(str(tmp_path / "twice.obj"))
+
+
+@pytest.mark.parametrize("damage", ["cut", "empty", "flipped", "removed"])
+def test_a_converted_mesh_that_is_damaged_is_converted_again(damage, files, conversions):
+    made = Path(cache.converted(files[0], Options()))
+    whole = made.read_bytes()
+    damaged = {"cut": whole[: len(whole) // 2], "empty": b"", "removed": None}
+    changed = damaged.get(damage, whole[:-40] + bytes([whole[-40] ^ 1]) + whole[-39:])
+    made.unlink()
+    if changed is not None:
+        made.write_bytes(changed)
+    with pytest.warns(UsdsdgWarning, match="is converted again") if damage != "removed" else nullcontext():
+        assert cache.converted(files[0], Options()) == str(made)
+    assert made.read_bytes() == whole
+    assert conversions == ["bolt.obj"] * 2
+    assert cache.converted(files[0], Options()) == str(made)
+    assert conversions == ["bolt.obj"] * 2
+
+
+def test_a_texture_of_a_converted_mesh_that_is_damaged_is_made_again(stage, tmp_path):
+    picture = Image.fromarray(np.arange(48, dtype=np.uint8).reshape(4, 4, 3))
+    ball = trimesh.creation.icosphere(subdivisions=1)
+    ball.visual = trimesh.visual.TextureVisuals(uv=ball.vertices[:, :2], image=picture)
+    ball.export(tmp_path / "ball.glb")
+    made = Path(cache.converted(tmp_path / "ball.glb", Options()))
+    [texture] = [each for each in made.parent.rglob("*") if each.suffix in (".png", ".jpg")]
+    whole = texture.read_bytes()
+    texture.write_bytes(whole[:20])
+    with pytest.warns(UsdsdgWarning, match="is converted again"):
+        cache.converted(tmp_path / "ball.glb", Options())
+    assert texture.read_bytes() == whole

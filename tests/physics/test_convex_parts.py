@@ -232,3 +232,14 @@ def test_a_flat_floor_has_no_thickness_and_a_flat_body_names_its_own():
     assert position(box)[2] == pytest.approx(0.1, abs=2e-4)
     assert position(ball)[2] == pytest.approx(0.1, abs=2e-4)
     assert position(flat)[2] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_kept_parts_of_which_any_byte_is_damaged_are_split_anew(tmp_path):
+    file, parts = tmp_path / "a.npz", [np.arange(12, dtype=np.float32).reshape(4, 3)] * 2
+    convex_decomposition._write(file, parts)
+    whole = file.read_bytes()
+    for place in range(len(whole)):
+        for mask in (0x01, 0x08, 0x60):
+            file.write_bytes(whole[:place] + bytes([whole[place] ^ mask]) + whole[place + 1 :])
+            found = convex_decomposition._read(file)
+            assert found is None or np.array_equal(found, parts)

@@ -16,6 +16,7 @@ from usdsdg.calibration.calibration import Calibration
 from usdsdg.calibration.poses import chained, placed
 from usdsdg.calibration.rig import Mount, Rig
 from usdsdg.errors import ConfigError
+from usdsdg.stage.assets.opened import note_opened
 
 _FORMS = (
     "expected OpenCV's FileStorage or ROS' camera_info (camera_matrix, distortion_coefficients, image_width, "
@@ -104,6 +105,7 @@ def _calibration_of(file: Path, given: Any, where: str) -> Calibration:
 def _values(file: Path) -> dict[str, Any]:
     try:
         text = read_small(file)
+        note_opened(os.path.abspath(file))
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{file}: the calibration cannot be read: {error}") from error
     if text.lstrip().startswith("<?xml"):

@@ -135,6 +135,8 @@ class Capture:
                 note_keypoints(each, self._requests.made_of(path))
         self._begin_pictures()  # after payloads: in a GPU's stream their copies would wait until pictures are traced
         self.is_handed_over = True
+        if self._files is not None:
+            get_run().see_stage(current_stage())  # before files are written, where Ctrl-C may end the frame
         before = [writer.num_written for writer in self._requests.writers]
         try:
             in_spite_of_failures(
@@ -150,8 +152,6 @@ class Capture:
             self._remember(frames)
         if (tap := current().tap) is not None:
             tap.take(frames, self._requests.tapped, number=self.frames_before + frame)
-        if self._files is not None:
-            get_run().see_stage(current_stage())
         self._end_files()
         append_to_journals()
         if current().tap is None:  # who takes the frames counts them

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 from usdsdg.errors import warn_once
 from usdsdg.meshes.conversion import Options, convert
-from usdsdg.stage.assets import cache_folder
+from usdsdg.stage.assets import cache_folder, replace_files
+from usdsdg.stage.assets.opened import note_opened
 from usdsdg.stores.locks import locked
 
 # Part of each key: another number converts everything again.
@@ -21,7 +22,7 @@ VERSION = 5
 
 
 def converted(source: str | os.PathLike[str], options: Options) -> str:
-    """Return the path of the USD file of a mesh file, converting it if its content is new.
+    """Return the path of the USD file of a mesh file, converting it if its content is new or what was made is damaged.
 
     What was repaired or looks odd is a warning of each run.
 
@@ -34,6 +35,8 @@ def converted(source: str | os.PathLike[str], options: Options) -> str:
     with locked(folder / f"{start}.lock"):
         noted = folder / f"{start}.json"
         done = _known(noted, folder) or _convert(file, folder, noted, options)
+    for each in (os.path.abspath(source), *done.files):
+        note_opened(each)
     for line in done.lines:
         warn_once(f"{file}: {line}")
     return str(done.usd)
@@ -42,17 +45,22 @@ def converted(source: str | os.PathLike[str], options: Options) -> str:
 class _Converted(NamedTuple):
     usd: Path
     lines: list[str]  # repairs and oddities, which each run names
+    files: list[str]  # others that it was made of
 
 
 def _known(noted: Path, folder: Path) -> _Converted | None:
-    """Return the converted file if all that it was made of is as it was."""
+    """Return the converted file if it is as it was made, and all that it was made of as it was."""
     try:
         note = json.loads(noted.read_text(encoding="utf-8"))
-        found = _Converted(folder / note["usd"], note["lines"])
-        same = note["digest"] == _digest(map(Path, note["files"]), "")
+        found = _Converted(folder / note["usd"], note["lines"], note["files"])
+        if note["digest"] != _digest(map(Path, note["files"]), "") or not found.usd.is_file():
+            return None
+        if note["made"] == _digest_below(found.usd.parent):
+            return found
     except (OSError, ValueError, KeyError):
         return None
-    return found if same and found.usd.is_file() else None
+    warn_once(f"{found.usd} or a texture beside it was damaged: the mesh file is converted again.")
+    return None
 
 
 def _convert(file: Path, folder: Path, noted: Path, options: Options) -> _Converted:
@@ -64,14 +72,14 @@ def _convert(file: Path, folder: Path, noted: Path, options: Options) -> _Conver
     digest = _digest(map(Path, files), "")
     # A place of its own for each content: open stages may refer to the one before.
     asset = made.parents[1] / digest / made.name
-    if not asset.is_file():
-        shutil.rmtree(asset.parent, ignore_errors=True)
-        made.parent.replace(asset.parent)
+    replace_files(made.parent, asset.parent)
+    shutil.rmtree(made.parent)
     note = {"usd": str(asset.relative_to(folder)), "files": files, "digest": digest, "lines": lines}
+    note["made"] = _digest_below(asset.parent)
     temporary = noted.with_suffix(".part")
     temporary.write_text(json.dumps(note), encoding="utf-8")
     temporary.replace(noted)
-    return _Converted(asset, lines)
+    return _Converted(asset, lines, files)
 
 
 def _digest(files: Iterable[Path], more: str) -> str:
@@ -84,6 +92,12 @@ def _digest(files: Iterable[Path], more: str) -> str:
         except OSError:
             digest.update(b"missing")
     return digest.hexdigest()
+
+
+def _digest_below(folder: Path) -> str:
+    """Return a hash of the names and content of the files that were made, the USD file and its textures."""
+    files = sorted(each for each in folder.rglob("*") if each.is_file())
+    return _digest(files, " ".join(each.relative_to(folder).as_posix() for each in files))
 
 
 @lru_cache(maxsize=1024)

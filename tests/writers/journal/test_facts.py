@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from usdsdg.stage.assets.opened import note_opened
-from usdsdg.writers.journal.facts import AssetFacts
+from usdsdg.writers.journal.facts import AssetFacts, assets_of_two_contents, changed_assets
 from usdsdg_render.images import image_files
 
 
@@ -46,6 +46,37 @@ def test_assets_have_their_names_below_the_root_also_where_no_stage_was_seen(tmp
     facts = AssetFacts()
     note_opened(str(tmp_path / "Isaac/sky.hdr"))
     assert names(facts) == ["/Isaac/sky.hdr"]
+
+
+def test_files_of_one_name_in_several_folders_are_told_apart(tmp_path):
+    files = [tmp_path / folder / "skin.png" for folder in "ab"]
+    for file in files:
+        file.parent.mkdir()
+        file.write_text(str(file))
+
+    def read(*chosen):
+        facts = AssetFacts()
+        facts.source = tmp_path / "script.py"
+        for file in chosen:
+            note_opened(str(file))
+        return facts.take()
+
+    first, second = read(files[0]), read(files[1])
+    assert [each["path"] for each in second.values()] == ["b/skin.png"]
+    assert changed_assets(first, second) == []
+    assert assets_of_two_contents(first | second) == []
+    files[0].write_text("another")
+    again = read(*files)
+    assert changed_assets(first | second, again) == ["a/skin.png"]
+    assert assets_of_two_contents(first | second | again) == ["a/skin.png"]
+
+
+def test_temporary_files_have_no_path_which_would_be_another_in_each_run(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    (tmp_path / "drawn.png").write_text("drawn by the script")
+    facts = AssetFacts()
+    note_opened(str(tmp_path / "drawn.png"))
+    assert ["path" in each for each in facts.take().values()] == [False]
 
 
 AT_EXIT = """

@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -368,3 +369,18 @@ def test_an_output_folder_that_is_a_link_to_nothing_is_named(tmp_path):
         OutputNotWritable, match=rf"{link} is a link to .*disk/out, which is not there\. Remove the link"
     ):
         check_writable(link)
+
+
+@pytest.mark.parametrize("contents", [("1", "1"), ("1", "2")])
+def test_parts_that_were_made_with_other_content_of_an_asset_are_joined_with_a_warning(tmp_path, contents):
+    for number, content in enumerate(contents):
+        part = DatasetFolder(FolderPlace(tmp_path), recipe(), Mode.NEW, Portion(number, number + 1))
+        assets = {f"box.usd {content}": {"name": "box.usd", "sha256": content, "path": "parts/box.usd"}}
+        part.note_facts("assets", assets)
+        write_frame(part, number)
+        part.close(complete=True)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        assert merge.join(FolderPlace(tmp_path)) == 2
+    told = [str(each.message) for each in said if "different content of parts/box.usd" in str(each.message)]
+    assert len(told) == (contents[0] != contents[1])

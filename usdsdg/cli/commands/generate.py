@@ -117,6 +117,7 @@ def generate(
         recorded(rerun, workers=workers is not None or ray is not None),
     ):
         from usdsdg.scenarios import earlier_runs, jobs, saved_pipeline
+        from usdsdg.scenarios.shared.input_folders import folder_facts
 
         check_kind(config, FileKind.CONFIGURATION, FileKind.STAGE)
         use_maps(map_, config)
@@ -129,8 +130,9 @@ def generate(
         overrides = [*set_, *([f"seed={seed}"] if seed is not None else [])]
         is_stage = config.suffix.lower() in saved_pipeline.SUFFIXES
         loaded = None if is_stage else jobs.load_job(config, overrides)
+        folders = folder_facts(loaded[1]) if loaded is not None else {}
         begin_run(
-            "generate", config, arguments=overrides, options=device_facts(),
+            "generate", config, arguments=overrides, options=device_facts() | folders,
             seed=loaded[1].seed if loaded is not None else seed, classes=semantic_classes,
             resume=resume, overwrite=overwrite, frames=frames, shard=shard,
             total=loaded[1].num_frames if loaded is not None else None,

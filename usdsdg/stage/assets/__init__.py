@@ -1,6 +1,6 @@
 """Assets: from a URL or path to a file below the assets root, with maps, mirrors and stand-ins for missing ones."""
 
-from usdsdg.stage.assets.cache_folder import built_folder, cache_folder
+from usdsdg.stage.assets.cache_folder import built_folder, cache_folder, replace_files
 from usdsdg.stage.assets.dependencies import (
     MissingDependency,
     is_elsewhere,
@@ -93,6 +93,7 @@ __all__ = [
     "redirect_layer",
     "referenced_layers",
     "remove_search_path",
+    "replace_files",
     "resolve",
     "resolve_object",
     "resolve_reference",

@@ -5,10 +5,15 @@ Facts have two levels, as {"assets": {name: {...}}}; those of parts and of runs 
 
 from __future__ import annotations
 
+import os
+import sys
+import tempfile
 import threading
-from collections.abc import Iterable, Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from pxr import Ar, Sdf, Usd
@@ -38,9 +43,15 @@ def joined(facts: Iterable[Mapping[str, Mapping[str, Any]]]) -> Facts:
 
 
 class AssetFacts:
-    """The assets that a run has read; their hashes are computed on a thread of their own."""
+    """The assets that a run has read, and the modules of its script; hashes are computed on a thread of their own.
+
+    Attributes:
+        source: the script or configuration; None: there is none.
+    """
 
     def __init__(self) -> None:
+        self.source: Path | None = None
+        self._modules = 0  # how many were imported when those of the script were looked for last
         self._seen: set[str] = set()  # files
         self._note = last_note()  # of files that were used before, by what this process did earlier
         self._open: list[Future[tuple[str, dict[str, Any]] | None]] = []
@@ -61,6 +72,10 @@ class AssetFacts:
         note, self._note = self._note, last_note()
         for path in opened_since(note):
             self._add(path, None)
+        if len(sys.modules) != self._modules:
+            self._modules = len(sys.modules)
+            for path in _modules_beside(self.source):
+                self._add(path, None)
         with self._lock:
             open_, self._open = self._open, []
         return dict(found for future in open_ if (found := future.result()) is not None)
@@ -73,11 +88,12 @@ class AssetFacts:
         if self._pool is None:
             self._pool = ThreadPoolExecutor(1, thread_name_prefix="usdsdg-assets")
         told = {} if layer is None else _told(layer)
+        beside = self.source.parent if self.source is not None else None
         try:
-            future = self._pool.submit(_asset, path, root, told)
+            future = self._pool.submit(_asset, path, root, beside, told)
         except RuntimeError:  # when the program ends, threads take no more work
             future = Future()
-            future.set_result(_asset(path, root, told))
+            future.set_result(_asset(path, root, beside, told))
         with self._lock:
             self._open.append(future)
 
@@ -89,10 +105,29 @@ def _root() -> str:
         return ""
 
 
-def _asset(path: str, root: str, told: dict[str, Any]) -> tuple[str, dict[str, Any]] | None:
+def _modules_beside(source: Path | None) -> Iterator[str]:
+    """Yield the files of the modules in the folder of a script, and below, that were imported until now."""
+    if source is None or source.suffix != ".py":
+        return
+    top = os.path.join(source.parent, "")
+    for name, module in tuple(sys.modules.items()):
+        file = vars(module).get("__file__") if isinstance(module, ModuleType) else None
+        if not isinstance(file, str) or not file.endswith(".py") or name.startswith("usdsdg"):
+            continue
+        path = os.path.abspath(file) if not os.path.isabs(file) else file
+        if path.startswith(top) and path != str(source) and not _is_installed(Path(path)):
+            yield path
+
+
+def _is_installed(path: Path) -> bool:
+    return "site-packages" in path.parts or any(path.is_relative_to(each) for each in (sys.prefix, sys.base_prefix))
+
+
+def _asset(path: str, root: str, beside: Path | None, told: dict[str, Any]) -> tuple[str, dict[str, Any]] | None:
     """Return the name and hash of an asset, and what is known of it; None where no file is.
 
-    Below the assets root the name is the path there, else that of the file alone.
+    Below the assets root the name is the path there, else that of the file alone, with a path of its own.
+    beside: the folder of the script or configuration.
     """
     file = Path(Ar.SplitPackageRelativePathOuter(path)[0] if "[" in path else path)
     try:
@@ -100,8 +135,23 @@ def _asset(path: str, root: str, told: dict[str, Any]) -> tuple[str, dict[str, A
         size, sha256 = facts_of(file)
     except (OSError, AssetUnreadable):
         return None
-    name = f"/{file.relative_to(root).as_posix()}" if root and file.is_relative_to(root) else file.name
-    return f"{name} {sha256}", {"name": name, "size": size, "sha256": sha256, **told}
+    if root and file.is_relative_to(root):
+        name = f"/{file.relative_to(root).as_posix()}"
+        return f"{name} {sha256}", {"name": name, "size": size, "sha256": sha256, **told}
+    where = _lasting_path(file, beside)
+    facts = {"name": file.name, "size": size, "sha256": sha256, **({"path": where} if where else {}), **told}
+    return f"{file.name} {sha256}{f' {where}' if where else ''}", facts
+
+
+def _lasting_path(file: Path, beside: Path | None) -> str:
+    """Return the path of a file that has it in another process, too: from the folder of the script, or a portable one.
+
+    It is "" for a temporary file, and for one of the cache, which has another path for other content.
+    """
+    if beside is not None and file.is_relative_to(beside):
+        return file.relative_to(beside).as_posix()
+    found = anchors.portable(os.fspath(file))
+    return "" if found.startswith(anchors.CACHE) or file.is_relative_to(tempfile.gettempdir()) else found
 
 
 def _told(layer: Sdf.Layer) -> dict[str, Any]:
@@ -110,13 +160,27 @@ def _told(layer: Sdf.Layer) -> dict[str, Any]:
 
 
 def changed_assets(known: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
-    """Return the names of assets that have other content than what is known of them.
+    """Return the assets, by name or path, that have other content than what is known of them.
 
-    Those below the assets root alone: of others the name is that of the file, which several files may have.
+    The name alone of one outside of the assets root, which several files may have, tells nothing.
     """
-    names = {each["name"] for each in known.values()}
-    changed = {each["name"] for key, each in new.items() if key not in known and each["name"] in names}
-    return sorted(name for name in changed if name.startswith("/"))
+    places = {place for each in known.values() if (place := _place(each))}
+    changed = {place for key, each in new.items() if key not in known and (place := _place(each)) in places}
+    return sorted(changed)
+
+
+def assets_of_two_contents(known: Mapping[str, Any]) -> list[str]:
+    """Return the assets, by name or path, of which frames of one dataset had more than one content."""
+    found: dict[str, set[Any]] = defaultdict(set)
+    for each in known.values():
+        found[_place(each)].add(each.get("sha256"))
+    return sorted(place for place, contents in found.items() if place and len(contents) > 1)
+
+
+def _place(asset: Mapping[str, Any]) -> str:
+    """Return what tells an asset from others: its name below the assets root, or its path; "" if neither is known."""
+    name = str(asset.get("name", ""))
+    return name if name.startswith("/") else str(asset.get("path", ""))
 
 
 def settings_facts(changed: Mapping[str, Any]) -> dict[str, Any]:

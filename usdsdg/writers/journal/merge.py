@@ -12,11 +12,11 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from usdsdg.errors import DatasetError
+from usdsdg.errors import DatasetError, warn_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
 from usdsdg.stores.whole_file import facts_of, write_whole
 from usdsdg.writers.journal import journal, recipe
-from usdsdg.writers.journal.facts import joined
+from usdsdg.writers.journal.facts import ASSETS, Facts, assets_of_two_contents, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
 from usdsdg.writers.journal.lines import FACTS, FRAME, SHARED, SPOOLS, is_count, parsed_record
@@ -66,13 +66,19 @@ def join(place: Place) -> int:
         joined_spool = folder / BESIDE / AGGREGATES / name
         write_whole(joined_spool, _joined_spool(pieces))
         spools[name] = facts_of(joined_spool)
+    facts = joined(each.facts for each in contents.values())
+    if changed := assets_of_two_contents(facts.get(ASSETS, {})):
+        warn_once(
+            f"{place.name}: its parts were made with different content of {listed(changed)}, so that the dataset has "
+            "frames of several versions of it; --overwrite makes all frames again."
+        )
     classes = _joined_classes(parts)
     latest = _latest({part: contents[part.name].end for part in parts})
     if classes is not None:
         latest[recipe.CLASSES] = classes
     for name, data in latest.items():
         place.write(name, data)
-    write_whole(folder / BESIDE / NAME, _joined_journal(parts, spools, latest))
+    write_whole(folder / BESIDE / NAME, _joined_journal(parts, facts, spools, latest))
     shutil.rmtree(folder / JOINED, ignore_errors=True)
     os.replace(folder / PARTS, folder / JOINED)  # at once: parts of which some are gone could not be joined again
     return sum(len(each.frames) for each in contents.values())
@@ -187,12 +193,14 @@ def _count_of_classes(table: bytes) -> int:
         return -1
 
 
-def _joined_journal(parts: list[Path], spools: Mapping[str, FileFacts], latest: Mapping[str, bytes]) -> Iterator[bytes]:
+def _joined_journal(
+    parts: list[Path], facts: Facts, spools: Mapping[str, FileFacts], latest: Mapping[str, bytes]
+) -> Iterator[bytes]:
     contents = [journal.read(part / NAME) for part in parts]
     shared = {name: facts for each in contents for name, facts in each.shared.items()}
     shared |= {name: (len(data), hashlib.sha256(data).hexdigest()) for name, data in latest.items()}
     frames = [(line for line in journal.lines(part / NAME) if FRAME in line) for part in parts]
-    yield journal.encoded({SHARED: shared, FACTS: joined(each.facts for each in contents), SPOOLS: spools})
+    yield journal.encoded({SHARED: shared, FACTS: facts, SPOOLS: spools})
     yield from map(journal.encoded, heapq.merge(*frames, key=lambda line: line[FRAME]))
 
 

@@ -51,8 +51,8 @@ class Recipe:
         device: that pictures are made on, "cpu" or "cuda"; "" until it is known.
         frames: how many there are; None until the run has ended.
         writers: of the folder, by their keys: type and arguments, without output folders.
-        assets: name below the assets root, or of the file, size and SHA-256, and source and license where the layer
-            tells.
+        assets: name below the assets root, or of the file and its path, size and SHA-256, and source and license where
+            the layer tells; also the modules of a script that are in its folder.
         settings: that differ from their defaults at the first frame, and the global seed.
         class_table: the names of the classes of each label filter, in the order of their ids.
         copy: how many writers of the run were given the same place before, where each has a new one with a number.

@@ -81,7 +81,7 @@ class Run:
         frames be resumed.
         """
         self.recipe, self.mode, self.portion = recipe, mode, portion
-        self._source = Source.read(source) if source is not None else None
+        self._source, self._assets.source = (Source.read(source), source.absolute()) if source else (None, None)
         self.growth = growth
 
     def content_of(self, file: Path) -> bytes:
@@ -371,7 +371,7 @@ class Run:
         if self.recipe is None and not self._is_main_script_known:
             self._is_main_script_known = True
             if (script := main_script()) is not None:
-                self._source = started_source(script)
+                self._source, self._assets.source = started_source(script), script
                 self.recipe = Recipe(SCRIPT, self._source.facts(), arguments=sys.argv[1:])
         if self.recipe is not None and not self.recipe.device:
             self.recipe.device = devices.renderer_device_kind()

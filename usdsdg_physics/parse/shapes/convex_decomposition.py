@@ -105,7 +105,7 @@ def _read(file: Path) -> list[Part] | None:
     try:
         with np.load(file) as stored:
             return np.split(stored["points"], np.cumsum(stored["counts"])[:-1])
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError):
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError, RuntimeError):  # also of unknown compression
         return None
 
 
