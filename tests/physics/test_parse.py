@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
@@ -25,6 +27,7 @@ from usdsdg_physics.parse.physics_prims import find_physics_prims
 from usdsdg_physics.parse.scene import parse, read_gravity
 from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
 from usdsdg_physics.parse.units import Units
+from usdsdg_physics.scene.extents import local_box
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 
@@ -260,6 +263,32 @@ def test_a_mesh_without_a_face_that_can_be_used_collides_as_the_hull_of_its_poin
     _square(stage, counts=(3,), indices=(5, 6, 7))
     with pytest.warns(errors.UsdsdgWarning, match="/World/square: none of its faces can be used, so the convex hull"):
         assert _parse(stage).colliders["/World/square"].shape.kind == "hull"
+    errors.forget_warnings()
+
+
+@pytest.mark.parametrize("approximation", ["convexHull", "boundingCube", "boundingSphere", "none"])
+@pytest.mark.parametrize("lost", ["not finite", "at one place"])
+def test_colliders_of_meshes_without_faces_are_finite_and_have_a_size(approximation, lost):
+    """Of points that are not finite the others count, and points at one place are a speck."""
+    errors.forget_warnings()
+    stage = new_stage()
+    points = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0.5], [-1, 1, 1], [np.nan, 0, 0], [0, np.inf, 0]])
+    prim = mesh(stage, "/World/mesh", points if lost == "not finite" else np.ones((3, 3)), np.zeros((0, 3))).GetPrim()
+    collide(prim, approximation=approximation)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        shape = _parse(stage).colliders["/World/mesh"].shape
+    low, high = local_box(shape)
+    extent = high - low
+    assert np.isfinite(shape.position).all()
+    if lost == "not finite" and approximation != "boundingSphere":
+        assert np.array(shape.position) + (low + high) / 2 == pytest.approx([0, 0, 0.5], abs=1e-6)
+        assert extent == pytest.approx([2, 2, 1], abs=1e-6)
+    elif lost == "not finite":  # the corners are the farthest from the middle
+        assert extent == pytest.approx(2 * np.full(3, np.sqrt(2.25)), abs=1e-6)
+    else:
+        assert (extent > 0).all()
+        assert (extent < 1e-5).all()
     errors.forget_warnings()
 
 
