@@ -22,6 +22,7 @@ from tests.physics.scenes import (
     warnings_of,
 )
 from usdsdg import errors
+from usdsdg.stage.schemas import physx
 from usdsdg_physics.parse.left_out import warn_unsupported
 from usdsdg_physics.parse.physics_prims import find_physics_prims
 from usdsdg_physics.parse.scene import parse, read_gravity
@@ -553,6 +554,91 @@ def test_warnings_name_what_is_left_out(author, words):
     with pytest.warns(errors.UsdsdgWarning, match=words):
         playing(stage).advance(1 / 60)
     errors.forget_warnings()
+
+
+def _simulated(author):
+    """Return where two bodies that a hinge connects, and one on a slide, are after a few steps, and the warnings."""
+    stage = new_stage()
+    held, swung = add(stage, "/World/held", at=(0, 0, 1)), add(stage, "/World/swung", at=(0.5, 0, 1))
+    add(stage, "/World/free", at=(0, 2, 1))
+    UsdPhysics.MassAPI.Apply(held)
+    hinge = UsdPhysics.RevoluteJoint.Define(stage, "/World/hinge")
+    hinge.CreateBody0Rel().SetTargets([held.GetPath()])
+    hinge.CreateBody1Rel().SetTargets([swung.GetPath()])
+    hinge.CreateAxisAttr("Y")
+    hinge.CreateLocalPos1Attr(Gf.Vec3f(-5, 0, 0))
+    UsdPhysics.DriveAPI.Apply(hinge.GetPrim(), "angular").CreateDampingAttr(0.1)
+    physx.PhysxCollisionAPI.Apply(held)
+    physx.PhysxRigidBodyAPI.Apply(held)
+    physx.PhysxForceAPI.Apply(held)
+    author(stage)
+    errors.forget_warnings()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        playing(stage).advance(10 / 60)
+    errors.forget_warnings()
+    places = [position(stage.GetPrimAtPath(f"/World/{name}")) for name in ("held", "swung", "free")]
+    return np.array(places), [str(each.message) for each in caught]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "physxRigidBody:linearDamping", "physxRigidBody:lockedPosAxis", "physxRigidBody:maxAngularVelocity",
+        "physics:mass", "physics:diagonalInertia", "physxCollision:contactOffset",
+        "physxForce:force", "drive:angular:physics:maxForce", "physics:localRot1",
+    ],
+)  # fmt: skip
+def test_an_attribute_of_another_type_than_its_schema_is_named_and_counts_as_not_given(name):
+    """A file declares it as text; all moves as without it."""
+    path = "/World/hinge" if "drive" in name or "local" in name else "/World/held"
+
+    def author(stage):
+        spec = stage.GetRootLayer().GetPrimAtPath(path)
+        if name in spec.attributes:
+            del spec.properties[name]
+        Sdf.AttributeSpec(spec, name, Sdf.ValueTypeNames.String).default = "quick"
+
+    found, told = _simulated(author)
+    assert found == pytest.approx(_simulated(lambda _: None)[0], abs=1e-9)
+    assert any(each.startswith(f"{path}: {name} is 'quick'") for each in told)
+
+
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [
+        ("physics:velocity", (0.0, np.inf, 0.0)),
+        ("physics:velocity", (1e38, 0.0, 0.0)),
+        ("physics:angularVelocity", (np.nan, 0.0, 0.0)),
+        ("physics:centerOfMass", (1e38, 0.0, 0.0)),
+        ("physxForce:force", (np.nan, 0.0, 0.0)),
+        ("physxForce:torque", (0.0, -1e38, 0.0)),
+    ],
+)
+def test_vectors_that_no_body_has_are_named_and_count_as_not_given(name, given):
+    """The bodies that joints connect to it would end at poses that are no numbers, too."""
+
+    def author(stage):
+        stage.GetPrimAtPath("/World/held").GetAttribute(name).Set(Gf.Vec3f(*given))
+
+    found, told = _simulated(author)
+    assert found == pytest.approx(_simulated(lambda _: None)[0], abs=1e-9)
+    assert any(each.startswith(f"/World/held: {name} is ") for each in told)
+
+
+@pytest.mark.parametrize("length", [1e-30, 1e38])
+def test_the_rotation_of_a_joint_may_have_any_length(length):
+    """A quarter turn about Z; squares of its numbers are beyond the range of 32 bits."""
+
+    def author(size):
+        turn = Gf.Quatf(size, Gf.Vec3f(0, 0, size))
+        return lambda stage: [
+            stage.GetPrimAtPath("/World/hinge").GetAttribute(f"physics:localRot{end}").Set(turn) for end in (0, 1)
+        ]
+
+    found, told = _simulated(author(length))
+    assert found == pytest.approx(_simulated(author(1.0))[0], abs=1e-5)
+    assert not any("localRot" in each for each in told)
 
 
 def test_body_without_collider_falls():

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from pxr import Usd
+from pxr import Gf, Usd
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.time_code import current_time, current_value, default_or_current_time
@@ -18,24 +18,61 @@ TRIGGER_STATE = "PhysxTriggerStateAPI"
 CONTACT_REPORT = "PhysxContactReportAPI"
 SURFACE_VELOCITY = "PhysxSurfaceVelocityAPI"
 
+_NUMBERS = (int, float)
+_VECTORS = (Gf.Vec3f, Gf.Vec3d, Gf.Vec3h, Gf.Vec3i, Gf.Vec2f, Gf.Vec2d)
+
 
 def value(prim: Usd.Prim, name: str, default: Any) -> Any:
     """Return an attribute's value at the time of the context, its schema's fallback, or `default` without either."""
-    found = prim.GetAttribute(name).Get(current_time())
-    return default if found is None else found
+    attribute = prim.GetAttribute(name)
+    found = attribute.Get(current_time())
+    return default if found is None or not _is_of_its_type(attribute, found, default) else found
 
 
 def written_value(prim: Usd.Prim, name: str, default: Any) -> Any:
     """Return `value` of an attribute that steps write: its default value, beside which a script may record samples."""
     attribute = prim.GetAttribute(name)
     found = attribute.Get(default_or_current_time(attribute)) if attribute else None
-    return default if found is None else found
+    return default if found is None or not _is_of_its_type(attribute, found, default) else found
 
 
 def authored(prim: Usd.Prim, name: str) -> Any | None:
     """Return an attribute's authored value; None where there is at most a schema's fallback."""
     attribute = prim.GetAttribute(name)
-    return current_value(attribute) if attribute and attribute.HasAuthoredValue() else None
+    found = current_value(attribute) if attribute and attribute.HasAuthoredValue() else None
+    return found if found is not None and _is_of_its_type(attribute, found) else None
+
+
+def _is_of_its_type(attribute: Usd.Attribute, found: Any, default: Any = None) -> bool:
+    """Return whether a value has the type that its attribute has by its schema; name one that has not.
+
+    A file may declare an attribute with another type than the schema: USD has the schema's type, and the file's value.
+
+    Args:
+        default: of that type too, where the schema is not applied; None: not known.
+    """
+    usual = attribute.GetTypeName().defaultValue
+    if isinstance(found, _NUMBERS):
+        if isinstance(usual, _NUMBERS):
+            return True
+    elif type(found) is type(usual) and not isinstance(default, _NUMBERS):
+        return True
+    # A vector may have another precision.
+    if (count := _components(found)) is not None and count == _components(usual):
+        return True
+    warn_once(
+        f"{attribute.GetPrim().GetPath()}: {attribute.GetName()} is {found!r}, which has another type than that "
+        "attribute, so it counts as not given. Author it with the type of its schema."
+    )
+    return False
+
+
+def _components(found: Any) -> tuple[int, bool] | None:
+    """Return how many numbers a vector or quaternion has, and which of these it is; None of anything else."""
+    if isinstance(found, (Gf.Quatf, Gf.Quatd, Gf.Quath)):
+        return 4, True
+    is_vector = isinstance(found, _VECTORS)
+    return (len(found), False) if is_vector else None
 
 
 def warn_if_varying(prim: Usd.Prim, *names: str) -> None:
