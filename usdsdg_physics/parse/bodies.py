@@ -76,8 +76,8 @@ def _velocity(prim: Usd.Prim, name: str, most: float) -> Sequence[float]:
     if all(abs(component) <= most for component in found):
         return found
     warn_once(
-        f"{prim.GetPath()}: {name} is {tuple(found)}, too large or not a number, so it counts as 0. Set numbers of at most "
-        f"{most:.3g}."
+        f"{prim.GetPath()}: {name} is {tuple(found)}, too large or not a number, so it counts as 0. Set numbers of at "
+        f"most {most:.3g}."
     )
     return 0.0, 0.0, 0.0
 
