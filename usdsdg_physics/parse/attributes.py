@@ -20,6 +20,7 @@ SURFACE_VELOCITY = "PhysxSurfaceVelocityAPI"
 
 _NUMBERS = (int, float)
 _VECTORS = (Gf.Vec3f, Gf.Vec3d, Gf.Vec3h, Gf.Vec3i, Gf.Vec2f, Gf.Vec2d)
+_QUATERNIONS = (Gf.Quatf, Gf.Quatd, Gf.Quath)
 
 
 def value(prim: Usd.Prim, name: str, default: Any) -> Any:
@@ -51,14 +52,9 @@ def _is_of_its_type(attribute: Usd.Attribute, found: Any, default: Any = None) -
     Args:
         default: of that type too, where the schema is not applied; None: not known.
     """
-    usual = attribute.GetTypeName().defaultValue
-    if isinstance(found, _NUMBERS):
-        if isinstance(usual, _NUMBERS):
-            return True
-    elif type(found) is type(usual) and not isinstance(default, _NUMBERS):
-        return True
-    # A vector may have another precision.
-    if (count := _components(found)) is not None and count == _components(usual):
+    if default is not None and _are_alike(found, default):
+        return True  # at once, since asking for the type takes longer than reading the value
+    if not isinstance(default, _NUMBERS) and _are_alike(found, attribute.GetTypeName().defaultValue):
         return True
     warn_once(
         f"{attribute.GetPrim().GetPath()}: {attribute.GetName()} is {found!r}, which has another type than that "
@@ -67,12 +63,15 @@ def _is_of_its_type(attribute: Usd.Attribute, found: Any, default: Any = None) -
     return False
 
 
-def _components(found: Any) -> tuple[int, bool] | None:
-    """Return how many numbers a vector or quaternion has, and which of these it is; None of anything else."""
-    if isinstance(found, (Gf.Quatf, Gf.Quatd, Gf.Quath)):
-        return 4, True
-    is_vector = isinstance(found, _VECTORS)
-    return (len(found), False) if is_vector else None
+def _are_alike(found: Any, usual: Any) -> bool:
+    """Return whether both are numbers, vectors of as many, quaternions, or of the same other type."""
+    if isinstance(found, _NUMBERS):
+        return isinstance(usual, _NUMBERS)
+    if isinstance(found, _VECTORS):  # of any precision
+        return isinstance(usual, (*_VECTORS, tuple)) and len(found) == len(usual)
+    if isinstance(found, _QUATERNIONS):
+        return isinstance(usual, _QUATERNIONS)
+    return type(found) is type(usual)
 
 
 def warn_if_varying(prim: Usd.Prim, *names: str) -> None:
