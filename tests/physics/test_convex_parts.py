@@ -132,6 +132,20 @@ def test_a_mesh_is_split_once_with_progress_and_then_read(monkeypatch):
     assert parse(stage, HullCache()) == first
 
 
+def test_parts_that_a_damaged_disk_gives_back_are_made_anew(tmp_path):
+    """One bit of the file is another one; what is read is what was written, or nothing."""
+    file, rng = tmp_path / "parts.npz", np.random.default_rng(0)
+    parts = [rng.normal(size=(count, 3)).astype(np.float32) for count in (8, 5)]
+    convex_decomposition._write(file, parts)
+    whole = file.read_bytes()
+    for bit in range(8 * len(whole)):
+        damaged = bytearray(whole)
+        damaged[bit // 8] ^= 1 << bit % 8
+        file.write_bytes(damaged)
+        found = convex_decomposition._read(file)
+        assert found is None or all(np.array_equal(*pair) for pair in zip(found, parts, strict=True))
+
+
 def test_contacts_and_triggers_name_the_whole():
     stage = new_stage()
     gate = add(stage, "/World/gate", scale=(2, 2, 2), body=False)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
@@ -20,11 +22,13 @@ from tests.physics.scenes import (
     warnings_of,
 )
 from usdsdg import errors
+from usdsdg.stage.schemas import physx
 from usdsdg_physics.parse.left_out import warn_unsupported
 from usdsdg_physics.parse.physics_prims import find_physics_prims
 from usdsdg_physics.parse.scene import parse, read_gravity
 from usdsdg_physics.parse.shapes.convex_hulls import MAX_HULL_VERTICES, HullCache
 from usdsdg_physics.parse.units import Units
+from usdsdg_physics.scene.extents import local_box
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 
@@ -260,6 +264,32 @@ def test_a_mesh_without_a_face_that_can_be_used_collides_as_the_hull_of_its_poin
     _square(stage, counts=(3,), indices=(5, 6, 7))
     with pytest.warns(errors.UsdsdgWarning, match="/World/square: none of its faces can be used, so the convex hull"):
         assert _parse(stage).colliders["/World/square"].shape.kind == "hull"
+    errors.forget_warnings()
+
+
+@pytest.mark.parametrize("approximation", ["convexHull", "boundingCube", "boundingSphere", "none"])
+@pytest.mark.parametrize("lost", ["not finite", "at one place"])
+def test_colliders_of_meshes_without_faces_are_finite_and_have_a_size(approximation, lost):
+    """Of points that are not finite the others count, and points at one place are a speck."""
+    errors.forget_warnings()
+    stage = new_stage()
+    points = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0.5], [-1, 1, 1], [np.nan, 0, 0], [0, np.inf, 0]])
+    prim = mesh(stage, "/World/mesh", points if lost == "not finite" else np.ones((3, 3)), np.zeros((0, 3))).GetPrim()
+    collide(prim, approximation=approximation)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        shape = _parse(stage).colliders["/World/mesh"].shape
+    low, high = local_box(shape)
+    extent = high - low
+    assert np.isfinite(shape.position).all()
+    if lost == "not finite" and approximation != "boundingSphere":
+        assert np.array(shape.position) + (low + high) / 2 == pytest.approx([0, 0, 0.5], abs=1e-6)
+        assert extent == pytest.approx([2, 2, 1], abs=1e-6)
+    elif lost == "not finite":  # the corners are the farthest from the middle
+        assert extent == pytest.approx(2 * np.full(3, np.sqrt(2.25)), abs=1e-6)
+    else:
+        assert (extent > 0).all()
+        assert (extent < 1e-5).all()
     errors.forget_warnings()
 
 
@@ -524,6 +554,91 @@ def test_warnings_name_what_is_left_out(author, words):
     with pytest.warns(errors.UsdsdgWarning, match=words):
         playing(stage).advance(1 / 60)
     errors.forget_warnings()
+
+
+def _simulated(author):
+    """Return where two bodies that a hinge connects, and one on a slide, are after a few steps, and the warnings."""
+    stage = new_stage()
+    held, swung = add(stage, "/World/held", at=(0, 0, 1)), add(stage, "/World/swung", at=(0.5, 0, 1))
+    add(stage, "/World/free", at=(0, 2, 1))
+    UsdPhysics.MassAPI.Apply(held)
+    hinge = UsdPhysics.RevoluteJoint.Define(stage, "/World/hinge")
+    hinge.CreateBody0Rel().SetTargets([held.GetPath()])
+    hinge.CreateBody1Rel().SetTargets([swung.GetPath()])
+    hinge.CreateAxisAttr("Y")
+    hinge.CreateLocalPos1Attr(Gf.Vec3f(-5, 0, 0))
+    UsdPhysics.DriveAPI.Apply(hinge.GetPrim(), "angular").CreateDampingAttr(0.1)
+    physx.PhysxCollisionAPI.Apply(held)
+    physx.PhysxRigidBodyAPI.Apply(held)
+    physx.PhysxForceAPI.Apply(held)
+    author(stage)
+    errors.forget_warnings()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        playing(stage).advance(10 / 60)
+    errors.forget_warnings()
+    places = [position(stage.GetPrimAtPath(f"/World/{name}")) for name in ("held", "swung", "free")]
+    return np.array(places), [str(each.message) for each in caught]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "physxRigidBody:linearDamping", "physxRigidBody:lockedPosAxis", "physxRigidBody:maxAngularVelocity",
+        "physics:mass", "physics:diagonalInertia", "physxCollision:contactOffset",
+        "physxForce:force", "drive:angular:physics:maxForce", "physics:localRot1",
+    ],
+)  # fmt: skip
+def test_an_attribute_of_another_type_than_its_schema_is_named_and_counts_as_not_given(name):
+    """A file declares it as text; all moves as without it."""
+    path = "/World/hinge" if "drive" in name or "local" in name else "/World/held"
+
+    def author(stage):
+        spec = stage.GetRootLayer().GetPrimAtPath(path)
+        if name in spec.attributes:
+            del spec.properties[name]
+        Sdf.AttributeSpec(spec, name, Sdf.ValueTypeNames.String).default = "quick"
+
+    found, told = _simulated(author)
+    assert found == pytest.approx(_simulated(lambda _: None)[0], abs=1e-9)
+    assert any(each.startswith(f"{path}: {name} is 'quick'") for each in told)
+
+
+@pytest.mark.parametrize(
+    ("name", "given"),
+    [
+        ("physics:velocity", (0.0, np.inf, 0.0)),
+        ("physics:velocity", (1e38, 0.0, 0.0)),
+        ("physics:angularVelocity", (np.nan, 0.0, 0.0)),
+        ("physics:centerOfMass", (1e38, 0.0, 0.0)),
+        ("physxForce:force", (np.nan, 0.0, 0.0)),
+        ("physxForce:torque", (0.0, -1e38, 0.0)),
+    ],
+)
+def test_vectors_that_no_body_has_are_named_and_count_as_not_given(name, given):
+    """The bodies that joints connect to it would end at poses that are no numbers, too."""
+
+    def author(stage):
+        stage.GetPrimAtPath("/World/held").GetAttribute(name).Set(Gf.Vec3f(*given))
+
+    found, told = _simulated(author)
+    assert found == pytest.approx(_simulated(lambda _: None)[0], abs=1e-9)
+    assert any(each.startswith(f"/World/held: {name} is ") for each in told)
+
+
+@pytest.mark.parametrize("length", [1e-30, 1e38])
+def test_the_rotation_of_a_joint_may_have_any_length(length):
+    """A quarter turn about Z; squares of its numbers are beyond the range of 32 bits."""
+
+    def author(size):
+        turn = Gf.Quatf(size, Gf.Vec3f(0, 0, size))
+        return lambda stage: [
+            stage.GetPrimAtPath("/World/hinge").GetAttribute(f"physics:localRot{end}").Set(turn) for end in (0, 1)
+        ]
+
+    found, told = _simulated(author(length))
+    assert found == pytest.approx(_simulated(author(1.0))[0], abs=1e-5)
+    assert not any("localRot" in each for each in told)
 
 
 def test_body_without_collider_falls():

@@ -9,7 +9,8 @@ from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
 from tests.physics.scenes import add, collide, make_body, mesh, new_stage, playing, set_value
-from usdsdg_physics import Overlap
+from usdsdg import errors
+from usdsdg_physics import NewtonEngine, Overlap
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.queries.scene_queries import SceneQueries
 from usdsdg_physics.scene.records import STATIC, Collider, Material, Scene, Shape
@@ -157,6 +158,56 @@ def test_rays_stop_where_small_spheres_begin_to_touch():
             outside = np.array(hit.position) + 1e-3 * np.array(hit.normal)
             assert hit.collision not in {o.collision for o in queries.overlap_sphere(none, 5e-4, outside)}
     assert 15 < hits < 60
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.02])
+def test_rays_to_the_apex_of_a_cone_hit_it_there_with_a_normal(slope):
+    """Wherever the cone is, rounding lets none into it, and the normal looks against the ray."""
+    rng = np.random.default_rng(3)
+    for number in range(300):
+        radius, half = rng.uniform(0.3, 1.0, 2)  # rays are steeper than its side
+        turn = Rotation.random(random_state=rng) if number else Rotation.identity()
+        at = rng.uniform(-3, 3, 3) if number else np.zeros(3)
+        cone = Shape("cone", (radius, half, 0.0), tuple(at), tuple(turn.as_quat()))
+        down = np.array([*rng.normal(size=2) * slope, -1.0])
+        down = turn.apply(down / np.linalg.norm(down))
+        apex = turn.apply((0, 0, half)) + at
+        hit = SceneQueries(_scene([cone])).raycast(np.zeros((0, 7)), apex - 2.0 * down, down, 9.0)[0]
+        assert hit.distance == pytest.approx(2.0, abs=1e-6)
+        assert np.linalg.norm(hit.normal) == pytest.approx(1.0)
+        assert np.dot(hit.normal, down) < 0.0
+
+
+def test_no_ray_passes_between_the_two_triangles_of_a_square():
+    """The middle of a square lies on the edge that its triangles share."""
+    rng = np.random.default_rng(4)
+    points = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
+    solid = HullCache().mesh(points, np.array([[0, 1, 2], [0, 2, 3]], np.int32))
+    for _ in range(300):
+        square = _placed("mesh", rng, solid, tuple(rng.uniform(0.5, 2.0, 3)))
+        turn = Rotation.from_quat(square.rotation)
+        down = turn.apply((*rng.uniform(-0.3, 0.3, 2), -1.0))
+        on_diagonal = turn.apply(rng.uniform(-0.9, 0.9) * np.array([1.0, 1.0, 0.0]) * square.size) + square.position
+        (hit,) = SceneQueries(_scene([square])).raycast(np.zeros((0, 7)), on_diagonal - 3.0 * down, down, 9.0)
+        assert hit.position == pytest.approx(on_diagonal, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda e: e.raycast_all((0, 0, 5), (0, 0, 0), 9.0), "raycast finds nothing, .* a direction"),
+        (lambda e: e.raycast_all((0, 0, float("nan")), (0, 0, -1), 9.0), "raycast finds nothing, .* not finite"),
+        (lambda e: e.sweep_sphere(-0.1, (0, 0, 5), (0, 0, -1), 9.0), "sweep_sphere finds nothing, .* a radius"),
+        (lambda e: e.sweep_box((1, 1, 1), (0, 0, 5), (0, 0, 0, 0), (0, 0, -1), 9), "sweep_box finds nothing"),
+        (lambda e: e.overlap_box((1, 1, 1), (0, 0, 0), (0, 0, 0, 0)), "overlap_box finds nothing, .* a rotation"),
+        (lambda e: e.overlap_sphere(-5.0, (0, 0, 0)), "overlap_sphere finds nothing, .* below zero"),
+    ],
+)
+def test_queries_with_numbers_that_nothing_has_find_nothing_and_are_named(ask, words):
+    errors.forget_warnings()
+    with pytest.warns(errors.UsdsdgWarning, match=words):
+        assert ask(NewtonEngine(_stage())) == []
+    errors.forget_warnings()
 
 
 def test_ray_from_inside_hits_at_once():

@@ -48,6 +48,15 @@ def test_a_box_on_its_corner_meets_a_box_with_the_corner():
     assert hit.normal == pytest.approx((0, 0, -1), abs=1e-6)
 
 
+def test_a_rotation_of_any_length_turns_the_box_that_is_swept():
+    """A quarter turn about Y: the long side of the box points down."""
+    (hit,) = _sweep(
+        Shape("box", (1, 1, 1)), "box", (1.0, 0.1, 0.1), (0, 0, 8), (0, 0, -1), rotation=(0.0, 2.0, 0.0, 2.0)
+    )
+    assert hit.distance == pytest.approx(8 - 1 - 1, abs=1e-9)
+    assert hit.normal == pytest.approx((0, 0, 1), abs=1e-6)
+
+
 def test_a_box_moves_obliquely_onto_a_plane():
     direction = np.array([3.0, 0.0, -4.0])
     (hit,) = _sweep(Shape("plane", (0, 0, 0)), "box", (0.5, 0.5, 0.5), (0, 0, 2.5), direction)

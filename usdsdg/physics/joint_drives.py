@@ -16,7 +16,6 @@ def drive_properties(stiffness: Any = 0.0, damping: Any = 0.0, input_prims: Any 
     """Author the drives of every joint at or below the prims at each execution; joints without a drive get one.
 
     A revolute joint has an angular drive, a prismatic one a linear drive; other joints keep the drives that they have.
-    Other simulators, such as Isaac Sim, use them: our own engine simulates no joints.
 
     Args:
         stiffness: force per distance, or torque per degree, towards the target.

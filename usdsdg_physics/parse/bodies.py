@@ -1,5 +1,7 @@
 """Read rigid bodies and mass properties: RigidBodyAPI, PhysxRigidBodyAPI, MassAPI."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pxr import Usd, UsdGeom
 
@@ -19,6 +21,10 @@ from usdsdg_physics.parse.attributes import (
 from usdsdg_physics.parse.units import Units, scaled_vector
 from usdsdg_physics.scene.records import Body, MassSpec, SurfaceVelocity, Vec3
 from usdsdg_physics.scene.rigid_frames import body_from_prim, rigid_pose
+
+# m/s and rad/s; squares of more leave the range of numbers with 32 bits in the solver.
+MOST_SPEED = 1e9
+FARTHEST_CENTER = 1e6  # m
 
 
 def read_body(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Body:
@@ -56,12 +62,24 @@ def read_body(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units) -> Body:
 
 def read_velocity(prim: Usd.Prim, units: Units) -> Vec3:
     """Read physics:velocity in m/s."""
-    return scaled_vector(written_value(prim, "physics:velocity", (0.0, 0.0, 0.0)), units.meters)
+    return scaled_vector(_velocity(prim, "physics:velocity", MOST_SPEED / units.meters), units.meters)
 
 
 def read_angular_velocity(prim: Usd.Prim) -> Vec3:
     """Read physics:angularVelocity (degrees per second) in rad/s."""
-    return scaled_vector(written_value(prim, "physics:angularVelocity", (0.0, 0.0, 0.0)), np.pi / 180.0)
+    return scaled_vector(_velocity(prim, "physics:angularVelocity", np.degrees(MOST_SPEED)), np.pi / 180.0)
+
+
+def _velocity(prim: Usd.Prim, name: str, most: float) -> Sequence[float]:
+    """Return a velocity; zero, with a warning, of one that no body has."""
+    found = written_value(prim, name, (0.0, 0.0, 0.0))
+    if all(abs(component) <= most for component in found):
+        return found
+    warn_once(
+        f"{prim.GetPath()}: {name} is {tuple(found)}, too large or not a number, so it counts as 0. Set numbers of at "
+        f"most {most:.3g}."
+    )
+    return 0.0, 0.0, 0.0
 
 
 def read_surface_velocity(prim: Usd.Prim, to_frame: np.ndarray, units: Units) -> SurfaceVelocity | None:
@@ -96,6 +114,12 @@ def read_mass(prim: Usd.Prim, units: Units, to_frame: np.ndarray) -> MassSpec:
     axes = authored(prim, "physics:principalAxes")
     # The schema's fallback for "not given" is -inf.
     if center is not None and not np.isfinite(center).all():
+        center = None
+    if center is not None and not max(abs(part) for part in center) * units.meters <= FARTHEST_CENTER:
+        warn_once(
+            f"{prim.GetPath()}: physics:centerOfMass is {tuple(center)}, so far away that it counts as not given. Set "
+            "a point near the body."
+        )
         center = None
     if inertia is not None and not all(0.0 <= moment < np.inf for moment in inertia):
         warn_once(

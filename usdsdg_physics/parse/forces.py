@@ -1,5 +1,7 @@
 """Read forces that act at every step: PhysxForceAPI."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pxr import Usd, UsdGeom
 
@@ -8,6 +10,9 @@ from usdsdg_physics.parse.attributes import value
 from usdsdg_physics.parse.colliders import frame_from_prim
 from usdsdg_physics.parse.units import Units, scaled_vector
 from usdsdg_physics.scene.records import Force
+
+# Of a stage's unit of force and torque; the solver's numbers have 32 bits.
+_MOST = 1e18
 
 
 def read_force(prim: Usd.Prim, owner: Usd.Prim | None, cache: UsdGeom.XformCache, units: Units) -> Force | None:
@@ -21,7 +26,7 @@ def read_force(prim: Usd.Prim, owner: Usd.Prim | None, cache: UsdGeom.XformCache
             "the API to a rigid body, or to a prim below one."
         )
         return None
-    given = {name: value(prim, f"physxForce:{name}", (0.0, 0.0, 0.0)) for name in ("force", "torque")}
+    given = {name: _push(prim, f"physxForce:{name}") for name in ("force", "torque")}
     if value(owner, "physics:kinematicEnabled", False) and any(map(any, given.values())):
         warn_once(
             f"{prim.GetPath()}: no force moves {owner.GetPath()}, which is kinematic. Disable "
@@ -45,3 +50,12 @@ def read_force(prim: Usd.Prim, owner: Usd.Prim | None, cache: UsdGeom.XformCache
         local=local,
         enabled=bool(value(prim, "physxForce:forceEnabled", True)),
     )
+
+
+def _push(prim: Usd.Prim, name: str) -> Sequence[float]:
+    """Return a force or torque; zero, with a warning, of one that nothing can have."""
+    found = value(prim, name, (0.0, 0.0, 0.0))
+    if all(abs(component) <= _MOST for component in found):
+        return found
+    warn_once(f"{prim.GetPath()}: {name} is {tuple(found)}, so it counts as 0. Set numbers of at most {_MOST:.0e}.")
+    return 0.0, 0.0, 0.0

@@ -14,6 +14,13 @@ Hit = tuple[float, np.ndarray, int]  # distance along the ray, outward normal (3
 # Roots along the ray, a function of a point that gives the normal, and one that tells whether it is on the surface.
 Surface = tuple[list[float], Callable[[np.ndarray], np.ndarray], Callable[[np.ndarray], bool]]
 
+# Part of a triangle's edges by which it is larger, so that rounding lets no ray through between two of them.
+_SEAM = 1e-9
+# Part of its length by which a ray may miss a round surface and touch it: rounding would let it in at a cone's apex.
+_TOUCH = 1e-12
+# Part of its height below the apex of a cone from which on rounding makes its normal.
+_APEX = 1e-9
+
 
 def ray_distance(shape: Shape, origin: np.ndarray, direction: np.ndarray, *, both_sides: bool = True) -> Hit | None:
     """Return the first hit of a ray with unit direction, None for none; distance 0 when it starts inside a solid.
@@ -80,7 +87,7 @@ def _triangles(shape: Shape, origin: np.ndarray, direction: np.ndarray, both_sid
         t = np.einsum("ij,ij->i", edge2, q) / det
         # The determinant is positive where a triangle faces the ray.
         hit_sides = (np.abs(det) if both_sides else det * np.sign(np.prod(shape.size))) > 0.0
-        valid = hit_sides & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t >= 0.0)
+        valid = hit_sides & (np.minimum(u, v) >= -_SEAM) & (u + v <= 1.0 + _SEAM) & (t >= 0.0)
     if not valid.any():
         return None
     first = int(np.where(valid, t, np.inf).argmin())
@@ -137,12 +144,19 @@ def _surfaces(shape: Shape, o: np.ndarray, d: np.ndarray) -> Iterator[Surface]:
         k2 = (radius / (2.0 * half)) ** 2
         apex, metric = o - half * up, np.array([1.0, 1.0, -k2])
         roots = _roots((d * metric) @ d, (apex * metric) @ d, (apex * metric) @ apex)
-        yield roots, lambda p: np.array([p[0], p[1], k2 * (half - p[2])]), _between(half)
+        yield roots, lambda p: _cone_normal(p, k2, half, d), _between(half)
         yield _cap_root(o, d, -half), lambda p: -up, lambda p: np.hypot(p[0], p[1]) <= radius
 
 
+def _cone_normal(p: np.ndarray, k2: float, half: float, direction: np.ndarray) -> np.ndarray:
+    """Return a normal, of no particular length, at a point on the side of a cone; the apex has many."""
+    if half - p[2] > _APEX * half:
+        return np.array([p[0], p[1], k2 * (half - p[2])])
+    return np.array([0.0, 0.0, 1.0]) if direction[2] < 0.0 else -direction
+
+
 def _between(half: float) -> Callable[[np.ndarray], bool]:
-    return lambda p: abs(p[2]) <= half
+    return lambda p: abs(p[2]) <= half * (1.0 + _TOUCH)
 
 
 def _cap_root(o: np.ndarray, d: np.ndarray, height: float) -> list[float]:
@@ -156,7 +170,7 @@ def _sphere_roots(o: np.ndarray, d: np.ndarray, radius: float) -> list[float]:
 def _roots(a: Scalar, half_b: Scalar, c: Scalar) -> list[float]:
     """Return the real roots of a t² + 2 half_b t + c."""
     discriminant = half_b * half_b - a * c
-    if discriminant < 0.0 or a == 0.0:
+    if discriminant < -_TOUCH * half_b * half_b or a == 0.0:
         return [] if a != 0.0 or half_b == 0.0 else [-c / (2.0 * half_b)]
-    root = float(np.sqrt(discriminant))
+    root = float(np.sqrt(max(0.0, discriminant)))
     return [(-half_b - root) / a, (-half_b + root) / a]

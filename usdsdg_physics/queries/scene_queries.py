@@ -134,6 +134,7 @@ class SceneQueries:
         from usdsdg_physics.queries import sweep_kernels
 
         start, along = np.asarray(origin, np.float64), np.asarray(direction, np.float64) / np.linalg.norm(direction)
+        turned = np.asarray(rotation, np.float64) / np.linalg.norm(rotation)
         reach = float(np.linalg.norm(size)) if kind == "box" else float(size[0])
         rotations, positions = self._frames(poses)
         candidates = self._near_ray(rotations, positions, start, along, distance, reach).astype(np.int32)
@@ -157,7 +158,7 @@ class SceneQueries:
                 wp.array(candidates, dtype=wp.int32, device="cpu"),
                 SHAPE_KINDS.index(kind),
                 wp.vec3d(*(float(x) for x in size)),
-                wp.transformd(wp.vec3d(*start.tolist()), wp.quatd(*map(float, rotation))),
+                wp.transformd(wp.vec3d(*start.tolist()), wp.quatd(*turned.tolist())),
                 wp.vec3d(*along.tolist()),
                 float(distance),
                 int(both_sides),

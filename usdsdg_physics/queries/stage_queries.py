@@ -8,13 +8,18 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Usd
 
+from usdsdg.errors import warn_once
 from usdsdg.stage.poses.transforms import meters_per_unit
-from usdsdg_physics.queries.scene_queries import Overlap, RayHit, SceneQueries
+from usdsdg_physics.queries.scene_queries import Overlap, RayHit, SceneQueries, Vector
 from usdsdg_physics.scene.records import ShapeKind
 
 
 class StageQueries(ABC):
-    """Overlaps, rays and sweeps with lengths in stage units; a subclass says what is asked, and where bodies are."""
+    """Overlaps, rays and sweeps with lengths in stage units; a subclass says what is asked, and where bodies are.
+
+    Directions and rotations may have any length. As in PhysX, queries with numbers that nothing has find nothing, with
+    a warning.
+    """
 
     _stage: Usd.Stage
 
@@ -26,11 +31,15 @@ class StageQueries(ABC):
         self, half_extent: Sequence[float], origin: Sequence[float], rotation_xyzw: Sequence[float] = (0, 0, 0, 1)
     ) -> list[Overlap]:
         """Return the enabled colliders that overlap a box [stage units], sorted by collider path."""
+        if not _is_meant("overlap_box", half_extent, origin, turns=(rotation_xyzw,)):
+            return []
         queries, poses = self._queries()
         return queries.overlap_box(poses, self._meters(half_extent), self._meters(origin), rotation_xyzw)
 
     def overlap_sphere(self, radius: float, origin: Sequence[float]) -> list[Overlap]:
         """Return the enabled colliders that overlap a sphere [stage units], sorted by collider path."""
+        if not _is_meant("overlap_sphere", (radius,), origin):
+            return []
         queries, poses = self._queries()
         return queries.overlap_sphere(poses, radius * meters_per_unit(self._stage), self._meters(origin))
 
@@ -45,6 +54,8 @@ class StageQueries(ABC):
 
         Triangles of meshes that face along the ray are hit if `both_sides`.
         """
+        if not _is_meant("raycast", (distance,), origin, turns=(direction,)):
+            return []
         queries, poses = self._queries()
         meters = meters_per_unit(self._stage)
         hits = queries.raycast(poses, self._meters(origin), direction, distance * meters, both_sides=both_sides)
@@ -87,6 +98,8 @@ class StageQueries(ABC):
         distance: float,
         both_sides: bool,
     ) -> list[RayHit]:
+        if not _is_meant(f"sweep_{kind}", (*size, distance), origin, turns=(direction, rotation)):
+            return []
         queries, poses = self._queries()
         meters = meters_per_unit(self._stage)
         hits = queries.sweep(
@@ -96,3 +109,19 @@ class StageQueries(ABC):
 
     def _meters(self, vector: Sequence[float]) -> np.ndarray:
         return np.array([float(component) for component in vector]) * meters_per_unit(self._stage)
+
+
+def _is_meant(query: str, lengths: Sequence[float], origin: Sequence[float], *, turns: Sequence[Vector] = ()) -> bool:
+    """Return whether a query can find something; warn where `lengths` are below zero or `turns` have no direction."""
+    if not all(float(length) >= 0.0 for length in lengths):
+        wrong = "has a radius, an extent or a distance that is below zero or not a number. Give lengths from 0 on."
+    elif not np.isfinite([float(component) for component in origin]).all():
+        wrong = "begins at a point that is not finite. Give three numbers."
+    elif not all(0.0 < np.linalg.norm([float(component) for component in turn]) < np.inf for turn in turns):
+        wrong = (
+            "has a direction or a rotation without a length. Give a vector or a quaternion (x, y, z, w) that has one."
+        )
+    else:
+        return True
+    warn_once(f"{query} finds nothing, since it {wrong}")
+    return False

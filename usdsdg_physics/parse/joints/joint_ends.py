@@ -93,6 +93,7 @@ def _components(rotation: Gf.Quatf) -> tuple[float, ...]:
 
 
 def _quat(rotation: Gf.Quatf | None) -> tuple[float, ...]:
-    if rotation is None or not rotation.GetLength() > 0:
-        return 0.0, 0.0, 0.0, 1.0
-    return _components(rotation.GetNormalized())
+    # In 64 bits, since squares of large and small numbers leave the range of 32.
+    components = np.array((0.0, 0.0, 0.0, 0.0) if rotation is None else _components(rotation), np.float64)
+    length = float(np.linalg.norm(components))
+    return tuple((components / length).tolist()) if length > 0.0 else (0.0, 0.0, 0.0, 1.0)

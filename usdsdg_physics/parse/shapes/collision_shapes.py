@@ -23,6 +23,8 @@ _Z_TO_AXIS = {
 }
 # Approximations that keep hollows: of solids they become convex parts, of other colliders but the first the triangles.
 _HOLLOW_APPROXIMATIONS = ("convexDecomposition", "sdf", "meshSimplification")
+# Those that become the hull of points that are all at one place.
+_BOUNDS = ("boundingCube", "boundingSphere")
 # Relative difference of scales up to which they are called uniform.
 _UNIFORM = 1e-3
 
@@ -162,18 +164,18 @@ def _mesh(prim: Usd.Prim, matrix: np.ndarray, hulls: HullCache, solid: bool) -> 
         warn_once(f"{prim.GetPath()} has CollisionAPI but no points, or only holes, so it does not collide.")
         return []
     approximation = str(value(prim, "physics:approximation", "none"))
-    if approximation == "boundingCube":
+    if approximation == "boundingCube" and np.ptp(points, axis=0).any():
         shape = _bounding_box(prim, points, matrix, hulls)
-    elif approximation == "boundingSphere":
+    elif approximation == "boundingSphere" and np.ptp(points, axis=0).any():
         shape = _bounding_sphere(points, matrix)
     elif approximation == "convexDecomposition" or (solid and approximation in _HOLLOW_APPROXIMATIONS):
         if not len(triangles) or not is_flat(points):
             return _parts(prim, points, triangles, matrix, hulls, approximation)
         shape = _flat(prim, points, triangles, matrix, hulls, solid)
-    elif approximation not in (*_HOLLOW_APPROXIMATIONS, "none", "convexHull"):
+    elif approximation not in (*_HOLLOW_APPROXIMATIONS, *_BOUNDS, "none", "convexHull"):
         warn_once(f"{prim.GetPath()}: unknown collision approximation {approximation!r}; a convex hull is used.")
         shape = _hull(prim, points, matrix, hulls, points_key=mesh.points_key)
-    elif approximation != "convexHull" and not solid and len(triangles):
+    elif approximation not in ("convexHull", *_BOUNDS) and not solid and len(triangles):
         shape = _solid_shape("mesh", prim, points, triangles, matrix, hulls)
     else:
         shape = _hull(prim, points, matrix, hulls, points_key=mesh.points_key)

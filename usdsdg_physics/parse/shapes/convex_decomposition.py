@@ -105,7 +105,8 @@ def _read(file: Path) -> list[Part] | None:
     try:
         with np.load(file) as stored:
             return np.split(stored["points"], np.cumsum(stored["counts"])[:-1])
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError, RuntimeError):  # also of unknown compression
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError, RuntimeError):
+        # RuntimeError: damage that looks like a password, or like a later version of zip files.
         return None
 
 

@@ -20,7 +20,7 @@ class MeshTriangles:
 
     The counts below say how many faces and points of the prim are left out, for warnings.
 
-    All points are there where no face can be used, none where all are holes.
+    All points that are finite are there where no face can be used, none where all are holes.
     """
 
     points: np.ndarray  # (N, 3) float32
@@ -98,7 +98,8 @@ def _made(
         kept, triangles = points[used], (np.cumsum(used) - 1)[triangles].astype(np.int32)
     else:
         # A copy: USD may have the points of the prim in a file that is mapped to memory.
-        kept, triangles = points[: 0 if found.holes else len(points)].copy(), np.zeros((0, 3), np.int32)
+        kept = points[np.isfinite(points).all(axis=1) & (found.holes == 0)].copy()
+        triangles = np.zeros((0, 3), np.int32)
     for array in (kept, triangles):
         array.flags.writeable = False
     return MeshTriangles(

@@ -152,11 +152,7 @@ class RigidPrim(ContactTracker, XFormPrim):
 
     # --- masses ---
     def get_masses(self, indices: Indices = None, clone: bool = True) -> np.ndarray:
-        """Return the authored masses (N,).
-
-        Raises:
-            Unsupported: physics plays, and the mass of a body is not authored.
-        """
+        """Return the authored masses (N,); while physics plays, where none is, what follows from the shapes."""
         return self._out(bodies.masses(self._chosen(indices))[:, 0])[0]
 
     def get_inv_masses(self, indices: Indices = None, clone: bool = True) -> np.ndarray:

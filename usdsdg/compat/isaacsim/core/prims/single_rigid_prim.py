@@ -66,11 +66,7 @@ class SingleRigidPrim(SingleXFormPrim):
         self._bodies.set_angular_velocities(velocity)
 
     def get_mass(self) -> float:
-        """Return the authored mass.
-
-        Raises:
-            Unsupported: physics plays, and the mass is not authored.
-        """
+        """Return the authored mass; while physics plays, where none is, what follows from the shapes."""
         return float(self._bodies.get_masses()[0])
 
     def set_mass(self, mass: float) -> None:

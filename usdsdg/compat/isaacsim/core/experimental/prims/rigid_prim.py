@@ -127,8 +127,7 @@ class RigidPrim(ContactTracker):
     def get_masses(self, *, indices: Indices = None, inverse: bool = False) -> wp.array:
         """Return the authored masses (N, 1), or 1/(mass + 1e-8) with `inverse`.
 
-        Raises:
-            Unsupported: physics plays, and the mass of a body is not authored.
+        While physics plays it is, where none is authored, the mass that follows from the shapes.
         """
         masses = bodies.masses(self._chosen(indices))
         return self._warp(np.float32(1.0) / (masses + np.float32(1e-8)) if inverse else masses)
