@@ -17,6 +17,8 @@ from usdsdg.stage.schemas import semantics_schema
 Labels = dict[str, list[str]]
 
 _NEW, _OLD = "SemanticsLabelsAPI", "SemanticsAPI"
+# What the names of properties of labels begin with, in the new schema and in the old one.
+PREFIXES = ("semantics:", "semantic:")
 _NOTED = "usdsdgLabels"  # key of the prim's customData: the labels by type that both schemas had when written last
 _DEFAULT = Usd.TimeCode.Default()
 

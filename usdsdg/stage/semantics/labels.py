@@ -72,7 +72,7 @@ def schemas_without_label(prim: Usd.Prim) -> list[tuple[str, str]]:
 def vary_over_time(prim: Usd.Prim) -> bool:
     """Return whether the prim's own labels have time samples."""
     return is_labeled(prim) and any(
-        attribute.GetName().startswith(("semantics:", "semantic:")) and attribute.GetNumTimeSamples()
+        attribute.GetName().startswith(label_schemas.PREFIXES) and attribute.GetNumTimeSamples()
         for attribute in prim.GetAuthoredAttributes()
     )
 
