@@ -94,11 +94,13 @@ def test_bodies_outside_of_articulations_share_their_momentum(body, when):
     assert np.radians(spins) == pytest.approx(expected[:, 2], abs=2e-3)
 
 
-@pytest.mark.parametrize("others", [False, True])
+@pytest.mark.parametrize("others", ["", "a mass", "a mass, beside another body"])
 @pytest.mark.parametrize("base", ["floats", "articulation", "fixed"])
 def test_a_base_that_is_put_somewhere_takes_its_links_along(base, others, recwarn):
     """Also where a mass is set in the same frame, as randomizers do: links stayed, and the robot went between both."""
     stage, bodies = _chain(*PATHS[: base != "floats"])
+    if "beside" in others:
+        add(stage, "/World/bystander", at=(-9, 0, 0), gravity=False)
     if base == "fixed":
         joint(stage, "/World/fix", UsdPhysics.FixedJoint, "", PATHS[0], (0, 0, 0))
     engine = playing(stage)

@@ -179,6 +179,28 @@ def test_a_general_joint_moves_along_its_free_axes_only():
     assert rotation(body)[2] == pytest.approx([0, 0, 1], abs=1e-6)
 
 
+def test_a_general_joint_that_locks_no_axis_drives_and_limits_its_axes():
+    """A body that is held at a distance along x and does not fall on, and moves and turns freely else."""
+    stage = new_stage()
+    body = add(stage, "/World/body", at=(0, 0, 1))
+    set_value(body, "physics:velocity", Gf.Vec3f(0, 0.5, 0))
+    set_value(body, "physics:angularVelocity", Gf.Vec3f(0, 0, 30))
+    made = joint(stage, "/World/d6", UsdPhysics.Joint, "", "/World/body", (0, 0, 1))
+    every = ("transX", "transY", "rotX", "rotY", "rotZ")
+    free_axes(made, *every, transZ=(-0.2, 0.5))
+    drive(made, "transX", stiffness=4000.0, damping=400.0, target=0.3)
+    engine = playing(stage)
+    for _ in range(120):
+        engine.step(STEP)
+    assert position(body) == pytest.approx([0.3, 1.0, 0.8], abs=5e-3)
+    assert np.degrees(angle(body, 2, 0)) == pytest.approx(60.0, abs=0.5)
+    set_value(body, "physics:angularVelocity", Gf.Vec3f(0, 0, -45))
+    for _ in range(60):
+        engine.step(STEP)
+    assert body.GetAttribute("physics:angularVelocity").Get() == pytest.approx([0, 0, -45], abs=0.1)
+    assert np.degrees(angle(body, 2, 0)) == pytest.approx(15.0, abs=1.0)
+
+
 def test_a_door_on_two_hinges_turns_by_its_inertia_and_stops_open(recwarn):
     stage, width, mass = new_stage(), 0.8, 20.0
     add(stage, "/World/frame", at=(0, 0, 1), scale=(0.05, 0.05, 1), body=False)

@@ -35,6 +35,7 @@ from usdsdg.graph.label_sources import label_sources
 from usdsdg.session.session import current
 from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.semantics.label_schemas import PREFIXES
 
 # What decides which material a gprim shows: relationships to materials, and collections of prims that bind one.
 _BINDINGS = ("material:binding", "collection:")
@@ -325,7 +326,7 @@ class LabeledPrimReader:
             self._survey_again()
             self._labels.invalidate(changes.resynced)
         for names in changes.by_names:
-            if any(name.startswith(("semantics:", "semantic:")) for name in names):
+            if any(name.startswith(PREFIXES) for name in names):
                 self._select_again()
                 self._labels.invalidate()
             elif self._labels.has_labeled_materials and any(name.startswith(_BINDINGS) for name in names):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from usdsdg.errors import ScriptStopped
 from usdsdg.session.turns import turns
@@ -61,7 +61,7 @@ class HandOver(Generic[Item]):
                 continue
         raise Closed
 
-    def _run(self, *_: Any) -> None:
+    def _run(self) -> None:
         try:
             self._work(self._put)
         except Closed:

@@ -23,7 +23,8 @@ class TreeInertia:
 
     dofs: np.ndarray  # (D,) their numbers in joint_qd
     prescribed: np.ndarray  # (D,) bool: of a kinematic base, which nothing pushes
-    matrix: np.ndarray  # (D, D) kg, kg m²
+    armature: np.ndarray  # (D,) kg, kg m²: what axes have besides the bodies
+    matrix: np.ndarray  # (D, D) kg, kg m², with the armature
     # By body: (6, D) from velocities of coordinates to that of its center of mass and its angular velocity, and back
     # from those to momentum, both in the world.
     motion: dict[int, np.ndarray]
@@ -32,12 +33,14 @@ class TreeInertia:
     def projected(self, velocities: np.ndarray, prescribed: np.ndarray) -> np.ndarray:
         """Return the coordinates' velocities (D,) that have the momentum of body velocities (N, 6).
 
-        Those of a kinematic base are `prescribed` (D,), and what it carries along keeps its momentum.
+        Those of a kinematic base are `prescribed` (D,), and what it carries along keeps its momentum. The armature has
+        the speed of its axis, and takes none of that momentum: velocities that joints allow stay as they are.
         """
         found, free = np.where(self.prescribed, prescribed, 0.0), ~self.prescribed
         impulse = sum((inertia @ velocities[body] for body, inertia in self.momentum.items()), np.zeros(len(self.dofs)))
-        impulse = impulse - self.matrix @ found
-        found[free] = _solved(self.matrix[np.ix_(free, free)], impulse[free])
+        bare = self.matrix - np.diag(self.armature)
+        impulse = impulse - bare @ found
+        found[free] = _solved(bare[np.ix_(free, free)], impulse[free])
         return found
 
 
@@ -73,7 +76,8 @@ def tree_inertia(model: newton.Model, articulation: int, state: newton.State) ->
     first = int(starts[joints[0]])
     count = int(starts[joints[-1] + 1]) - first
     prescribed = np.zeros(count, bool)
-    matrix = np.diag(model.joint_armature.numpy()[first : first + count].astype(np.float64))
+    armature = model.joint_armature.numpy()[first : first + count].astype(np.float64)
+    matrix = np.diag(armature)
     # Velocities of centers of mass and angular velocities (6, D).
     motion: dict[int, np.ndarray] = {}
     momentum: dict[int, np.ndarray] = {}
@@ -108,7 +112,7 @@ def tree_inertia(model: newton.Model, articulation: int, state: newton.State) ->
         motion[child] = jacobian
         momentum[child] = np.hstack([masses[child] * jacobian[:3].T, jacobian[3:].T @ inertia])
         matrix += momentum[child] @ jacobian
-    return TreeInertia(np.arange(first, first + count), prescribed, matrix, motion, momentum)
+    return TreeInertia(np.arange(first, first + count), prescribed, armature, matrix, motion, momentum)
 
 
 def _turned_axes(axes: np.ndarray, positions: np.ndarray, sliding: int) -> np.ndarray:

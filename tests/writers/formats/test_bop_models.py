@@ -50,6 +50,19 @@ def test_hidden_parts_are_left_out(car):
     assert reach(car) == (-0.5, 0.5)
 
 
+@pytest.mark.parametrize("scale", [(1.0, 2.0, 3.0), (-1.0, 1.0, 1.0), (1.0, -2.0, 0.5), (-1.0, -1.0, -1.0)])
+@pytest.mark.parametrize("stretch", [(1.0, 1.0, 1.0), (-2.0, 1.0, 1.0)])
+def test_triangles_turn_outward_also_where_something_is_mirrored(scale, stretch):
+    stage = Usd.Stage.CreateInMemory()
+    add_labels(UsdGeom.Xform.Define(stage, "/Car").GetPrim(), {"class": ["car"]})
+    UsdGeom.Xformable(cube(stage, "/Car/Body", 5.0)).AddScaleOp().Set(Gf.Vec3f(scale))
+    model = model_of(LabeledSurvey(stage, "class:*"), "/Car", np.diag(stretch))
+    assert model is not None
+    a, b, c = np.moveaxis(model.points[model.triangles].astype(np.float64), 1, 0)
+    volume = (a * np.cross(b, c)).sum() / 6  # by the divergence theorem, positive where normals lead out of the body
+    assert volume == pytest.approx(abs(np.prod(scale) * np.prod(stretch)), rel=1e-6)
+
+
 def test_points_that_no_face_uses_are_left_out(car):
     mesh = UsdGeom.Mesh.Define(car, "/Car/Roof")
     mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 1, 0), (50, 0, 0)])

@@ -21,7 +21,8 @@ from usdsdg.errors import AssetUnreadable, Unsupported, UsdsdgWarning, WriterErr
 from usdsdg.session.stage_context import set_stage
 from usdsdg.stage.poses.look_at import look_at_matrix
 from usdsdg.stage.semantics.labels import add_labels
-from usdsdg.writers.formats.kitti.kitti_images import depth_image
+from usdsdg.writers.formats.kitti.kitti_classes import KittiClasses
+from usdsdg.writers.formats.kitti.kitti_images import depth_image, instance_image
 
 PRODUCT = "/Render/HydraTextures/rp1"
 EVERY = ["calib", "depth", "instance_segmentation", "object_detection", "rgb", "semantic", "semantic_segmentation"]
@@ -258,6 +259,18 @@ def test_classes_instances_and_depth(street_frame, tmp_path):
     distance = street_frame.aovs["distance_to_image_plane"]
     assert (depth[sky] == 0).all()
     np.testing.assert_allclose(depth[~sky] / 256, distance[~sky], atol=1 / 512 + 1e-9)
+
+
+def test_255_objects_of_a_class_have_numbers():
+    objects = {number: {"class": "car"} for number in range(2, 259)}  # one more than there are, and another
+    instances = {
+        "data": np.arange(260, dtype=np.uint32)[None],
+        "idToSemantics": {0: {"class": "background"}, 1: {"class": "unlabelled"}, **objects, 259: {"class": "bus"}},
+    }
+    with pytest.warns(UsdsdgWarning, match="more than 255 objects of a class"):
+        numbers = instance_image(instances, KittiClasses({"car": 7, "bus": 9}))[0]
+    assert numbers[2:259].tolist() == [7 * 256 + number for number in range(1, 256)] + [7 * 256, 7 * 256]
+    assert numbers[259] == 9 * 256 + 1
 
 
 @pytest.mark.parametrize("beyond", [256.1, -0.5, -1e30])

@@ -12,6 +12,7 @@ from usdsdg.annotators.ownership import LabeledStage, Labels, Owner, find_owners
 from usdsdg.annotators.point_instances import PointFrames, every_point
 from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes
+from usdsdg.stage.semantics.label_schemas import PREFIXES
 from usdsdg.stage.time_code import first_time
 
 _POINTS = {"positions", "protoIndices", "ids", "prototypes", "invisibleIds"}
@@ -89,6 +90,5 @@ def _matters(changes: Changes) -> bool:
     """Return whether other prims may have labels, or others."""
     names = (name for names in changes.by_names for name in names)
     return bool(changes.resynced) or any(
-        name in _POINTS or name.startswith(("semantics:", "semantic:", "material:binding", "collection:"))
-        for name in names
+        name in _POINTS or name.startswith((*PREFIXES, "material:binding", "collection:")) for name in names
     )

@@ -6,7 +6,8 @@ from pxr import Usd, UsdSemantics
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.schemas.semantics_schema import SemanticsAPI
-from usdsdg.stage.semantics.labels import forget_written, get_labels
+from usdsdg.stage.semantics.label_schemas import forget_written
+from usdsdg.stage.semantics.labels import get_labels
 
 _OLD = "SemanticsAPI:"
 

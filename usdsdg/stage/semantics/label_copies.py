@@ -5,9 +5,8 @@ from collections.abc import Mapping, Sequence
 from pxr import Sdf, Usd
 
 from usdsdg.stage.change_tracker import schemas_only
+from usdsdg.stage.semantics.label_schemas import PREFIXES
 from usdsdg.stage.semantics.labels import add_labels
-
-_PREFIXES = ("semantics:", "semantic:")
 
 
 def label_all(prims: Sequence[Usd.Prim], labels: Mapping[str, Sequence[str]]) -> None:
@@ -37,7 +36,7 @@ def _is_bare(prim: Usd.Prim) -> bool:
 def _label_names(layer: Sdf.Layer, prim: Usd.Prim) -> list[str]:
     """The names of the layer's properties of a prim that hold labels."""
     spec = layer.GetPrimAtPath(prim.GetPath())
-    return [each.name for each in spec.properties if each.name.startswith(_PREFIXES)] if spec else []
+    return [each.name for each in spec.properties if each.name.startswith(PREFIXES)] if spec else []
 
 
 def _copy(layer: Sdf.Layer, source: Usd.Prim, prims: Sequence[Usd.Prim]) -> None:

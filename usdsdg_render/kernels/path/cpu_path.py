@@ -4,10 +4,12 @@ import warp as wp
 
 from usdsdg_render.kernels.cameras.camera import camera_ray
 from usdsdg_render.kernels.labels.views import Views
+from usdsdg_render.kernels.path.direct_light import add_direct_light
+from usdsdg_render.kernels.path.emission import add_emission
 from usdsdg_render.kernels.path.film import FilmArrays, PixelSums, load_pixel, store_pixel, with_sample
 from usdsdg_render.kernels.path.path_state import DenoiserFeatures, LightAovs, PathOptions, begin_path
 from usdsdg_render.kernels.path.sampler import PAIR_LENS, PAIR_PIXEL, pixel_seed, sample_pair
-from usdsdg_render.kernels.path.segment import add_direct_light, add_emission, next_hit, scatter_path
+from usdsdg_render.kernels.path.segment import next_hit, scatter_path
 from usdsdg_render.kernels.scene.visibility import transmitted
 from usdsdg_render.kernels.scene.worlds import in_world
 from usdsdg_render.scene.structs import Camera, SceneTables

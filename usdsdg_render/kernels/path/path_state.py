@@ -44,7 +44,7 @@ class Path:
     instance: wp.int32
     normal: wp.vec3
     light_weight_sum: wp.float32
-    environment_weight: wp.float32  # of the camera, see `types.Camera`
+    environment_weight: wp.float32  # of the camera, see `structs.Camera`
     fine_environment: wp.int32  # 1 = look up the full-resolution environment map, 0 = its coarse grid
     min_alpha: wp.float32  # path regularization: lower bound on GGX alpha
     can_refract: wp.int32  # 1 = no rough surface so far, so glass refracts; 0 = glass is passed straight
@@ -90,6 +90,24 @@ class ShadowRay:
     clamp: wp.float32  # firefly clamp [nits]; 0 = none
 
 
+@wp.struct
+class PathUpdate:
+    """A path and its light AOVs after radiance was added."""
+
+    path: Path
+    light_aovs: LightAovs
+
+
+@wp.struct
+class Scattering:
+    """Result of scattering at a surface: a shadow ray to trace, and the path of the next segment unless it is dead."""
+
+    path: Path
+    light_aovs: LightAovs
+    shadow_ray: ShadowRay
+    features: DenoiserFeatures
+
+
 @wp.func
 def begin_path(ray: Ray, environment_weight: float):
     """Start a path at a camera ray; dead where the lens transmits no light."""
@@ -106,6 +124,14 @@ def begin_path(ray: Ray, environment_weight: float):
     if ray.tmin <= ray.tmax:
         path.alive = 1
     return path
+
+
+@wp.func
+def firefly_clamp(path: Path, options: PathOptions):
+    """Return the firefly clamp [nits] of what reaches the path's last vertex: 0, none, for direct light."""
+    if path.bounces > 1:
+        return options.clamp
+    return 0.0
 
 
 @wp.func
@@ -134,3 +160,14 @@ def add_light_aov(light_aovs: LightAovs, radiance: wp.vec3, diffuse_fraction: wp
         light_aovs.indirect_diffuse += wp.cw_mul(radiance, wp.vec3(1.0) - light_aovs.specular_fraction)
         light_aovs.reflections += wp.cw_mul(radiance, light_aovs.specular_fraction)
     return light_aovs
+
+
+@wp.func
+def add_radiance(update: PathUpdate, radiance: wp.vec3, segment: int):
+    """Add radiance that arrives along the path's ray at its last vertex."""
+    update.path.radiance += radiance
+    if segment > 0:
+        update.light_aovs = add_light_aov(
+            update.light_aovs, radiance, wp.vec3(1.0) - update.light_aovs.specular_fraction, segment - 1
+        )
+    return update
