@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
@@ -115,9 +116,9 @@ def _is_meant(query: str, lengths: Sequence[float], origin: Sequence[float], *, 
     """Return whether a query can find something; warn where `lengths` are below zero or `turns` have no direction."""
     if not all(float(length) >= 0.0 for length in lengths):
         wrong = "has a radius, an extent or a distance that is below zero or not a number. Give lengths from 0 on."
-    elif not np.isfinite([float(component) for component in origin]).all():
+    elif not all(map(math.isfinite, map(float, origin))):
         wrong = "begins at a point that is not finite. Give three numbers."
-    elif not all(0.0 < np.linalg.norm([float(component) for component in turn]) < np.inf for turn in turns):
+    elif not all(0.0 < math.hypot(*map(float, turn)) < math.inf for turn in turns):
         wrong = (
             "has a direction or a rotation without a length. Give a vector or a quaternion (x, y, z, w) that has one."
         )
