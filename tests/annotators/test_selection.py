@@ -28,7 +28,7 @@ def counted(picture: np.ndarray, members: np.ndarray) -> list[int]:
     ("members", "prims"),
     [
         ([0, 1, 2, 3, 4, 5, 6], 7),  # each has one gprim
-        ([2, 0, 2, -1, 0, 2, -1], 3),  # several, none, and gprims of nobody
+        ([2, 0, 2, -1, 0, 2, -1], 3),  # several gprims, none, and gprims that no selected prim has
         ([-1] * GPRIMS, 0),
         ([-1] * GPRIMS, 2),
     ],

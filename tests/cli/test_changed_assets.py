@@ -10,18 +10,21 @@ from PIL import Image
 from tests import forked
 
 BOX = '#usda 1.0\n(\n    defaultPrim = "Box"\n)\ndef Cube "Box"\n{{\n    double size = {size}\n}}\n'
-SCRIPT = """
-import sys
-import omni.replicator.core as rep
-from isaacsim.storage.native import get_assets_root_path
-rep.create.light(light_type="Dome")
-box = rep.create.from_usd(get_assets_root_path() + "/Isaac/box.usda", semantics=[("class", "box")])
+# Move the box in each frame, and write pictures.
+MOVES = """
 with rep.trigger.on_frame(), box:
     rep.modify.pose(position=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))
 product = rep.create.render_product(rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)), (32, 24))
 writer = rep.WriterRegistry.get("BasicWriter")
 writer.initialize(output_dir=sys.argv[1], rgb=True)
 writer.attach(product)
+"""
+SCRIPT = """
+import sys
+import omni.replicator.core as rep
+from isaacsim.storage.native import get_assets_root_path
+rep.create.light(light_type="Dome")
+box = rep.create.from_usd(get_assets_root_path() + "/Isaac/box.usda", semantics=[("class", "box")])
 """
 SAID = "the asset /Isaac/box.usda has other content than when earlier frames were made"
 
@@ -31,7 +34,7 @@ def test_frames_that_are_added_after_an_asset_was_changed_are_named(size, tmp_pa
     asset = tmp_path / "assets/Isaac/box.usda"
     asset.parent.mkdir(parents=True)
     asset.write_text(BOX.format(size=1.0))
-    (tmp_path / "script.py").write_text(SCRIPT)
+    (tmp_path / "script.py").write_text(SCRIPT + MOVES)
     first = _run(tmp_path, "--frames", "2")
     asset.write_text(BOX.format(size=size))
     more = _run(tmp_path, "--frames", "4", "--resume")
@@ -50,12 +53,6 @@ rep.create.from_usd(os.path.abspath("sub/ball.obj"), semantics=[("class", "ball"
 box = rep.create.from_usd(os.path.abspath("box.usda"), semantics=[("class", "box")])
 with box:
     rep.randomizer.texture(textures=[os.path.abspath("sub/box.png"), os.path.abspath("box.png")])
-with rep.trigger.on_frame(), box:
-    rep.modify.pose(position=rep.distribution.uniform((-1, -1, -1), (1, 1, 1)))
-product = rep.create.render_product(rep.create.camera(position=(5, 0, 2), look_at=(0, 0, 0)), (32, 24))
-writer = rep.WriterRegistry.get("BasicWriter")
-writer.initialize(output_dir=sys.argv[1], rgb=True)
-writer.attach(product)
 """
 
 
@@ -71,7 +68,7 @@ def test_files_beside_the_script_that_were_changed_are_named(tmp_path):
     (tmp_path / "box.usda").write_text(BOX.format(size=1.0))
     _picture(tmp_path / "box.png", 10)
     _picture(tmp_path / "sub/box.png", 200)
-    (tmp_path / "script.py").write_text(BESIDE)
+    (tmp_path / "script.py").write_text(BESIDE + MOVES)
     _run(tmp_path, "--frames", "1")
     changed = {
         "helper.py": lambda: (tmp_path / "helper.py").write_text("HEIGHT = 2.0"),

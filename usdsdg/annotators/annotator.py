@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -23,9 +22,6 @@ from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, ArgumentError,
 from usdsdg.session.replicator_version import OLD, replicator_version
 from usdsdg.session.session import current
 from usdsdg.session.turns import in_turn
-
-# One encoder for all: `json.dumps` with options makes a new one in each call.
-_text_of = json.JSONEncoder(sort_keys=True, default=str).encode
 
 
 class Annotator:
@@ -117,7 +113,7 @@ class Annotator:
 
     def compute(self, frame: Frame) -> Annotation:
         """Compute the annotation of `frame`, augmentations applied, and keep it for `get_data`."""
-        key = ("annotation", self._spec.compute, _text_of(self._params))
+        key = self._spec.key_of(self._params)
         annotation = frame.derive(key, lambda: self._spec.compute(frame, self._params))
         if self._params.get("colorize") and annotation.data is not None and replicator_version() == OLD:
             annotation = Annotation(packed(frame.on_host(annotation.data)), annotation.info)

@@ -7,6 +7,7 @@ binds the function to parameters, augmentations and a render product.
 from __future__ import annotations
 
 import copy
+import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,6 +20,9 @@ from usdsdg.annotators.pixels.launch import Pixels, is_image
 from usdsdg.arguments.registry import Registry
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError
 from usdsdg.session.session import current
+
+# One encoder for all: `json.dumps` with options makes a new one in each call.
+_text_of = json.JSONEncoder(sort_keys=True, default=str).encode
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,10 @@ class AnnotatorSpec:
     def before_first_frame(self) -> Annotation:
         """Return an annotation of nothing, with the same keys as others; it may be written into."""
         return Annotation(self.empty, {key: copy.deepcopy(value) for key, value in self.empty_info.items()})
+
+    def key_of(self, params: Mapping[str, Any]) -> tuple[Any, ...]:
+        """Return what annotators with the same annotation have in common: the function and the text of `params`."""
+        return "annotation", self.compute, _text_of(params)
 
     @property
     def documentation(self) -> str:

@@ -141,15 +141,13 @@ class Frame:
         """Whether any pixel shows no gprim."""
         return int(self.sums[:, PIXELS].sum()) < self.shape[0] * self.shape[1]
 
-    def look_up(self, table: np.ndarray | LookUpTable) -> Pixels:
+    def look_up(self, table: LookUpTable) -> Pixels:
         """Return the value of each pixel's gprim (H, W, ...), of a table with a last entry for pixels without a hit.
 
-        The image of one table is made once; entries have 4 bytes or a multiple.
+        The image of one table is made once.
         """
-        if isinstance(table, np.ndarray):
-            key = ("look up", table.dtype.str, table.shape[1:], table.tobytes())
-            return self.derive(key, lambda: look_ups.look_up(self.image("instance"), LookUpTable(table)))
-        if isinstance(instance := self.image("instance"), np.ndarray):  # where each picture takes its time
+        instance = self.image("instance")
+        if isinstance(instance, np.ndarray) or not table.is_of_all:  # on a CPU each picture takes its time
             return self.derive(table, lambda: look_ups.look_up(instance, table))
         return self._derive_together(table, lambda frames: self._look_up_together(frames, table))
 
@@ -159,11 +157,8 @@ class Frame:
     @property
     def black(self) -> Pixels:
         """An image of 0, 0, 0, 1, float16 (H, W, 4)."""
-        return self.look_up(np.tile(np.array([0, 0, 0, 1], np.float16), (len(self.gprims) + 1, 1)))
-
-    def members(self, predicate: str | None) -> Pixels:
-        """Return (H, W) int32: the index in `selection(predicate)` of each pixel's prim, -1 for everything else."""
-        return self.look_up(np.append(self.selection(predicate).member_of_gprim, np.int32(-1)))
+        values = np.tile(np.array([0, 0, 0, 1], np.float16), (len(self.gprims) + 1, 1))
+        return self.derive("black", lambda: self.look_up(LookUpTable(values)))
 
     def visible_pixels(self, predicate: str | None) -> np.ndarray:
         """Return (K,) int64: the number of visible pixels of each of the K selected prims."""

@@ -970,7 +970,7 @@ def test_material_x_images_pass_conversions_and_end_at_their_border(tmp_path):
 
 
 def test_an_input_of_the_interface_without_a_value_leaves_the_default(recwarn):
-    """As a flattened file of MaterialX has for all inputs that nobody set."""
+    """Flattened MaterialX files connect inputs without a value to inputs of the material that have none either."""
     looks = material_x("standard_surface")
     left = looks.material.CreateInput("specular_roughness", T.Float)
     looks.surface.CreateInput("specular_roughness", T.Float).ConnectToSource(left)

@@ -8,6 +8,7 @@ from pxr import Usd, UsdGeom, UsdShade
 
 from usdsdg.annotators.base import Annotation, define
 from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.pixels.look_up_table import LookUpTable
 from usdsdg.annotators.point_instances import prim_path
 from usdsdg.errors import warn_once
 from usdsdg.session.settings_store import get_settings
@@ -54,7 +55,7 @@ def _matte(frame: Frame, number: int) -> np.ndarray:
         authored = settings.get(f"{_SETTINGS}/channel{channel}")
         wanted = channel if authored is None else int(authored)
         colors[:, channel % CHANNELS] = (ids == wanted) & (wanted != NONE)
-    return frame.look_up(colors)
+    return frame.look_up(LookUpTable(colors))
 
 
 for _number in range(IMAGES):

@@ -30,12 +30,12 @@ class Ids:
     @cached_property
     def table(self) -> LookUpTable:
         """The id of each entry."""
-        return LookUpTable(self.of_entries)
+        return LookUpTable(self.of_entries, is_of_all=True)
 
     @cached_property
     def colors(self) -> LookUpTable:
         """The color of each entry, (G + 1, 4) uint8."""
-        return LookUpTable(self.known_colors[self._places])
+        return LookUpTable(self.known_colors[self._places], is_of_all=True)
 
     @cached_property
     def known(self) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A table of values of gprims, which many pictures are looked up in."""
+"""A table of the values of gprims, in which the pixels of pictures are looked up."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ class LookUpTable:
 
     Args:
         values: (G + 1, *channels); entries have 4 bytes or a multiple. They must not be written into afterward.
+        is_of_all: whether it is the same for all pictures of a capture, so that these may be looked up together.
     """
 
-    def __init__(self, values: np.ndarray) -> None:
-        self.values = np.ascontiguousarray(values)
+    def __init__(self, values: np.ndarray, *, is_of_all: bool = False) -> None:
+        self.values, self.is_of_all = np.ascontiguousarray(values), is_of_all
         self._copies: dict[str, Pixels] = {}
 
     @property
