@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from tests.annotators.ray_caster import known
-from tests.writers.formats.test_writer_yolo import PRODUCT
+from tests.writers.formats.test_writer_yolo import PRODUCT, members_of
 from tests.writers.formats.test_writer_yolo import write as written
 from usdsdg import annotators, writers
 from usdsdg.errors import WriterError
@@ -38,7 +38,7 @@ def members(path):
 
 def check_objects(objects, ids, frame):
     """Compare objects, and the image of their ids, with the frame's masks."""
-    selection, seen = frame.selection("class:*"), frame.members("class:*")
+    selection, seen = frame.selection("class:*"), members_of(frame)
     visible = [index for index in range(len(selection.labels)) if (seen == index).any()]
     names = sorted({labels["class"] for labels in selection.labels})
     assert [each["id"] for each in objects] == list(range(1, len(visible) + 1))

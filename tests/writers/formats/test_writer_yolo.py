@@ -40,10 +40,15 @@ def lines(file):
     return [(int(row[0]), np.array(row[1:], float)) for row in rows]
 
 
+def members_of(frame):
+    """Return which labeled object each pixel shows, as its index in the order of the stage; -1 for none."""
+    return np.append(frame.selection("class:*").member_of_gprim, -1)[frame.aovs["instance"]]
+
+
 def labeled_in_view(frame):
     """Return the label and mask of each labeled object in view, in the order of the stage."""
-    selection, members = frame.selection("class:*"), frame.members("class:*")
-    labels = [(each["class"], members == index) for index, each in enumerate(selection.labels)]
+    members, selected = members_of(frame), frame.selection("class:*").labels
+    labels = [(each["class"], members == index) for index, each in enumerate(selected)]
     return [(label, mask) for label, mask in labels if mask.any()]
 
 
