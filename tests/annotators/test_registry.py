@@ -49,10 +49,10 @@ def test_an_aov_under_a_name_a_type_and_a_number_of_channels(frame, aov, dtype, 
     assert data.dtype == wanted.dtype
     assert annotator.documentation == "told"
     if aov == "LdrColor":
-        assert annotator.needs_path_tracing
+        assert annotator.spec.needs_path_tracing
         assert annotator.aovs == frozenset()
     else:
-        assert not annotator.needs_path_tracing
+        assert not annotator.spec.needs_path_tracing
         assert len(annotator.aovs) == 1
 
 

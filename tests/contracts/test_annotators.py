@@ -53,13 +53,15 @@ def tree(value):
 
 
 @pytest.mark.parametrize("name", REPEATING)
-def test_an_annotator_uses_only_the_aovs_that_it_declares(name, frame):
+def test_an_annotator_uses_only_what_it_declares(name, frame):
     annotator = get(name)
-    given = set(annotator.aovs) | (IMAGE if annotator.needs_path_tracing else set())
-    masks = frame.amodal_masks if annotator.needs_amodal_masks else PixelMasks.nothing(frame.shape)
-    bare = dataclasses.replace(
-        frame, aovs={k: v for k, v in frame.aovs.items() if k in given}, amodal_masks=masks, memo={}
-    )
+    given = set(annotator.aovs) | (IMAGE if annotator.spec.needs_path_tracing else set())
+    masks = frame.amodal_masks if annotator.spec.needs_amodal_masks else PixelMasks.nothing(frame.shape)
+    prims = frame.labeled_prims
+    if not annotator.spec.needs_poses:
+        prims = dataclasses.replace(prims, bounds=prims.bounds[:0], local_to_world=prims.local_to_world[:0])
+    aovs = {k: v for k, v in frame.aovs.items() if k in given}
+    bare = dataclasses.replace(frame, aovs=aovs, amodal_masks=masks, labeled_prims=prims, memo={})
     assert tree(annotator.compute(bare).flat()) == tree(get(name).compute(frame).flat())
 
 

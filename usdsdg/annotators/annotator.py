@@ -57,14 +57,9 @@ class Annotator:
         return self._spec.aovs.union(*(augmentation.aovs for augmentation in self._augmentations))
 
     @property
-    def needs_amodal_masks(self) -> bool:
-        """Whether it reads `Frame.amodal_masks`."""
-        return self._spec.needs_amodal_masks
-
-    @property
-    def needs_path_tracing(self) -> bool:
-        """Whether it reads path-traced color ("LdrColor", "HdrColor") or light AOVs."""
-        return self._spec.needs_path_tracing
+    def spec(self) -> AnnotatorSpec:
+        """What it was created from, which says what it needs rendered beside AOVs."""
+        return self._spec
 
     @property
     def earlier_captures(self) -> int:

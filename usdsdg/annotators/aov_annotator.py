@@ -63,7 +63,7 @@ def _source(aov: str, unsupported: Mapping[str, str]) -> AnnotatorSpec:
         raise Unsupported(f"AOV {aov!r}: {unsupported[aov]}.")
     aovs = engines.renderer_aovs()
     if known in aovs:
-        return AnnotatorSpec(aov, _whole(known), frozenset([known]), False, False, {}, np.zeros(0, aovs[known]))
+        return AnnotatorSpec(aov, _whole(known), frozenset([known]), False, False, False, {}, np.zeros(0, aovs[known]))
     names = [*aovs, *_SYNONYMS, *(each for each in annotator_specs if annotator_specs.get(each).empty is not None)]
     close = near_misses(aov, names)
     hint = f"Did you mean {' or '.join(map(repr, close))}?" if close else f"There are: {', '.join(names)}."

@@ -64,6 +64,7 @@ class AnnotatorSpec:
     aovs: frozenset[str]
     needs_amodal_masks: bool  # reads `Frame.amodal_masks`
     needs_path_tracing: bool  # reads path-traced color ("LdrColor", "HdrColor") or light AOVs
+    needs_poses: bool  # reads poses of labeled prims, or their bounds
     params: Mapping[str, Any]  # init parameters and their defaults
     empty: np.ndarray | None  # the array before the first frame; None for annotators without one
     empty_info: Mapping[str, Any] = field(default_factory=dict)  # info before the first frame
@@ -100,6 +101,7 @@ def define(
     aovs: Iterable[str] = (),
     needs_amodal_masks: bool = False,
     needs_path_tracing: bool = False,
+    needs_poses: bool = False,
     params: Mapping[str, Any] | None = None,
     dtype: Any = None,
     info: Mapping[str, Any] | None = None,
@@ -122,6 +124,7 @@ def define(
                 frozenset(aovs),
                 needs_amodal_masks,
                 needs_path_tracing,
+                needs_poses,
                 params or {},
                 empty,
                 info or {},

@@ -56,8 +56,9 @@ class LabeledPrims:
     prim_paths: tuple[str, ...] = ()
     labels: tuple[Labels, ...] = ()  # own and inherited, outermost first; lower case
     groups: tuple[tuple[int, ...], ...] = ()  # indices into gprims
-    bounds: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 3)))  # (N, 2, 3) min, max in the prim's frame
-    local_to_world: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 4)))  # (N, 4, 4) float64
+    # (N, 2, 3) min, max in the prim's frame; none where poses are not read
+    bounds: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 3)))
+    local_to_world: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 4)))  # (N, 4, 4), as bounds
     row_of_gprim: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))  # (G,) row, -1 = unlabeled
     selections: Mapping[str | None, Selection] = field(default_factory=dict)
     gprim_numbers: np.ndarray | None = None  # (G,) int64: of each gprim, the same in all frames; None: its index
@@ -145,14 +146,13 @@ class LabeledPrimReader:
 
         filters: label filters that will be selected from the result. Filters given here are exact for nested labeled
             prims: rows are added for the groups of gprims that they make.
-        poses: whether to read bounds and transforms, which are zero else.
+        poses: whether to read bounds and transforms, of which there are none else.
         """
         time = Usd.TimeCode.Default() if time is None else time
         owned = self._owned(tuple(gprims), filters, time)
         cache = UsdGeom.XformCache(time)
         frames = PointFrames(self._stage, cache)
-        count = len(owned.owners)
-        bounds, local_to_world = np.zeros((count, 2, 3)), np.zeros((count, 4, 4))
+        bounds, local_to_world = np.zeros((0, 2, 3)), np.zeros((0, 4, 4))
         if poses:
             bounds = self._bounds.read(owned.owners, owned.groups, owned.gprims, owned.steps, cache, frames)
             local_to_world = frames.all_to_world([(owner.path, owner.steps) for owner in owned.owners])

@@ -17,7 +17,7 @@ class Requirements:
     path_tracing: bool = False
     filters: tuple[str | None, ...] = ()
     earlier_captures: int = 0
-    poses: bool = True  # of labeled prims, and their bounds
+    poses: bool = False  # of labeled prims, and their bounds
 
 
 def requirements(annotators: Iterable[Annotator]) -> Requirements:
@@ -25,9 +25,9 @@ def requirements(annotators: Iterable[Annotator]) -> Requirements:
     annotators = list(annotators)
     return Requirements(
         frozenset().union(*(a.aovs for a in annotators)),
-        any(a.needs_amodal_masks for a in annotators),
-        any(a.needs_path_tracing for a in annotators),
+        any(a.spec.needs_amodal_masks for a in annotators),
+        any(a.spec.needs_path_tracing for a in annotators),
         tuple(dict.fromkeys(a.label_filter for a in annotators)),
         max((a.earlier_captures for a in annotators), default=0),
-        not all(a.is_color_image for a in annotators),
+        any(a.spec.needs_poses for a in annotators),
     )

@@ -51,7 +51,9 @@ def _go_to_files(requests: Requests) -> bool:
     for writer in requests.writers:
         if _only_stores(writer):
             stored.update(map(id, writer.annotators))
-    traced = [each for annotators in requests.annotators.values() for each in annotators if each.needs_path_tracing]
+    traced = [
+        each for annotators in requests.annotators.values() for each in annotators if each.spec.needs_path_tracing
+    ]
     return bool(traced) and all(id(each) in stored and _is_image(each) for each in traced)
 
 

@@ -209,7 +209,7 @@ class Requests:
             self._requirements[path] = requirements([*self.annotators[path], *self.made_of(path)])
         needs = self._requirements[path]
         if path in self._recorded and needs.aovs.difference(LIGHT_AOVS):
-            return replace(needs, aovs=needs.aovs | RECORDED_AOVS)
+            return replace(needs, aovs=needs.aovs | RECORDED_AOVS, poses=True)
         return needs
 
 
@@ -241,7 +241,7 @@ def is_watched() -> bool:
 
 
 def _check_tiles(product: HydraTexture, annotators: list[Annotator], who: str) -> None:
-    needing = [annotator.get_name() for annotator in annotators if annotator.needs_amodal_masks]
+    needing = [annotator.get_name() for annotator in annotators if annotator.spec.needs_amodal_masks]
     if product.tiles is not None and needing:
         raise Unsupported(
             f"{who}: {', '.join(needing)} cannot be computed for {product.path}, which has "

@@ -15,7 +15,7 @@ from pxr import Usd
 from usdsdg import errors
 from usdsdg.stage.poses.transforms import up_axis
 from usdsdg_render.images import image_files
-from usdsdg_render.lights.light_rows import warn_of_ignored
+from usdsdg_render.lights.light_inputs import warn_of_ignored
 from usdsdg_render.lights.light_textures import layout_of, linear_rgb, resample, to_latlong
 from usdsdg_render.lights.light_values import emitted_color, light_number, light_value
 from usdsdg_render.lights.linking import is_linked

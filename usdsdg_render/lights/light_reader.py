@@ -1,6 +1,6 @@
 """Reader of all lights but domes: rows of `scene.LIGHT`, emission profiles and light links."""
 
-from collections.abc import Iterable, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,9 @@ from pxr import Sdf, Usd
 from usdsdg.stage.changes import is_below
 from usdsdg_render.images.image_files import stamp
 from usdsdg_render.lights.emission_profiles import profile_files, read_emission_profile
-from usdsdg_render.lights.light_rows import read_emission, read_light
+from usdsdg_render.lights.light_inputs import LightInputs, read_inputs
+from usdsdg_render.lights.light_rows import light_rows
+from usdsdg_render.lights.light_values import emitted_color
 from usdsdg_render.lights.linking import is_linked, read_links
 from usdsdg_render.scene.scene import LIGHT, EmissionProfile, LightLinks, Scene
 from usdsdg_render.usd.point_instancer import source_path
@@ -34,32 +36,32 @@ class Lights(NamedTuple):
 
 
 class _Light(NamedTuple):
-    """Cached result of reading one light; row is None if it emits nothing."""
+    """What was read of one light, which is the same wherever it stands."""
 
-    matrix: bytes
+    luminance: np.ndarray | None  # see `emitted_color`; None if it is off
+    inputs: LightInputs | None  # None if they were not needed yet, since it is off
     instances: Sequence[str] | None  # for which its links were read; None without links
-    row: np.ndarray | None
     profile: EmissionProfile | None
     links: LightLinks | None
     files: tuple[str, ...]  # of the profile
     stamp: tuple[int, int]  # of these, when they were read
-    has_other_emission: bool = False  # than its row has
 
-    def with_emission(self, prim: Usd.Prim, matrix: np.ndarray, meters_per_unit: float) -> "_Light":
-        """Read how bright it is and of what color; the whole row where there is none, or the light has moved."""
-        key = matrix.tobytes()
-        if self.row is None or self.matrix != key:
-            row = read_light(prim, matrix, meters_per_unit)
-        else:
-            row = read_emission(prim, self.row, matrix, meters_per_unit)
-        return self._replace(row=row, matrix=key, has_other_emission=False)
+    def with_emission(self, prim: Usd.Prim) -> "_Light":
+        """Read how bright it is, and of what color."""
+        luminance, inputs = emitted_color(prim), self.inputs
+        if luminance is None or not luminance.any():
+            luminance = None
+        elif inputs is None:
+            inputs = read_inputs(prim)
+        return self._replace(luminance=luminance, inputs=inputs)
 
 
 class LightReader:
-    """Reads lights; caches each until it is invalidated, moves, or its links may refer to other instances."""
+    """Reads lights; keeps what it read of each until that is invalidated, or its links may refer to other instances."""
 
     def __init__(self) -> None:
         self._known: dict[Sdf.Path, _Light] = {}
+        self._other_emission: set[Sdf.Path] = set()  # lights of which brightness and color are to be read again
 
     def invalidate(self, roots: Set[Sdf.Path]) -> None:
         """Drop the cached lights at and below `roots`."""
@@ -68,63 +70,66 @@ class LightReader:
 
     def invalidate_emission(self, paths: Set[Sdf.Path]) -> None:
         """Let brightness and color alone of the cached lights at `paths` be read again."""
-        for path in paths & self._known.keys():
-            self._known[path] = self._known[path]._replace(has_other_emission=True)
+        self._other_emission |= paths
 
     def with_other_files(self) -> set[Sdf.Path]:
         """Return the lights whose files have changed since they were read."""
         return {path for path, light in self._known.items() if light.files and stamp(light.files) != light.stamp}
 
     def read(
-        self,
-        prims: Sequence[Usd.Prim],
-        local_to_world: Sequence[np.ndarray],
-        meters_per_unit: float,
-        instances: Sequence[str],
+        self, prims: Sequence[Usd.Prim], local_to_world: np.ndarray, meters_per_unit: float, instances: Sequence[str]
     ) -> Lights:
-        """Read the lights at `prims`; `instances` are the paths of `scene.Instances`."""
+        """Read the lights at `prims`, placed by `local_to_world` (N, 4, 4).
+
+        instances: the paths of `scene.Instances`.
+        """
         before, self._known = self._known, {}
         sources: list[str] = []
-        for prim, matrix in zip(prims, local_to_world):
-            path, key = prim.GetPath(), matrix.tobytes()
+        for prim in prims:
+            path = prim.GetPath()
             light = before.get(path)
-            same_links = light is not None and (light.instances is None or light.instances is instances)
-            if light is not None and light.has_other_emission:
-                light = light.with_emission(prim, matrix, meters_per_unit)
-            if light is None or light.matrix != key or not same_links:
+            if light is None or not (light.instances is None or light.instances is instances):
                 linked = is_linked(prim)
                 if linked and not sources:
                     sources = [source_path(each) for each in instances]
-                files = profile_files(prim)
-                light = _Light(
-                    key,
-                    instances if linked else None,
-                    read_light(prim, matrix, meters_per_unit),
-                    read_emission_profile(prim),
-                    read_links(prim, sources),
-                    files,
-                    stamp(files) if files else (0, 0),
-                )
+                light = _read(prim, instances if linked else None, sources).with_emission(prim)
+            elif path in self._other_emission:
+                light = light.with_emission(prim)
             self._known[path] = light
-        return _combined(self._known.values())
+        self._other_emission = set()
+        return _combined(self._known, np.asarray(local_to_world), meters_per_unit)
 
 
-def _combined(lights: Iterable[_Light]) -> Lights:
-    rows, links = [], []
+def _read(prim: Usd.Prim, instances: Sequence[str] | None, sources: Sequence[str]) -> _Light:
+    """Read all but the emission of a light."""
+    files = profile_files(prim)
+    profile, links = read_emission_profile(prim), read_links(prim, sources)
+    return _Light(None, None, instances, profile, links, files, stamp(files) if files else (0, 0))
+
+
+def _combined(known: Mapping[Sdf.Path, _Light], local_to_world: np.ndarray, meters_per_unit: float) -> Lights:
+    """Return the tables of the lights by path, in the order of their matrices (N, 4, 4)."""
+    on = [(place, path) for place, (path, light) in enumerate(known.items()) if light.luminance is not None]
+    if not on:
+        return Lights(np.zeros(0, LIGHT), [], [], False)
+    places, paths = zip(*on, strict=True)
+    lights = [known[path] for path in paths]
+    inputs = [light.inputs for light in lights if light.inputs is not None]
+    luminances = np.array([light.luminance for light in lights])
+    rows, are_lit = light_rows(paths, inputs, luminances, local_to_world[list(places)], meters_per_unit)
+    links: list[LightLinks] = []
     profiles: dict[int, tuple[int, EmissionProfile]] = {}
-    linked = False
-    for light in lights:
-        if light.row is None:
-            continue
-        linked = linked or light.instances is not None
-        row = light.row.copy()
+    lit = [light for light, is_lit in zip(lights, are_lit, strict=True) if is_lit]
+    rows = rows[are_lit]
+    for row, light in enumerate(lit):
         if light.profile is not None:
-            row["emission_profile"] = profiles.setdefault(id(light.profile), (len(profiles), light.profile))[0]
+            known_as = profiles.setdefault(id(light.profile), (len(profiles), light.profile))
+            rows["emission_profile"][row] = known_as[0]
         if light.links is not None:
-            row["links"] = len(links)
+            rows["links"][row] = len(links)
             links.append(light.links)
-        rows.append(row)
-    return Lights(np.array(rows, LIGHT), [profile for _, profile in profiles.values()], links, linked)
+    linked = any(light.instances is not None for light in lit)
+    return Lights(rows, [profile for _, profile in profiles.values()], links, linked)
 
 
 def _content(links: LightLinks) -> tuple:

@@ -1,4 +1,4 @@
-"""UsdLux lights to rows of `scene.LIGHT`, in nits and stage units.
+"""Rows of `scene.LIGHT` of UsdLux lights, in nits and stage units.
 
 Luminance is intensity * 2^exposure * color * temperature, and `normalize` divides it by the world-space area, as the
 UsdLux schema says. Two deliberate readings:
@@ -13,17 +13,18 @@ flux of its authored size.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
-from pxr import Usd
+from pxr import Sdf, Usd
 
 from usdsdg import errors
 from usdsdg.stage.colors import LUMINANCE
-from usdsdg_render.lights.light_values import emitted_color, light_number, light_value
+from usdsdg_render.lights.light_inputs import LightInputs, read_inputs
+from usdsdg_render.lights.light_values import emitted_color
 from usdsdg_render.lights.power import ellipse_perimeter, ellipsoid_area
 from usdsdg_render.scene import structs
 from usdsdg_render.scene.scene import LIGHT, NO_EMISSION_PROFILE, NO_LINKS
-from usdsdg_render.usd.prim_kinds import LIGHT_TYPES
 
 # Radius of lights without a size [m].
 POINT_RADIUS = 1e-3
@@ -32,227 +33,188 @@ POINT_RADIUS = 1e-3
 NOMINAL_RADIUS = 5.0
 # The fields of a row that hold numbers that are not whole.
 _REALS = [name for name in LIGHT.names or () if LIGHT[name].base.kind == "f"]
+# The fields that inputs give as they are.
+_GIVEN = [name for name in LightInputs._fields if name in (LIGHT.names or ())]
 # Relative differences of scales below this are rounding.
 UNIFORM_SCALE_TOLERANCE = 1e-3
 
 
 def read_light(
     prim: Usd.Prim, local_to_world: np.ndarray, meters_per_unit: float, *, luminance: np.ndarray | None = None
-) -> np.ndarray | None:
+) -> np.void | None:
     """Read one row of `scene.LIGHT`, without emission profile and links; None if it emits nothing or is invalid.
-
-    Invalid lights are named in a warning.
 
     luminance: in place of the color that the prim emits.
     """
-    kind = LIGHT_TYPES[str(prim.GetTypeName())]
-    if luminance is None:
-        luminance = emitted_color(prim, 50000.0 if kind == structs.LIGHT_DISTANT else 1.0)
-    axes, scale = _frame(local_to_world)
+    luminance = emitted_color(prim) if luminance is None else luminance
     if luminance is None or not luminance.any():
         return None
-    if axes is None:
-        errors.warn_once(f"{prim.GetPath()}: the light's transform is NaN or scaled to zero; it is off. Correct it.")
-        return None
-    row = np.zeros((), LIGHT)
-    row["kind"], row["emission_profile"], row["links"], row["aspect"] = kind, NO_EMISSION_PROFILE, NO_LINKS, 1.0
-    row["x_axis"], row["y_axis"], row["z_axis"] = axes
-    row["position"] = local_to_world[3, :3]
-    _read_shaping(prim, row)
-    row["diffuse"] = max(light_number(prim, "diffuse", 1.0), 0.0)
-    row["specular"] = max(light_number(prim, "specular", 1.0), 0.0)
-    visible = prim.GetAttribute("visibleInPrimaryRay")
-    row["visible"] = 0 if visible and visible.Get() is False else 1
-    warn_of_ignored(prim)
-    _warn_of_shear(prim, local_to_world, scale)
-    with np.errstate(over="ignore", invalid="ignore"):
-        if kind == structs.LIGHT_DISTANT:
-            _write_angle(prim, row)
-        elif not _write_area(prim, row, scale, meters_per_unit):
-            return None
-    return _with_emission(prim, row, scale, luminance, meters_per_unit)
+    paths, inputs = [prim.GetPath()], [read_inputs(prim)]
+    rows, are_lit = light_rows(paths, inputs, luminance[None], local_to_world[None], meters_per_unit)
+    return rows[0] if are_lit[0] else None
 
 
-def read_emission(
-    prim: Usd.Prim, row: np.ndarray, local_to_world: np.ndarray, meters_per_unit: float
-) -> np.ndarray | None:
-    """Return what `read_light` does for a light of which only brightness or color have changed since `row` was read."""
-    luminance = emitted_color(prim, 50000.0 if int(row["kind"]) == structs.LIGHT_DISTANT else 1.0)
-    if luminance is None or not luminance.any():
-        return None
-    return _with_emission(prim, row.copy(), _frame(local_to_world)[1], luminance, meters_per_unit)
-
-
-def _with_emission(
-    prim: Usd.Prim, row: np.ndarray, scale: np.ndarray, luminance: np.ndarray, meters_per_unit: float
-) -> np.ndarray | None:
-    with np.errstate(over="ignore", invalid="ignore"):
-        row["radiance"], row["power"] = emission(prim, row, scale, luminance, meters_per_unit)
-    if all(np.isfinite(row[name]).all() for name in _REALS):
-        return row
-    errors.warn_once(
-        f"{prim.GetPath()}: the light is too bright or too large for 32-bit numbers; it is off. Correct it."
-    )
-    return None
-
-
-def emission(
-    prim: Usd.Prim, row: np.ndarray, scale: np.ndarray, color: np.ndarray, meters_per_unit: float
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def light_rows(
+    paths: Sequence[Sdf.Path],
+    inputs: Sequence[LightInputs],
+    luminances: np.ndarray,
+    local_to_world: np.ndarray,
+    meters_per_unit: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return radiances (..., 3) float32 and powers (...) of a light that emits colors (..., 3); `row` has its shape."""
-    if int(row["kind"]) == structs.LIGHT_DISTANT:
-        # From the kernel's float32: at small angles its rounding is a visible part of 1 - cos.
-        cosine = float(row["cos_angle"])
-        radiance = color if cosine == 1.0 else color / distant_size_factor(cosine)
-        return radiance.astype(np.float32), _luminance(color) * math.pi * (NOMINAL_RADIUS / meters_per_unit) ** 2
-    area, _ = _shape(prim, LIGHT_TYPES[str(prim.GetTypeName())], scale)
-    rendered_area = _rendered_area(row)
-    if light_value(prim, "normalize", False):
-        color = color / (area if area > 0.0 else rendered_area)
+    """Return rows (N,) of `scene.LIGHT`, without emission profiles and links, and which of them (N,) give light.
+
+    Lights that should and do not are named in a warning.
+
+    Args:
+        luminances: (N, 3) that the lights emit before `normalize`, see `emitted_color`.
+        local_to_world: (N, 4, 4).
+    """
+    rows = np.zeros(len(inputs), LIGHT)
+    for name in _GIVEN:
+        rows[name] = [getattr(each, name) for each in inputs]
+    rows["emission_profile"], rows["links"], rows["aspect"] = NO_EMISSION_PROFILE, NO_LINKS, 1.0
+    axes, scales, are_placed = light_frames(local_to_world)
+    rows["x_axis"], rows["y_axis"], rows["z_axis"] = axes[:, 0], axes[:, 1], axes[:, 2]
+    rows["position"] = local_to_world[:, 3, :3]
+    half = scales * [each.half for each in inputs]
+    areas = _areas(rows["kind"], half)
+    _write_shapes(rows, half * [each.kept for each in inputs], POINT_RADIUS / meters_per_unit)
+    normalized = np.array([each.normalize for each in inputs], bool)
+    rows["radiance"], rows["power"] = emission(rows, areas, normalized, luminances, meters_per_unit)
+    have_size = (areas > 0.0) | normalized | (rows["kind"] == structs.LIGHT_DISTANT)
+    are_finite = np.logical_and.reduce([np.isfinite(rows[name]).reshape(len(rows), -1).all(1) for name in _REALS])
+    _warn(paths, are_placed, have_size, are_finite)
+    are_lit = are_placed & have_size & are_finite
+    _warn_of_shear(paths, local_to_world, scales, are_placed)
+    return rows, are_lit
+
+
+def light_areas(inputs: Sequence[LightInputs], scales: np.ndarray) -> np.ndarray:
+    """Return the world areas (N,) of lights, 0 of those without a size, at scales (N, 3)."""
+    return _areas(np.array([each.kind for each in inputs]), scales * [each.half for each in inputs])
+
+
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def emission(
+    rows: np.ndarray, areas: np.ndarray, normalized: np.ndarray, colors: np.ndarray, meters_per_unit: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return radiances (N, 3) float32 and powers (N,) of lights that emit colors (N, 3); the others may be one row.
+
+    areas: of their authored sizes in the world. normalized: whether `normalize` divides by these.
+    """
+    are_distant, rendered = rows["kind"] == structs.LIGHT_DISTANT, _rendered_areas(rows)
+    has_area = ~are_distant & (areas > 0.0)
+    divisor = np.where(normalized & ~are_distant, np.where(has_area, areas, rendered), 1.0)
     # The rendered area may differ from the authored one (minimum size, points and lines): keep the flux.
-    radiance = (color * (area / rendered_area if area > 0.0 else 1.0)).astype(np.float32)
-    return radiance, _luminance(radiance.astype(np.float64)) * math.pi * rendered_area
+    kept = np.where(has_area, areas / rendered, 1.0)
+    # From the kernel's float32: at small angles its rounding is a visible part of 1 - cos.
+    cosines = rows["cos_angle"].astype(np.float64)
+    divisor = np.where(are_distant & (cosines != 1.0), distant_size_factor(cosines), divisor)
+    radiance = (colors / divisor[:, None] * kept[:, None]).astype(np.float32)
+    flux = _luminance(radiance.astype(np.float64)) * math.pi * rendered
+    nominal = _luminance(colors) * math.pi * (NOMINAL_RADIUS / meters_per_unit) ** 2
+    return radiance, np.where(are_distant, nominal, flux)
 
 
-def light_axes(local_to_world: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return `_frame` of (N, 4, 4) matrices with inverses: (N, 3, 3) axes as rows, and (N, 3) scales."""
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
+def light_frames(local_to_world: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return frames of matrices (N, 4, 4).
+
+    Returns:
+        (N, 3, 3) unit axes as rows, the emission axis z kept, x and y made orthogonal to it; (N, 3) the scale along
+        each; (N,) whether there is such a frame: the matrix is finite and has an inverse.
+    """
     rows = local_to_world[:, :3, :3]
-    scale = np.linalg.norm(rows, axis=2)
-    z = rows[:, 2] / scale[:, 2:]
-    x = rows[:, 0] - z * (rows[:, 0] * z).sum(1, keepdims=True)
-    x = x / np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-30)
-    y = rows[:, 1] - z * (rows[:, 1] * z).sum(1, keepdims=True)
-    y = y - x * (y * x).sum(1, keepdims=True)
-    return np.stack([x, y / np.linalg.norm(y, axis=1, keepdims=True), z], 1), scale
+    scales = np.sqrt(_dot(rows, rows))
+    z = rows[:, 2] / scales[:, 2:]
+    x = rows[:, 0] - z * _dot(rows[:, 0], z)[:, None]
+    x = x / np.maximum(np.sqrt(_dot(x, x)), 1e-30)[:, None]
+    y = rows[:, 1] - z * _dot(rows[:, 1], z)[:, None]
+    y = y - x * _dot(y, x)[:, None]
+    length = np.sqrt(_dot(y, y))
+    are_usable = np.isfinite(local_to_world).all((1, 2)) & (scales.min(1, initial=np.inf) >= 1e-12)
+    are_usable &= length >= 1e-12 * scales[:, 1]
+    return np.stack([x, y / length[:, None], z], 1), scales, are_usable
 
 
-def _frame(local_to_world: np.ndarray) -> tuple[np.ndarray | None, np.ndarray]:
-    """Unit axes as rows (the emission axis z kept, x and y made orthogonal to it), and the scale along each."""
-    rows = local_to_world[:3, :3]
-    scale = np.linalg.norm(rows, axis=1)
-    if not np.isfinite(local_to_world).all() or scale.min() < 1e-12:
-        return None, scale
-    z = rows[2] / scale[2]
-    x = rows[0] - z * (rows[0] @ z)
-    x = x / max(np.linalg.norm(x), 1e-30)
-    y = rows[1] - z * (rows[1] @ z)
-    y = y - x * (y @ x)
-    length = np.linalg.norm(y)
-    if length < 1e-12 * scale[1]:
-        return None, scale
-    return np.stack([x, y / length, z]), scale
+def distant_size_factor(cosines: np.ndarray) -> np.ndarray:
+    """Return lux per nit of distant lights by the cosine of their half angles: UsdLux's sizeFactor."""
+    sine_squared = 1.0 - cosines * cosines
+    return math.pi * np.where(cosines >= 0.0, sine_squared, 2.0 - sine_squared)
 
 
-def _write_angle(prim: Usd.Prim, row: np.ndarray) -> None:
-    angle = min(max(light_number(prim, "angle", 0.53), 0.0), 360.0)
-    row["cos_angle"] = math.cos(math.radians(angle) / 2.0)
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    # Not a product of matrices, whose rounding depends on how many there are.
+    products = a * b
+    return products[..., 0] + products[..., 1] + products[..., 2]
 
 
-def distant_size_factor(cosine: float) -> float:
-    """Return lux per nit of a distant light by the cosine of its half angle: UsdLux's sizeFactor."""
-    sine_squared = 1.0 - cosine * cosine
-    return math.pi * (sine_squared if cosine >= 0.0 else 2.0 - sine_squared)
+def _luminance(colors: np.ndarray) -> np.ndarray:
+    return np.maximum(_dot(colors, LUMINANCE), 1e-12)
 
 
-def _write_area(prim: Usd.Prim, row: np.ndarray, scale: np.ndarray, meters_per_unit: float) -> bool:
-    """Write the shape of an area light to the row; return whether it gives light, and say so if it does not."""
-    area, half = _shape(prim, int(row["kind"]), scale)
-    _write_shape(prim, row, half, POINT_RADIUS / meters_per_unit)
-    if area > 0.0 or light_value(prim, "normalize", False):
-        return True
-    errors.warn_once(
-        f"{prim.GetPath()}: the light has no size, so it gives no light. Author a size, or inputs:normalize = true "
-        f"to keep its power at any size."
-    )
-    return False
+def _areas(kinds: np.ndarray, half: np.ndarray) -> np.ndarray:
+    """Return the areas (N,) of lights with these half extents (N, 3) along x, y, z."""
+    x, y, z = half.T
+    by_kind = {
+        structs.LIGHT_RECT: 4.0 * x * y,
+        structs.LIGHT_CYLINDER: 2.0 * x * ellipse_perimeter(y, z),
+        structs.LIGHT_DISK: math.pi * x * y,
+        structs.LIGHT_SPHERE: ellipsoid_area(x, y, z),
+    }
+    return np.select([kinds == kind for kind in by_kind], list(by_kind.values()), 0.0)
 
 
-def _shape(prim: Usd.Prim, kind: int, scale: np.ndarray) -> tuple[float, np.ndarray]:
-    """Return the world area of a light, and its half extents along x, y, z."""
-    if kind == structs.LIGHT_RECT:
-        half = scale * (_size(prim, "width", 1.0) / 2.0, _size(prim, "height", 1.0) / 2.0, 0.0)
-        return 4.0 * half[0] * half[1], half
-    radius = _size(prim, "radius", 0.5)
-    if kind == structs.LIGHT_CYLINDER:
-        half = scale * (_size(prim, "length", 1.0) / 2.0, radius, radius)
-        return 2.0 * half[0] * ellipse_perimeter(half[1], half[2]), half
-    half = scale * radius
-    return math.pi * half[0] * half[1] if kind == structs.LIGHT_DISK else ellipsoid_area(*half), half
+def _write_shapes(rows: np.ndarray, half: np.ndarray, min_half: float) -> None:
+    """Write the sizes of lights with these half extents (N, 3), at least `min_half`; scaled spheres are ellipsoids."""
+    kinds, (x, y, z) = rows["kind"], np.maximum(half, min_half).T
+    rects, cylinders = kinds == structs.LIGHT_RECT, kinds == structs.LIGHT_CYLINDER
+    disks, spheres = kinds == structs.LIGHT_DISK, kinds == structs.LIGHT_SPHERE
+    largest, least = np.maximum(np.maximum(x, y), z), np.minimum(np.minimum(x, y), z)
+    ellipsoids = spheres & (largest > least * (1.0 + UNIFORM_SCALE_TOLERANCE))
+    rows["width"] = np.where(rects, 2.0 * x, 0.0)
+    rows["height"] = np.select([rects, cylinders], [2.0 * y, 2.0 * x], 0.0)
+    rows["radius"] = np.select([cylinders, disks | spheres], [y, x], 0.0)
+    rows["aspect"][:, 0] = np.select([cylinders, disks | ellipsoids], [z / y, y / x], 1.0)
+    rows["aspect"][:, 1] = np.where(ellipsoids, z / x, 1.0)
+    kinds[ellipsoids] = structs.LIGHT_ELLIPSOID
 
 
-def _write_shape(prim: Usd.Prim, row: np.ndarray, half: np.ndarray, min_half: float) -> None:
-    """Write the sizes to the row, at least `min_half`; treatAsPoint and treatAsLine shrink the light."""
-    kind = int(row["kind"])
-    hint = {structs.LIGHT_SPHERE: "treatAsPoint", structs.LIGHT_CYLINDER: "treatAsLine"}.get(kind)
-    if hint and prim.HasAttribute(hint) and prim.GetAttribute(hint).Get():
-        half = half * (0.0 if kind == structs.LIGHT_SPHERE else (1.0, 0.0, 0.0))
-    x, y, z = np.maximum(half, min_half)
-    if kind == structs.LIGHT_RECT:
-        row["width"], row["height"] = 2.0 * x, 2.0 * y
-    elif kind == structs.LIGHT_CYLINDER:
-        row["radius"], row["aspect"][0], row["height"] = y, z / y, 2.0 * x
-    else:
-        row["radius"] = x
-        if kind == structs.LIGHT_DISK:
-            row["aspect"][0] = y / x
-        elif max(x, y, z) > min(x, y, z) * (1.0 + UNIFORM_SCALE_TOLERANCE):
-            row["kind"], row["aspect"] = structs.LIGHT_ELLIPSOID, (y / x, z / x)
+def _rendered_areas(rows: np.ndarray) -> np.ndarray:
+    radius, width, height = (rows[name].astype(np.float64) for name in ("radius", "width", "height"))
+    second, third = (radius[:, None] * rows["aspect"].astype(np.float64)).T
+    by_kind = {
+        structs.LIGHT_RECT: width * height,
+        structs.LIGHT_CYLINDER: ellipse_perimeter(radius, second) * height,
+        structs.LIGHT_DISK: math.pi * radius * second,
+    }
+    ellipsoids = ellipsoid_area(radius, second, third)
+    return np.select([rows["kind"] == kind for kind in by_kind], list(by_kind.values()), ellipsoids)
 
 
-def _rendered_area(row: np.ndarray) -> float:
-    kind, radius = int(row["kind"]), float(row["radius"])
-    second, third = radius * row["aspect"].astype(float)
-    if kind == structs.LIGHT_RECT:
-        return float(row["width"]) * float(row["height"])
-    if kind == structs.LIGHT_CYLINDER:
-        return ellipse_perimeter(radius, second) * float(row["height"])
-    return math.pi * radius * second if kind == structs.LIGHT_DISK else ellipsoid_area(radius, second, third)
+def _warn(paths: Sequence[Sdf.Path], are_placed: np.ndarray, have_size: np.ndarray, are_finite: np.ndarray) -> None:
+    """Say of the lights that should give light and do not why, each for its first reason."""
+    for index in np.flatnonzero(~(are_placed & have_size & are_finite)).tolist():
+        if not are_placed[index]:
+            errors.warn_once(f"{paths[index]}: the light's transform is NaN or scaled to zero; it is off. Correct it.")
+        elif not have_size[index]:
+            errors.warn_once(
+                f"{paths[index]}: the light has no size, so it gives no light. Author a size, or inputs:normalize = "
+                "true to keep its power at any size."
+            )
+        else:
+            errors.warn_once(
+                f"{paths[index]}: the light is too bright or too large for 32-bit numbers; it is off. Correct it."
+            )
 
 
-def _size(prim: Usd.Prim, name: str, default: float) -> float:
-    value = light_number(prim, name, default)
-    if value >= 0.0:
-        return value
-    errors.warn_once(f"{prim.GetPath()}: inputs:{name} = {value} is no size; 0 is used. Author a value > 0.")
-    return 0.0
-
-
-def _luminance(color: np.ndarray) -> np.ndarray:
-    # Not a product of matrices, whose rounding depends on how many colors there are.
-    red, green, blue = np.moveaxis(color, -1, 0)
-    return np.maximum(red * LUMINANCE[0] + green * LUMINANCE[1] + blue * LUMINANCE[2], 1e-12)
-
-
-def _read_shaping(prim: Usd.Prim, row: np.ndarray) -> None:
-    """Read cone and focus; unauthored inputs mean no shaping, whatever the schema's fallback angle."""
-    angle = light_number(prim, "shaping:cone:angle", 180.0)
-    row["shaping_cos"] = math.cos(math.radians(min(max(angle, 0.0), 180.0)))
-    row["shaping_softness"] = min(max(light_number(prim, "shaping:cone:softness", 0.0), 0.0), 1.0)
-    row["shaping_focus"] = max(light_number(prim, "shaping:focus", 0.0), 0.0)
-    tint = np.array(light_value(prim, "shaping:focusTint", (0.0, 0.0, 0.0)), float)
-    row["focus_tint"] = np.clip(np.nan_to_num(tint), 0.0, None)
-
-
-def _warn_of_shear(prim: Usd.Prim, local_to_world: np.ndarray, scale: np.ndarray) -> None:
-    rows = local_to_world[:3, :3] / scale[:, None]
-    if np.abs(rows @ rows.T - np.eye(3)).max() > UNIFORM_SCALE_TOLERANCE:
+def _warn_of_shear(
+    paths: Sequence[Sdf.Path], local_to_world: np.ndarray, scales: np.ndarray, are_placed: np.ndarray
+) -> None:
+    rows = local_to_world[are_placed, :3, :3] / scales[are_placed, :, None]
+    crossed = np.abs(rows @ rows.swapaxes(1, 2) - np.eye(3)).max((1, 2)) > UNIFORM_SCALE_TOLERANCE
+    for index in np.flatnonzero(are_placed)[crossed].tolist():
         errors.warn_once(
-            f"{prim.GetPath()}: the light is sheared; its axes are made perpendicular. Scale it along its own axes."
+            f"{paths[index]}: the light is sheared; its axes are made perpendicular. Scale it along its own axes."
         )
-
-
-def warn_of_ignored(prim: Usd.Prim) -> None:
-    """Warn of light filters, and of inputs that are connected to others, from which no value is read."""
-    connected = [
-        attribute.GetName()
-        for attribute in prim.GetAuthoredAttributes()
-        if attribute.HasAuthoredConnections() and attribute.GetName().startswith("inputs:")
-    ]
-    if connected:
-        errors.warn_once(
-            f"{prim.GetPath()}: connections of lights are not supported: of {', '.join(connected)} the light's own "
-            f"value is used. Author it there, and remove the connection."
-        )
-    filters = prim.GetRelationship("light:filters")
-    if filters and filters.HasAuthoredTargets():
-        errors.warn_once(f"{prim.GetPath()}: light:filters are not supported and are ignored. Remove them.")

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pxr import Usd, UsdLux
 
 from usdsdg import errors
-from usdsdg_render.lights.light_rows import warn_of_ignored
+from usdsdg_render.lights.light_inputs import warn_of_ignored
 from usdsdg_render.lights.light_values import emitted_color, light_value
 from usdsdg_render.materials.shading import Input, Material
 

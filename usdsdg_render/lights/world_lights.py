@@ -12,8 +12,9 @@ from usdsdg.errors import Unsupported
 from usdsdg.stage.colors import LUMINANCE
 from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.lights.domes import dome_frame
-from usdsdg_render.lights.light_rows import emission, light_axes, read_light
-from usdsdg_render.lights.light_values import light_number, light_value, temperature_color
+from usdsdg_render.lights.light_inputs import read_inputs
+from usdsdg_render.lights.light_rows import emission, light_areas, light_frames, read_light
+from usdsdg_render.lights.light_values import FIRST_INTENSITIES, light_number, light_value, temperature_color
 from usdsdg_render.scene.scene import LIGHT, Scene
 from usdsdg_render.usd.color_spaces import refuse_other_space
 from usdsdg_render.usd.prim_kinds import DOME_TYPES
@@ -21,7 +22,6 @@ from usdsdg_render.usd.prim_kinds import DOME_TYPES
 # Inputs that say how bright a light is, and of what color.
 EMISSION = ("intensity", "exposure", "color", "enableColorTemperature", "colorTemperature")
 _SCALE_TOLERANCE = 1e-6
-_FIRST_INTENSITY = {"DistantLight": 50000.0}
 
 
 @dataclass(frozen=True)
@@ -107,14 +107,16 @@ def _rows(
     if white is None:
         return None
     rows = np.full(count, white)
-    axes, scales = light_axes(matrices if differs else matrices[:1])
+    axes, scales, _ = light_frames(matrices if differs else matrices[:1])
     if differs:
         if (np.abs(scales - scales[:1]) > _SCALE_TOLERANCE * scales[:1]).any():
             raise Unsupported(f"{prim.GetPath()}: the scale of a light cannot differ between worlds")
         rows["x_axis"], rows["y_axis"], rows["z_axis"] = axes[:, 0], axes[:, 1], axes[:, 2]
         rows["position"] = matrices[:, 3, :3]
     colors = emitted_colors(prim, own, count)
-    rows["radiance"], rows["power"] = emission(prim, white, scales[0], colors, meters_per_unit)
+    inputs = read_inputs(prim)
+    areas, normalized = light_areas([inputs], scales[:1]), np.array([inputs.normalize])
+    rows["radiance"], rows["power"] = emission(rows, areas, normalized, colors, meters_per_unit)
     off = rows["radiance"].astype(np.float64) @ LUMINANCE <= 0.0
     rows["visible"][off], rows["power"][off] = 0, 0.0
     return rows
@@ -128,7 +130,7 @@ def emitted_colors(prim: Usd.Prim, own: dict[str, np.ndarray], count: int) -> np
             return own[name]
         return np.full(count, light_number(prim, name, default))
 
-    first = _FIRST_INTENSITY.get(str(prim.GetTypeName()), 1.0)
+    first = FIRST_INTENSITIES.get(str(prim.GetTypeName()), 1.0)
     white = (1.0, 1.0, 1.0)
     if "color" in own:
         refuse_other_space(prim.GetAttribute("inputs:color"))

@@ -303,7 +303,7 @@ def test_other_brightness_and_color_give_the_row_of_a_fresh_reading(kind, normal
     reader, rng = LightReader(), np.random.default_rng(0)
 
     def rows(reader):
-        return reader.read([prim], [np.array(local_to_world(prim))], 0.01, ()).table
+        return reader.read([prim], np.array(local_to_world(prim))[None], 0.01, ()).table
 
     edits = {
         "intensity": lambda: float(rng.choice([0.0, 3.0, 1e30, math.nan, 500.0])),
@@ -323,3 +323,30 @@ def test_other_brightness_and_color_give_the_row_of_a_fresh_reading(kind, normal
         assert found.tobytes() == rows(LightReader()).tobytes()
         lit += len(found)
     assert 10 < lit < 60
+
+
+@pytest.mark.filterwarnings("ignore::usdsdg.errors.UsdsdgWarning")
+def test_lights_that_are_read_together_move_alone_and_have_the_rows_of_a_fresh_reading():
+    """The row of a light depends neither on the lights beside it nor on where it stood before."""
+    stage, rng = Usd.Stage.CreateInMemory(), np.random.default_rng(1)
+    prims = [
+        stage.DefinePrim(f"/L{k}", f"{kind}Light")
+        for k, kind in enumerate(("Sphere", "Disk", "Rect", "Cylinder", "Distant") * 4)
+    ]
+    for prim in prims:
+        prim.GetAttribute("inputs:normalize").Set(bool(rng.integers(2)))
+        UsdGeom.Xformable(prim).AddTransformOp()
+    reader, lit = LightReader(), 0
+    for _ in range(20):
+        for prim in rng.choice(len(prims), 5):
+            scale = rng.choice([0.0, 0.5, 3.0], 3, p=[0.02, 0.49, 0.49])
+            turned = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+            matrix = np.eye(4)
+            matrix[:3, :3], matrix[3, :3] = scale[:, None] * turned, rng.uniform(-9, 9, 3)
+            prims[prim].GetAttribute("xformOp:transform").Set(Gf.Matrix4d(matrix.tolist()))
+        matrices = np.array([np.array(local_to_world(prim)) for prim in prims])
+        found = reader.read(prims, matrices, 0.01, ()).table
+        alone = [row for prim in prims if (row := row_of(prim, 0.01)) is not None]
+        assert found.tobytes() == b"".join(row.tobytes() for row in alone)
+        lit += len(found)
+    assert 200 < lit < 400  # some were off

@@ -75,7 +75,7 @@ def bounding_box_2d_loose_fast(frame: Frame, params: Params) -> Annotation:
     return _loose(frame, params, int)
 
 
-@define("bounding_box_3d", dtype=BOX_3D, info=NO_TABLES, **_NEEDS)
+@define("bounding_box_3d", dtype=BOX_3D, info=NO_TABLES, needs_poses=True, **_NEEDS)
 def bounding_box_3d(frame: Frame, params: Params) -> Annotation:
     """Boxes in each prim's own frame [stage units] with its local-to-world transform; only of prims in view.
 
@@ -85,13 +85,13 @@ def bounding_box_3d(frame: Frame, params: Params) -> Annotation:
     return _boxes_3d(frame, params, str, everywhere=False)
 
 
-@define("bounding_box_3d_fast", dtype=BOX_3D, info=NO_TABLES, **_NEEDS)
+@define("bounding_box_3d_fast", dtype=BOX_3D, info=NO_TABLES, needs_poses=True, **_NEEDS)
 def bounding_box_3d_fast(frame: Frame, params: Params) -> Annotation:
     """As bounding_box_3d; keys of idToLabels are integers."""
     return _boxes_3d(frame, params, int, everywhere=False)
 
 
-@define("bounding_box_3d_360", dtype=BOX_3D, info=NO_TABLES, **_NEEDS)
+@define("bounding_box_3d_360", dtype=BOX_3D, info=NO_TABLES, needs_poses=True, **_NEEDS)
 def bounding_box_3d_360(frame: Frame, params: Params) -> Annotation:
     """As bounding_box_3d, of all labeled prims on the stage; occlusionRatio is nan out of view."""
     return _boxes_3d(frame, params, str, everywhere=True)

@@ -17,8 +17,9 @@ Params = Mapping[str, Any]
 
 
 @define(
-    "object_coordinates", aovs=["instance", "local_position"], params={**LABEL_PARAMS, "colorize": False},
-    dtype=np.float32, info={"instanceIds": np.zeros(0, np.uint32), "primPaths": [], "boxes": np.zeros((0, 2, 3))},
+    "object_coordinates", aovs=["instance", "local_position"], needs_poses=True,
+    params={**LABEL_PARAMS, "colorize": False}, dtype=np.float32,
+    info={"instanceIds": np.zeros(0, np.uint32), "primPaths": [], "boxes": np.zeros((0, 2, 3))},
 )  # fmt: skip
 def object_coordinates(frame: Frame, params: Params) -> Annotation:
     """Position of each pixel's point in the box of its labeled prim, float32 (H, W, 4): x, y, z from 0 to 1, and 1.

@@ -39,7 +39,7 @@ OPENCV_ROTATION = (180.0, 0.0, 0.0)
 # The order of DOPE's cuboid: the far face (z max) from x max and y min around, then the near one.
 _CORNERS = ((1, 0, 1), (0, 0, 1), (0, 1, 1), (1, 1, 1), (1, 0, 0), (0, 0, 0), (0, 1, 0), (1, 1, 0))
 _CENTIMETERS = 100.0  # per unit of a stage in meters
-_NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_amodal_masks": True}
+_NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_amodal_masks": True, "needs_poses": True}
 
 
 @define(

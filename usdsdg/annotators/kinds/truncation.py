@@ -18,7 +18,12 @@ Params = Mapping[str, Any]
 BOX_2D_AMODAL = np.dtype([*BOX_2D.descr, ("truncationRatio", "<f4")])
 TRUNCATION = np.dtype([("instanceId", "<u4"), ("semanticId", "<u4"), ("truncationRatio", "<f4")])
 
-_NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "needs_amodal_masks": True, "params": LABEL_PARAMS}
+_NEEDS: Mapping[str, Any] = {
+    "aovs": ["instance"],
+    "needs_amodal_masks": True,
+    "needs_poses": True,
+    "params": LABEL_PARAMS,
+}
 # The corners of a box by the index of their coordinates.
 _CORNERS = np.array([[k >> 2 & 1, k >> 1 & 1, k & 1] for k in range(8)])
 
