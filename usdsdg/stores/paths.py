@@ -10,8 +10,8 @@ from usdsdg.operating_system import IS_WINDOWS
 _DRIVE = re.compile(r"[A-Za-z]:")
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 # (folder, parent of a file) -> device and inode of the parent when it was found to be below the folder: resolving the
-# symbolic links of a path takes longer than writing a small file.
-_inside: dict[tuple[Path, Path], tuple[int, int]] = {}
+# symbolic links of a path takes longer than writing a small file, and making a `Path` of it a quarter of that.
+_inside: dict[tuple[str, str], tuple[int, int]] = {}
 _MOST_INSIDE = 10_000  # entries of it
 
 
@@ -41,19 +41,25 @@ def path_below(folder: Path, path: str | os.PathLike) -> Path:
     Raises:
         OutputNotWritable: the path leaves the folder.
     """
+    return folder / name_below(str(folder), path)
+
+
+def name_below(folder: str, path: str | os.PathLike) -> str:
+    """Return `path_below` as it is relative to the folder, with slashes."""
     text = os.fspath(path)
     if os.path.isabs(text) and ".." not in Path(text).parts and Path(text).is_relative_to(folder):
         text = os.path.relpath(text, folder)
-    file = folder / checked_path(text, str(folder))
-    parent = _identity(file.parent)
-    if parent is None or _inside.get((folder, file.parent)) != parent:
-        _check_inside(folder, file.parent)
+    name = checked_path(text, folder)
+    place = os.path.dirname(os.path.join(folder, name))
+    parent = _identity(place)
+    if parent is None or _inside.get((folder, place)) != parent:
+        _check_inside(folder, place)
         if parent is not None and len(_inside) < _MOST_INSIDE:
-            _inside[folder, file.parent] = parent
-    return file
+            _inside[folder, place] = parent
+    return name
 
 
-def _identity(folder: Path) -> tuple[int, int] | None:
+def _identity(folder: str) -> tuple[int, int] | None:
     """Return device and inode of a folder, links followed; None if there is no folder, or no inode numbers."""
     try:
         found = os.stat(folder)
@@ -62,7 +68,7 @@ def _identity(folder: Path) -> tuple[int, int] | None:
     return (found.st_dev, found.st_ino) if found.st_ino else None
 
 
-def _check_inside(folder: Path, parent: Path) -> None:
+def _check_inside(folder: str, parent: str) -> None:
     real, root = os.path.realpath(parent), os.path.realpath(folder)
     if os.path.commonpath([real, root]) != root:
         raise OutputNotWritable(

@@ -23,7 +23,7 @@ _FOLDER_ATTEMPTS = 5
 _FEW = 8
 
 
-def write_whole(path: Path, data: bytes | Iterable[bytes | memoryview], *, durable: bool = False) -> None:
+def write_whole(path: Path | str, data: bytes | Iterable[bytes | memoryview], *, durable: bool = False) -> None:
     """Write a file, of bytes or of chunks, atomically: it appears with all its bytes or not at all.
 
     durable: also where the power fails right after the call.
@@ -50,34 +50,35 @@ def write_new(path: Path, data: bytes | Iterable[bytes | memoryview]) -> bool:
 
 
 @contextlib.contextmanager
-def _part_of(path: Path, data: bytes | Iterable[bytes | memoryview], durable: bool) -> Iterator[Path]:
+def _part_of(path: Path | str, data: bytes | Iterable[bytes | memoryview], durable: bool) -> Iterator[str]:
     """Write a file under a temporary name, which the body gives its own name."""
-    part = path.with_name(f".{path.name[:100]}.{_unique()}.part")
+    folder, name = os.path.split(path)
+    part = os.path.join(folder, f".{name[:100]}.{_unique()}.part")
     try:
         try:
             _write(part, [data] if isinstance(data, bytes) else data)
             if durable:
-                sync_file(part)
+                sync_file(Path(part))
             yield part
             if durable:
-                sync_file(path.parent)
+                sync_file(Path(path).parent)
         except BaseException:
             _remove(part)
             raise
     except OSError as error:
-        raise not_writable(path, error) from error
+        raise not_writable(Path(path), error) from error
 
 
 def _unique() -> str:
     return f"{process_name()}-{next(_part_numbers)}"
 
 
-def _remove(part: Path) -> None:
+def _remove(part: str) -> None:
     with contextlib.suppress(OSError):
-        part.unlink()
+        os.unlink(part)
 
 
-def write_whole_with_hash(path: Path, data: Iterable[bytes | memoryview]) -> tuple[int, str]:
+def write_whole_with_hash(path: Path | str, data: Iterable[bytes | memoryview]) -> tuple[int, str]:
     """As `write_whole`; return the file's size [bytes] and its SHA-256 as hexadecimal digits."""
     size, digest = 0, hashlib.sha256()
 
@@ -105,19 +106,19 @@ def facts_of(path: Path, size: int | None = None) -> tuple[int, str]:
         return file.tell(), digest.hexdigest()
 
 
-def _write(part: Path, chunks: Iterable[bytes | memoryview]) -> None:
+def _write(part: str, chunks: Iterable[bytes | memoryview]) -> None:
     with _opened(part) as file:
         for chunk in chunks:
             file.write(chunk)
 
 
-def _opened(part: Path) -> IO[bytes]:
+def _opened(part: str) -> IO[bytes]:
     """Open a new file; only where its folder is missing, make that first."""
     for _ in range(_FOLDER_ATTEMPTS):  # a process of another part may remove the folder while it is empty
         with contextlib.suppress(FileNotFoundError):
             return open(part, "wb")
         with contextlib.suppress(FileNotFoundError):
-            part.parent.mkdir(parents=True, exist_ok=True)
+            os.makedirs(os.path.dirname(part) or ".", exist_ok=True)
     return open(part, "wb")
 
 
@@ -147,21 +148,21 @@ def sync_all(paths: Iterable[Path]) -> None:
         raise not_writable(path, error) from error
 
 
-def _named_if_free(part: Path, path: Path) -> bool:
+def _named_if_free(part: str, path: Path) -> bool:
     """Give a part the name of a file unless that is taken; return whether it was free."""
     try:
-        return name_if_free(part, path)
+        return name_if_free(Path(part), path)
     except OSError as error:
         if error.errno not in (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK):
             raise
         return _copied_if_free(part, path)
 
 
-def _copied_if_free(part: Path, path: Path) -> bool:
+def _copied_if_free(part: str, path: Path) -> bool:
     """As `_named_if_free`, where the file system has no links: readers may see the file before its last byte."""
     try:
         with open(path, "xb") as file:
-            file.write(part.read_bytes())
+            file.write(Path(part).read_bytes())
             file.flush()
             os.fsync(file.fileno())
     except FileExistsError:

@@ -7,7 +7,7 @@ from pathlib import Path
 from usdsdg.errors import ALLOW_OUTSIDE, OutputNotWritable, StoreError, WriterError, warn_once
 from usdsdg.session.session import current
 from usdsdg.stores.addresses import address_of, is_url
-from usdsdg.stores.paths import path_below
+from usdsdg.stores.paths import name_below, path_below
 from usdsdg.stores.whole_file import check_writable, write_whole, write_whole_with_hash
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.journal.numbered import next_writers_folder
@@ -88,15 +88,16 @@ class DiskBackend(BaseBackend):
             self._write(path, chunks)
 
     def _write(self, path: str, chunks: Iterable[bytes | memoryview]) -> None:
-        file = path_below(Path(self.output_dir), path)
+        folder, session = self.output_dir, current()
+        name = name_below(folder, path)
+        file = os.path.join(folder, name)
         _warn_of_sharing(self)
-        current().written_folders.setdefault(self.output_dir)
-        if current().run.claim(self.output_dir) is None:
+        session.written_folders.setdefault(folder)
+        if session.run.claim(folder) is None:
             write_whole(file, chunks)
             return
         facts = write_whole_with_hash(file, chunks)
-        name = file.relative_to(self.output_dir).as_posix()
-        current().run.note(self.output_dir, name, facts, current().io_queue.files_in_hand())
+        session.run.note(folder, name, facts, session.io_queue.files_in_hand())
 
     def read_blob(self, path: str) -> bytes:
         """Return the bytes of the file `path` below the output folder; errors are those of `resolve_path`."""
