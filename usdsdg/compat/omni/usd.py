@@ -157,7 +157,7 @@ class UsdContext:
         return stage_events().stage
 
     def get_rendering_event_stream(self) -> IEventStream:
-        """Return the stream of rendering events (`carb.events`): a NEW_FRAME after each capture."""
+        """Return the stream of rendering events (`carb.events`): a NEW_FRAME after each update."""
         return stage_events().rendering
 
     async def next_stage_event_async(self) -> tuple[int, dict[str, Any]]:

@@ -252,3 +252,17 @@ def test_render_products_are_read_and_changed_by_path(stage):
         render_product.get_resolution("/Render/none")
     with pytest.raises(Unsupported, match=r"rep\.annotators\.get"):
         render_product.add_aov(path, "LdrColor")
+
+
+def test_an_older_script_uses_another_stage_for_a_while(stage):
+    """The id of a stage in memory tells whether it is the one of the application, as scripts for Isaac Lab ask."""
+    other = stage_utils.create_new_stage_in_memory()
+    mine = stage_utils.get_current_stage_id()
+    with stage_utils.use_stage(other):
+        prims.create_prim("/there", "Cube")
+        assert prims.is_prim_path_valid("/there")
+        assert stage_utils.get_current_stage_id() != mine
+        assert [str(each.GetPath()) for each in stage_utils.traverse_stage()] == ["/there"]
+    assert stage_utils.get_current_stage_id() == mine
+    assert other.GetPrimAtPath("/there").GetTypeName() == "Cube"
+    assert not prims.is_prim_path_valid("/there")
