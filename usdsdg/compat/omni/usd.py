@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from pxr import Gf, Usd, UsdGeom
@@ -102,6 +102,23 @@ class UsdContext:
 
     async def open_stage_async(self, url: str, *_: Any) -> tuple[bool, str]:
         self.open_stage(url)
+        await asyncio.sleep(0)
+        return True, ""
+
+    def attach_stage_with_callback(self, stage_id: int, on_finish_fn: Callable[[bool, str], Any] | None = None) -> bool:
+        """Make a stage of USD's stage cache the current one; `on_finish_fn(True, "")` follows.
+
+        Raises:
+            StageError: no open stage has this id.
+        """
+        stage_context.set_stage(stage_context.stage_by_id(stage_id))
+        if on_finish_fn is not None:
+            on_finish_fn(True, "")
+        return True
+
+    async def attach_stage_async(self, stage: Usd.Stage) -> tuple[bool, str]:
+        """Make a stage that a script has made the current one."""
+        stage_context.set_stage(stage)
         await asyncio.sleep(0)
         return True, ""
 

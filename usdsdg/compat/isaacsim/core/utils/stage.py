@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 from pxr import Usd, UsdGeom
 
 from usdsdg.app.app import get_app
 from usdsdg.compat import used_stage
 from usdsdg.compat.stage_events import stage_events
+from usdsdg.compat.usdrt import Usd as usdrt_Usd
 from usdsdg.compat.wrappers.prim_paths import existing_prim
 from usdsdg.errors import AssetError
 from usdsdg.session import stage_context
@@ -19,8 +21,10 @@ use_stage = used_stage.use_stage
 
 
 # --- stages ---
-def get_current_stage(fabric: bool = False) -> Usd.Stage:
-    return used_stage.current_stage()
+def get_current_stage(fabric: bool = False) -> Any:
+    """Return the stage, with `fabric` as `usdrt.Usd.Stage`."""
+    stage = used_stage.current_stage()
+    return usdrt_Usd.Stage(stage) if fabric else stage
 
 
 def get_current_stage_id() -> int:
