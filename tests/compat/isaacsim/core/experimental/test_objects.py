@@ -41,8 +41,24 @@ def test_colors_by_name_are_those_of_css_and_of_plots():
 
     np.testing.assert_allclose(rgb_rows(["g", "lime", "#ff8000"], 3), [(0, 0.5, 0), (0, 1, 0), (1, 128 / 255, 0)])
     np.testing.assert_allclose(rgb_rows("0.25", 2), [(0.25,) * 3] * 2)
-    with pytest.raises(ValueError, match="unknown color"):
-        rgb_rows("nocolor", 1)
+    np.testing.assert_allclose(
+        rgb_rows(["tab:Green", "C2", "C12", "#2ca02c"], 4), [(44 / 255, 160 / 255, 44 / 255)] * 4
+    )
+    np.testing.assert_allclose(rgb_rows("none", 1), [(0, 0, 0)])
+    for name in ("nocolor", "tab:nocolor", "C"):
+        with pytest.raises(ValueError, match="unknown color"):
+            rgb_rows(name, 1)
+
+
+def test_lights_take_colors_by_name_and_as_numbers(stage):
+    lights = objects.SphereLight(["/World/a", "/World/b"])
+    lights.set_colors(["red", "#0000ff"])
+    assert lights.get_colors().numpy().tolist() == [[1, 0, 0], [0, 0, 1]]
+    lights.set_colors("lime", indices=[1])
+    lights.set_colors([0.25, 0.5, 1.0], indices=0)
+    assert lights.get_colors().numpy().tolist() == [[0.25, 0.5, 1], [0, 1, 0]]
+    lights.set_colors([[0.5, 0.5, 0.5], [1, 1, 1]])
+    assert lights.get_colors().numpy().tolist() == [[0.5, 0.5, 0.5], [1, 1, 1]]
 
 
 def test_meshes_have_a_shape_or_none(stage):
