@@ -147,6 +147,24 @@ def test_every_captured_frame_dispatches_an_event(omni):
     held.reset()
 
 
+def test_every_update_shows_a_new_frame_in_the_viewport(omni):
+    """As Kit's does, also where nothing is captured; an update that captures shows one frame."""
+    name = omni.omni.usd.get_context().stage_rendering_event_name(omni.omni.usd.StageRenderingEventType.NEW_FRAME, True)
+    heard = []
+    held = omni.carb.eventdispatcher.get_eventdispatcher().observe_event(event_name=name, on_event=heard.append)
+    for _ in range(3):
+        omni.omni.kit.app.get_app().update()
+    numbers = [event["swh_frame_number"] for event in heard]
+    assert numbers == [numbers[0], numbers[0] + 1, numbers[0] + 2]
+    rep.annotators.get("rgb").attach(rep.create.render_product(rep.create.camera(), (16, 16)))
+    rep.orchestrator.set_capture_on_play(True)
+    omni.omni.timeline.get_timeline_interface().play()
+    for _ in range(2):
+        omni.omni.kit.app.get_app().update()
+    assert len(heard) == 5
+    held.reset()
+
+
 def test_physics_step_listeners_are_called_until_unsubscribed(omni):
     stage = stage_context.current_stage()
     UsdPhysics.Scene.Define(stage, "/PhysicsScene")

@@ -262,3 +262,22 @@ def test_commands_are_made_first_and_executed_later(stage):
 def test_an_unknown_command_is_named_with_those_that_are_like_it(stage):
     with pytest.raises(Unsupported, match=r"no command 'CreatePrimm'; did you mean .*CreatePrim"):
         execute("CreatePrimm", prim_type="Cube")
+
+
+def test_prims_without_a_pose_of_their_own_stay_where_their_file_has_them(stage, tmp_path):
+    """Isaac Sim takes None for the position and the rotation."""
+    source = Usd.Stage.CreateNew(str(tmp_path / "a.usda"))
+    source.SetDefaultPrim(UsdGeom.Xform.Define(source, "/a").GetPrim())
+    UsdGeom.XformCommonAPI(source.GetDefaultPrim()).SetTranslate((1, 2, 3))
+    source.Save()
+    execute(
+        "IsaacSimSpawnPrim", usd_path=str(tmp_path / "a.usda"), prim_path="/World/b", translation=None, rotation=None
+    )
+    prim = stage.GetPrimAtPath("/World/b")
+    assert world(prim).ExtractTranslation() == Gf.Vec3d(1, 2, 3)
+    execute("IsaacSimTeleportPrim", prim_path="/World/b", translation=None)
+    execute("IsaacSimScalePrim", prim_path="/World/b", scale=None)
+    assert world(prim) == Gf.Matrix4d().SetTranslate(Gf.Vec3d(1, 2, 3))
+    execute("IsaacSimTeleportPrim", prim_path="/World/b", translation=(4, 5, 6))
+    execute("IsaacSimScalePrim", prim_path="/World/b", scale=(2, 2, 2))
+    assert Gf.IsClose(world(prim), Gf.Matrix4d().SetScale(2.0).SetTranslateOnly(Gf.Vec3d(4, 5, 6)), 1e-9)

@@ -2,6 +2,8 @@
 
 import asyncio
 import importlib
+import os
+import tempfile
 
 import numpy as np
 import pytest
@@ -174,3 +176,36 @@ def test_vectors_of_carb_have_numbers_of_their_type(vector, number):
     assert vector((4, 5, 6)) == (4, 5, 6)
     with pytest.raises(TypeError, match="takes 3 numbers"):
         vector(1, 2)
+
+
+@pytest.mark.parametrize("vector", [carb.Uint2, carb.Uint3, carb.Uint4])
+def test_unsigned_vectors_of_carb_refuse_negative_numbers(vector):
+    numbers = list(range(vector.size))
+    assert vector(numbers) == tuple(numbers)
+    with pytest.raises(TypeError, match="not below 0"):
+        vector(*numbers[:-1], -1)
+
+
+# Tokens
+
+
+def test_tokens_stand_for_folders_and_for_what_a_script_sets(tmp_path, monkeypatch):
+    tokens = carb.tokens.get_tokens_interface()
+    assert tokens.resolve("${temp}/pictures") == f"{tempfile.gettempdir()}/pictures"
+    assert os.path.isdir(tokens.resolve("${kit}"))
+    tokens.set_value("mine", "a")
+    tokens.set_initial_value("mine", "b")
+    assert tokens.resolve("x/${mine}/${mine}$y") == "x/a/a$y"
+    assert tokens.remove_token("mine")
+    assert not tokens.exists("mine")
+    (tmp_path / "omni/mine").mkdir(parents=True)
+    (tmp_path / "omni/mine/__init__.py").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    assert tokens.resolve("${omni.mine}/data") == f"{tmp_path}/data"  # a script's own extension
+
+
+def test_tokens_that_there_are_none_of_are_named():
+    tokens = carb.tokens.get_tokens_interface()
+    assert tokens.resolve("${none}/a", carb.tokens.RESOLVE_FLAG_LEAVE_TOKEN_IF_NOT_FOUND) == "${none}/a"
+    with pytest.warns(UserWarning, match=r"no token \$\{none\}"):
+        assert tokens.resolve("${none}/a") == "/a"

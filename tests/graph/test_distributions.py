@@ -245,8 +245,53 @@ def test_inputs_can_be_set_with_or_without_their_prefix():
     assert drawn.get_inputs() == {"lower": 10, "upper": 20}
     with pytest.raises(GraphError, match=r"OgnSampleUniform .* has no input 'uper'; did you mean 'upper'\?"):
         drawn.set_input("uper", 3)
-    with pytest.raises(GraphError, match="lower=30 is above upper=20"):
-        drawn.set_input("lower", 30)
+    with pytest.raises(GraphError, match="expected a number"):
+        drawn.set_input("lower", "low")
+
+
+@pytest.mark.parametrize("kind", [distribution.uniform, distribution.log_uniform])
+def test_bounds_are_set_one_after_the_other_in_either_order(kind):
+    """Only draws need both: a range that moves up past its end has its lower bound above the upper one for a while."""
+    drawn = kind(1, 2)
+    drawn.set_input("lower", 30)
+    with pytest.raises(GraphError, match="lower=30 is above upper=2"):
+        drawn.sample("n", 0, PRIMS)
+    drawn.set_input("upper", 40)
+    values = drawn.sample("n", 0, PRIMS)
+    assert ((values >= 30) & (values < 40)).all()
+    drawn.set_input("lower", (1, 2))
+    drawn.set_input("upper", (1, 2))
+    drawn.set_input("lower", (1, 1, 1))
+    with pytest.raises(GraphError, match="differ in length"):
+        drawn.sample("n", 0, PRIMS)
+    drawn.set_input("upper", (2, 2, 2))
+    assert drawn.sample("n", 0, PRIMS[:2]).shape == (2, 3)
+    assert drawn.get_inputs() == {"lower": (1, 1, 1), "upper": (2, 2, 2)}
+
+
+def test_choices_and_their_weights_are_set_one_after_the_other():
+    drawn = distribution.choice(["a", "b"], weights=[1, 1])
+    drawn.set_input("choices", ["c", "d", "e"])
+    with pytest.raises(GraphError, match="must be 3 numbers"):
+        drawn.sample("n", 0, PRIMS)
+    drawn.set_input("weights", [0, 0, 1])
+    assert drawn.sample("n", 0, PRIMS[:2]) == ["e", "e"]
+    with pytest.raises(GraphError, match="must be 3 numbers"):
+        drawn.set_input("weights", [0, 0, -1])
+    assert drawn.sample("n", 0, PRIMS[:2]) == ["e", "e"]
+
+
+def test_a_range_that_moves_up_is_drawn_from_in_the_next_frame(stage):
+    cube = rep.create.cube()
+    with rep.trigger.on_frame(), cube:
+        drawn = rep.distribution.uniform((0, 0, 0), (1, 1, 1))
+        rep.modify.pose(position=drawn)
+    prim = cube.get_output_prims()["prims"][0]
+    for low in (0, 10, 20, 5):
+        drawn.set_input("lower", (low,) * 3)
+        drawn.set_input("upper", (low + 1,) * 3)
+        rep.orchestrator.preview()
+        assert all(low <= each <= low + 1 for each in prim.GetAttribute("xformOp:translate").Get())
 
 
 @pytest.mark.parametrize(

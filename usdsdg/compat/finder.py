@@ -318,6 +318,8 @@ def install() -> None:
     stage_context.show_viewport()
     if is_installed():
         return
+    # In a process that a script has started, `children.sitecustomize` would answer for Omniverse.
+    sys.meta_path[:] = [each for each in sys.meta_path if not getattr(each, "installs_foreign_names", False)]
     for root in ("omni.replicator", "carb"):
         try:
             found = importlib.util.find_spec(root)

@@ -150,7 +150,7 @@ OUT_OF_SCOPE = (
         "omni.usdaudio omni.activity omni.hydra omni.rtx omni.gpu_foundation omni.gpu_foundation_factory omni.mdl "
         "omni.iray omni.warp omni.volume omni.pip omni.inspect omni.isaac.core_archive omni.isaac.ml_archive "
         "omni.isaac.throttling omni.isaac.window omni.isaac.tests isaacsim.core.throttling isaacsim.core.includes "
-        "isaacsim.pip isaacsim.test.collection isaacsim.test.docstring carb.profiler carb.tokens "
+        "isaacsim.pip isaacsim.test.collection isaacsim.test.docstring carb.profiler "
         "carb.filesystem carb.launcher omni.fabric omni.physxfabric omni.convexdecomposition "
         "isaacsim.core.nodes omni.isaac.core_nodes",
     ),

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from usdsdg.app.app import get_app
-from usdsdg.app.frame_loop import get_orchestrator
 from usdsdg.compat.carb.events import IEvent, IEventStream, ISubscription
+from usdsdg.compat.new_frames import NewFrames
 from usdsdg.errors import warn_once
 from usdsdg.session import stage_context
 from usdsdg.session.session import current
@@ -113,7 +113,7 @@ class StageEvents:
         stage_context.on_new_stage(lambda _stage: self._on_new_stage())
         get_app().subscribe_update(lambda _dt: self._on_update())
         get_timeline().subscribe(self._on_timeline)
-        get_orchestrator().on_captured(self._on_new_frame)
+        NewFrames(self._on_new_frame)
 
     def send(self, kind: StageEventType, payload: Mapping[str, Any] | None = None) -> None:
         """Deliver one stage event."""
@@ -161,8 +161,7 @@ class StageEvents:
             self.send(StageEventType.SIMULATION_STOP_PLAY)
             self.send(StageEventType.ANIMATION_STOP_PLAY)
 
-    def _on_new_frame(self) -> None:
-        number = get_orchestrator().captures
+    def _on_new_frame(self, number: int) -> None:
         self.rendering.push(StageRenderingEventType.NEW_FRAME, payload={"swh_frame_number": number})
 
 

@@ -18,8 +18,14 @@ from usdsdg.graph.sampling import get_global_seed, own_seed
 OF_RANDOMIZER = "seedOfRandomizer"
 
 
+class InputsDiffer(GraphError):
+    """Inputs of a distribution do not fit each other; another `set_input` may change that."""
+
+
 class Distribution(ReplicatorItem, abc.ABC):
     """The item of a distribution; `sample` returns one row per prim."""
+
+    _misfit: InputsDiffer | None = None  # what draws raise until inputs that were set fit each other
 
     def __init__(self, kind: str, seed: int | None, name: str | None, **inputs: Any) -> None:
         given = {role: plain(value) for role, value in {**inputs, "seed": seed}.items() if value is not None}
@@ -61,18 +67,31 @@ class Distribution(ReplicatorItem, abc.ABC):
     def set_input(self, name: str, value: Any) -> None:
         """Set a bound, choice or seed from the next execution on.
 
+        Inputs are set one after the other: where they do not fit each other, the next draw raises the GraphError.
+
         Raises:
             UnknownInput: (a GraphError) there is no such input; the message names a near miss.
-            GraphError: the value does not fit the other inputs.
+            GraphError: the value is not possible.
         """
         name = name.removeprefix("inputs:")
         if name not in (known := _KINDS[self.node.kind].inputs):
             near = near_misses(name, known)
             hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known)}"
             raise UnknownInput(f"{self.node.describe()} has no input {name!r}; {hint}")
-        changed = from_inputs(self.node.kind, {**self.node.inputs, name: value}, self.node.name)
+        try:
+            changed = from_inputs(self.node.kind, {**self.node.inputs, name: value}, self.node.name)
+        except InputsDiffer as error:
+            super().set_input(name, value)
+            self._misfit = error
+            return
         super().set_input(name, value)
+        self._misfit = None
         self.__dict__.update({key: own for key, own in changed.__dict__.items() if key != "node"})
+
+    def _check_fit(self) -> None:
+        """Raise what keeps the inputs that were set last from being drawn from."""
+        if self._misfit is not None:
+            raise self._misfit
 
     def _known_inputs(self) -> list[str]:
         return list(_KINDS[self.node.kind].inputs)

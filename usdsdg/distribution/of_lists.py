@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from usdsdg.arguments.values import shown
-from usdsdg.distribution.base import Distribution, add_kind, all_seeded, as_columns
+from usdsdg.distribution.base import Distribution, InputsDiffer, add_kind, all_seeded, as_columns
 from usdsdg.errors import GraphError, counted, let_pass
 from usdsdg.graph.node import plain
 from usdsdg.graph.sampling import generator, uniforms
@@ -47,8 +47,9 @@ class Choice(_Listed):
         except (TypeError, ValueError):
             p = np.zeros(0)
         if p.shape != (len(items),) or not np.isfinite(p).all() or np.any(p < 0) or p.sum() <= 0:
+            kind = GraphError if p.shape == (len(items),) else InputsDiffer
             let_pass(
-                GraphError(
+                kind(
                     f"{self.node.describe()}: weights={weights!r} must be {counted(len(items), 'number')} >= 0, not "
                     "all 0"
                 )
@@ -82,6 +83,7 @@ class Choice(_Listed):
 
     def _picked(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
         """Return the choice of each prim."""
+        self._check_fit()
         if self._with_replacements:
             picks = self._picks(self._uniforms(consumer, execution, prims))
         else:
@@ -94,6 +96,7 @@ class Choice(_Listed):
     def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:
         if not self._with_replacements or any(isinstance(item, Distribution) for item in self._items):
             return super().sample_worlds(consumer, executions, prims)
+        self._check_fit()
         return as_columns([self._items])[0][self._picks(self._uniforms(consumer, executions, prims))]
 
     def _uniforms(self, consumer: str, execution: int | np.ndarray, prims: Sequence[str]) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from usdsdg.arguments.values import shown
-from usdsdg.distribution.base import Distribution, add_kind
+from usdsdg.distribution.base import Distribution, InputsDiffer, add_kind
 from usdsdg.errors import GraphError, let_pass
 from usdsdg.graph.sampling import uniforms
 
@@ -21,7 +21,9 @@ class _Numeric(Distribution):
     def _shape(self, first: Any, second: Any, names: tuple[str, str]) -> tuple[np.ndarray, np.ndarray, bool]:
         a, b = self._numbers(names[0], first), self._numbers(names[1], second)
         if a.ndim > 1 or b.ndim > 1 or (a.ndim and b.ndim and a.shape != b.shape):
-            raise GraphError(f"{self.node.describe()}: {names[0]}={first!r} and {names[1]}={second!r} differ in length")
+            raise InputsDiffer(
+                f"{self.node.describe()}: {names[0]}={first!r} and {names[1]}={second!r} differ in length"
+            )
         scalar = a.ndim == 0 and b.ndim == 0
         a, b = np.broadcast_arrays(np.atleast_1d(a), np.atleast_1d(b))
         return a, b, scalar
@@ -53,9 +55,10 @@ class Uniform(_Numeric):
         super().__init__("OgnSampleUniform", seed, name, lower=lower, upper=upper)
         self._lower, self._upper, self._scalar = self._shape(lower, upper, ("lower", "upper"))
         if np.any(self._lower > self._upper):
-            let_pass(GraphError(f"{self.node.describe()}: lower={lower!r} is above upper={upper!r}"))
+            let_pass(InputsDiffer(f"{self.node.describe()}: lower={lower!r} is above upper={upper!r}"))
 
     def sample(self, consumer: str, execution: int | np.ndarray, prims: Sequence[str]) -> np.ndarray:
+        self._check_fit()
         u = self._uniforms(consumer, execution, prims, len(self._lower))
         values = self._lower + u * (self._upper - self._lower)
         return values[..., 0] if self._scalar else values
@@ -69,6 +72,7 @@ class Normal(_Numeric):
             raise GraphError(f"{self.node.describe()}: std={std!r} is negative")
 
     def sample(self, consumer: str, execution: int | np.ndarray, prims: Sequence[str]) -> np.ndarray:
+        self._check_fit()
         u = self._uniforms(consumer, execution, prims, len(self._mean))
         gauss = np.vectorize(_GAUSS.inv_cdf, otypes=[np.float64])(np.maximum(u, 2.0**-54))
         values = self._mean + self._std * gauss

@@ -40,11 +40,12 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
     """
     from usdsdg import compat
     from usdsdg.app.app import get_app
-    from usdsdg.compat import kit_arguments
+    from usdsdg.compat import children, kit_arguments
     from usdsdg.session.session import current
     from usdsdg.session.stage_context import current_stage
 
     compat.install()
+    children.reach()
     sys.argv = [str(script), *arguments]
     kit_arguments.apply(arguments)
     if frames is not None:

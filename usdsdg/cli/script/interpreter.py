@@ -1,5 +1,6 @@
-"""What a script sees as its own of the interpreter: `__main__`, sys.argv and sys.path."""
+"""What a script sees as its own of the interpreter: `__main__`, sys.argv, sys.path and PYTHONPATH."""
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +14,12 @@ def interpreter_restored() -> Iterator[None]:
     modules beside it.
     """
     main, arguments, path = sys.modules["__main__"], sys.argv, list(sys.path)
+    for_children = os.environ.get("PYTHONPATH")
     try:
         yield
     finally:
         sys.modules["__main__"], sys.argv, sys.path[:] = main, arguments, path
+        if for_children is None:
+            os.environ.pop("PYTHONPATH", None)
+        else:
+            os.environ["PYTHONPATH"] = for_children

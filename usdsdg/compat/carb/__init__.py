@@ -3,11 +3,12 @@
 import logging
 from collections.abc import Sequence
 
-from usdsdg.compat.carb import dictionary, settings
+from usdsdg.compat.carb import dictionary, settings, tokens
 
 __all__ = [
     "ColorRgb", "ColorRgba", "Double2", "Double3", "Double4", "Float2", "Float3", "Float4", "Int2", "Int3", "Int4",
     "Uint2", "Uint3", "Uint4", "dictionary", "log_error", "log_info", "log_verbose", "log_warn", "settings",
+    "tokens",
 ]  # fmt: skip
 
 _log = logging.getLogger("usdsdg.script")
@@ -80,16 +81,28 @@ class Int4(_Vector):
     size, number = 4, int
 
 
-class Uint2(_Vector):
-    size, number = 2, int
+class _Unsigned(_Vector):
+    """A vector of whole numbers that are not below 0."""
+
+    number = int
+
+    def __new__(cls, *values: float | Sequence[float]):
+        made = super().__new__(cls, *values)
+        if min(made, default=0) < 0:
+            raise TypeError(f"{cls.__name__} takes numbers that are not below 0, got {tuple(made)}")
+        return made
 
 
-class Uint3(_Vector):
-    size, number = 3, int
+class Uint2(_Unsigned):
+    size = 2
 
 
-class Uint4(_Vector):
-    size, number = 4, int
+class Uint3(_Unsigned):
+    size = 3
+
+
+class Uint4(_Unsigned):
+    size = 4
 
 
 class _Color(_Vector):

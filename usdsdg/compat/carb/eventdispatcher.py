@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any
 
 from usdsdg.app.app import get_app
-from usdsdg.app.frame_loop import get_orchestrator
+from usdsdg.compat.new_frames import NewFrames
 from usdsdg.errors import called_for_script
 from usdsdg.graph import evaluate
 from usdsdg.session.session import current
@@ -75,7 +75,7 @@ class EventDispatcher:
         self._keys = itertools.count()
         get_app().subscribe_update(self._notify_update)
         get_timeline().subscribe(self._notify_timeline)
-        get_orchestrator().on_captured(self._notify_new_frame)
+        NewFrames(self._notify_new_frame)
         _ = current().stage_events  # which dispatches here from now on
 
     def observe_event(
@@ -120,8 +120,8 @@ class EventDispatcher:
     def _notify_update(self, dt: float) -> None:
         self._notify(APP_UPDATE, {"dt": dt})
 
-    def _notify_new_frame(self) -> None:
-        self._notify(NEW_FRAME, {})
+    def _notify_new_frame(self, number: int) -> None:
+        self._notify(NEW_FRAME, {"swh_frame_number": number})
 
     def _notify_timeline(self, change: str) -> None:
         if change in TIMELINE_EVENTS:

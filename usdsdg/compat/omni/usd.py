@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from pxr import Gf, Usd, UsdGeom
@@ -105,6 +105,23 @@ class UsdContext:
         await asyncio.sleep(0)
         return True, ""
 
+    def attach_stage_with_callback(self, stage_id: int, on_finish_fn: Callable[[bool, str], Any] | None = None) -> bool:
+        """Make a stage of USD's stage cache the current one; `on_finish_fn(True, "")` follows.
+
+        Raises:
+            StageError: no open stage has this id.
+        """
+        stage_context.set_stage(stage_context.stage_by_id(stage_id))
+        if on_finish_fn is not None:
+            on_finish_fn(True, "")
+        return True
+
+    async def attach_stage_async(self, stage: Usd.Stage) -> tuple[bool, str]:
+        """Make a stage that a script has made the current one."""
+        stage_context.set_stage(stage)
+        await asyncio.sleep(0)
+        return True, ""
+
     def save_as_stage(self, url: str, *_: Any) -> bool:
         """Write the stage to a file, which is that of the stage from then on: `save_stage` writes it again."""
         with stage_events().saving(str(url)):
@@ -157,7 +174,7 @@ class UsdContext:
         return stage_events().stage
 
     def get_rendering_event_stream(self) -> IEventStream:
-        """Return the stream of rendering events (`carb.events`): a NEW_FRAME after each capture."""
+        """Return the stream of rendering events (`carb.events`): a NEW_FRAME after each update."""
         return stage_events().rendering
 
     async def next_stage_event_async(self) -> tuple[int, dict[str, Any]]:

@@ -12,9 +12,9 @@ from pxr import UsdPhysics
 
 from usdsdg.articulations.articulation import read_drive
 from usdsdg.articulations.joint_tree import drive_of
+from usdsdg.compat.used_stage import current_stage
 from usdsdg.compat.wrappers.joints import JointRows
 from usdsdg.errors import warn_once
-from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.physics.joints import Joint
 
 _MODES = ("position", "velocity", "effort")

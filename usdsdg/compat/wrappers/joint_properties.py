@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Sdf, Usd
 
+from usdsdg.compat.used_stage import current_stage
 from usdsdg.compat.wrappers.joints import JointRows
-from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.physics.joints import Joint
 from usdsdg.stage.schemas import physx
 

@@ -102,14 +102,17 @@ def world_scales(prims: Sequence[Usd.Prim]) -> np.ndarray:
     return decompose(_to_world(prims)).scale.astype(np.float32)
 
 
-def set_local_scales(prims: Sequence[Usd.Prim], scales: np.ndarray) -> None:
-    """Author scales (N, 3).
+def set_local_scales(prims: Sequence[Usd.Prim], scales: np.ndarray, *, strict: bool = True) -> None:
+    """Author scales (N, 3); missing ops are added unless `strict`.
 
     Raises:
-        AssertionError: a prim has no scale op.
+        AssertionError: `strict`, and a prim has no scale op.
     """
     for prim, scale in zip(prims, scales, strict=True):
-        _set(prim, SCALE, Gf.Vec3d(*scale.tolist()))
+        if strict:
+            _set(prim, SCALE, Gf.Vec3d(*scale.tolist()))
+        else:
+            author_pose(prim, scale=scale.tolist())
 
 
 def reset_ops(prims: Sequence[Usd.Prim]) -> None:

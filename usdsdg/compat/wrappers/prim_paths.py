@@ -7,15 +7,15 @@ from collections.abc import Sequence
 
 from pxr import Sdf, Usd
 
+from usdsdg.compat import used_stage
 from usdsdg.errors import BadPrim
-from usdsdg.session import stage_context
 
 
 def prim_of(prim: str | Sdf.Path | Usd.Prim | Usd.SchemaBase) -> Usd.Prim:
     """Return the prim that is given or that has this path; an invalid one if there is none."""
     if isinstance(prim, Usd.SchemaBase):
         return prim.GetPrim()
-    return prim if isinstance(prim, Usd.Prim) else stage_context.current_stage().GetPrimAtPath(prim)
+    return prim if isinstance(prim, Usd.Prim) else used_stage.current_stage().GetPrimAtPath(prim)
 
 
 def existing_prim(prim: str | Sdf.Path | Usd.Prim | Usd.SchemaBase) -> Usd.Prim:
@@ -32,7 +32,7 @@ def existing_prim(prim: str | Sdf.Path | Usd.Prim | Usd.SchemaBase) -> Usd.Prim:
 
 def matching_paths(pattern: str) -> list[str]:
     """Return the paths of the prims that a path or pattern names, level by level in the order of the stage."""
-    stage = stage_context.current_stage()
+    stage = used_stage.current_stage()
     if Sdf.Path.IsValidPathString(pattern) and stage.GetPrimAtPath(pattern):
         return [pattern]
     found = [stage.GetPseudoRoot()]

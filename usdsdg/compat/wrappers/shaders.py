@@ -6,7 +6,7 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdShade
 
-from usdsdg.session import stage_context
+from usdsdg.compat import used_stage
 from usdsdg.stage import materials
 from usdsdg.stage.attributes import asset_path, set_value
 
@@ -45,12 +45,12 @@ PREVIEW_INPUTS = {
 
 def define_mdl(path: str, mdl: str) -> UsdShade.Material:
     """Define a material of an MDL file, such as "OmniPBR.mdl"."""
-    return materials.define_mdl(stage_context.current_stage(), path, mdl)
+    return materials.define_mdl(used_stage.current_stage(), path, mdl)
 
 
 def define_preview(path: str) -> UsdShade.Material:
     """Define a UsdPreviewSurface."""
-    stage = stage_context.current_stage()
+    stage = used_stage.current_stage()
     material = UsdShade.Material.Define(stage, path)
     shader = UsdShade.Shader.Define(stage, material.GetPath().AppendChild("Shader"))
     shader.CreateIdAttr("UsdPreviewSurface")

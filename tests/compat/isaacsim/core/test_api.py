@@ -269,14 +269,41 @@ def test_a_camera_view_keeps_its_center_of_interest(stage):
     assert Gf.IsClose(looks_at(), Gf.Vec3d(0, 1, 0), 1e-6)
     from pxr import Sdf
 
-    camera.CreateAttribute("omni:kit:centerOfInterest", Sdf.ValueTypeNames.Vector3d).Set((0, 0, -5))
+    interest = camera.CreateAttribute("omni:kit:centerOfInterest", Sdf.ValueTypeNames.Vector3d)
+    interest.Set((0, 5, 5))  # in the world, as Isaac Sim has it here
     ViewportManager.set_camera_view(camera, target=(1, 5, 5), relative_tracking=True)
+    assert interest.Get() == (1, 5, 5)
     position = UsdGeom.XformCache().GetLocalToWorldTransform(camera).ExtractTranslation()
     np.testing.assert_allclose(position, (1, 0, 5), atol=1e-6)
     ViewportManager.set_camera("/World/camera")
     assert ViewportManager.get_camera().GetPath() == "/World/camera"
     ViewportManager.set_resolution((640, 480))
     assert ViewportManager.get_resolution() == (640, 480)
+
+
+def test_the_viewport_and_its_render_product_have_one_camera_and_resolution(stage):
+    viewport = get_active_viewport()
+    path = viewport.render_product_path
+    stage.DefinePrim("/World/camera", "Camera")
+    for number, target in enumerate((path, None, stage.GetPrimAtPath(path), "Viewport", viewport)):
+        ViewportManager.set_resolution((64, 32 + number), render_product_or_viewport=target)
+        assert viewport.resolution == ViewportManager.get_resolution() == (64, 32 + number)
+        assert ViewportManager.get_resolution(path) == (64, 32 + number)
+        assert ViewportManager.get_render_product(target).GetPath() == path
+    assert ViewportManager.get_viewport_api(path) is None
+    ViewportManager.set_camera("/World/camera", render_product_or_viewport=path)
+    assert viewport.camera_path == "/World/camera"
+
+
+def test_a_misspelled_render_product_is_not_the_viewport(stage):
+    for wrong in ("/Render/nothing", "Viewport 2", stage.GetPrimAtPath("/World")):
+        with pytest.raises(BadPrim, match="no render product"):
+            ViewportManager.set_resolution((64, 32), render_product_or_viewport=wrong)
+        with pytest.raises(BadPrim, match="no render product"):
+            ViewportManager.get_resolution(wrong)
+        assert ViewportManager.get_render_product(wrong) is None
+        assert ViewportManager.get_viewport_api(wrong) is None
+    assert ViewportManager.get_resolution() == (1280, 720)
 
 
 def test_the_viewports_camera_moves_although_it_is_in_the_session_layer(stage):

@@ -7,6 +7,7 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 import usdsdg as rep
+from usdsdg.app.app import get_app
 from usdsdg.compat.isaacsim.core.prims import XFormPrim
 from usdsdg.compat.isaacsim.core.utils import (
     bounds,
@@ -21,6 +22,7 @@ from usdsdg.compat.isaacsim.core.utils import (
     xforms,
 )
 from usdsdg.compat.isaacsim.core.utils import stage as stage_utils
+from usdsdg.compat.omni.usd import get_context
 from usdsdg.errors import BadPrim, BadValue, Unsupported
 
 
@@ -252,3 +254,35 @@ def test_render_products_are_read_and_changed_by_path(stage):
         render_product.get_resolution("/Render/none")
     with pytest.raises(Unsupported, match=r"rep\.annotators\.get"):
         render_product.add_aov(path, "LdrColor")
+
+
+def test_an_older_script_uses_another_stage_for_a_while(stage):
+    """The id of a stage in memory tells whether it is the one of the application, as scripts for Isaac Lab ask."""
+    other = stage_utils.create_new_stage_in_memory()
+    mine = stage_utils.get_current_stage_id()
+    with stage_utils.use_stage(other):
+        prims.create_prim("/there", "Cube")
+        assert prims.is_prim_path_valid("/there")
+        assert stage_utils.get_current_stage_id() != mine
+        assert [str(each.GetPath()) for each in stage_utils.traverse_stage()] == ["/there"]
+    assert stage_utils.get_current_stage_id() == mine
+    assert other.GetPrimAtPath("/there").GetTypeName() == "Cube"
+    assert not prims.is_prim_path_valid("/there")
+
+
+def test_a_stage_that_a_script_has_filled_in_memory_becomes_the_current_one(stage):
+    """As scripts for Isaac Lab do: by its id, after it was used."""
+    other, told = stage_utils.create_new_stage_in_memory(), []
+    with stage_utils.use_stage(other):
+        prims.create_prim("/there", "Cube")
+        assert stage_utils.get_current_stage(fabric=True).HasPrimAtPath("/there")
+        get_context().attach_stage_with_callback(
+            stage_utils.get_current_stage_id(), lambda done, error: told.append((done, error))
+        )
+    assert told == [(True, "")]
+    assert get_context().get_stage() == other
+    assert stage_utils.get_current_stage() == other
+    assert prims.is_prim_path_valid("/there")
+    third = Usd.Stage.CreateInMemory()
+    assert get_app().run_until_complete(get_context().attach_stage_async(third)) == (True, "")
+    assert get_context().get_stage() == third

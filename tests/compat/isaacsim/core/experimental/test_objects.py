@@ -41,8 +41,24 @@ def test_colors_by_name_are_those_of_css_and_of_plots():
 
     np.testing.assert_allclose(rgb_rows(["g", "lime", "#ff8000"], 3), [(0, 0.5, 0), (0, 1, 0), (1, 128 / 255, 0)])
     np.testing.assert_allclose(rgb_rows("0.25", 2), [(0.25,) * 3] * 2)
-    with pytest.raises(ValueError, match="unknown color"):
-        rgb_rows("nocolor", 1)
+    np.testing.assert_allclose(
+        rgb_rows(["tab:Green", "C2", "C12", "#2ca02c"], 4), [(44 / 255, 160 / 255, 44 / 255)] * 4
+    )
+    np.testing.assert_allclose(rgb_rows("none", 1), [(0, 0, 0)])
+    for name in ("nocolor", "tab:nocolor", "C"):
+        with pytest.raises(ValueError, match="unknown color"):
+            rgb_rows(name, 1)
+
+
+def test_lights_take_colors_by_name_and_as_numbers(stage):
+    lights = objects.SphereLight(["/World/a", "/World/b"])
+    lights.set_colors(["red", "#0000ff"])
+    assert lights.get_colors().numpy().tolist() == [[1, 0, 0], [0, 0, 1]]
+    lights.set_colors("lime", indices=[1])
+    lights.set_colors([0.25, 0.5, 1.0], indices=0)
+    assert lights.get_colors().numpy().tolist() == [[0.25, 0.5, 1], [0, 1, 0]]
+    lights.set_colors([[0.5, 0.5, 0.5], [1, 1, 1]])
+    assert lights.get_colors().numpy().tolist() == [[0.5, 0.5, 0.5], [1, 1, 1]]
 
 
 def test_meshes_have_a_shape_or_none(stage):
@@ -142,3 +158,45 @@ def test_physics_materials_are_bound_for_physics(stage):
     np.testing.assert_allclose(np.hstack([static.numpy(), dynamic.numpy()]), [(0.9, 0.8), (0.9, 0.7)], atol=1e-6)
     ground.apply_physics_materials(rubber)
     assert ground.get_applied_physics_materials()[0].paths == ["/World/r_0"]
+
+
+def test_cameras_have_lenses_in_stage_units_of_which_usd_has_tenths(stage):
+    cameras = objects.Camera(["/World/a", "/World/b"], positions=[[0, 0, 1], [0, 0, 2]])
+    first, second = (UsdGeom.Camera(prim) for prim in cameras.prims)
+    cameras.set_focal_lengths([[2.4], [5.0]])
+    cameras.set_apertures(horizontal_apertures=3.6, indices=[1])
+    assert second.GetFocalLengthAttr().Get() == pytest.approx(50.0)
+    assert second.GetHorizontalApertureAttr().Get() == pytest.approx(36.0)
+    assert first.GetHorizontalApertureAttr().Get() == pytest.approx(20.955)
+    assert cameras.get_focal_lengths().numpy() == pytest.approx(np.array([[2.4], [5.0]]))
+    assert cameras.get_apertures(indices=1)[0].numpy() == pytest.approx(np.array([[3.6]]))
+    cameras.set_aperture_offsets(vertical_offsets=[0.1, 0.2])
+    assert second.GetVerticalApertureOffsetAttr().Get() == pytest.approx(2.0)
+    cameras.enforce_square_pixels([240, 320], modes=["horizontal", "vertical"])
+    for camera in (first, second):
+        width, height = (camera.GetHorizontalApertureAttr().Get(), camera.GetVerticalApertureAttr().Get())
+        assert width / height == pytest.approx(320 / 240)
+    assert first.GetHorizontalApertureAttr().Get() == pytest.approx(20.955)
+    assert second.GetVerticalApertureAttr().Get() == pytest.approx(15.2908)
+    with pytest.raises(AssertionError, match="at least one"):
+        cameras.set_apertures()
+    with pytest.raises(ValueError, match="no mode"):
+        cameras.enforce_square_pixels([1, 1], modes="both")
+
+
+def test_cameras_have_ranges_focus_and_shutter_in_the_units_of_usd(stage):
+    cameras = objects.Camera(["/World/a", "/World/b"])
+    cameras.set_clipping_ranges(far_distances=[[10.0], [20.0]])
+    cameras.set_clipping_ranges(0.5, indices=[0])
+    assert UsdGeom.Camera(cameras.prims[0]).GetClippingRangeAttr().Get() == (0.5, 10.0)
+    assert [each.numpy().tolist() for each in cameras.get_clipping_ranges()] == [[[0.5], [1.0]], [[10.0], [20.0]]]
+    cameras.set_focus_distances(3.0)
+    cameras.set_fstops([0.0, 2.8])
+    assert cameras.get_focus_distances().numpy().tolist() == [[3.0], [3.0]]
+    assert cameras.get_fstops().numpy() == pytest.approx(np.array([[0.0], [2.8]]))
+    cameras.set_shutter_times(close_times=0.25)
+    assert [each.numpy().tolist() for each in cameras.get_shutter_times(indices=0)] == [[[0.0]], [[0.25]]]
+    cameras.set_projections(["perspective", "orthographic"])
+    cameras.set_stereo_roles("left")
+    assert cameras.get_projections() == ["perspective", "orthographic"]
+    assert cameras.get_stereo_roles(indices=[1]) == ["left"]

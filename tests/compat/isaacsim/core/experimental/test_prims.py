@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Gf, UsdGeom, UsdPhysics
+from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.compat.isaacsim.core.experimental.objects import Cube
 from usdsdg.compat.isaacsim.core.experimental.prims import Articulation, GeomPrim, Prim, RigidPrim, XformPrim
+from usdsdg.compat.isaacsim.core.experimental.utils.backend import use_backend
 from usdsdg.compat.isaacsim.core.simulation_manager import SimulationManager
 from usdsdg.stage.physics.ground_plane import add_ground_plane
 
@@ -179,3 +180,23 @@ def test_an_articulation_names_its_links_and_joints(stage):
     robot = Articulation("/World/robot")
     assert (robot.joint_names, robot.link_names, robot.num_links) == (["elbow"], ["base", "arm"], 2)
     assert not hasattr(robot, "unknown")
+
+
+def test_fabric_places_prims_that_lack_the_ops_of_usd(stage):
+    """It has matrices: scripts that write poses to it for speed do not prepare the ops."""
+    stage.DefinePrim("/World/a", "Xform")
+    stage.DefinePrim("/World/b", "Cube")
+    prims = XformPrim(["/World/a", "/World/b"])
+    with pytest.raises(AssertionError, match="no xformOp:translate"):
+        prims.set_world_poses([1.0, 2.0, 3.0])
+    for backend in ("fabric", "usdrt"):
+        with use_backend(backend):
+            prims.set_world_poses([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], [0.0, 0.0, 0.0, 1.0])
+            prims.set_local_scales([2.0, 2.0, 2.0])
+            np.testing.assert_allclose(prims.get_local_scales().numpy(), [(2, 2, 2)] * 2)
+    for prim, position in zip(prims.prims, ((1, 2, 3), (4, 5, 6)), strict=True):
+        expected = Gf.Matrix4d().SetScale(2.0) * Gf.Matrix4d().SetRotate(Gf.Quatd(0, 0, 0, 1))
+        expected.SetTranslateOnly(Gf.Vec3d(*position))
+        assert Gf.IsClose(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.Default()), expected, 1e-6)
+    with pytest.raises(AssertionError, match="no xformOp:scale"):
+        XformPrim(str(stage.DefinePrim("/World/c", "Xform").GetPath())).set_local_scales([1.0, 1.0, 1.0])

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+import threading
 
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
+import usdsdg as rep
+from usdsdg.compat.isaacsim.core.experimental.prims import XformPrim
 from usdsdg.compat.isaacsim.core.experimental.utils import app as app_utils
 from usdsdg.compat.isaacsim.core.experimental.utils import backend, bounds, ops, prim, semantics, transform, xform
 from usdsdg.compat.isaacsim.core.experimental.utils import stage as stage_utils
+from usdsdg.compat.omni.usd import get_context
 from usdsdg.errors import AssetNotFound, BadPrim, Unsupported
 from usdsdg.session import stage_context
 
@@ -187,8 +191,42 @@ def test_another_stage_is_used_inside_a_block(stage):
     other = Usd.Stage.CreateInMemory()
     with stage_utils.use_stage(other):
         stage_utils.define_prim("/there")
+        other.DefinePrim("/mine", "Xform")
+        XformPrim("/mine", positions=[1.0, 2.0, 3.0], reset_xform_op_properties=True)
+        assert stage_utils.is_stage_set()
+        assert stage_utils.get_current_stage() == other
+        with stage_utils.use_stage(stage):
+            assert not stage_utils.get_current_stage().GetPrimAtPath("/there")
+        assert stage_utils.get_current_stage() == other
+    assert not stage_utils.is_stage_set()
     assert other.GetPrimAtPath("/there")
+    assert Gf.Vec3d(1, 2, 3) == UsdGeom.Xformable(other.GetPrimAtPath("/mine")).GetLocalTransformation()[3][:3]
     assert not stage.GetPrimAtPath("/there")
+    assert not stage.GetPrimAtPath("/mine")
+
+
+def test_only_isaac_sims_wrappers_and_only_those_of_the_thread_use_another_stage(stage):
+    """`omni.usd` and Replicator stay with the stage of the application."""
+    other, seen = Usd.Stage.CreateInMemory(), []
+    with stage_utils.use_stage(other):
+        thread = threading.Thread(target=lambda: seen.append(stage_utils.get_current_stage()))
+        thread.start()
+        thread.join()
+        assert get_context().get_stage() == stage
+        cube = rep.create.cube()
+    assert seen == [stage]
+    assert cube.get_output_prims()["prims"][0].GetStage() == stage
+    with pytest.raises(AssertionError, match="not str"), stage_utils.use_stage("/World"):
+        pass
+
+
+def test_another_stage_is_saved(stage, tmp_path):
+    other = Usd.Stage.CreateInMemory()
+    with stage_utils.use_stage(other):
+        stage_utils.define_prim("/there")
+        stage_utils.save_stage(str(tmp_path / "other.usda"))
+    saved = Usd.Stage.Open(str(tmp_path / "other.usda"))
+    assert [str(each.GetPath()) for each in saved.Traverse()] == ["/there"]
 
 
 def test_prims_are_found_by_predicate_and_path(stage):

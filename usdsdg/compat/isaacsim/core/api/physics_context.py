@@ -7,11 +7,11 @@ from typing import Any
 
 from pxr import Gf, Usd, UsdPhysics, UsdShade
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.isaacsim.core.simulation_manager import SimulationManager
 from usdsdg.compat.isaacsim.core.simulation_manager.physics_scene import PhysicsScene
 from usdsdg.compat.isaacsim.core.simulation_manager.simulation import simulation
 from usdsdg.errors import warn_once
-from usdsdg.session import stage_context
 from usdsdg.stage.physics.scenes import EARTH_GRAVITY, physics_scene
 from usdsdg.stage.poses.transforms import meters_per_unit, up_axis
 
@@ -46,7 +46,7 @@ class PhysicsContext:
             sim_params: "dt", "gravity" (3,), "solver_type", "default_physics_material", and PhysX's settings.
             set_defaults: Without `sim_params`, set gravity to 9.81 m/s² along -Z and the step to 1/60 s.
         """
-        existing = physics_scene(stage_context.current_stage())
+        existing = physics_scene(used_stage.current_stage())
         self._scene = PhysicsScene(existing or prim_path)
         simulation().scene_path = self._scene.path
         if sim_params is None and set_defaults:
@@ -79,7 +79,7 @@ class PhysicsContext:
 
     def get_current_physics_scene_prim(self) -> Usd.Prim | None:
         """Return the PhysicsScene that is simulated; None if there is none."""
-        return physics_scene(stage_context.current_stage())
+        return physics_scene(used_stage.current_stage())
 
     def warm_start(self) -> None:
         """Do nothing, as in Isaac Sim: `SimulationManager.initialize_physics` begins to simulate."""

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.wrappers import poses
 from usdsdg.compat.wrappers.arrays import as_numpy
 from usdsdg.compat.wrappers.prim_paths import existing_prim
 from usdsdg.errors import BadPrim, counted
-from usdsdg.session import stage_context
 
 if TYPE_CHECKING:
     from usdsdg.compat.wrappers.arrays import Values
@@ -23,7 +23,7 @@ class Cloner:
 
     def __init__(self, stage: Usd.Stage | None = None) -> None:
         """Work on a stage, by default the current one."""
-        self._stage = stage or stage_context.current_stage()
+        self._stage = stage or used_stage.current_stage()
 
     def define_base_env(self, base_env_path: str) -> None:
         """Define a Scope for the copies."""

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pxr import Usd
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.isaacsim.core.prims.xform_prim import XFormPrim
 from usdsdg.compat.isaacsim.core.utils.types import XFormPrimState
-from usdsdg.session import stage_context
 
 if TYPE_CHECKING:
     from usdsdg.compat.isaacsim.core.api.materials.visual_material import VisualMaterial
@@ -31,7 +31,7 @@ class SingleXFormPrim:
         reset_xform_properties: bool = True,
     ) -> None:
         """Wrap or define the prim, and place it; `position` is in the world, `translation` relative to the parent."""
-        stage = stage_context.current_stage()
+        stage = used_stage.current_stage()
         if not stage.GetPrimAtPath(prim_path):
             stage.DefinePrim(prim_path, "Xform")
         self._view: XFormPrim = self._make_view(

@@ -67,7 +67,7 @@ class RenderingManager:
 
     @classmethod
     def register_callback(cls, event: RenderingEvent, *, callback: Callable[[Any], Any], order: int = 0) -> int:
-        """Call `callback(event)` after each captured frame; return its number."""
+        """Call `callback(event)` after each frame; return its number."""
         number = next(cls._numbers)
         cls._observers[number] = get_eventdispatcher().observe_event(
             order=order, event_name=event.value, on_event=callback

@@ -11,10 +11,11 @@ from usdsdg.compat.omni.kit.viewport.utility import Viewport, get_active_viewpor
 from usdsdg.compat.wrappers.cameras import aim, camera_at
 from usdsdg.compat.wrappers.prim_paths import prim_of
 from usdsdg.compat.wrappers.unsupported import refused_function
-from usdsdg.errors import warn_once
+from usdsdg.errors import BadPrim, warn_once
 
 Target = str | Sdf.Path | Usd.Prim | UsdRender.Product | Viewport | None
 _INTEREST = "omni:kit:centerOfInterest"
+_VIEWPORT = "Viewport"
 _NO_WINDOW = "there are no viewport windows; make a render product with rep.create.render_product"
 
 
@@ -51,7 +52,7 @@ class ViewportManager:
         else:
             aim(prim, eye, interest if target is None else target)
         if target is not None and interest is not None:
-            _set_interest(prim, np.asarray(target, float))
+            prim.GetAttribute(_INTEREST).Set(Gf.Vec3d(*np.asarray(target, float).tolist()))
 
     # --- cameras and resolutions ---
     @classmethod
@@ -62,11 +63,12 @@ class ViewportManager:
             BadPrim: there is no such camera or render product.
         """
         path = str(camera_at(camera).GetPath())
-        product = cls.get_render_product(render_product_or_viewport)
+        product = _product("set the camera", render_product_or_viewport)
         if product is None:
             get_active_viewport().set_active_camera(path)
         else:
-            product.GetCameraRel().SetTargets([path])
+            with _session_layer(product):
+                product.CreateCameraRel().SetTargets([path])
 
     @classmethod
     def get_camera(cls, render_product_or_viewport: Target = None) -> UsdGeom.Camera:
@@ -75,37 +77,45 @@ class ViewportManager:
         Raises:
             BadPrim: there is no such camera or render product.
         """
-        product = cls.get_render_product(render_product_or_viewport)
+        product = _product("get the camera", render_product_or_viewport)
         targets = [get_active_viewport().camera_path] if product is None else product.GetCameraRel().GetTargets()
         return UsdGeom.Camera(camera_at(str(targets[0]) if targets else ""))
 
     @classmethod
     def set_resolution(cls, resolution: tuple[int, int], *, render_product_or_viewport: Target = None) -> None:
-        """Set (width, height) [pixels] of a render product or of the viewport."""
-        product = cls.get_render_product(render_product_or_viewport)
+        """Set (width, height) [pixels] of a render product or of the viewport.
+
+        Raises:
+            BadPrim: there is no such render product.
+        """
+        product = _product("set the resolution", render_product_or_viewport)
         if product is None:
             get_active_viewport().resolution = (int(resolution[0]), int(resolution[1]))
         else:
-            product.CreateResolutionAttr().Set(Gf.Vec2i(*(int(each) for each in resolution)))
+            with _session_layer(product):
+                product.CreateResolutionAttr().Set(Gf.Vec2i(*(int(each) for each in resolution)))
 
     @classmethod
     def get_resolution(cls, render_product_or_viewport: Target = None) -> tuple[int, int]:
-        """Return (width, height) [pixels] of a render product or of the viewport."""
-        product = cls.get_render_product(render_product_or_viewport)
+        """Return (width, height) [pixels] of a render product or of the viewport.
+
+        Raises:
+            BadPrim: there is no such render product.
+        """
+        product = _product("get the resolution", render_product_or_viewport)
         return get_active_viewport().resolution if product is None else tuple(product.GetResolutionAttr().Get())
 
     @classmethod
     def get_render_product(cls, render_product_or_viewport: Target = None) -> UsdRender.Product | None:
-        """Return the render product of a path or prim; None for the viewport."""
-        if render_product_or_viewport is None or isinstance(render_product_or_viewport, Viewport):
-            return None
-        prim = prim_of(render_product_or_viewport)
-        return UsdRender.Product(prim) if prim and prim.IsA(UsdRender.Product) else None
+        """Return the render product of a path or prim, or of the viewport; None where there is none."""
+        if _is_viewport(render_product_or_viewport):
+            return UsdRender.Product(prim_of(get_active_viewport().render_product_path))
+        return _found_product(render_product_or_viewport)
 
     @classmethod
     def get_viewport_api(cls, render_product_or_viewport: Target = None) -> Viewport | None:
-        """Return the viewport; None for a render product."""
-        return get_active_viewport() if cls.get_render_product(render_product_or_viewport) is None else None
+        """Return the viewport; None for anything else."""
+        return get_active_viewport() if _is_viewport(render_product_or_viewport) else None
 
     # --- windows ---
     @classmethod
@@ -135,14 +145,37 @@ class ViewportManager:
     create_viewport_window = staticmethod(refused_function("ViewportManager.create_viewport_window", _NO_WINDOW))
 
 
+def _is_viewport(target: Target) -> bool:
+    return target is None or isinstance(target, Viewport) or target == _VIEWPORT
+
+
+def _found_product(target: Target) -> UsdRender.Product | None:
+    prim = prim_of(target) if Sdf.Path.IsValidPathString(str(target)) or not isinstance(target, str) else None
+    return UsdRender.Product(prim) if prim and prim.IsA(UsdRender.Product) else None
+
+
+def _product(wanted: str, target: Target) -> UsdRender.Product | None:
+    """Return the render product; None for the viewport."""
+    if _is_viewport(target):
+        return None
+    found = _found_product(target)
+    if found is None:
+        raise BadPrim(
+            f"ViewportManager cannot {wanted}: {target} is no render product; give the path of one, or "
+            f"{_VIEWPORT!r} or None for the viewport"
+        )
+    return found
+
+
+def _session_layer(product: UsdRender.Product) -> Usd.EditContext:
+    """Let edits inside the block count, wherever the product was made: those of Replicator are in the session layer."""
+    stage = product.GetPrim().GetStage()
+    return Usd.EditContext(stage, stage.GetSessionLayer())
+
+
 def _interest(camera: Usd.Prim) -> np.ndarray | None:
-    """Return the center of interest (3,) of a camera in the world; None if it has none."""
+    """Return the center of interest (3,) of a camera, which Isaac Sim has in the world; None if it has none."""
     value = camera.GetAttribute(_INTEREST).Get() if camera.HasAttribute(_INTEREST) else None
     if value is None:
         return None
-    return np.array(UsdGeom.XformCache().GetLocalToWorldTransform(camera).Transform(Gf.Vec3d(value)))
-
-
-def _set_interest(camera: Usd.Prim, point: np.ndarray) -> None:
-    to_camera = UsdGeom.XformCache().GetLocalToWorldTransform(camera).GetInverse()
-    camera.GetAttribute(_INTEREST).Set(to_camera.Transform(Gf.Vec3d(*point.tolist())))
+    return np.array(value)

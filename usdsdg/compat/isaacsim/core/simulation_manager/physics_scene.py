@@ -7,8 +7,8 @@ from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdPhysics
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.wrappers import prim_paths
-from usdsdg.session import stage_context
 from usdsdg.stage.physics.scenes import EARTH_GRAVITY, step_rate_attribute, steps_per_second
 from usdsdg.stage.poses.transforms import meters_per_unit, up_vector
 from usdsdg.stage.schemas import physx
@@ -25,7 +25,7 @@ class PhysicsScene:
         """
         found = prim_paths.prim_of(prim)
         if not found:
-            found = UsdPhysics.Scene.Define(stage_context.current_stage(), Sdf.Path(str(prim))).GetPrim()
+            found = UsdPhysics.Scene.Define(used_stage.current_stage(), Sdf.Path(str(prim))).GetPrim()
         if not found.IsA(UsdPhysics.Scene):
             raise ValueError(
                 f"{found.GetPath()} is no PhysicsScene but a {found.GetTypeName() or 'prim without a type'}"
@@ -48,7 +48,7 @@ class PhysicsScene:
     @staticmethod
     def get_physics_scene_paths(stage: Usd.Stage | None = None) -> list[str]:
         """Return the paths of all PhysicsScene prims."""
-        prims = (stage or stage_context.current_stage()).Traverse()
+        prims = (stage or used_stage.current_stage()).Traverse()
         return [str(prim.GetPath()) for prim in prims if prim.IsA(UsdPhysics.Scene)]
 
     # --- steps ---

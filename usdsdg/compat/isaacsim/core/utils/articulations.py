@@ -7,8 +7,8 @@ from functools import reduce
 from pxr import Sdf, Usd, UsdPhysics
 
 from usdsdg.articulations.joint_tree import JointTree
+from usdsdg.compat.used_stage import current_stage
 from usdsdg.errors import BadPrim
-from usdsdg.session.stage_context import current_stage
 from usdsdg.stage.schemas import physx
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.isaacsim.core.experimental.utils import prim as newer
 from usdsdg.compat.isaacsim.core.experimental.utils.stage import move_prim as move_prim_to
 from usdsdg.compat.isaacsim.core.utils.semantics import add_labels
@@ -15,7 +16,6 @@ from usdsdg.compat.wrappers import poses
 from usdsdg.compat.wrappers.arrays import pose_rows, rows
 from usdsdg.compat.wrappers.prim_paths import existing_prim, from_wildcards
 from usdsdg.errors import warn_once
-from usdsdg.session import stage_context
 from usdsdg.stage.attributes import attribute_of, set_value
 
 PathPredicate = Callable[[str], bool]
@@ -23,7 +23,7 @@ PathPredicate = Callable[[str], bool]
 
 # --- one prim ---
 def get_prim_at_path(prim_path: str, fabric: bool = False) -> Usd.Prim:
-    return stage_context.current_stage().GetPrimAtPath(prim_path)
+    return used_stage.current_stage().GetPrimAtPath(prim_path)
 
 
 def is_prim_path_valid(prim_path: str, fabric: bool = False) -> bool:
@@ -39,7 +39,7 @@ def define_prim(prim_path: str, prim_type: str = "Xform", fabric: bool = False) 
     """
     if is_prim_path_valid(prim_path):
         raise ValueError(f"there is a prim at {prim_path} already")
-    return stage_context.current_stage().DefinePrim(prim_path, prim_type)
+    return used_stage.current_stage().DefinePrim(prim_path, prim_type)
 
 
 def create_prim(

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from pxr import Usd, UsdGeom
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.wrappers import labels as upgrades
 from usdsdg.compat.wrappers.prim_paths import existing_prim
-from usdsdg.session import stage_context
 from usdsdg.stage.semantics import labels as semantics
 from usdsdg.stage.semantics.labels import add_update_semantics
 
@@ -105,7 +105,7 @@ def count_semantics_in_scene(prim_path: str | None = None) -> dict[str, int]:
 
 
 def _meshes(prim_path: str | None) -> list[Usd.Prim]:
-    root = existing_prim(prim_path) if prim_path else stage_context.current_stage().GetPseudoRoot()
+    root = existing_prim(prim_path) if prim_path else used_stage.current_stage().GetPseudoRoot()
     return [prim for prim in Usd.PrimRange(root) if prim.IsA(UsdGeom.Mesh)]
 
 

@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 from pxr import Usd, UsdGeom
 
 from usdsdg.app.app import get_app
+from usdsdg.compat import used_stage
 from usdsdg.compat.stage_events import stage_events
+from usdsdg.compat.usdrt import Usd as usdrt_Usd
 from usdsdg.compat.wrappers.prim_paths import existing_prim
 from usdsdg.errors import AssetError
 from usdsdg.session import stage_context
 from usdsdg.stage import assets
 from usdsdg.stage.paths import next_free_path
 
+use_stage = used_stage.use_stage
+
 
 # --- stages ---
-def get_current_stage(fabric: bool = False) -> Usd.Stage:
-    return stage_context.current_stage()
+def get_current_stage(fabric: bool = False) -> Any:
+    """Return the stage, with `fabric` as `usdrt.Usd.Stage`."""
+    stage = used_stage.current_stage()
+    return usdrt_Usd.Stage(stage) if fabric else stage
 
 
 def get_current_stage_id() -> int:
-    return stage_context.stage_id()
+    return used_stage.stage_id(used_stage.current_stage())
 
 
 def create_new_stage() -> bool:
@@ -55,7 +62,7 @@ async def open_stage_async(usd_path: str) -> tuple[bool, str]:
 
 def save_stage(usd_path: str, save_and_reload_in_place: bool = True) -> bool:
     with stage_events().saving(usd_path):
-        stage_context.save_stage(usd_path)
+        used_stage.save(usd_path)
     return True
 
 
@@ -89,7 +96,7 @@ def add_reference_to_stage(usd_path: str, prim_path: str, prim_type: str = "Xfor
     Raises:
         AssetError: the file is missing or cannot be referenced.
     """
-    stage = stage_context.current_stage()
+    stage = used_stage.current_stage()
     file = assets.resolve_reference(usd_path, prim_path) if usd_path else None
     prim = stage.GetPrimAtPath(prim_path) or stage.DefinePrim(prim_path, prim_type)
     if file is None:
@@ -101,7 +108,7 @@ def add_reference_to_stage(usd_path: str, prim_path: str, prim_type: str = "Xfor
 
 def traverse_stage(fabric: bool = False) -> Iterator[Usd.Prim]:
     """Return the prims of the stage, in its order."""
-    return iter(stage_context.current_stage().Traverse())
+    return iter(used_stage.current_stage().Traverse())
 
 
 def print_stage_prim_paths(fabric: bool = False) -> None:
@@ -111,7 +118,7 @@ def print_stage_prim_paths(fabric: bool = False) -> None:
 
 def clear_stage(predicate: Callable[[str], bool] | None = None) -> None:
     """Remove the prims for whose path `predicate` holds; without one all but those of the renderer."""
-    stage = stage_context.current_stage()
+    stage = used_stage.current_stage()
     keep = ("/Render", "/OmniverseKit", "/Replicator")
     paths = [str(prim.GetPath()) for prim in Usd.PrimRange.AllPrims(stage.GetPseudoRoot()) if not prim.IsPseudoRoot()]
     for path in paths:
@@ -134,22 +141,22 @@ def get_next_free_path(path: str, parent: str | None = None) -> str:
     """Return the path, below `parent` or the default prim, with a number if there is a prim already."""
     if parent is not None:
         path = f"{existing_prim(parent).GetPath()}/{path.lstrip('/')}".replace("//", "/")
-    return next_free_path(stage_context.current_stage(), path, parent is None)
+    return next_free_path(used_stage.current_stage(), path, parent is None)
 
 
 # --- units ---
 def get_stage_up_axis() -> str:
-    return str(UsdGeom.GetStageUpAxis(stage_context.current_stage()))
+    return str(UsdGeom.GetStageUpAxis(used_stage.current_stage()))
 
 
 def set_stage_up_axis(axis: str = "z") -> None:
-    UsdGeom.SetStageUpAxis(stage_context.current_stage(), axis.upper())
+    UsdGeom.SetStageUpAxis(used_stage.current_stage(), axis.upper())
 
 
 def get_stage_units() -> float:
     """Return meters per stage unit."""
-    return UsdGeom.GetStageMetersPerUnit(stage_context.current_stage())
+    return UsdGeom.GetStageMetersPerUnit(used_stage.current_stage())
 
 
 def set_stage_units(stage_units_in_meters: float) -> None:
-    UsdGeom.SetStageMetersPerUnit(stage_context.current_stage(), float(stage_units_in_meters))
+    UsdGeom.SetStageMetersPerUnit(used_stage.current_stage(), float(stage_units_in_meters))

@@ -151,10 +151,13 @@ def _compose(
 def spawn_prim(
     usd_path: str,
     prim_path: AnyPath,
-    translation: Sequence[float] = (0.0, 0.0, 0.0),
-    rotation: Sequence[float] = (0.0, 0.0, 0.0, 1.0),
+    translation: Sequence[float] | None = (0.0, 0.0, 0.0),
+    rotation: Sequence[float] | None = (0.0, 0.0, 0.0, 1.0),
 ) -> None:
-    """Reference a file on a new prim and place it; the rotation is a quaternion (x, y, z, w)."""
+    """Reference a file on a new prim and place it; the rotation is a quaternion (x, y, z, w).
+
+    Where one of both is None, the prim stays where the file has it.
+    """
     create_reference(prim_path, usd_path, select_prim=False)
     teleport_prim(prim_path, translation, rotation)
 

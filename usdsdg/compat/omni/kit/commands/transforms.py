@@ -73,19 +73,22 @@ def transform_prims_srt(
 @command("IsaacSimTeleportPrim")
 def teleport_prim(
     prim_path: AnyPath,
-    translation: Sequence[float] = (0.0, 0.0, 0.0),
-    rotation: Sequence[float] = (0.0, 0.0, 0.0, 1.0),
+    translation: Sequence[float] | None = (0.0, 0.0, 0.0),
+    rotation: Sequence[float] | None = (0.0, 0.0, 0.0, 1.0),
 ) -> None:
-    """Set the local position and rotation, a quaternion (x, y, z, w), of a prim."""
+    """Set the local position and rotation, a quaternion (x, y, z, w), of a prim; where one is None, neither is set."""
+    if translation is None or rotation is None:
+        return
     x, y, z, w = (float(each) for each in rotation)
     orient = Gf.Quatd(w, Gf.Vec3d(x, y, z))
     author_pose(_prim("IsaacSimTeleportPrim", prim_path), translate=translation, orient=orient)
 
 
 @command("IsaacSimScalePrim")
-def scale_prim(prim_path: AnyPath, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> None:
-    """Set the scale of a prim."""
-    author_pose(_prim("IsaacSimScalePrim", prim_path), scale=scale)
+def scale_prim(prim_path: AnyPath, scale: Sequence[float] | None = (1.0, 1.0, 1.0)) -> None:
+    """Set the scale of a prim, unless it is None."""
+    if scale is not None:
+        author_pose(_prim("IsaacSimScalePrim", prim_path), scale=scale)
 
 
 def set_world_matrix(prim: Usd.Prim, matrix: Gf.Matrix4d) -> None:

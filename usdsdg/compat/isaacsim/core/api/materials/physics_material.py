@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pxr import Usd, UsdPhysics, UsdShade
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.wrappers.prim_paths import prim_of
-from usdsdg.session import stage_context
 from usdsdg.stage.schemas import physx
 
 
@@ -21,7 +21,7 @@ class PhysicsMaterial:
         restitution: float | None = None,
     ) -> None:
         """Wrap the material at a path, or define it."""
-        prim = prim_of(prim_path) or UsdShade.Material.Define(stage_context.current_stage(), prim_path).GetPrim()
+        prim = prim_of(prim_path) or UsdShade.Material.Define(used_stage.current_stage(), prim_path).GetPrim()
         self._name, self._prim = name, prim
         self._api = UsdPhysics.MaterialAPI.Apply(prim)
         physx.PhysxMaterialAPI.Apply(prim)

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Usd, UsdGeom, UsdPhysics
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.isaacsim.core.api.materials import PhysicsMaterial, PreviewSurface, VisualMaterial
 from usdsdg.compat.isaacsim.core.api.objects.shape import GRAY, LOOKS, PHYSICS_MATERIALS, free_path
 from usdsdg.compat.isaacsim.core.prims import SingleGeometryPrim, SingleXFormPrim
 from usdsdg.compat.isaacsim.core.utils.types import XFormPrimState
 from usdsdg.compat.wrappers.prim_paths import prim_of
 from usdsdg.errors import BadPrim
-from usdsdg.session import stage_context
 from usdsdg.stage.physics.ground_plane import add_ground_plane
 from usdsdg.stage.poses.transforms import meters_per_unit
 
@@ -41,7 +41,7 @@ class GroundPlane:
         Raises:
             BadPrim: the prim has neither a plane nor a mesh below it.
         """
-        stage = stage_context.current_stage()
+        stage = used_stage.current_stage()
         if not prim_of(prim_path):
             half = 50.0 / meters_per_unit(stage) if size is None else float(size)
             add_ground_plane(stage, prim_path, half_size=half, color=(0.0, 0.0, 0.0))

@@ -8,12 +8,12 @@ from typing import Any, ClassVar
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.isaacsim.core.api.materials import PhysicsMaterial, PreviewSurface, VisualMaterial
 from usdsdg.compat.isaacsim.core.prims import SingleGeometryPrim, SingleRigidPrim
 from usdsdg.compat.isaacsim.core.utils.string import find_unique_string_name
 from usdsdg.compat.wrappers.prim_paths import prim_of
 from usdsdg.errors import BadPrim
-from usdsdg.session import stage_context
 
 LOOKS, PHYSICS_MATERIALS = "/World/Looks/visual_material", "/World/Physics_Materials/physics_material"
 GRAY = (0.5, 0.5, 0.5)
@@ -62,7 +62,7 @@ class VisualShape(SingleGeometryPrim):
             )
         prim, is_new = prim_of(prim_path), not prim_of(prim_path)
         if is_new:
-            self._schema.Define(stage_context.current_stage(), prim_path)
+            self._schema.Define(used_stage.current_stage(), prim_path)
             usual: dict[str, float | None] = {argument: value for argument, (_, value) in self._sizes.items()}
             sizes = usual | {argument: value for argument, value in sizes.items() if value is not None}
             visual_material = visual_material or PreviewSurface(

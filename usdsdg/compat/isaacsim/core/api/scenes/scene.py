@@ -9,6 +9,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg import demo
+from usdsdg.compat import used_stage
 from usdsdg.compat.isaacsim.core.api.materials import PhysicsMaterial
 from usdsdg.compat.isaacsim.core.api.objects import GroundPlane
 from usdsdg.compat.isaacsim.core.api.objects.shape import PHYSICS_MATERIALS, free_path
@@ -46,7 +47,7 @@ class Scene:
 
     @property
     def stage(self) -> Usd.Stage:
-        return stage_context.current_stage()
+        return used_stage.current_stage()
 
     def add(self, obj: Kind) -> Kind:
         """Add a wrapper of prims; return it.

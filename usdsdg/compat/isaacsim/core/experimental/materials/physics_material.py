@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pxr import Usd, UsdPhysics, UsdShade
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.isaacsim.core.experimental.prims import Prim
 from usdsdg.compat.wrappers import bodies, prim_paths
 from usdsdg.compat.wrappers.arrays import as_warp, column, names
-from usdsdg.session import stage_context
 from usdsdg.stage.schemas import physx
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class RigidBodyMaterial(PhysicsMaterial):
         """
         existing, missing = self.resolve_paths(paths)
         for path in missing:
-            UsdShade.Material.Define(stage_context.current_stage(), path)
+            UsdShade.Material.Define(used_stage.current_stage(), path)
         super().__init__(existing or missing, resolve_paths=False)
         for prim in self.prims:
             if not prim.IsA(UsdShade.Material):

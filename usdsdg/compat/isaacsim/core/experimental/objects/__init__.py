@@ -1,5 +1,6 @@
-"""`isaacsim.core.experimental.objects`: shapes, meshes, lights and ground planes, each one or more prims."""
+"""`isaacsim.core.experimental.objects`: shapes, meshes, lights, cameras and ground planes, each one or more prims."""
 
+from usdsdg.compat.isaacsim.core.experimental.objects.camera import Camera
 from usdsdg.compat.isaacsim.core.experimental.objects.ground_plane import GroundPlane
 from usdsdg.compat.isaacsim.core.experimental.objects.lights import (
     CylinderLight,
@@ -22,6 +23,6 @@ from usdsdg.compat.isaacsim.core.experimental.objects.shapes import (
 )
 
 __all__ = [
-    "Capsule", "Cone", "Cube", "Cylinder", "CylinderLight", "DiskLight", "DistantLight", "DomeLight", "GroundPlane",
-    "Light", "Mesh", "Plane", "RectLight", "Shape", "Sphere", "SphereLight",
+    "Camera", "Capsule", "Cone", "Cube", "Cylinder", "CylinderLight", "DiskLight", "DistantLight", "DomeLight",
+    "GroundPlane", "Light", "Mesh", "Plane", "RectLight", "Shape", "Sphere", "SphereLight",
 ]  # fmt: skip

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.isaacsim.core.experimental.materials.omni_pbr import OmniPbrMaterial
 from usdsdg.compat.isaacsim.core.experimental.objects.mesh import Mesh
 from usdsdg.compat.isaacsim.core.experimental.objects.shapes import Plane
 from usdsdg.compat.isaacsim.core.experimental.prims import GeomPrim, XformPrim
 from usdsdg.compat.wrappers import prim_paths
 from usdsdg.compat.wrappers.arrays import column, names
-from usdsdg.session import stage_context
 from usdsdg.stage.physics.ground_plane import add_ground_plane
 from usdsdg.stage.poses.transforms import up_axis
 
@@ -55,7 +55,7 @@ class GroundPlane(XformPrim):
             ValueError: there is no such template.
         """
         existing, missing = self.resolve_paths(paths)
-        stage = stage_context.current_stage()
+        stage = used_stage.current_stage()
         for path, size in zip(missing, column(sizes, len(missing)) if missing else (), strict=True):
             add_ground_plane(stage, path, axis=up_axis(stage), half_size=size / 2.0)
         super().__init__(

@@ -10,6 +10,7 @@ from pxr import UsdLux
 
 from usdsdg.compat.isaacsim.core.experimental.objects.typed_prims import TypedPrims
 from usdsdg.compat.wrappers.arrays import names
+from usdsdg.compat.wrappers.colors import rgb_rows
 from usdsdg.stage.attributes import asset_path
 
 if TYPE_CHECKING:
@@ -95,9 +96,12 @@ class Light(TypedPrims):
         """Return what scales the light on diffuse and on specular surfaces (N, 1)."""
         return self._number("Diffuse", indices), self._number("Specular", indices)
 
-    def set_colors(self, colors: Values, *, indices: Indices = None) -> None:
-        """Set the colors (N, 3)."""
-        self._set_vector("Color", colors, indices)
+    def set_colors(
+        self, colors: str | Sequence[str] | Sequence[float] | np.ndarray | wp.array, *, indices: Indices = None
+    ) -> None:
+        """Set the colors (N, 3), or by name."""
+        count = len(self._schemas(indices))
+        self._set_vector("Color", rgb_rows(colors, count), indices)
 
     def get_colors(self, *, indices: Indices = None) -> wp.array:
         """Return the colors (N, 3)."""

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pxr import UsdGeom, Vt
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.isaacsim.core.experimental.objects.typed_prims import ColoredPrims
 from usdsdg.compat.wrappers.arrays import as_numpy, names
-from usdsdg.session import stage_context
 from usdsdg.stage.geometry import shape_meshes
 
 if TYPE_CHECKING:
@@ -148,7 +148,7 @@ class Mesh(ColoredPrims):
 
 def _define(kinds: object, path: str) -> UsdGeom.Mesh:
     """Define a mesh of the next shape; an empty one when there is none."""
-    stage = stage_context.current_stage()
+    stage = used_stage.current_stage()
     kind = next(kinds, None)  # pyright: ignore[reportArgumentType, reportCallIssue]
     if kind is None:
         return UsdGeom.Mesh.Define(stage, path)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from pxr import Gf, Usd, UsdGeom
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.isaacsim.core.experimental.prims import XformPrim
 from usdsdg.compat.wrappers import prim_paths
 from usdsdg.compat.wrappers.arrays import as_warp, column, names, rows
 from usdsdg.compat.wrappers.colors import rgb_rows
-from usdsdg.session import stage_context
 
 if TYPE_CHECKING:
     from typing import Self
@@ -81,7 +81,7 @@ class TypedPrims(XformPrim):
 
     @classmethod
     def _define(cls, path: str) -> object:
-        return cls._schema.Define(stage_context.current_stage(), path)
+        return cls._schema.Define(used_stage.current_stage(), path)
 
     def _schemas(self, indices: Indices = None) -> list[Any]:
         return [self._schema(prim) for prim in self._chosen(indices)]

@@ -251,7 +251,7 @@ class RigidPrim(ContactTracker):
             super().reset_to_default_state(warn_on_non_default_state=warn_on_non_default_state)
 
     def _needs_ops(self) -> bool:
-        return not bodies.is_simulating()
+        return not bodies.is_simulating() and super()._needs_ops()
 
     def _write(self, api: type, attribute: str, values: Values, indices: Indices) -> None:
         prims = self._chosen(indices)

@@ -9,6 +9,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg.compat.isaacsim.core.experimental.prims.prim import Prim
+from usdsdg.compat.isaacsim.core.experimental.utils.backend import get_current_backend
 from usdsdg.compat.wrappers import bindings, poses
 from usdsdg.compat.wrappers.arrays import as_numpy, chosen, column, pose_rows, rows
 from usdsdg.errors import warn_once
@@ -18,6 +19,10 @@ if TYPE_CHECKING:
 
     from usdsdg.compat.isaacsim.core.experimental.materials.visual_material import VisualMaterial
     from usdsdg.compat.wrappers.arrays import Indices, Values
+
+
+_WITHOUT_OPS = ("usdrt", "fabric")
+_BACKENDS = ("usd", *_WITHOUT_OPS, "tensor")
 
 
 class XformPrim(Prim):
@@ -101,18 +106,18 @@ class XformPrim(Prim):
         """Return the values (N, 3) of the scale ops.
 
         Raises:
-            AssertionError: a prim has no scale op.
+            AssertionError: a prim has no scale op, and the backend is not Fabric.
         """
-        return self._warp(poses.local_scales(self._chosen(indices)))
+        return self._warp(poses.local_scales(self._chosen(indices), strict=self._needs_ops()))
 
     def set_local_scales(self, scales: Values, *, indices: Indices = None) -> None:
         """Set the scale ops (N, 3).
 
         Raises:
-            AssertionError: a prim has no scale op.
+            AssertionError: a prim has no scale op, and the backend is not Fabric.
         """
         prims = self._chosen(indices)
-        poses.set_local_scales(prims, rows(scales, 3, len(prims)))
+        poses.set_local_scales(prims, rows(scales, 3, len(prims)), strict=self._needs_ops())
 
     def reset_xform_op_properties(self) -> None:
         """Give the prims the ops translate, orient and scale, and no others; their poses in the world stay."""
@@ -185,8 +190,8 @@ class XformPrim(Prim):
         return [fetch(path)[0] if path else None for path in paths]
 
     def _needs_ops(self) -> bool:
-        """Whether prims without the ops translate and orient are refused."""
-        return True
+        """Whether prims without the ops translate, orient and scale are refused: not by Fabric, which has none."""
+        return get_current_backend(_BACKENDS) not in _WITHOUT_OPS
 
 
 def _pose_rows(

@@ -9,9 +9,9 @@ from typing import Any
 
 from pxr import Sdf, Usd, UsdPhysics
 
+from usdsdg.compat import used_stage
 from usdsdg.compat.wrappers.prim_paths import existing_prim, matching_paths, prim_of
 from usdsdg.errors import BadPrim
-from usdsdg.session import stage_context
 from usdsdg.stage.variants import select_variant
 
 PrimOrPath = str | Usd.Prim
@@ -30,7 +30,7 @@ def find_matching_prim_paths(path: str, *, traverse: bool = False) -> list[str]:
 
     With `traverse` all paths are returned at whose beginning the whole expression matches, or those below a path.
     """
-    stage = stage_context.current_stage()
+    stage = used_stage.current_stage()
     if not traverse:
         return matching_paths(path)
     if Sdf.Path.IsValidPathString(path) and stage.GetPrimAtPath(path):

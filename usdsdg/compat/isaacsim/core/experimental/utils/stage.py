@@ -2,51 +2,42 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
+from typing import Any
 
-from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdUtils
+from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
-from usdsdg.compat import prim_moves
+from usdsdg.compat import prim_moves, used_stage
+from usdsdg.compat.isaacsim.core.experimental.utils.backend import get_current_backend
 from usdsdg.compat.isaacsim.core.experimental.utils.prim import set_prim_variants
 from usdsdg.compat.isaacsim.core.utils import stage as older
 from usdsdg.compat.stage_events import stage_events
+from usdsdg.compat.usdrt import Usd as usdrt_Usd
 from usdsdg.compat.wrappers.prim_paths import existing_prim
 from usdsdg.errors import BadPrim, Unsupported
 from usdsdg.session import stage_context
 from usdsdg.session.new_stages import DEFAULT_LIGHT, NewStage, add_light
-from usdsdg.session.session import current
 from usdsdg.stage.paths import next_free_path
 
+_BACKENDS = ("usd", "usdrt", "fabric")
 is_stage_loading = older.is_stage_loading
+get_stage_id, is_stage_set, use_stage = used_stage.stage_id, used_stage.is_stage_set, used_stage.use_stage
 
 
 # --- which stage ---
-def get_current_stage(*, backend: str | None = None) -> Usd.Stage:
-    """Return the current stage; each `backend` reads and writes the USD stage."""
-    return stage_context.current_stage()
+def get_current_stage(*, backend: str | None = None) -> Any:
+    """Return the current stage, or with the backends "usdrt" and "fabric" that stage as `usdrt.Usd.Stage`.
 
+    `backend` is by default that of the `use_backend` block.
 
-def get_stage_id(stage: Usd.Stage) -> int:
-    """Return the id of a stage in USD's stage cache."""
-    cache = UsdUtils.StageCache.Get()
-    return (cache.GetId(stage) if cache.Contains(stage) else cache.Insert(stage)).ToLongInt()
-
-
-@contextlib.contextmanager
-def use_stage(stage: Usd.Stage) -> Generator[None, None, None]:
-    """Let the functions of this module, and wrappers of prims, work on another stage inside the `with` block."""
-    session = current()
-    before, session.stage = session.stage, stage
-    try:
-        yield
-    finally:
-        session.stage = before
-
-
-def is_stage_set() -> bool:
-    """Return False: a `use_stage` block is not told from the current stage."""
-    return False
+    Raises:
+        ValueError: there is no such backend for stages.
+    """
+    stage = used_stage.current_stage()
+    chosen = get_current_backend(_BACKENDS) if backend is None else backend
+    if chosen not in _BACKENDS:
+        raise ValueError(f"there is no backend {backend!r} for stages; backends are {', '.join(_BACKENDS)}")
+    return stage if chosen == "usd" else usdrt_Usd.Stage(stage)
 
 
 def create_new_stage(*, template: str | None = None) -> Usd.Stage:
@@ -89,7 +80,7 @@ def save_stage(usd_path: str) -> bool:
     """Write the current stage to a file."""
     _check_name(usd_path)
     with stage_events().saving(usd_path):
-        stage_context.save_stage(usd_path)
+        used_stage.save(usd_path)
     return True
 
 
@@ -123,9 +114,9 @@ def define_prim(path: str, type_name: str = "Xform") -> Usd.Prim:
         ValueError: `path` is no absolute path.
     """
     _check_path(path)
-    prim = stage_context.current_stage().GetPrimAtPath(path)
+    prim = used_stage.current_stage().GetPrimAtPath(path)
     if not prim:
-        return stage_context.current_stage().DefinePrim(path, type_name)
+        return used_stage.current_stage().DefinePrim(path, type_name)
     if prim.GetTypeName() != type_name:
         raise RuntimeError(f"{path} is a {prim.GetTypeName() or 'prim without a type'} already, not a {type_name}")
     return prim
@@ -159,7 +150,7 @@ def move_prim(target: str | Usd.Prim, destination: str | Usd.Prim) -> tuple[bool
 def generate_next_free_path(path: str | None = None, *, prepend_default_prim: bool = True) -> str:
     """Return the path, with a number if there is a prim already; "Prim" if none is given."""
     return next_free_path(
-        stage_context.current_stage(), path if path not in (None, "", "/") else "Prim", prepend_default_prim
+        used_stage.current_stage(), path if path not in (None, "", "/") else "Prim", prepend_default_prim
     )
 
 
@@ -172,7 +163,7 @@ def generate_stage_representation(mode: str = "tree") -> str:
     if mode not in ("tree", "list"):
         raise ValueError(f"there is no mode {mode!r}; give 'tree' or 'list'")
     lines = []
-    for prim in stage_context.current_stage().Traverse():
+    for prim in used_stage.current_stage().Traverse():
         depth = prim.GetPath().pathElementCount
         name = str(prim.GetPath()) if mode == "list" else f"{'  ' * (depth - 1)}{prim.GetName()}"
         lines.append(f"{name} ({prim.GetTypeName()})")
@@ -182,12 +173,12 @@ def generate_stage_representation(mode: str = "tree") -> str:
 # --- units and time ---
 def get_stage_units() -> tuple[float, float]:
     """Return (meters, kilograms) per unit of the stage."""
-    stage = stage_context.current_stage()
+    stage = used_stage.current_stage()
     return UsdGeom.GetStageMetersPerUnit(stage), UsdPhysics.GetStageKilogramsPerUnit(stage)
 
 
 def set_stage_units(*, meters_per_unit: float | None = None, kilograms_per_unit: float | None = None) -> None:
-    stage = stage_context.current_stage()
+    stage = used_stage.current_stage()
     if meters_per_unit is not None:
         UsdGeom.SetStageMetersPerUnit(stage, float(meters_per_unit))
     if kilograms_per_unit is not None:
@@ -211,7 +202,7 @@ def set_stage_up_axis(up_axis: str) -> None:
 
 def get_stage_time_code() -> tuple[float, float, float]:
     """Return start, end and time codes per second."""
-    stage = stage_context.current_stage()
+    stage = used_stage.current_stage()
     return stage.GetStartTimeCode(), stage.GetEndTimeCode(), stage.GetTimeCodesPerSecond()
 
 
@@ -221,7 +212,7 @@ def set_stage_time_code(
     end_time_code: float | None = None,
     time_codes_per_second: float | None = None,
 ) -> None:
-    stage = stage_context.current_stage()
+    stage = used_stage.current_stage()
     if start_time_code is not None:
         stage.SetStartTimeCode(start_time_code)
     if end_time_code is not None:

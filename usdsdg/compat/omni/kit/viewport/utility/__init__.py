@@ -49,6 +49,8 @@ class Viewport:
     @property
     def camera_path(self) -> Sdf.Path:
         """Path of the camera; `/OmniverseKit_Persp` by default."""
+        if (product := self._made()) is not None:
+            self._camera = product.camera_path  # which a script may set on the prim
         return Sdf.Path(self._camera)
 
     @camera_path.setter
@@ -67,6 +69,8 @@ class Viewport:
     @property
     def resolution(self) -> tuple[int, int]:
         """Width and height [pixels]."""
+        if (product := self._made()) is not None:
+            self._resolution = product.resolution  # which a script may set on the prim
         return self._resolution
 
     @resolution.setter

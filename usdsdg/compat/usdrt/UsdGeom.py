@@ -1,0 +1,3 @@
+"""`usdrt.UsdGeom`: the same names as `pxr.UsdGeom`."""
+
+from pxr.UsdGeom import *  # noqa: F403
