@@ -67,6 +67,12 @@ def transform(network: Network, shader: UsdShade.Shader, prefix: str = "texture"
     )
 
 
+def uv_primvar(network: Network, shader: UsdShade.Shader, name: str) -> str:
+    """Read the number of the texture coordinates; return their primvar, "" for the first ones, whatever their name."""
+    number = int(network.number(shader, name, 0.0))
+    return f"st_{number}" if number > 0 else ""
+
+
 def textured(value: tuple[float, ...], use: TextureUse | None, *, factor: tuple[float, ...] | None = None) -> Input:
     """Return the texture times a factor; the value without a texture."""
     if use is None:

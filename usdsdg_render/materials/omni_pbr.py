@@ -21,6 +21,7 @@ from usdsdg_render.materials.mdl_inputs import (
     texture,
     textured,
     transform,
+    uv_primvar,
     warn_where,
 )
 from usdsdg_render.materials.network import Network
@@ -44,7 +45,7 @@ def read_omni_pbr(network: Network, shader: UsdShade.Shader, *, opacity_enabled:
     _warn_of_occlusion(network, shader)
     roughness, metallic = ("reflection_roughness", "reflectionroughness_texture"), ("metallic", "metallic_texture")
     detail_uv = transform(network, shader, "detail_texture")
-    return network.read_fields(
+    material = network.read_fields(
         {
             "base_color": lambda: _albedo(network, shader, uv),
             "roughness": lambda: _blended(network, shader, *roughness, 0.5, orm, 1, uv),
@@ -59,6 +60,7 @@ def read_omni_pbr(network: Network, shader: UsdShade.Shader, *, opacity_enabled:
             "detail_scale": lambda: network.number(shader, "detail_bump_factor", 0.3),
         }
     )
+    return replace(material, uv_primvar=uv_primvar(network, shader, "uv_space_index"))
 
 
 def read_omni_pbr_clearcoat(network: Network, shader: UsdShade.Shader, *, opacity_enabled: bool = False) -> Material:

@@ -14,6 +14,7 @@ from usdsdg_render.materials.mdl_inputs import (
     texture,
     textured,
     transform,
+    uv_primvar,
     warn_where,
 )
 from usdsdg_render.materials.network import Network
@@ -47,6 +48,7 @@ def read_omni_glass(network: Network, shader: UsdShade.Shader) -> Material:
         thin=int(network.flag(shader, "thin_walled", False)),
         normal=normal_map(network, shader, "normal_map_texture", uv),
         normal_scale=network.number(shader, "normal_map_strength", 1.0),
+        uv_primvar=uv_primvar(network, shader, "uv_space_index"),
     )
 
 
@@ -86,6 +88,7 @@ def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
         coat_f0=reflectance(network.ior(shader, "coat_ior", 1.5)),
         clearcoat=scalar("coat_weight", 0.0),
         clearcoat_roughness=scalar("coat_roughness", 0.0),
+        uv_primvar=uv_primvar(network, shader, "uvw_uv_set"),
     )
 
 

@@ -813,6 +813,18 @@ def test_omnipbr_turns_normal_maps_round_as_told(u, v, tmp_path):
     assert (detail.transform.u_row[0], detail.transform.v_row[1]) == (8, 4)
 
 
+@pytest.mark.parametrize(
+    ("template", "name"),
+    [("OmniPBR", "uv_space_index"), ("OmniGlass", "uv_space_index"), ("OmniSurface", "uvw_uv_set")],
+)
+def test_mdl_materials_say_which_texture_coordinates_they_read(template, name):
+    looks = Mdl(template)
+    for number, primvar in ((None, ""), (0, ""), (1, "st_1"), (3, "st_3")):
+        if number is not None:
+            looks.set(name, T.Int, number)
+        assert looks.read().uv_primvar == primvar
+
+
 def test_omnipbr_emission_mask(tmp_path):
     looks = Mdl()
     looks.set("enable_emission", T.Bool, True)

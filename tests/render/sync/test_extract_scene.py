@@ -472,6 +472,21 @@ def test_point_instancers_nest():
     np.testing.assert_allclose(scene.instances.local_to_world[3, 3], [105, 0, 10, 1])
 
 
+@pytest.mark.parametrize("purpose", ["guide", "proxy"])
+def test_point_instancers_of_other_purposes_draw_nothing_inside_of_others_either(purpose):
+    stage = make_stage()
+    inner = make_instancer(stage, [(0, 0, 0), (5, 0, 0)])
+    for path in ("/Points/Protos/Pair/Ball", "/Points/Protos/Box"):
+        UsdGeom.Imageable(stage.GetPrimAtPath(path)).CreatePurposeAttr("render")
+    outer = UsdGeom.PointInstancer.Define(stage, "/Outer")
+    outer.CreatePrototypesRel().SetTargets(["/Points"])
+    outer.CreatePositionsAttr([Gf.Vec3f(100, 0, 0)])
+    outer.CreateProtoIndicesAttr([0])
+    assert len(extract(stage).instances) == 4
+    UsdGeom.Imageable(inner).CreatePurposeAttr(purpose)
+    assert not len(extract(stage).instances)
+
+
 @pytest.mark.parametrize("indices", [[0, 7], [0]])
 def test_inconsistent_point_instancers_are_named(indices):
     stage = make_stage()

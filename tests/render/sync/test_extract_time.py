@@ -353,6 +353,31 @@ def test_materials_follow_the_time():
     assert touched == {"materials"}
 
 
+@pytest.mark.parametrize("instanceable", [False, True])
+def test_layer_offsets_give_each_reference_its_own_time_of_materials(instanceable, tmp_path):
+    asset = Usd.Stage.CreateNew(str(tmp_path / "glowing.usda"))
+    asset.SetDefaultPrim(UsdGeom.Xform.Define(asset, "/Asset").GetPrim())
+    bind(asset.DefinePrim("/Asset/Box", "Cube"), add_material(asset, "/Asset/Looks/M"))
+    color = UsdShade.Shader(asset.GetPrimAtPath("/Asset/Looks/M/Surface")).GetInput("diffuseColor")
+    for code, red in ((0, 0.0), (8, 1.0)):
+        color.Set(Gf.Vec3f(red, 0, 0), code)
+    asset.Save()
+    stage = make_stage()
+    offsets = [Sdf.LayerOffset(), Sdf.LayerOffset(4.0), Sdf.LayerOffset(0.0, 2.0), Sdf.LayerOffset()]
+    for k, offset in enumerate(offsets):
+        prim = stage.DefinePrim(f"/o{k}", "Xform")
+        prim.GetReferences().AddReference(asset.GetRootLayer().identifier, offset)
+        prim.SetInstanceable(instanceable)
+    extractor = SceneExtractor(stage)
+    for code in (4, 6):
+        scene, _ = at(extractor, code)
+        told = [
+            list(stage.GetAttributeAtPath(f"/o{k}/Looks/M/Surface.inputs:diffuseColor").Get(code)) for k in range(4)
+        ]
+        assert [base_colors(scene, k)[0] for k in range(4)] == told
+        assert len({tuple(each) for each in told}) == 3
+
+
 def test_texture_files_follow_the_time(tmp_path):
     stage = make_stage()
     texture = UsdShade.Shader.Define(stage, "/Looks/M/Tex")
