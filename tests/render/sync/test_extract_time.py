@@ -86,6 +86,35 @@ def test_visibility_comes_and_goes():
     assert at(extractor, 2)[1] == set()
 
 
+@pytest.mark.parametrize("how", ["remove", "deactivate", "mute", "retime", "instance"])
+def test_what_comes_and_goes_may_be_gone_or_made_anew_at_the_next_time(how, tmp_path):
+    part = Usd.Stage.CreateNew(str(tmp_path / "part.usda"))
+    part.SetDefaultPrim(part.DefinePrim("/Part", "Xform"))
+    box = UsdGeom.Cube.Define(part, "/Part/Box")
+    for code, shown in ((0, "inherited"), (5, "invisible")):
+        box.CreateVisibilityAttr().Set(shown, code)
+    part.Save()
+    stage = make_stage()
+    blinking = stage.DefinePrim("/Blinking", "Xform")
+    blinking.GetReferences().AddReference(part.GetRootLayer().identifier)
+    stage.DefinePrim("/Still", "Cube")
+    extractor = SceneExtractor(stage)
+    assert at(extractor, 0)[0].instances.paths == ("/Blinking/Box", "/Still")
+    edits = {
+        "remove": lambda: stage.RemovePrim("/Blinking"),
+        "deactivate": lambda: blinking.SetActive(False),
+        "mute": lambda: stage.MuteLayer(part.GetRootLayer().identifier),
+        "retime": lambda: stage.SetTimeCodesPerSecond(48),  # the samples of the part are at 0 and 10 then
+        "instance": lambda: blinking.SetInstanceable(True),
+    }
+    edits[how]()
+    for code in (6, 0, 12):
+        scene, _ = at(extractor, code)
+        box = stage.GetPrimAtPath("/Blinking/Box")
+        is_shown = bool(box) and UsdGeom.Imageable(box).ComputeVisibility(code) == "inherited"
+        assert scene.instances.paths == (("/Blinking/Box",) if is_shown else ()) + ("/Still",)
+
+
 def test_points_sizes_and_topology_follow_the_time():
     stage = make_stage()
     mesh = add_mesh(stage, "/Mesh")
