@@ -601,6 +601,37 @@ def test_mesh_lights_emit(mode):
     assert len(scene.lights) == 0
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("specular", 0.5),
+        ("shaping:cone:angle", 30.0),
+        ("shaping:ies:file", Sdf.AssetPath("lamp.ies")),
+        ("shadow:enable", False),
+        ("shadow:color", Gf.Vec3f(1, 0, 0)),
+    ],
+)
+def test_what_a_mesh_light_does_not_have_is_named(name, value):
+    stage = make_stage()
+    prim = add_mesh(stage, "/Lamp").GetPrim()
+    for schema in (UsdLux.MeshLightAPI, UsdLux.ShapingAPI, UsdLux.ShadowAPI):
+        schema.Apply(prim)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        extract(stage)
+    prim.GetAttribute(f"inputs:{name}").Set(value)
+    with pytest.warns(UserWarning, match=f"/Lamp: a mesh light shines to all sides.*; inputs:{name} have no effect"):
+        extract(stage)
+
+
+def test_links_of_a_mesh_light_are_named():
+    stage = make_stage()
+    light = UsdLux.LightAPI(UsdLux.MeshLightAPI.Apply(add_mesh(stage, "/Lamp").GetPrim()))
+    light.GetLightLinkCollectionAPI().ExcludePath("/Other")
+    with pytest.warns(UserWarning, match="/Lamp: a mesh light .*; its light and shadow links have no effect"):
+        extract(stage)
+
+
 def test_an_empty_stage_gives_an_empty_scene():
     scene = extract(make_stage())
     assert len(scene.instances) == len(scene.prototypes) == len(scene.materials) == len(scene.lights) == 0
