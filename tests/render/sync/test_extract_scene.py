@@ -351,6 +351,28 @@ def test_a_material_may_read_the_gprims_own_color():
     assert [base_colors(scene, k)[0] for k in range(3)] == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 
 
+@pytest.mark.parametrize("interpolation", ["constant", "vertex"])
+def test_primvars_of_each_point_that_a_material_reads_are_named(interpolation):
+    stage = make_stage()
+    material = add_material(stage, "/Looks/M")
+    reader = UsdShade.Shader.Define(stage, "/Looks/M/Reader")
+    reader.CreateIdAttr("UsdPrimvarReader_float3")
+    reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("tint")
+    reader.CreateInput("fallback", Sdf.ValueTypeNames.Float3).Set(Gf.Vec3f(0, 0, 1))
+    surface = UsdShade.Shader(stage.GetPrimAtPath("/Looks/M/Surface"))
+    surface.GetInput("diffuseColor").ConnectToSource(reader.ConnectableAPI(), "result")
+    instancer = make_instancer(stage, [(0, 0, 0), (5, 0, 0)])
+    bind(instancer, material)
+    tint = UsdGeom.PrimvarsAPI(instancer).CreatePrimvar("tint", Sdf.ValueTypeNames.Color3fArray, interpolation)
+    tint.Set([Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 1, 0)][: 1 if interpolation == "constant" else 2])
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene = extract(stage)
+    named = [str(each.message) for each in caught]
+    assert base_colors(scene, 0) == [[1, 0, 0] if interpolation == "constant" else [0, 0, 1]]
+    assert any("/Points: primvars:tint of each point" in each for each in named) == (interpolation == "vertex")
+
+
 def test_the_uv_set_follows_the_material():
     stage = make_stage()
     material = add_material(stage, "/Looks/M")
