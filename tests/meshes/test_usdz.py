@@ -244,3 +244,42 @@ def test_a_color_may_be_that_of_the_mesh(tmp_path):
     [mesh] = meshes(stage)
     found = UsdGeom.Gprim(mesh).GetDisplayColorAttr().Get()
     assert [tuple(each) for each in found] == [(0.25 * k, 0, 1) for k in range(4)]
+
+
+def test_prototypes_of_point_instancers_are_not_drawn_where_they_stand(tmp_path):
+    def edit(shaders):
+        stage = shaders["S"].GetPrim().GetStage()
+        instancer = UsdGeom.PointInstancer.Define(stage, "/card/Leaves")
+        Sdf.CopySpec(stage.GetRootLayer(), "/card/Mesh", stage.GetRootLayer(), "/card/Leaves/Leaf")
+        instancer.CreatePrototypesRel().SetTargets(["/card/Leaves/Leaf"])
+        instancer.CreateProtoIndicesAttr([0])
+        instancer.CreatePositionsAttr([Gf.Vec3f(5, 0, 0)])
+        Sdf.CopySpec(stage.GetRootLayer(), "/card/Mesh", stage.GetRootLayer(), "/card/LeavesBeside")
+
+    _, report, _ = opened(card(tmp_path, edit), tmp_path)
+    assert (report.triangles, report.notes) == (4, ["left out: point instancers"])
+
+
+@pytest.mark.parametrize("family", ["materialBind", "other"])
+def test_subsets_and_meshes_without_faces_are_nothing(tmp_path, family):
+    def edit(shaders):
+        stage = shaders["S"].GetPrim().GetStage()
+        mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/card/Mesh"))
+        UsdGeom.Subset.CreateGeomSubset(mesh, "none", "face", [], family)
+        UsdGeom.Mesh.Define(stage, "/card/Empty")
+
+    stage, report, _ = opened(card(tmp_path, edit), tmp_path)
+    assert (len(list(meshes(stage))), report.triangles, report.repairs) == (1, 2, [])
+
+
+@pytest.mark.parametrize("purpose", ["full", "preview"])
+def test_materials_of_all_purposes_are_those_that_are_drawn(tmp_path, purpose):
+    def edit(shaders):
+        prim = shaders["S"].GetPrim().GetStage().GetPrimAtPath("/card/Mesh")
+        binding, material = UsdShade.MaterialBindingAPI(prim), UsdShade.Material(shaders["S"].GetPrim().GetParent())
+        binding.UnbindDirectBinding()
+        binding.Bind(material, materialPurpose=purpose)
+
+    stage, report, _ = opened(card(tmp_path, edit), tmp_path)
+    assert report.materials == 1
+    assert source_of(surface(stage), "diffuseColor")[0].GetInput("file").Get().resolvedPath

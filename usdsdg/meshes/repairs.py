@@ -37,7 +37,7 @@ def _without_bad_triangles(part: Part) -> tuple[Part, int]:
     """Remove triangles with corners that are not there, or not finite."""
     inside = np.all((part.triangles >= 0) & (part.triangles < len(part.points)), axis=1)
     corners = part.points[np.where(inside[:, None], part.triangles, 0)]
-    good = inside & (np.abs(corners) < LARGEST).reshape(len(corners), -1).all(axis=1)  # False for NaN
+    good = inside & (np.abs(corners) < LARGEST).reshape(-1, 9).all(axis=1)  # False for NaN
     return _kept(part, good), int((~good).sum())
 
 

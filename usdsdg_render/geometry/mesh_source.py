@@ -126,7 +126,7 @@ def read_mesh(
         indices=indices,
         holes=EMPTY if holes is None else holes,
         normals=_normals(prim, time),
-        uvs=None if colored else _uvs(prim, time, uv_name),
+        uvs=None if colored else read_uvs(prim, time, uv_name),
         subsets=tuple(_subset_faces(subset, time) for subset in subsets or ()),
         left_handed=token(prim, "orientation", time, ("rightHanded", "leftHanded")) == "leftHanded",
         scheme=scheme,
@@ -215,8 +215,9 @@ def _normals(prim: Usd.Prim, time: Usd.TimeCode) -> Primvar | None:
     return Primvar(values, EMPTY, str(interpolation or "vertex"))
 
 
-def _uvs(prim: Usd.Prim, time: Usd.TimeCode, uv_name: str) -> Primvar | None:
-    names = (uv_name, *UV_NAMES) if uv_name and uv_name not in UV_NAMES[:1] else UV_NAMES
+def read_uvs(prim: Usd.Prim, time: Usd.TimeCode, uv_name: str) -> Primvar | None:
+    """Read the texture coordinates of a mesh, see `read_mesh`; None where there are none."""
+    names = (*_spellings(uv_name), *UV_NAMES) if uv_name and uv_name not in UV_NAMES[:1] else UV_NAMES
     for name in names:
         primvar = _uv_primvar(prim, f"primvars:{name}", time)
         if primvar is not None:
@@ -229,6 +230,14 @@ def _uvs(prim: Usd.Prim, time: Usd.TimeCode, uv_name: str) -> Primvar | None:
         if str(primvar.GetTypeName()).startswith("texCoord"):
             return _uv_primvar(prim, str(primvar.GetName()), time)
     return None
+
+
+def _spellings(uv_name: str) -> tuple[str, ...]:
+    """Return a name with and without an underscore before its number: exporters call the second set st1 or st_1."""
+    stem = uv_name.rstrip("0123456789")
+    number = uv_name[len(stem) :]
+    other = stem[:-1] if stem.endswith("_") else f"{stem}_"
+    return (uv_name, other + number) if number and stem.strip("_") else (uv_name,)
 
 
 def _uv_primvar(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> Primvar | None:

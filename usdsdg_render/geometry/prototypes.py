@@ -15,6 +15,7 @@ from usdsdg_render.geometry.mesh_source import MeshSource, read_mesh
 from usdsdg_render.geometry.meshes import build_prototype, repainted
 from usdsdg_render.geometry.primvar_faults import warn_of_excess
 from usdsdg_render.geometry.skinned_mesh import skinned
+from usdsdg_render.geometry.slot_uvs import with_uvs_of_slots
 from usdsdg_render.scene.scene import Prototype
 from usdsdg_render.usd.prim_kinds import CURVES, IGNORED_PREFIXES, MESH, kind_of
 
@@ -55,7 +56,7 @@ class PrototypeCache:
         self,
         prim: Usd.Prim,
         time: Usd.TimeCode,
-        uv_name: str,
+        uv_names: tuple[str, ...],
         subsets: list[Usd.Prim],
         *,
         own: bool = False,
@@ -63,24 +64,26 @@ class PrototypeCache:
     ) -> Prototype | None:
         """Return the prototype of a mesh, of curves or of points; None (with a warning) when it has no surface.
 
+        uv_names: primvar of the texture coordinates: none where any will do, one for all material slots, or one for
+            each.
         own: not to be shared by specs: a skeleton deforms it, or it varies with time, which layer offsets may make
             differ between references to one layer.
         colored: whether to read displayColor and displayOpacity that vary over it.
         """
         if own:
-            return self._read(prim, time, uv_name, subsets, colored)
-        above = _inherited_uvs(prim, uv_name)
-        specs = (kind_of(prim), uv_name, colored, above, _specs(prim), *(_specs(subset) for subset in subsets))
+            return self._read(prim, time, uv_names, subsets, colored)
+        above = tuple(_inherited_uvs(prim, name) for name in uv_names)
+        specs = (kind_of(prim), uv_names, colored, above, _specs(prim), *(_specs(subset) for subset in subsets))
         if specs not in self._by_specs:
-            self._by_specs[specs] = self._read(prim, time, uv_name, subsets, colored)
+            self._by_specs[specs] = self._read(prim, time, uv_names, subsets, colored)
         return self._by_specs[specs]
 
     def _read(
-        self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim], colored: bool
+        self, prim: Usd.Prim, time: Usd.TimeCode, uv_names: tuple[str, ...], subsets: list[Usd.Prim], colored: bool
     ) -> Prototype | None:
         kind = kind_of(prim)
         if kind == MESH:
-            return self._read_mesh(prim, time, uv_name, subsets, colored)
+            return self._read_mesh(prim, time, uv_names, subsets, colored)
         tessellate = tubes.tessellate_curves if kind == CURVES else tubes.tessellate_points
         surface = tessellate(prim, time, self.skinning)
         if surface is None:
@@ -112,13 +115,15 @@ class PrototypeCache:
         return found
 
     def _read_mesh(
-        self, prim: Usd.Prim, time: Usd.TimeCode, uv_name: str, subsets: list[Usd.Prim], colored: bool
+        self, prim: Usd.Prim, time: Usd.TimeCode, uv_names: tuple[str, ...], subsets: list[Usd.Prim], colored: bool
     ) -> Prototype | None:
-        source = read_mesh(prim, time, uv_name=uv_name, subsets=subsets, colored=colored)
+        source = read_mesh(prim, time, uv_name="".join(uv_names[:1]), subsets=subsets, colored=colored)
         if source is None:
             return None
         # No material reads texture coordinates without a name.
-        warn_of_excess(str(prim.GetPath()), source if uv_name else source._replace(uvs=None))
+        warn_of_excess(str(prim.GetPath()), source if any(uv_names) else source._replace(uvs=None))
+        if len(uv_names) > 1 and not colored:
+            source = with_uvs_of_slots(source, prim, time, uv_names)
         source = skinned(source, prim, time, self.skinning)
         addresses = _addresses(source)
         entry = self._by_address.get(addresses)

@@ -167,8 +167,11 @@ def _decoded(path: str) -> tuple[np.ndarray, int]:
         return values, values.shape[2]
     try:
         with Image.open(io.BytesIO(data)) as image:
+            is_wide = _has_wide_channels(image)
             image.load()
-            return _from_pillow(image)
+            values, channels = _from_pillow(image)
+            # Bits that Pillow drops are lost, but files of 16 bits are no colors by sRGB's curve unless they say so.
+            return (values.astype(np.uint16) * 257 if is_wide and values.dtype == np.uint8 else values), channels
     except UnidentifiedImageError:
         why = assets.not_a_file_of_its_own(path) or "is no image of a format that is read"
         raise errors.AssetUnreadable(f"{path}: it {why}") from None
@@ -195,6 +198,11 @@ def _refuse_bomb(data: bytes, path: str) -> None:
         raise errors.AssetUnreadable(
             f"{path}: its {len(data)} bytes would become an image of {width} x {height}; such an image is not read"
         )
+
+
+def _has_wide_channels(image: Image.Image) -> bool:
+    """Whether the file of an image that is not loaded yet has channels of 16 bits."""
+    return any(";16" in str(getattr(tile, "args", "")) for tile in getattr(image, "tile", ()))
 
 
 def _from_pillow(image: Image.Image) -> tuple[np.ndarray, int]:

@@ -17,7 +17,14 @@ from usdsdg.stage.poses.transforms import up_axis
 from usdsdg_render.images import image_files
 from usdsdg_render.lights.light_inputs import warn_of_ignored
 from usdsdg_render.lights.light_textures import layout_of, linear_rgb, resample, to_latlong
-from usdsdg_render.lights.light_values import emitted_color, light_number, light_value
+from usdsdg_render.lights.light_values import (
+    SHADOW,
+    SHAPING,
+    changed_inputs,
+    emitted_color,
+    light_number,
+    light_value,
+)
 from usdsdg_render.lights.linking import is_linked
 from usdsdg_render.scene.scene import Dome
 
@@ -95,6 +102,8 @@ def _warn_of_unsupported(prim: Usd.Prim) -> None:
     warn_of_ignored(prim)
     if light_value(prim, "shadow:enable", True) is False:
         errors.warn_once(f"{prim.GetPath()}: a dome light always casts shadows; inputs:shadow:enable is ignored.")
+    if ignored := changed_inputs(prim, {**SHADOW, **SHAPING}):
+        errors.warn_once(f"{prim.GetPath()}: {', '.join(ignored)} have no effect on a dome light. Remove them.")
     if is_linked(prim):
         errors.warn_once(f"{prim.GetPath()}: a dome light reaches everything; its light and shadow links are ignored.")
 

@@ -1,9 +1,10 @@
 """Values of UsdLux attributes, and the color that a light emits."""
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
-from pxr import Usd, UsdLux
+from pxr import Gf, Usd, UsdLux
 
 from usdsdg import errors
 from usdsdg_render.usd.authored_values import as_floats
@@ -14,6 +15,9 @@ BRIGHTEST = 1e20
 
 # The schema's fallbacks of `inputs:intensity` that are not 1.
 FIRST_INTENSITIES = {"DistantLight": 50000.0}
+# Inputs of UsdLuxShapingAPI, and those of UsdLuxShadowAPI beside its switch, with values that change nothing.
+SHAPING = {"shaping:cone:angle": 180.0, "shaping:focus": 0.0, "shaping:ies:file": ""}
+SHADOW = {"shadow:color": Gf.Vec3f(0.0), "shadow:distance": -1.0, "shadow:falloff": -1.0}
 
 _WHITE = np.array(UsdLux.BlackbodyTemperatureAsRgb(6500.0))
 
@@ -43,6 +47,13 @@ def _typed(prim: Usd.Prim, name: str, value, default):
         f"{prim.GetPath()}: inputs:{name} = {value} is not of the schema's type; {default} is used. Correct it."
     )
     return default
+
+
+def changed_inputs(prim: Usd.Prim, neutral: Mapping[str, object]) -> list[str]:
+    """Return the inputs of a light, of those given with values that change nothing, that have another one."""
+    attributes = {name: prim.GetAttribute(f"inputs:{name}") for name in neutral}
+    values = {name: each.Get() for name, each in attributes.items() if each and each.HasAuthoredValue()}
+    return [f"inputs:{name}" for name, value in values.items() if getattr(value, "path", value) != neutral[name]]
 
 
 def light_number(prim: Usd.Prim, name: str, default: float) -> float:

@@ -6,10 +6,13 @@ from pxr import Usd, UsdLux
 
 from usdsdg import errors
 from usdsdg_render.lights.light_inputs import warn_of_ignored
-from usdsdg_render.lights.light_values import emitted_color, light_value
+from usdsdg_render.lights.light_values import SHADOW, SHAPING, changed_inputs, emitted_color, light_value
+from usdsdg_render.lights.linking import is_linked
 from usdsdg_render.materials.shading import Input, Material
 
 BLACK = (0.0, 0.0, 0.0)
+# Inputs that a surface does not have, with values that change nothing.
+_IGNORED = {"diffuse": 1.0, "specular": 1.0, "shadow:enable": True, **SHADOW, **SHAPING}
 
 
 def is_light(prim: Usd.Prim) -> bool:
@@ -21,6 +24,7 @@ def emissive_material(material: Material, prim: Usd.Prim) -> Material:
     """Return the emissive material of a mesh light, by its light:materialSyncMode."""
     color = emitted_color(prim)
     warn_of_ignored(prim)
+    _warn_of_links_and_shapes(prim)
     emission = BLACK if color is None else tuple(color.tolist())
     if light_value(prim, "normalize", False):
         errors.warn_once(
@@ -36,3 +40,12 @@ def emissive_material(material: Material, prim: Usd.Prim) -> Material:
         tinted = tuple(a * b for a, b in zip(own_emission.value, emission))
         return replace(material, emission=own_emission._replace(value=tinted, fallback=None))
     return replace(material, emission=Input(emission))
+
+
+def _warn_of_links_and_shapes(prim: Usd.Prim) -> None:
+    ignored = [*changed_inputs(prim, _IGNORED), *(["its light and shadow links"] if is_linked(prim) else [])]
+    if ignored:
+        errors.warn_once(
+            f"{prim.GetPath()}: a mesh light shines to all sides, on everything, with shadows; {', '.join(ignored)} "
+            f"have no effect. Use a RectLight, a DiskLight or another light of UsdLux."
+        )

@@ -205,8 +205,14 @@ def _read(prim: Usd.Prim, specs: tuple, before: Material | None) -> MaterialEntr
     if material == before:
         material = before
     own = prim.GetPath()
-    closed = all(path.HasPrefix(own) for path in network.visited) and not any(map(_has_arcs, Usd.PrimRange(prim)))
+    closed = all(path.HasPrefix(own) for path in network.visited) and not any(map(_is_its_own, Usd.PrimRange(prim)))
     return MaterialEntry(material, network, specs if closed else None, own)
+
+
+def _is_its_own(prim: Usd.Prim) -> bool:
+    """Whether prims that are composed of the same specs may have other values, or have them after an edit."""
+    # Layer offsets and value clips may give each reference to one layer its own time.
+    return _has_arcs(prim) or any(each.ValueMightBeTimeVarying() for each in prim.GetAuthoredAttributes())
 
 
 def _has_arcs(prim: Usd.Prim) -> bool:

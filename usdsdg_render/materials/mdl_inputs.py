@@ -1,6 +1,7 @@
 """Inputs that Omniverse's MDL templates share: texture files, UV transforms, values blended with a texture."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 
 from pxr import UsdShade
@@ -65,6 +66,27 @@ def transform(network: Network, shader: UsdShade.Shader, prefix: str = "texture"
         math.radians(network.number(shader, f"{prefix}_rotate", 0.0)),
         network.floats(shader, f"{prefix}_translate", (0.0, 0.0)),
     )
+
+
+def warn_of_projection(network: Network, shader: UsdShade.Shader) -> None:
+    """Warn of texture coordinates that a template would project onto the object."""
+    if network.flag(shader, "project_uvw", False):
+        network.warn(
+            shader, "project_uvw is approximated by the mesh's texture coordinates. Author them, or switch it off."
+        )
+
+
+def warn_of_textures(network: Network, shader: UsdShade.Shader, names: Iterable[str]) -> None:
+    """Warn of textures that are not read."""
+    for name in names:
+        if getattr(network.value(shader, name), "path", ""):
+            network.warn(shader, f"inputs:{name} is not supported and is ignored. Remove it to agree.")
+
+
+def uv_primvar(network: Network, shader: UsdShade.Shader, name: str) -> str:
+    """Read the number of the texture coordinates; return their primvar, "" for the first ones, whatever their name."""
+    number = int(network.number(shader, name, 0.0))
+    return f"st_{number}" if number > 0 else ""
 
 
 def textured(value: tuple[float, ...], use: TextureUse | None, *, factor: tuple[float, ...] | None = None) -> Input:

@@ -21,6 +21,9 @@ from usdsdg_render.materials.mdl_inputs import (
     texture,
     textured,
     transform,
+    uv_primvar,
+    warn_of_projection,
+    warn_of_textures,
     warn_where,
 )
 from usdsdg_render.materials.network import Network
@@ -34,17 +37,14 @@ COAT_IOR = 1.56
 def read_omni_pbr(network: Network, shader: UsdShade.Shader, *, opacity_enabled: bool = False) -> Material:
     """Read OmniPBR, or OmniPBR_Opacity, where opacity is enabled by default."""
     uv = transform(network, shader)
-    if network.flag(shader, "project_uvw", False):
-        network.warn(
-            shader, "project_uvw is approximated by the mesh's texture coordinates. Author them, or switch it off."
-        )
+    warn_of_projection(network, shader)
     orm = None
     if network.flag(shader, "enable_ORM_texture", False):
         orm = texture(network, shader, "ORM_texture", color=False, transform=uv)
     _warn_of_occlusion(network, shader)
     roughness, metallic = ("reflection_roughness", "reflectionroughness_texture"), ("metallic", "metallic_texture")
     detail_uv = transform(network, shader, "detail_texture")
-    return network.read_fields(
+    material = network.read_fields(
         {
             "base_color": lambda: _albedo(network, shader, uv),
             "roughness": lambda: _blended(network, shader, *roughness, 0.5, orm, 1, uv),
@@ -59,6 +59,7 @@ def read_omni_pbr(network: Network, shader: UsdShade.Shader, *, opacity_enabled:
             "detail_scale": lambda: network.number(shader, "detail_bump_factor", 0.3),
         }
     )
+    return replace(material, uv_primvar=uv_primvar(network, shader, "uv_space_index"))
 
 
 def read_omni_pbr_clearcoat(network: Network, shader: UsdShade.Shader, *, opacity_enabled: bool = False) -> Material:
@@ -68,6 +69,7 @@ def read_omni_pbr_clearcoat(network: Network, shader: UsdShade.Shader, *, opacit
         weight = 0.0
     elif weight > 0.0:
         warn_where(network, shader, {"clearcoat_tint": WHITE, "clearcoat_transparency": (1.0,)})
+        warn_of_textures(network, shader, ["clearcoat_normalmap_texture"])
     return replace(
         read_omni_pbr(network, shader, opacity_enabled=opacity_enabled),
         coat_f0=reflectance(network.ior(shader, "clearcoat_ior", COAT_IOR)),

@@ -14,6 +14,9 @@ from usdsdg_render.materials.mdl_inputs import (
     texture,
     textured,
     transform,
+    uv_primvar,
+    warn_of_projection,
+    warn_of_textures,
     warn_where,
 )
 from usdsdg_render.materials.network import Network
@@ -28,11 +31,12 @@ def read_omni_glass(network: Network, shader: UsdShade.Shader) -> Material:
     ior = network.ior(shader, "glass_ior", 1.491)
     roughness = texture(network, shader, "roughness_texture", color=False, transform=uv)
     influence = network.number(shader, "roughness_texture_influence", 1.0)
-    opacity = threshold = None
+    opacity, threshold = Input((1.0,)), 0.0
     if network.flag(shader, "enable_opacity", False):
-        opacity = network.number(shader, "cutout_opacity", 1.0)
-        threshold = network.number(shader, "opacity_threshold", 0.0)
+        opacity, threshold = _cutout(network, shader, uv), network.number(shader, "opacity_threshold", 0.0)
     warn_where(network, shader, {"reflection_color": WHITE})
+    warn_of_textures(network, shader, ["reflection_color_texture"])
+    warn_of_projection(network, shader)
     return Material(
         base_color=textured(
             network.floats(shader, "glass_color", WHITE),
@@ -40,14 +44,23 @@ def read_omni_glass(network: Network, shader: UsdShade.Shader) -> Material:
         ),
         roughness=blended(network.number(shader, "frosting_roughness", 0.0), roughness, 0, influence),
         specular=Input((reflectance(ior),) * 3),
-        opacity=Input((1.0 if opacity is None else opacity,)),
-        opacity_threshold=max(threshold or 0.0, 0.0),
+        opacity=opacity,
+        opacity_threshold=max(threshold, 0.0),
         transmission=1.0,
         ior=ior,
         thin=int(network.flag(shader, "thin_walled", False)),
         normal=normal_map(network, shader, "normal_map_texture", uv),
         normal_scale=network.number(shader, "normal_map_strength", 1.0),
+        uv_primvar=uv_primvar(network, shader, "uv_space_index"),
     )
+
+
+def _cutout(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input:
+    """Read where glass is: by its texture, or by the constant without one."""
+    constant = network.number(shader, "cutout_opacity", 1.0)
+    use = texture(network, shader, "cutout_opacity_texture", color=False, transform=uv)
+    from_alpha = network.number(shader, "cutout_opacity_mono_source", 1.0) == 0.0
+    return Input((constant,)) if use is None else Input((1.0,), use, 3 if from_alpha else 0, (constant,))
 
 
 def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
@@ -66,6 +79,7 @@ def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
     transmission = 0.0
     if network.flag(shader, "enable_specular_transmission", False):
         transmission = network.limited(shader, "specular_transmission_weight", 0.0)
+    _warn_of_unread(network, shader)
     has_opacity = network.flag(
         shader, "enable_opacity", network.source(shader, "geometry_opacity").attribute is not None
     )
@@ -85,8 +99,20 @@ def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
         metal_f90=1.0,
         coat_f0=reflectance(network.ior(shader, "coat_ior", 1.5)),
         clearcoat=scalar("coat_weight", 0.0),
-        clearcoat_roughness=scalar("coat_roughness", 0.0),
+        clearcoat_roughness=scalar("coat_roughness", 0.1),
+        uv_primvar=uv_primvar(network, shader, "uvw_uv_set"),
     )
+
+
+def _warn_of_unread(network: Network, shader: UsdShade.Shader) -> None:
+    """Warn of inputs that are not read although they would change the look."""
+    nothing = (0.0,)
+    names = ("diffuse_reflection_roughness", "specular_reflection_anisotropy", "specular_retro_reflection_weight")
+    warn_where(network, shader, dict.fromkeys(names, nothing))
+    if network.number(shader, "coat_weight", 0.0) > 0.0:
+        names = ("coat_anisotropy", "coat_affect_color", "coat_affect_roughness")
+        warn_where(network, shader, {"coat_color": WHITE, **dict.fromkeys(names, nothing)})
+    warn_of_textures(network, shader, ["coat_normal_image", "geometry_displacement_image"])
 
 
 def _base(network: Network, shader: UsdShade.Shader, uv: UvTransform, transmission: float) -> Input:

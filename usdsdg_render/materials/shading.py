@@ -104,6 +104,8 @@ class Material:
 
 def _primvar(prim: Usd.Prim, wanted: PrimvarInput, time: Usd.TimeCode) -> tuple[float, ...]:
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance(wanted.primvar)
+    if not primvar:
+        _warn_of_points(prim, wanted)
     value = primvar.ComputeFlattened(time) if primvar else None
     width = len(wanted.fallback)
     try:
@@ -121,3 +123,18 @@ def _primvar(prim: Usd.Prim, wanted: PrimvarInput, time: Usd.TimeCode) -> tuple[
             f"mean is used. Only displayColor as diffuseColor may vary."
         )
     return tuple(np.broadcast_to(array.mean(axis=0), width).tolist())
+
+
+def _warn_of_points(prim: Usd.Prim, wanted: PrimvarInput) -> None:
+    """Warn of a primvar that a point instancer has for each of its points, and its prototypes do not get."""
+    above = prim.GetParent()
+    while above:
+        attribute = above.GetAttribute(f"primvars:{wanted.primvar}")
+        if attribute and attribute.HasAuthoredValue() and above.IsA(UsdGeom.PointInstancer):
+            errors.warn_once(
+                f"{above.GetPath()}: primvars:{wanted.primvar} of each point is not supported; as {wanted.field} of "
+                f"the material of {prim.GetPath()} the fallback {wanted.fallback} is used. Give points of another "
+                "look a prototype of their own."
+            )
+            return
+        above = above.GetParent()

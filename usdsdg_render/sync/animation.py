@@ -146,4 +146,6 @@ class Animation:
     def _visibilities(self, time: Usd.TimeCode) -> dict[Sdf.Path, object]:
         if self._tree is None:
             return {}
-        return {path: attribute.Get(time) for path, attribute in self._tree.varying_visibility.items()}
+        # Of prims that are gone, or were made anew, the tree has not heard yet.
+        known = ((path, attribute) for path, attribute in self._tree.varying_visibility.items() if attribute)
+        return {path: attribute.Get(time) for path, attribute in known}

@@ -229,18 +229,18 @@ class SceneExtractor:
             Whether there are any.
         """
         missing = (gprim for gprim in self._gprims.drawn if gprim.geometry is None)
-        variants = {gprim: (_uv_name(gprim), gprim.colored) for gprim in (*missing, *changed)}
+        variants = {gprim: (_uv_names(gprim), gprim.colored) for gprim in (*missing, *changed)}
         unread = [(g, variant) for g, variant in variants.items() if g.geometry is None or g.geometry[:2] != variant]
         self._prototypes.begin_pass()
-        for done, (gprim, (uv_name, colored)) in enumerate(unread):
+        for done, (gprim, (uv_names, colored)) in enumerate(unread):
             if gprim.kind == SHAPE:
                 prototype = self._prototypes.shape(gprim.prim, self._time)
             else:
                 own = gprim.path in self._skinned or gprim.path in self._animation.geometry
                 prototype = self._prototypes.points(
-                    gprim.prim, self._time, uv_name, gprim.subsets, own=own, colored=colored
+                    gprim.prim, self._time, uv_names, gprim.subsets, own=own, colored=colored
                 )
-            gprim.geometry = uv_name, colored, prototype
+            gprim.geometry = uv_names, colored, prototype
             if self._progress is not None:
                 self._progress("geometry", done + 1, len(unread))
         return bool(unread)
@@ -259,8 +259,11 @@ class SceneExtractor:
         self._index_of = {id(prototype): k for k, prototype in enumerate(prototypes)}
 
 
-def _uv_name(gprim: Gprim) -> str:
-    """The UV primvar that the materials read; "" where any will do."""
-    if gprim.kind != MESH:
-        return ""
-    return next((material.uv_primvar for material in gprim.materials or () if material.uv_primvar), "")
+def _uv_names(gprim: Gprim) -> tuple[str, ...]:
+    """The UV primvar that the materials read, or that of each where they differ; none where any will do."""
+    materials = gprim.materials or () if gprim.kind == MESH else ()
+    named = tuple(dict.fromkeys(material.uv_primvar for material in materials if material.uv_primvar))
+    if not named or all(each.uv_primvar == named[0] or not each.textures for each in materials):
+        return named
+    # Those of slots without textures do not matter.
+    return tuple(each.uv_primvar if each.uv_primvar or each.textures else named[0] for each in materials)

@@ -42,7 +42,8 @@ class Gprim:
     is_recolored: bool = False  # whether its displayColor was edited, and must be read again
     plain_color: PlainColor | None = None  # made when it was edited first
     colored: bool = False  # drawn with its own displayColor, which varies over it
-    geometry: tuple[str, bool, Prototype | None] | None = None  # UV primvar and `colored` that it was read with
+    # The UV primvars and `colored` that it was read with, and its triangles.
+    geometry: tuple[tuple[str, ...], bool, Prototype | None] | None = None
 
     @property
     def prototype(self) -> Prototype | None:

@@ -174,10 +174,11 @@ def _gprims_below(
         matrix = np.array(local) if resets else matrix_product(np.array(local), parent)
         purpose = purpose_of(prim, purpose)
         ancestors.append((depth, matrix, purpose))
+        if kind == prim_kinds.INSTANCER:  # its prototypes are drawn through it only, whatever their purpose
+            iterator.PruneChildren()
         if purpose and purpose not in DRAWN_PURPOSES:
             continue
         if kind == prim_kinds.INSTANCER:
-            iterator.PruneChildren()
             if prim.GetPath() in instancers:
                 errors.warn_once(
                     f"{instancers[-1]}: {prim.GetPath()} is among its prototypes and draws it in turn, so it is not "

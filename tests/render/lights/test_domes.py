@@ -263,6 +263,28 @@ def test_unsupported_dome_inputs_warn():
         dome_of(light.GetPrim())
 
 
+@pytest.mark.parametrize(
+    ("name", "neutral", "value"),
+    [
+        ("shaping:cone:angle", 180.0, 30.0),
+        ("shaping:focus", 0.0, 2.0),
+        ("shaping:ies:file", Sdf.AssetPath(), Sdf.AssetPath("lamp.ies")),
+        ("shadow:color", Gf.Vec3f(0), Gf.Vec3f(1, 0, 0)),
+        ("shadow:distance", -1.0, 3.0),
+    ],
+)
+def test_what_a_dome_light_does_not_have_is_named(name, neutral, value, recwarn):
+    prim = UsdLux.DomeLight.Define(make_stage(), "/Sky").GetPrim()
+    UsdLux.ShapingAPI.Apply(prim)
+    UsdLux.ShadowAPI.Apply(prim)
+    prim.GetAttribute(f"inputs:{name}").Set(neutral)
+    dome_of(prim)
+    assert not recwarn
+    prim.GetAttribute(f"inputs:{name}").Set(value)
+    with pytest.warns(UserWarning, match=f"/Sky: inputs:{name} have no effect on a dome light"):
+        dome_of(prim)
+
+
 def test_dark_domes_are_skipped():
     light = UsdLux.DomeLight.Define(make_stage(), "/Sky")
     light.CreateIntensityAttr(0.0)

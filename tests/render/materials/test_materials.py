@@ -813,6 +813,18 @@ def test_omnipbr_turns_normal_maps_round_as_told(u, v, tmp_path):
     assert (detail.transform.u_row[0], detail.transform.v_row[1]) == (8, 4)
 
 
+@pytest.mark.parametrize(
+    ("template", "name"),
+    [("OmniPBR", "uv_space_index"), ("OmniGlass", "uv_space_index"), ("OmniSurface", "uvw_uv_set")],
+)
+def test_mdl_materials_say_which_texture_coordinates_they_read(template, name):
+    looks = Mdl(template)
+    for number, primvar in ((None, ""), (0, ""), (1, "st_1"), (3, "st_3")):
+        if number is not None:
+            looks.set(name, T.Int, number)
+        assert looks.read().uv_primvar == primvar
+
+
 def test_omnipbr_emission_mask(tmp_path):
     looks = Mdl()
     looks.set("enable_emission", T.Bool, True)
@@ -837,9 +849,49 @@ def test_omniglass_frost_and_its_texture(tmp_path):
     assert glass.row()[0]["opacity"] == 0.5
 
 
+@pytest.mark.parametrize(("source", "channel"), [(None, 0), (0, 3), (1, 0)])
+def test_omniglass_is_cut_out_by_its_texture(source, channel, tmp_path):
+    glass = Mdl("OmniGlass")
+    glass.set("cutout_opacity", T.Float, 0.25)
+    glass.set("cutout_opacity_texture", T.Asset, str(save(tmp_path / "o.png", (9, 9, 9, 200))))
+    if source is not None:
+        glass.set("cutout_opacity_mono_source", T.Int, source)
+    assert glass.row()[0]["opacity_texture"] == scene.NO_TEXTURE
+    glass.set("enable_opacity", T.Bool, True)
+    row, textures = glass.row()
+    assert (row["opacity"], row["opacity_channel"]) == (1, channel)
+    assert textures[row["opacity_texture"]].path == str(tmp_path / "o.png")
+    (tmp_path / "o.png").unlink()
+    with pytest.warns(UserWarning, match="cutout_opacity_texture names"):
+        assert glass.row()[0]["opacity"] == 0.25
+
+
+@pytest.mark.parametrize(
+    ("template", "name", "kind", "value"),
+    [
+        ("OmniGlass", "project_uvw", T.Bool, True),
+        ("OmniGlass", "reflection_color_texture", T.Asset, "a.png"),
+        ("OmniPBR_ClearCoat", "clearcoat_normalmap_texture", T.Asset, "a.png"),
+        ("OmniSurface", "specular_retro_reflection_weight", T.Float, 0.5),
+        ("OmniSurface", "diffuse_reflection_roughness", T.Float, 0.5),
+        ("OmniSurface", "coat_color", T.Color3f, Gf.Vec3f(1, 0, 0)),
+        ("OmniSurface", "coat_normal_image", T.Asset, "a.png"),
+    ],
+)
+def test_inputs_of_mdl_materials_that_are_not_read_are_named(template, name, kind, value, recwarn):
+    looks = Mdl(template)
+    looks.set("coat_weight", T.Float, 1.0)
+    looks.read()
+    assert not recwarn
+    looks.set(name, kind, value)
+    with pytest.warns(UserWarning, match=f"/Looks/M/Shader: .*{name}"):
+        looks.read()
+
+
 def test_omnisurface():
     looks = Mdl("OmniSurface")
     row, _ = looks.row()
+    assert row["clearcoat_roughness"] == np.float32(0.1)
     np.testing.assert_allclose(row["base_color"], 0.8, rtol=1e-6)
     assert (row["roughness"], row["transmission"], row["opacity"]) == (np.float32(0.2), 0, 1)
     looks.set("specular_reflection_weight", T.Float, 0.5)

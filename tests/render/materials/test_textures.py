@@ -150,6 +150,36 @@ def test_sixteen_bit_pngs_keep_all_bits(filters, channels, tmp_path):
         assert (texels[..., 3] == 65535).all()
 
 
+def sixteen_bit_tiff(values):
+    """An uncompressed TIFF of (H, W, 3) uint16."""
+    height, width, channels = values.shape
+    data = values.astype("<u2").tobytes()
+    entries = [(256, width), (257, height), (258, 0), (259, 1), (262, 2), (273, 0), (277, channels), (278, height)]
+    entries += [(279, len(data)), (284, 1)]
+    depths = 8 + 2 + 12 * len(entries) + 4
+    places = {258: (3, 3, depths), 273: (4, 1, depths + 2 * channels), 279: (4, 1, len(data))}
+    table = [struct.pack("<HHII", tag, *places.get(tag, (3, 1, value))) for tag, value in entries]
+    head = b"II*\0" + struct.pack("<IH", 8, len(entries))
+    return head + b"".join(table) + struct.pack("<I3H", 0, 16, 16, 16) + data
+
+
+def interlaced_png(values):
+    """An interlaced PNG of (1, 1, 3) uint16: of one pixel, all seven passes but the first are empty."""
+    png = deep_png(values, (0,))
+    header = png[12:28] + b"\x01"
+    return png[:12] + header + struct.pack(">I", zlib.crc32(header)) + png[33:]
+
+
+@pytest.mark.parametrize(("name", "written"), [("x.tif", sixteen_bit_tiff), ("x.png", interlaced_png)])
+def test_colors_of_16_bits_are_linear_also_where_their_low_bits_are_lost(name, written, tmp_path):
+    """UsdUVTexture: of sourceColorSpace auto, 8-bit files alone are sRGB."""
+    values = np.array([[[30000, 20000, 10000]]], np.uint16)
+    (tmp_path / name).write_bytes(written(values))
+    for space, expected in (("auto", values / 65535), ("sRGB", srgb_to_linear(values / 65535))):
+        shown = seen(texture(tmp_path / name, color_space=space))
+        np.testing.assert_allclose(shown[0, :3], expected[0, 0], atol=0.004)
+
+
 def test_cut_off_sixteen_bit_pngs_are_named(tmp_path):
     whole = deep_png(np.zeros((4, 4, 3), np.uint16), (0,) * 4)
     (tmp_path / "x.png").write_bytes(whole[:50])

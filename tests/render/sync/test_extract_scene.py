@@ -351,6 +351,28 @@ def test_a_material_may_read_the_gprims_own_color():
     assert [base_colors(scene, k)[0] for k in range(3)] == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 
 
+@pytest.mark.parametrize("interpolation", ["constant", "vertex"])
+def test_primvars_of_each_point_that_a_material_reads_are_named(interpolation):
+    stage = make_stage()
+    material = add_material(stage, "/Looks/M")
+    reader = UsdShade.Shader.Define(stage, "/Looks/M/Reader")
+    reader.CreateIdAttr("UsdPrimvarReader_float3")
+    reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("tint")
+    reader.CreateInput("fallback", Sdf.ValueTypeNames.Float3).Set(Gf.Vec3f(0, 0, 1))
+    surface = UsdShade.Shader(stage.GetPrimAtPath("/Looks/M/Surface"))
+    surface.GetInput("diffuseColor").ConnectToSource(reader.ConnectableAPI(), "result")
+    instancer = make_instancer(stage, [(0, 0, 0), (5, 0, 0)])
+    bind(instancer, material)
+    tint = UsdGeom.PrimvarsAPI(instancer).CreatePrimvar("tint", Sdf.ValueTypeNames.Color3fArray, interpolation)
+    tint.Set([Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 1, 0)][: 1 if interpolation == "constant" else 2])
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene = extract(stage)
+    named = [str(each.message) for each in caught]
+    assert base_colors(scene, 0) == [[1, 0, 0] if interpolation == "constant" else [0, 0, 1]]
+    assert any("/Points: primvars:tint of each point" in each for each in named) == (interpolation == "vertex")
+
+
 def test_the_uv_set_follows_the_material():
     stage = make_stage()
     material = add_material(stage, "/Looks/M")
@@ -472,6 +494,21 @@ def test_point_instancers_nest():
     np.testing.assert_allclose(scene.instances.local_to_world[3, 3], [105, 0, 10, 1])
 
 
+@pytest.mark.parametrize("purpose", ["guide", "proxy"])
+def test_point_instancers_of_other_purposes_draw_nothing_inside_of_others_either(purpose):
+    stage = make_stage()
+    inner = make_instancer(stage, [(0, 0, 0), (5, 0, 0)])
+    for path in ("/Points/Protos/Pair/Ball", "/Points/Protos/Box"):
+        UsdGeom.Imageable(stage.GetPrimAtPath(path)).CreatePurposeAttr("render")
+    outer = UsdGeom.PointInstancer.Define(stage, "/Outer")
+    outer.CreatePrototypesRel().SetTargets(["/Points"])
+    outer.CreatePositionsAttr([Gf.Vec3f(100, 0, 0)])
+    outer.CreateProtoIndicesAttr([0])
+    assert len(extract(stage).instances) == 4
+    UsdGeom.Imageable(inner).CreatePurposeAttr(purpose)
+    assert not len(extract(stage).instances)
+
+
 @pytest.mark.parametrize("indices", [[0, 7], [0]])
 def test_inconsistent_point_instancers_are_named(indices):
     stage = make_stage()
@@ -584,6 +621,37 @@ def test_mesh_lights_emit(mode):
     }[mode]
     assert (row["base_color"].tolist(), row["emission"].tolist()) == expected
     assert len(scene.lights) == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("specular", 0.5),
+        ("shaping:cone:angle", 30.0),
+        ("shaping:ies:file", Sdf.AssetPath("lamp.ies")),
+        ("shadow:enable", False),
+        ("shadow:color", Gf.Vec3f(1, 0, 0)),
+    ],
+)
+def test_what_a_mesh_light_does_not_have_is_named(name, value):
+    stage = make_stage()
+    prim = add_mesh(stage, "/Lamp").GetPrim()
+    for schema in (UsdLux.MeshLightAPI, UsdLux.ShapingAPI, UsdLux.ShadowAPI):
+        schema.Apply(prim)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        extract(stage)
+    prim.GetAttribute(f"inputs:{name}").Set(value)
+    with pytest.warns(UserWarning, match=f"/Lamp: a mesh light shines to all sides.*; inputs:{name} have no effect"):
+        extract(stage)
+
+
+def test_links_of_a_mesh_light_are_named():
+    stage = make_stage()
+    light = UsdLux.LightAPI(UsdLux.MeshLightAPI.Apply(add_mesh(stage, "/Lamp").GetPrim()))
+    light.GetLightLinkCollectionAPI().ExcludePath("/Other")
+    with pytest.warns(UserWarning, match="/Lamp: a mesh light .*; its light and shadow links have no effect"):
+        extract(stage)
 
 
 def test_an_empty_stage_gives_an_empty_scene():

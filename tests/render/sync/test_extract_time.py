@@ -86,6 +86,35 @@ def test_visibility_comes_and_goes():
     assert at(extractor, 2)[1] == set()
 
 
+@pytest.mark.parametrize("how", ["remove", "deactivate", "mute", "retime", "instance"])
+def test_what_comes_and_goes_may_be_gone_or_made_anew_at_the_next_time(how, tmp_path):
+    part = Usd.Stage.CreateNew(str(tmp_path / "part.usda"))
+    part.SetDefaultPrim(part.DefinePrim("/Part", "Xform"))
+    box = UsdGeom.Cube.Define(part, "/Part/Box")
+    for code, shown in ((0, "inherited"), (5, "invisible")):
+        box.CreateVisibilityAttr().Set(shown, code)
+    part.Save()
+    stage = make_stage()
+    blinking = stage.DefinePrim("/Blinking", "Xform")
+    blinking.GetReferences().AddReference(part.GetRootLayer().identifier)
+    stage.DefinePrim("/Still", "Cube")
+    extractor = SceneExtractor(stage)
+    assert at(extractor, 0)[0].instances.paths == ("/Blinking/Box", "/Still")
+    edits = {
+        "remove": lambda: stage.RemovePrim("/Blinking"),
+        "deactivate": lambda: blinking.SetActive(False),
+        "mute": lambda: stage.MuteLayer(part.GetRootLayer().identifier),
+        "retime": lambda: stage.SetTimeCodesPerSecond(48),  # the samples of the part are at 0 and 10 then
+        "instance": lambda: blinking.SetInstanceable(True),
+    }
+    edits[how]()
+    for code in (6, 0, 12):
+        scene, _ = at(extractor, code)
+        box = stage.GetPrimAtPath("/Blinking/Box")
+        is_shown = bool(box) and UsdGeom.Imageable(box).ComputeVisibility(code) == "inherited"
+        assert scene.instances.paths == (("/Blinking/Box",) if is_shown else ()) + ("/Still",)
+
+
 def test_points_sizes_and_topology_follow_the_time():
     stage = make_stage()
     mesh = add_mesh(stage, "/Mesh")
@@ -351,6 +380,31 @@ def test_materials_follow_the_time():
     scene, touched = at(extractor, 5)
     assert [base_colors(scene, k)[0] for k in range(2)] == [[0.5, 0.5, 0], [0, 0, 1]]
     assert touched == {"materials"}
+
+
+@pytest.mark.parametrize("instanceable", [False, True])
+def test_layer_offsets_give_each_reference_its_own_time_of_materials(instanceable, tmp_path):
+    asset = Usd.Stage.CreateNew(str(tmp_path / "glowing.usda"))
+    asset.SetDefaultPrim(UsdGeom.Xform.Define(asset, "/Asset").GetPrim())
+    bind(asset.DefinePrim("/Asset/Box", "Cube"), add_material(asset, "/Asset/Looks/M"))
+    color = UsdShade.Shader(asset.GetPrimAtPath("/Asset/Looks/M/Surface")).GetInput("diffuseColor")
+    for code, red in ((0, 0.0), (8, 1.0)):
+        color.Set(Gf.Vec3f(red, 0, 0), code)
+    asset.Save()
+    stage = make_stage()
+    offsets = [Sdf.LayerOffset(), Sdf.LayerOffset(4.0), Sdf.LayerOffset(0.0, 2.0), Sdf.LayerOffset()]
+    for k, offset in enumerate(offsets):
+        prim = stage.DefinePrim(f"/o{k}", "Xform")
+        prim.GetReferences().AddReference(asset.GetRootLayer().identifier, offset)
+        prim.SetInstanceable(instanceable)
+    extractor = SceneExtractor(stage)
+    for code in (4, 6):
+        scene, _ = at(extractor, code)
+        told = [
+            list(stage.GetAttributeAtPath(f"/o{k}/Looks/M/Surface.inputs:diffuseColor").Get(code)) for k in range(4)
+        ]
+        assert [base_colors(scene, k)[0] for k in range(4)] == told
+        assert len({tuple(each) for each in told}) == 3
 
 
 def test_texture_files_follow_the_time(tmp_path):

@@ -57,6 +57,17 @@ def test_hidden_prims_have_a_box_and_what_is_hidden_in_them_is_not_in_it(stage, 
     assert tuple(box.GetMax()) == pytest.approx((0.1, 0.2, 0.0))
 
 
+def test_what_is_hidden_at_the_time_is_not_in_the_box(stage):
+    UsdGeom.Xform.Define(stage, "/World")
+    mesh(stage, "/World/mesh", None)
+    visibility = UsdGeom.Cube.Define(stage, "/World/blinking").CreateVisibilityAttr()
+    visibility.Set("inherited", 0)
+    visibility.Set("invisible", 10)
+    for code, highest in ((0, 1.0), (10, 0.2)):
+        box = own_box(stage.GetPrimAtPath("/World"), PURPOSES, Usd.TimeCode(code))
+        assert box.GetMax()[1] == pytest.approx(highest)
+
+
 def test_prims_without_geometry_have_an_empty_box(stage):
     UsdGeom.Xform.Define(stage, "/World/empty")
     assert own_box(stage.GetPrimAtPath("/World"), PURPOSES).IsEmpty()

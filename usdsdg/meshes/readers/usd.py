@@ -82,7 +82,12 @@ def _prims(stage: Usd.Stage) -> Iterator[Usd.Prim]:
 
 
 def _meshes(stage: Usd.Stage) -> Iterator[Usd.Prim]:
+    instancer = None
     for prim in _prims(stage):
+        if instancer is not None and prim.GetPath().HasPrefix(instancer):
+            continue  # its prototypes are drawn where its points are, and not where they stand
+        if prim.IsA(UsdGeom.PointInstancer):
+            instancer = prim.GetPath()
         if prim.IsA(UsdGeom.Mesh):
             image = UsdGeom.Imageable(prim)
             if image.ComputeVisibility(_FIRST) != UsdGeom.Tokens.invisible and image.ComputePurpose() in DRAWN_PURPOSES:
@@ -114,12 +119,22 @@ def _parts(mesh: UsdGeom.Mesh, looks: Looks) -> Iterator[Part]:
         faces = np.array(subset.GetIndicesAttr().Get(_FIRST) or (), np.int64)
         faces = faces[(faces >= 0) & (faces < triangles.count)]
         left[faces] = False
-        material = UsdShade.MaterialBindingAPI(subset.GetPrim()).ComputeBoundMaterial()[0]
-        yield _part(mesh, subset.GetPrim().GetName(), points, triangles.chosen(faces), material, looks)
+        if len(faces):
+            material = _bound_material(subset.GetPrim())
+            yield _part(mesh, subset.GetPrim().GetName(), points, triangles.chosen(faces), material, looks)
     if left.any():
         name = mesh.GetPrim().GetName()
-        material = binding.ComputeBoundMaterial()[0]
+        material = _bound_material(mesh.GetPrim())
         yield _part(mesh, name, points, triangles.chosen(np.flatnonzero(left)), material, looks)
+
+
+def _bound_material(prim: Usd.Prim) -> UsdShade.Material:
+    """Return the material that is drawn: of purpose full, else all-purpose, else preview."""
+    binding = UsdShade.MaterialBindingAPI(prim)
+    return (
+        binding.ComputeBoundMaterial(UsdShade.Tokens.full)[0]
+        or binding.ComputeBoundMaterial(UsdShade.Tokens.preview)[0]
+    )
 
 
 def _triangles(mesh: UsdGeom.Mesh) -> _Faces:

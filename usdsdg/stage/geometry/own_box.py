@@ -21,7 +21,7 @@ def own_box(
     """
     boxes = DrawnBoxes(time, purposes) if boxes is None else boxes
     united, transforms = Gf.Range3d(), UsdGeom.XformCache(time)
-    for each in _drawn(prim, purposes):
+    for each in _drawn(prim, purposes, time):
         box = boxes.own(each)
         if box is not None:
             corners = Gf.BBox3d(Gf.Range3d(*(Gf.Vec3d(*corner) for corner in box.tolist())))
@@ -30,14 +30,14 @@ def own_box(
     return united
 
 
-def _drawn(prim: Usd.Prim, purposes: Sequence[str]) -> Iterator[Usd.Prim]:
+def _drawn(prim: Usd.Prim, purposes: Sequence[str], time: Usd.TimeCode) -> Iterator[Usd.Prim]:
     """Yield the prims with a box at and below a prim, which may be hidden; what is below one of them is in its box."""
     prims = iter(Usd.PrimRange(prim, Usd.TraverseInstanceProxies()))
     for each in prims:
         imageable = UsdGeom.Imageable(each)
         if not imageable:
             continue
-        if each != prim and imageable.GetVisibilityAttr().Get() == UsdGeom.Tokens.invisible:
+        if each != prim and imageable.GetVisibilityAttr().Get(time) == UsdGeom.Tokens.invisible:
             prims.PruneChildren()
         elif each.IsA(UsdGeom.Boundable):
             prims.PruneChildren()
