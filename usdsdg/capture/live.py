@@ -57,7 +57,7 @@ class LiveView:
         self._seen[annotator] = self._now()
 
     def refresh(self, annotator: Annotator) -> None:
-        """Compute the annotator again if the application was updated since, and what its image depends on has changed."""
+        """Compute the annotator again if the application was updated since, and what it shows may have changed."""
         seen, now = self._seen.get(annotator), self._now()
         if seen is None or seen.update == now.update:
             return
