@@ -32,7 +32,7 @@ def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     """Id of the label of each pixel, uint32 (H, W), or its color, uint8 (H, W, 4).
 
     Prims with equal labels share an id. `mapping` {"type:label": RGBA or id}, or a JSON file of it, overrides ids and
-    colors.
+    colors. Labels may be in upper case; those without a type have the type "class".
     """
     return _annotation(frame, shown_classes(frame, params), params, str)
 
