@@ -81,10 +81,9 @@ def test_a_filter_that_selects_nothing_is_told_once_with_near_misses(params, mes
 
 
 @pytest.mark.parametrize("mapping", ["{bad", "/nowhere/colors.json", 5])
-def test_a_mapping_that_cannot_be_read_is_told(frame, mapping):
-    annotator = annotators.get("semantic_segmentation", init_params={"mapping": mapping})
+def test_a_mapping_that_cannot_be_read_is_told(mapping):
     with pytest.raises(AnnotatorError, match="mapping"):
-        annotator.compute(frame)
+        annotators.get("semantic_segmentation", init_params={"mapping": mapping})
 
 
 def test_what_an_annotator_is_called(frame):

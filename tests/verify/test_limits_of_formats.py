@@ -1,5 +1,6 @@
 """What a format cannot say of a scene is no fault of its dataset."""
 
+import json
 import warnings
 
 import numpy as np
@@ -94,3 +95,34 @@ def test_styles_of_pillow_are_drawn_as_they_were(stage, tmp_path, style):
     options = {"bounding_box_2d_tight_params": style, "bounding_box_3d_params": solids}
     drawn = {"bounding_box_2d_tight": True, "bounding_box_3d": True}
     assert write(tmp_path, "DataVisualizationWriter", eye, **drawn, **options) == []
+
+
+def test_the_last_digit_of_focal_lengths_is_no_fault(stage, tmp_path):
+    eye = UsdGeom.Camera.Define(stage, "/Camera")
+    eye.CreateFocalLengthAttr(17.661026)
+    eye.CreateHorizontalApertureAttr(20.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UsdsdgWarning)
+        assert write(tmp_path, "KittiWriter", "/Camera", plain_names=True) == []
+    (calibration,) = tmp_path.rglob("calib/*.txt")
+    row = calibration.read_text().splitlines()[2].split()[1:]
+    assert row[0] != row[5]
+    focal = float(row[0])
+    assert float(row[5]) == pytest.approx(focal, rel=1e-12)
+    calibration.write_text(calibration.read_text().replace(row[5], f"{1.001 * focal:.12e}"))
+    assert any("square pixels" in str(each) for each in verify(tmp_path).faults)
+
+
+def test_classes_of_one_name_are_one_category_of_coco(stage, tmp_path):
+    for name, kind, x in (("a", "class", -1), ("b", "coco", 1)):
+        prim = UsdGeom.Cube.Define(stage, f"/World/{name}").GetPrim()
+        UsdGeom.XformCommonAPI(prim).SetTranslate(Gf.Vec3d(1.5 * x, 0, -8))
+        add_labels(prim, {kind: ["car"]})
+    UsdGeom.Camera.Define(stage, "/Camera")
+    assert write(tmp_path, "CocoWriter", "/Camera", plain_names=True, panoptic=True) == []
+    data = json.loads((tmp_path / "annotations/instances_train.json").read_text())
+    (category,) = data["categories"]
+    assert category["name"] == "car"
+    assert [each["category_id"] for each in data["annotations"]] == [category["id"]] * 2
+    segments = json.loads((tmp_path / "annotations/panoptic_train.json").read_text())["annotations"][0]["segments_info"]
+    assert [each["category_id"] for each in segments] == [category["id"]] * 2

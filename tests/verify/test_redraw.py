@@ -1,5 +1,6 @@
 """`usdsdg verify --render`: faults above the record, which files and record agree about, are found."""
 
+import json
 import shutil
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 from pxr import Sdf, UsdGeom, UsdShade
 
+import usdsdg as rep
 from tests.sampled_cases import sampled
 from tests.verify import datasets, faults_above
 from usdsdg.annotators.ownership import LabeledStage
@@ -159,3 +161,17 @@ def test_frames_that_are_not_recorded_are_an_error(clean):
     done = CliRunner().invoke(app, ["verify", str(clean / "pose"), "--render", "--frames", "1,99"])
     assert done.exit_code == 1
     assert f"error: --frames: {clean / 'pose'} does not have frame 99; it has 3 frames, from 0 to 2" in done.output
+
+
+@pytest.mark.parametrize("writer_name", ["BopWriter", "VocWriter", "YoloWriter"])
+def test_labels_of_a_type_in_upper_case_are_those_of_the_stage(stage, tmp_path, writer_name):
+    add_labels(UsdGeom.Cube.Define(stage, "/World/Cup").GetPrim(), {"class": ["cup"], "Material": ["Steel"]})
+    camera = rep.create.camera(position=(0, -8, 3), look_at=(0, 0, 0))
+    writer = rep.writers.get(writer_name)
+    writer.initialize(output_dir=str(tmp_path), semantic_filter_predicate="Material: Steel")
+    writer.attach(rep.create.render_product(camera, (64, 48)))
+    rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    (table,) = json.loads((tmp_path / ".usdsdg/classes.json").read_text())["tables"]
+    assert [each["labels"] for each in table["classes"]] == [{"Material": "steel"}]
+    assert [str(each) for each in verify(tmp_path, render=1).faults] == []

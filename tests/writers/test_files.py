@@ -57,6 +57,8 @@ def test_unknown_and_unsupported_formats(backend, image):
         files.write_image("rgb.exr", image, backend)
     with pytest.raises(Unsupported, match="'exr'"):
         files.checked_image_format("exr")
+    with pytest.raises(WriterError, match=r"use 'png', 'jpg', 'jpeg'\.$"):
+        files.checked_image_format("bmp")
 
 
 @pytest.mark.parametrize("half", [False, True])

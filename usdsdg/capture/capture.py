@@ -3,7 +3,7 @@
 Films are exposed once per sub-frame; labels are rendered once, from the state at the last exposure.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -45,7 +45,9 @@ TICKS = 1_000_000
 class Capture:
     """Renders, frame by frame, the render products that annotators and writers are attached to."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, shared_prims: Callable[[], LabeledPrimReader] | None = None) -> None:
+        """shared_prims: returns the reader of the labeled prims, so that ids are those of others that have it."""
+        self._shared_prims = shared_prims
         self.expected_frames: int | None = None  # for progress reports; None: not known
         self.frames_before = 0  # those of the same job on earlier stages
         # Whether writers have the frame, also where one of them failed: it is not captured again, or they had it twice.
@@ -205,6 +207,8 @@ class Capture:
 
     def labeled_prims(self) -> LabeledPrimReader:
         """Return the reader of the labeled prims of the stage, which numbers all that is in its pictures."""
+        if self._shared_prims is not None:
+            return self._shared_prims()
         if self._labeled_prims is None:
             self._labeled_prims = LabeledPrimReader(current_stage())
         return self._labeled_prims

@@ -7,7 +7,8 @@ that the annotator holds.
 from __future__ import annotations
 
 import weakref
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 from pxr import Tf, Usd
 
@@ -26,6 +27,12 @@ class Moment:
     update: int  # of the application
     edits: int  # of the stage
     time: float  # on the timeline [s]
+    settings: dict[str, Any]  # those that differ from their defaults
+    label_filters: int  # how often the filter of all labels was set
+
+    def shows_the_same_as(self, other: Moment) -> bool:
+        """Return whether images of both are equal, but for the noise of colors."""
+        return replace(self, update=other.update) == other
 
 
 class LiveView:
@@ -35,7 +42,8 @@ class LiveView:
         self._edits = 0
         self._stage: Usd.Stage | None = None
         self._listener: Tf.Notice.Listener | None = None
-        self._capture = Capture()
+        # The ids in images between captures are those of captured frames.
+        self._capture = Capture(shared_prims=lambda: current().orchestrator.capture.labeled_prims())
         self._seen: weakref.WeakKeyDictionary[Annotator, Moment] = weakref.WeakKeyDictionary()
 
     def reset(self) -> None:
@@ -49,12 +57,15 @@ class LiveView:
         self._seen[annotator] = self._now()
 
     def refresh(self, annotator: Annotator) -> None:
-        """Compute the annotator again if the application was updated since, and the stage or the time has changed."""
+        """Compute the annotator again if the application was updated since, and what it shows may have changed."""
         seen, now = self._seen.get(annotator), self._now()
         if seen is None or seen.update == now.update:
             return
+        product = current().render_products.get(annotator.render_product or "")
+        if product is not None and not product.updates_enabled:
+            return  # what has changed meanwhile shows when it is enabled again
         self._seen[annotator] = now
-        if annotator.has_data and (seen.edits, seen.time) == (now.edits, now.time):
+        if annotator.has_data and seen.shows_the_same_as(now):
             return
         self._show(annotator, now)
 
@@ -71,7 +82,14 @@ class LiveView:
 
     def _now(self) -> Moment:
         self._count_edits()
-        return Moment(current().app.get_update_number(), self._edits, get_timeline().get_current_time())
+        state = current()
+        return Moment(
+            state.app.get_update_number(),
+            self._edits,
+            get_timeline().get_current_time(),
+            get_settings().changed(),
+            state.label_filter_sets,
+        )
 
     def _count_edits(self) -> None:
         stage = current().stage

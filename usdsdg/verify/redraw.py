@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
+from usdsdg.annotators.ownership import parse_filter
 from usdsdg.annotators.point_instances import prim_path
 from usdsdg.datasets.faults import Fault, Faults
 from usdsdg.datasets.folder import Folder
@@ -208,8 +209,7 @@ def _labels(
     """
     shown = _materials(stage, everything, time)
     for key, selection in product.selections.items():
-        # Without cases, as labels are compared.
-        label_filter = LabelFilter(key.lower()) if key else None
+        label_filter = parse_filter(key)
         owners = {path: _owner(stage.GetPrimAtPath(path), label_filter, time, shown.get(path)) for path in shown}
         for gprim, member in zip(product.gprims, selection.member_of_gprim.tolist()):
             # A point instance has no prim.

@@ -254,7 +254,7 @@ def checked_image_format(name: str) -> str:
     if known == "exr":
         raise Unsupported("image_output_format 'exr' is for floats, and rendered images are 8-bit; use 'png'.")
     if f".{known}" not in _ENCODERS:
-        formats = ", ".join(repr(suffix[1:]) for suffix in _ENCODERS)
+        formats = ", ".join(repr(suffix[1:]) for suffix in _ENCODERS if suffix != ".exr")
         raise WriterError(f"image_output_format {name!r} does not exist; use {formats}.")
     return known
 

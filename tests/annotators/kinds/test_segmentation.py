@@ -10,7 +10,7 @@ from tests.annotators.ray_caster import add_cube, make_frame, new_stage
 from tests.annotators.scenes import crowds, mask_of, street
 from usdsdg import annotators
 from usdsdg.annotators.colors import colors_of_ids
-from usdsdg.errors import UsdsdgWarning
+from usdsdg.errors import AnnotatorError, UsdsdgWarning
 from usdsdg.stage.semantics.labels import add_labels
 
 
@@ -96,6 +96,50 @@ def test_mapping_chooses_ids_and_colors(frame):
     image = compute(frame, "semantic_segmentation", mapping=mapping, colorize=True)
     assert (image.data[mask_of(frame, "/World/Apple1")] == (9, 8, 7, 255)).all()
     assert image.info["idToLabels"]["(9, 8, 7, 255)"] == {"class": "apple"}
+
+
+@pytest.mark.parametrize("key", ["class:Apple", "Apple", "apple"])
+@pytest.mark.parametrize("value", [np.array([9, 8, 7, 255]), [9.0, 8.0, 7.0], (np.uint8(9), np.uint8(8), np.uint8(7))])
+def test_keys_and_colors_of_mappings_as_scripts_write_them(frame, key, value):
+    image = compute(frame, "semantic_segmentation", mapping={key: value}, colorize=True)
+    assert (image.data[mask_of(frame, "/World/Apple1")] == (9, 8, 7, 255)).all()
+
+
+def test_a_mapping_may_have_ids_of_numpy_and_what_has_no_label(frame):
+    ids = compute(frame, "semantic_segmentation", mapping={"Pear": np.int64(40), "UNLABELLED": 50, "BACKGROUND": 60})
+    assert (ids.data[mask_of(frame, "/World/Pear")] == 40).all()
+    assert (ids.data[mask_of(frame, "/World/Ground")] == 50).all()
+    assert (ids.data[frame.aovs["instance"] < 0] == 60).all()
+    assert {ids.info["idToLabels"][key]["class"] for key in ("40", "50", "60")} == {"pear", "UNLABELLED", "BACKGROUND"}
+
+
+@pytest.mark.parametrize(
+    ("mapping", "said"),
+    [
+        ({"class:pear": "#ff0000"}, r"mapping\['class:pear'\] is '#ff0000'; expected a color"),
+        ({"class:pear": (1, 2)}, "expected a color"),
+        ({"class:pear": (300, 0, 0)}, "from 0 to 255"),
+        ({"class:pear": (0.5, 0, 0)}, "whole numbers"),
+        ({"class:pear": -1}, "or an id"),
+        ({"class:pear": 1 << 32}, "or an id"),
+        ({"class:pear": True}, "or an id"),
+        ({"class:pear": None}, "or an id"),
+        ({7: (1, 2, 3)}, "has the key 7; expected a text"),
+        ({("class", "pear"): (1, 2, 3)}, "expected a text"),
+        ([("class:pear", 4)], "mapping must be"),
+        ("missing.json", "cannot be read as JSON"),
+    ],
+)
+def test_a_wrong_mapping_is_an_error_before_any_frame(mapping, said):
+    with pytest.raises(AnnotatorError, match=said):
+        annotators.get("semantic_segmentation", init_params={"mapping": mapping})
+
+
+def test_a_warning_names_what_has_the_id_of_a_mapping(frame):
+    table = compute(frame, "semantic_segmentation").info["idToLabels"]
+    (taken,) = (int(key) for key, labels in table.items() if labels == {"class": "apple"})
+    with pytest.warns(UsdsdgWarning, match=f"gives class:pear the id {taken}, which is that of class:apple"):
+        compute(frame, "semantic_segmentation", mapping={"class:pear": taken})
 
 
 def test_ids_do_not_depend_on_what_is_in_view():

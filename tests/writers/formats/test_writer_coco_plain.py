@@ -211,6 +211,12 @@ def test_keypoints_of_the_stage(stage, tmp_path):
     assert points[0, :2] == pytest.approx((32 - focal / 8.5, 24), abs=2e-3)
 
 
+def test_keypoints_of_the_stage_under_a_filter_in_upper_case(stage, tmp_path):
+    _, data = posed(tmp_path, keypoints=True, semantic_filter_predicate="class: Cube | LATER")
+    named = {each["name"]: each.get("keypoints") for each in data["categories"]}
+    assert named == {"cube": ["back", "far", "front"], "later": ["top"]}
+
+
 def test_keypoints_with_a_skeleton(stage, tmp_path):
     given = {"Cube": {"keypoints": ["front", "far", "back"], "skeleton": [("front", "back")], "sigmas": [1, 2, 3]}}
     writer, data = posed(tmp_path, keypoints=given)

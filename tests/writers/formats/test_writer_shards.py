@@ -9,13 +9,17 @@ from functools import partial
 import numpy as np
 import pytest
 from PIL import Image
+from pxr import UsdGeom
 
+import usdsdg as rep
 from tests.annotators.ray_caster import known
 from tests.writers.formats.test_writer_yolo import PRODUCT, members_of
 from tests.writers.formats.test_writer_yolo import write as written
 from usdsdg import annotators, writers
 from usdsdg.errors import WriterError
 from usdsdg.session.session import current
+from usdsdg.stage.semantics.labels import add_labels
+from usdsdg.verify.verify import verify
 from usdsdg.writers.formats.shards.packing import InOrder, Limits
 from usdsdg.writers.formats.shards.shard_writer import limits_of
 from usdsdg.writers.formats.shards.tar_shard import Archive, TarSample
@@ -188,6 +192,30 @@ def test_classes_that_come_later_are_named_in_all_shards(parquet, frame, tmp_pat
         assert len(parquet.read_table(path).to_pylist()[0]["objects"]["id"]) > 2
     assert named[0] == named[1]
     assert named[0][-1] == "zebra"
+
+
+def test_classes_of_one_name_are_told_apart(parquet, stage, tmp_path):
+    """`datasets` reads no ClassLabel that has a name twice."""
+    for name, kind, x in (("a", "class", -1), ("b", "color", 1)):
+        prim = UsdGeom.Cube.Define(stage, f"/World/{name}").GetPrim()
+        UsdGeom.XformCommonAPI(prim).SetTranslate((1.5 * x, 0, -8))
+        add_labels(prim, {kind: ["car"]})
+    UsdGeom.Camera.Define(stage, "/Camera")
+    writer = rep.writers.get("ParquetWriter")
+    writer.initialize(output_dir=str(tmp_path), semantic_types=["class", "color"], shard_samples=1)
+    writer.attach(rep.create.render_product("/Camera", (64, 48)))
+    for _ in range(2):
+        rep.orchestrator.step()
+    rep.orchestrator.wait_until_complete()
+    for path in sorted((tmp_path / "data").iterdir()):
+        table = parquet.ParquetFile(path)
+        features = json.loads(table.schema_arrow.metadata[b"huggingface"])["info"]["features"]
+        names = features["objects"]["category"]["feature"]["names"]
+        assert len(names) == len(set(names)) == 2
+        [row] = table.read().to_pylist()
+        assert sorted(row["objects"]["category"]) == [0, 1]
+        assert row["objects"]["label"] == ["car", "car"]
+    assert verify(tmp_path).faults == []
 
 
 def test_shards_may_be_as_large_as_one_likes():

@@ -1,5 +1,6 @@
 """YCBVideoWriter: files and names, and the numbers of Isaac Sim and of the dataset."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,17 @@ def test_labels_are_the_indices_of_classes(frame, tmp_path):
         expected[frame.aovs["instance"] == frame.gprims.index(path)] = index
     np.testing.assert_array_equal(found, expected)
     assert found.dtype == np.uint8
+
+
+def test_labels_in_a_format_that_changes_them_are_told(frame, tmp_path):
+    with pytest.warns(UsdsdgWarning, match="'jpg' changes the classes of `-label` pictures"):
+        write(tmp_path / "lossy", frame, image_output_format="jpg")
+    color = dict.fromkeys(EVERYTHING, False) | {"rgb": True}
+    with warnings.catch_warnings(record=True) as told:
+        write(tmp_path / "exact", frame, image_output_format="jpg", exact=True, pose=False)
+        write(tmp_path / "color", frame, image_output_format="jpg", **color)
+    assert not [each for each in told if "changes the classes" in str(each.message)]
+    assert {path.suffix for path in (tmp_path / "exact" / VIDEO).glob("*-label.*")} == {".png"}
 
 
 def test_boxes_are_inclusive(frame, tmp_path):

@@ -4,7 +4,6 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,8 @@ from usdsdg.annotators.base import predicate_of
 from usdsdg.annotators.colors import BACKGROUND, UNLABELLED, colors_of_ids
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.pixels.look_up_table import LookUpTable
+from usdsdg.annotators.prims.id_mapping import Chosen, read_mapping, warn_of_shared_ids
 from usdsdg.annotators.selection import Selection
-from usdsdg.errors import AnnotatorError
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +98,7 @@ def shown_ids(frame: Frame, params: Mapping[str, Any], find: Callable[[Frame, Se
     selection = frame.selection(predicate_of(params))
     ids = selection.keep(find, lambda: find(frame, selection))
     key = (ids, json.dumps(mapping, sort_keys=True, default=str) if mapping else None)
-    return frame.derive(key, lambda: _mapped(frame, ids, _read_mapping(mapping)) if mapping else _unmapped(frame, ids))
+    return frame.derive(key, lambda: _mapped(frame, ids, read_mapping(mapping)) if mapping else _unmapped(frame, ids))
 
 
 def _unmapped(frame: Frame, ids: Ids) -> Shown:
@@ -109,17 +108,19 @@ def _unmapped(frame: Frame, ids: Ids) -> Shown:
     return Shown(ids.table, lambda: ids.colors, ids.tables, listed, listed, ids.known_colors[are_listed])
 
 
-def _mapped(frame: Frame, ids: Ids, chosen_by_key: Mapping[str, Any]) -> Shown:
+def _mapped(frame: Frame, ids: Ids, chosen_by_key: Mapping[str, Chosen]) -> Shown:
     """Apply a mapping of the user to ids, and list those that are in the picture."""
     known = ids.keys()
     new_id = np.arange(len(known), dtype=np.uint32)
+    mapped: dict[int, int] = {}
     chosen: dict[int, tuple[int, ...]] = {}
     for index, names in enumerate(known):
         value = next((chosen_by_key[name] for name in names if name in chosen_by_key), None)
         if isinstance(value, int):
-            new_id[index] = value
+            new_id[index] = mapped[index] = value
         elif value is not None:
-            chosen[index] = tuple(int(channel) for channel in value)
+            chosen[index] = value
+    warn_of_shared_ids(known, mapped)
     # Of several old ids with the same new id, the first that is visible represents all.
     old_id: dict[int, int] = {}
     for old in (*ids.known[ids.are_present(frame)].tolist(), *ids.always):
@@ -128,7 +129,7 @@ def _mapped(frame: Frame, ids: Ids, chosen_by_key: Mapping[str, Any]) -> Shown:
     meanings = np.array([old_id[i] for i in listed.tolist()], np.int64)
     colors = np.where((listed == meanings)[:, None], ids.colors_of(listed), colors_of_ids(listed))
     for index, color in chosen.items():
-        colors[listed == new_id[index]] = (*color[:3], color[3] if len(color) > 3 else 255)
+        colors[listed == new_id[index]] = color
     of_entries = new_id[ids.of_entries]
     return Shown(
         LookUpTable(of_entries), lambda: _palette(of_entries, listed, colors), ids.tables, listed, meanings, colors
@@ -142,17 +143,3 @@ def _palette(of_entries: np.ndarray, listed: np.ndarray, colors: np.ndarray) -> 
     found = colors[places]
     found[listed[places] != of_entries] = 0
     return LookUpTable(found)
-
-
-def _read_mapping(mapping: Any) -> Mapping[str, Any]:
-    if isinstance(mapping, str):
-        try:
-            text = mapping if mapping.lstrip().startswith("{") else Path(mapping).read_text(encoding="utf-8")
-            mapping = json.loads(text)
-        except (OSError, ValueError) as error:
-            raise AnnotatorError(f"mapping is {mapping!r}, which cannot be read as JSON: {error}.") from error
-    if not isinstance(mapping, Mapping):
-        raise AnnotatorError(
-            f"mapping must be {{'type:label': RGBA or id}}, a JSON text or file of it, not {mapping!r}."
-        )
-    return mapping

@@ -32,7 +32,7 @@ def semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     """Id of the label of each pixel, uint32 (H, W), or its color, uint8 (H, W, 4).
 
     Prims with equal labels share an id. `mapping` {"type:label": RGBA or id}, or a JSON file of it, overrides ids and
-    colors.
+    colors. Labels may be in upper case; those without a type have the type "class".
     """
     return _annotation(frame, shown_classes(frame, params), params, str)
 
@@ -50,7 +50,7 @@ def _classes(frame: Frame, selection: Selection) -> Ids:
     return Ids(
         _ids_of_entries(selection, selection.class_ids),
         {"idToLabels": described},
-        lambda: [_keys(own) for own in described],
+        lambda: [[*_keys(own), *_grounds(own)] for own in described],
         own_colors=selection.class_colors,
     )
 
@@ -155,6 +155,11 @@ def _annotation(frame: Frame, shown: Shown, params: Params, key: Callable[[Any],
 
 def _identity(value: Any) -> Any:
     return value
+
+
+def _grounds(labels: Mapping[str, str]) -> list[str]:
+    """Return what pixels without a label are called, which mappings may have without a type."""
+    return [label for label in labels.values() if labels in (_BACKGROUND_LABEL, _UNLABELLED_LABEL)]
 
 
 def _keys(labels: Mapping[str, str]) -> list[str]:

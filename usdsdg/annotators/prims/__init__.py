@@ -1,1 +1,1 @@
-"""What reading the labeled prims of a stage takes: their numbers, possible labels, keypoints, and subsets."""
+"""What reading the labeled prims of a stage takes: numbers, mappings of ids, possible labels, keypoints, subsets."""

@@ -25,6 +25,7 @@ from usdsdg.writers.formats.bop.bop_models import VARIANT, measures
 from usdsdg.writers.formats.shapes.opencv_frame import TO_OPENCV
 
 _KINDS = (names.RGB, names.DEPTH, names.MASK, names.MASK_VISIB)
+_BOXES, _CLASSES = "bounding_box_3d", "class:*"
 _SENSOR = ("fx", "fy", "cx", "cy", "depth_scale")
 _TABLES = (names.CAMERAS, names.POSES, names.INFOS)
 
@@ -130,6 +131,7 @@ class Models:
         }
         self.mesh = lru_cache(maxsize=None)(self._mesh)
         self.measures = lru_cache(maxsize=None)(self._measures)
+        self._classes = classes_of(folder, _filter_of(folder, files)) or []
         info = folder.mapping(names.MODELS_INFO, "all") if folder.has(names.MODELS_INFO) else None
         self.info: Mapping[str, Any] = info or {}
         if folder.has(names.MODEL_NAMES):
@@ -169,9 +171,16 @@ class Models:
 
     def label(self, number: int) -> str:
         """Return the name of the class of a model, or its file's where there is no table of classes."""
-        rows = classes_of(self._folder, "class:*") or []
         place = (number - 1) % VARIANT
-        return str(rows[place]["name"]) if place < len(rows) else f"obj_{number:06d}"
+        return str(self._classes[place]["name"]) if place < len(self._classes) else f"obj_{number:06d}"
+
+
+def _filter_of(folder: Folder, files: Sequence[str]) -> str:
+    """Return the label filter that the writer of the files had."""
+    record = record_of(folder, [file for file in files if PurePosixPath(file).parent.name in _KINDS])
+    if record is None or not record.products:
+        return _CLASSES
+    return Truth(record, record.products[0]).filter_of(_BOXES, _CLASSES)
 
 
 def _mesh(data: bytes) -> tuple[np.ndarray, np.ndarray]:

@@ -160,7 +160,8 @@ def _own(folder: Folder, seen: Seen, tables: _Tables, is_plain: bool) -> Mapping
         return _other(tables) | record.parameters["coco_categories"]
     if is_plain:
         listed = classes_of(folder, seen.truth.filter_of(_BOXES)) or []
-        return {row["name"]: {"name": row["name"], "id": row["id"]} for row in listed}
+        # Of several classes of one name, the category is the first.
+        return {row["name"]: {"name": row["name"], "id": row["id"]} for row in reversed(listed)}
     if record.semantic_classes:
         return _other(tables) | {name: {"name": name, "id": number} for name, number in record.semantic_classes.items()}
     return {each["name"]: each for each in Categories(None).all()}

@@ -137,7 +137,8 @@ def _camera(file: str, text: str) -> Camera:
     matrix = np.array(rows["P2"].split(), np.float64).reshape(3, 4)
     if any(rows[f"P{index}"] != rows["P2"] for index in (0, 1, 3)):
         raise ValueError("P0 to P3 differ, and there is one camera")
-    if matrix[1, 1] != matrix[0, 0] or matrix[2].tolist() != [0, 0, 1, 0] or matrix[:2, 3].any() or matrix[0, 1]:
+    is_square = np.isclose(matrix[1, 1], matrix[0, 0], rtol=1e-9, atol=0.0)  # the last digit may differ
+    if not is_square or matrix[2].tolist() != [0, 0, 1, 0] or matrix[:2, 3].any() or matrix[0, 1]:
         raise ValueError("P2 is no projection with square pixels")
     scanner = np.array(rows["Tr_velo_to_cam"].split(), np.float64).reshape(3, 4)
     if (scanner != [[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0]]).any():

@@ -9,7 +9,10 @@ from usdsdg.writers.formats.coco.coco_categories import Category
 
 
 class ClassCategories:
-    """Every class that the run can show, seen or not, as a category. Asked as `Categories` is."""
+    """Every class that the run can show, seen or not, as a category. Asked as `Categories` is.
+
+    Classes of one name, which labels of several types have, are one category, with the id of the first.
+    """
 
     reserve = None  # every label has a category
 
@@ -18,12 +21,19 @@ class ClassCategories:
 
     def all(self) -> list[Category]:
         """Return the categories by id."""
-        return [_category(row) for row in self._table.listed()]
+        return list(self._by_name().values())
 
     def of(self, labels: Mapping[str, str]) -> Category:
         """Return the category of {type: "label[,label]"}."""
         number = int(self._table.ids([labels])[0])
-        return next(each for each in self.all() if each["id"] == number)
+        name = next(row["name"] for row in self._table.listed() if row["id"] == number)
+        return self._by_name()[name]
+
+    def _by_name(self) -> dict[str, Category]:
+        found: dict[str, Category] = {}
+        for row in self._table.listed():
+            found.setdefault(row["name"], _category(row))
+        return found
 
     @property
     def _table(self) -> ClassTable:

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from pxr import Usd
 
-from usdsdg.annotators.ownership import LabeledStage, Owner, lower, output_labels
+from usdsdg.annotators.ownership import LabeledStage, Owner, lower, output_labels, parse_filter
 from usdsdg.errors import WriterError, counted
 from usdsdg.stage.keypoints import get_keypoints, has_keypoints
-from usdsdg.stage.semantics.label_filter import LabelFilter
 from usdsdg.writers.formats.coco.coco_categories import Category
 
 SIGMA = 0.05  # of COCO's own between 0.025 (eyes) and 0.107 (hips)
@@ -70,7 +69,7 @@ def read(label: str, given: Any) -> Skeleton:
 
 def on_stage(stage: Usd.Stage, label_filter: str | None) -> list[tuple[dict[str, str], tuple[str, ...]]]:
     """Return labels, as annotators output them, and names of keypoints of each prim that has any, hidden or not."""
-    labeled, chosen = LabeledStage(stage), LabelFilter(label_filter) if label_filter else None
+    labeled, chosen = LabeledStage(stage), parse_filter(label_filter)
     found = []
     for prim in Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)):
         if has_keypoints(prim):

@@ -10,6 +10,7 @@ from usdsdg.errors import Unsupported
 from usdsdg.writers.formats.shards.shard_files import FACTS, IMAGE, INSTANCES, OBJECT
 
 _METADATA = b"huggingface"
+_CLASSES = b"usdsdg_classes"  # where several classes have one name, which `datasets` does not read
 _TYPES: Mapping[str, str] = {
     "key": "string", "frame": "int64", "view": "string", "width": "int32", "height": "int32",
     "id": "int64", "label": "string", "area": "int64", "visibility": "float32", "path": "string",
@@ -34,7 +35,7 @@ def pyarrow() -> Any:
 def schema(classes: Sequence[str], *, masks: bool) -> Any:
     """Return the pyarrow schema of a shard: the facts of a sample, its images, and a list for each fact of objects.
 
-    `category` is a ClassLabel of `classes`.
+    `category` is a ClassLabel of `classes`, of which those that have the name of an earlier one get a number, too.
     """
     arrow = pyarrow()
     image = arrow.struct([("bytes", arrow.binary()), ("path", arrow.string())])
@@ -47,7 +48,22 @@ def schema(classes: Sequence[str], *, masks: bool) -> Any:
         *((name, image) for name in images),
         ("objects", arrow.struct(objects)),
     ]
-    return arrow.schema(columns).with_metadata({_METADATA: json.dumps(_features(classes, images)).encode()})
+    names = _told_apart(classes)
+    metadata = {_METADATA: json.dumps(_features(names, images)).encode()}
+    if names != list(classes):
+        metadata[_CLASSES] = json.dumps(list(classes)).encode()
+    return arrow.schema(columns).with_metadata(metadata)
+
+
+def _told_apart(classes: Sequence[str]) -> list[str]:
+    """Return names of which none is there twice: labels of several types may have one text."""
+    found: dict[str, None] = {}
+    for name in classes:
+        number = 1
+        while (own := name if number == 1 else f"{name} ({number})") in found:
+            number += 1
+        found[own] = None
+    return list(found)
 
 
 def _features(classes: Sequence[str], images: Sequence[str]) -> dict[str, Any]:
@@ -68,5 +84,8 @@ def _features(classes: Sequence[str], images: Sequence[str]) -> dict[str, Any]:
 
 def classes_of(known: Any) -> list[str]:
     """Return the names of classes in the metadata of a schema."""
-    features = json.loads((known.metadata or {}).get(_METADATA, b"{}"))
+    metadata = known.metadata or {}
+    if _CLASSES in metadata:
+        return json.loads(metadata[_CLASSES])
+    features = json.loads(metadata.get(_METADATA, b"{}"))
     return features["info"]["features"]["objects"]["category"]["feature"]["names"]

@@ -90,6 +90,8 @@ class YCBVideoWriter(LeavesFramesOut, AggregateWriter):
         self._matrix = _checked_matrix(intrinsic_matrix)
         self._factor, self._exact = factor_depth, exact
         self._image_format = checked_image_format(image_output_format)
+        if not exact and (semantic_segmentation or distance_to_image_plane):
+            _warn_of_loss(self._image_format)
         self.backend = make_backend("YCBVideoWriter", output_dir, backend)
         self._has_poses = pose
         labels = {"semanticTypes": semantic_types or ["class"]}
@@ -255,6 +257,16 @@ class YCBVideoWriter(LeavesFramesOut, AggregateWriter):
 
 def _names_up_to(count: int) -> list[str]:
     return [frame_name(number) for number in range(count)]
+
+
+def _warn_of_loss(image_format: str) -> None:
+    """Warn of labels and depths in a format that changes them, as Isaac Sim writes them."""
+    if image_format in ("jpg", "jpeg"):
+        warn_once(
+            f"YCBVideoWriter: image_output_format {image_format!r} changes the classes of `-label` pictures and the "
+            "grays of `-depth` pictures, so that they are wrong. Use 'png', or exact=True, which has color alone in "
+            f"{image_format}."
+        )
 
 
 def _checked_indices(given: Mapping[Any, Any]) -> dict[str, int]:
