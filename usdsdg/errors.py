@@ -380,6 +380,18 @@ def name_callback(error: Exception, what: str) -> None:
         error.add_note(f"{raised}{what})")
 
 
+def note_line(failure: UsdsdgError, error: BaseException) -> None:
+    """Add a note to a failure with the innermost line of a script at which its cause was raised, if any was."""
+    line, trace = "", error.__traceback__
+    while trace is not None:
+        code = trace.tb_frame.f_code
+        if _is_script(code.co_filename):
+            line = f"{os.path.basename(code.co_filename)}:{trace.tb_lineno}, in {code.co_qualname}"
+        trace = trace.tb_next
+    if line:
+        failure.add_note(f"(raised at {line})")
+
+
 def _is_script(filename: str) -> bool:
     """Whether a file of code belongs neither to the project, nor to Python, nor to an installed package."""
     return not filename.startswith((*_OWN_FILES, *_LIBRARIES, "<frozen "))
