@@ -2,6 +2,7 @@
 
 import os
 import struct
+import tracemalloc
 import zlib
 from pathlib import Path
 
@@ -73,6 +74,44 @@ def test_a_decompression_bomb_is_refused(tmp_path):
         image_files.read(str(tmp_path / "bomb.png"))
     (tmp_path / "flat.png").write_bytes(bomb(2_000, 2_000))
     assert image_files.read(str(tmp_path / "flat.png")).texels.shape == (2_000, 2_000, 4)
+
+
+def test_a_radiance_image_of_a_few_bytes_and_many_pixels_is_refused(tmp_path):
+    head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n"
+    runs = bytes([9, 9, 9, 128]) + b"".join(bytes([1, 1, 1, 255]) for _ in range(4))  # old coding: 2^32 times a pixel
+    (tmp_path / "sky.hdr").write_bytes(head % (16_000, 15_000) + runs)
+    with pytest.raises(AssetUnreadable, match=r"sky.hdr: its \d+ bytes would become an image of 15000 x 16000"):
+        image_files.read(str(tmp_path / "sky.hdr"))
+    (tmp_path / "small.hdr").write_bytes(head % (40, 30) + runs)
+    assert image_files.read(str(tmp_path / "small.hdr")).texels.shape == (40, 30, 4)
+    (tmp_path / "digits.hdr").write_bytes(b"#?RADIANCE\n\n-Y " + b"9" * 5000 + b" +X 4\n" + runs)
+    with pytest.raises(AssetUnreadable, match="the resolution line"):
+        image_files.read(str(tmp_path / "digits.hdr"))
+
+
+@pytest.mark.parametrize("size", [0, 95, 97, 1 << 28])
+def test_a_png_of_16_bits_holds_the_data_that_its_header_tells_of(size, tmp_path):
+    raw = zlib.compress(bytes(size), 9)  # of 4 x 4 pixels: 4 rows of a filter and 12 samples, 100 bytes
+    head = struct.pack(">IIBBBBB", 4, 4, 16, 2, 0, 0, 0)
+    chunks = ((b"IHDR", head), (b"IDAT", raw), (b"IEND", b""))
+    data = b"".join(struct.pack(">I", len(d)) + k + d + struct.pack(">I", zlib.crc32(k + d)) for k, d in chunks)
+    (tmp_path / "deep.png").write_bytes(b"\x89PNG\r\n\x1a\n" + data)
+    tracemalloc.start()
+    with pytest.raises(AssetUnreadable, match=r"deep.png: the image data is truncated, or of another size"):
+        image_files.read(str(tmp_path / "deep.png"))
+    assert tracemalloc.get_traced_memory()[1] < 8 << 20
+    tracemalloc.stop()
+
+
+def test_images_of_kinds_that_no_decoder_reads_are_named(tmp_path):
+    image = Image.fromarray(np.full((8, 8, 3), 90, np.uint8))
+    flags = 80  # of the pixel format in the header of a DDS file
+    image.save(tmp_path / "good.dds")
+    data = bytearray((tmp_path / "good.dds").read_bytes())
+    data[flags : flags + 4] = struct.pack("<I", 1 << 19)  # of bump maps
+    (tmp_path / "bump.dds").write_bytes(data)
+    with pytest.raises(AssetUnreadable, match=r"bump.dds: Unknown pixel format"):
+        image_files.read(str(tmp_path / "bump.dds"))
 
 
 @pytest.fixture
