@@ -1,5 +1,6 @@
 """Files that are no files, that are damaged, or that would take all memory, are named in one line and not read."""
 
+import json
 import os
 import struct
 import tracemalloc
@@ -16,6 +17,7 @@ from usdsdg.calibration.files import read_calibration
 from usdsdg.datasets.folder import Folder
 from usdsdg.errors import ArgumentError, AssetUnreadable, ConfigError, UsdsdgError
 from usdsdg.inspect.report import inspect
+from usdsdg.meshes.readers import read as read_mesh
 from usdsdg.replicator_yaml import run_file
 from usdsdg.scenarios.config_file import read_config
 from usdsdg.scenarios.jobs import load_job
@@ -112,6 +114,36 @@ def test_images_of_kinds_that_no_decoder_reads_are_named(tmp_path):
     (tmp_path / "bump.dds").write_bytes(data)
     with pytest.raises(AssetUnreadable, match=r"bump.dds: Unknown pixel format"):
         image_files.read(str(tmp_path / "bump.dds"))
+
+
+TRIANGLE = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}]} | {
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes in folders")
+def test_a_pipe_beside_a_mesh_is_not_read(tmp_path):
+    os.mkfifo(tmp_path / "points.bin")
+    gltf = TRIANGLE | {"buffers": [{"uri": "points.bin", "byteLength": 36}]}
+    (tmp_path / "mesh.gltf").write_text(json.dumps(gltf))
+    with pytest.raises(AssetUnreadable, match=r"points.bin is a device, pipe or socket"):
+        read_mesh(tmp_path / "mesh.gltf")
+
+
+def test_a_mesh_goes_without_a_picture_of_a_kind_that_no_decoder_reads(tmp_path):
+    Image.fromarray(np.full((8, 8, 3), 90, np.uint8)).save(tmp_path / "good.dds")
+    data = bytearray((tmp_path / "good.dds").read_bytes())
+    data[80:84] = struct.pack("<I", 1 << 19)
+    (tmp_path / "bump.dds").write_bytes(data)
+    (tmp_path / "mesh.mtl").write_text("newmtl paint\nKd 1 1 1\nmap_Kd bump.dds\n")
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
+    (tmp_path / "mesh.obj").write_text(f"mtllib mesh.mtl\n{corners}usemtl paint\nf 1/1 2/2 3/3\n")
+    mesh = read_mesh(tmp_path / "mesh.obj")
+    assert [len(part.triangles) for part in mesh.parts] == [1]
+    # One for each picture that is left out.
+    assert [note.partition(" cannot be read")[0] for note in mesh.notes] == ["the picture bump.dds"]
 
 
 @pytest.fixture
