@@ -116,6 +116,6 @@ class _Look:
                     with Image.open(path) as image:
                         return Texture(image.copy(), name, is_color)
                 except UNREADABLE as error:
-                    note = f"the picture {plain} cannot be read ({why_unreadable(error)}), so its part of the look is left out"
-                    self.notes.append(note)
+                    why = why_unreadable(error)
+                    self.notes.append(f"the picture {plain} cannot be read ({why}), so its part of the look is left out")
         return None
