@@ -117,5 +117,6 @@ class _Look:
                         return Texture(image.copy(), name, is_color)
                 except UNREADABLE as error:
                     why = why_unreadable(error)
-                    self.notes.append(f"the picture {plain} cannot be read ({why}), so its part of the look is left out")
+                    note = f"the picture {plain} cannot be read ({why}), so its part of the look is left out"
+                    self.notes.append(note)
         return None
