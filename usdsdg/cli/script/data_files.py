@@ -33,8 +33,8 @@ class DataFiles:
     def watch(self, script: Path) -> None:
         """Begin anew, for a script that is about to run."""
         self._written, self._noted = set(), set()
-        tops = (script.absolute().parent, script.resolve().parent, os.getcwd())
-        self._tops = tuple({os.path.join(each, "") for each in tops})
+        tops = (script.absolute().parent, script.resolve().parent, sys.modules["usdsdg"]._STARTED_IN)
+        self._tops = tuple({os.path.join(each, "") for each in tops if each})  # "" where that folder was removed
         if not self._is_watching:
             self._is_watching = True
             sys.addaudithook(self._see)  # for as long as the process lives
