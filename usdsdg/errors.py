@@ -228,7 +228,7 @@ class UsdsdgWarning(UserWarning):
 
 # Folders of the project's packages; "<string>" is the __init__ that dataclasses generate.
 _ROOT = Path(__file__).resolve().parents[1]
-_OWN_FILES = (*(f"{_ROOT / name}{os.sep}" for name in ("usdsdg", "usdsdg_physics", "usdsdg_render")), "<string>")
+OWN_FILES = (*(f"{_ROOT / name}{os.sep}" for name in ("usdsdg", "usdsdg_physics", "usdsdg_render")), "<string>")
 
 _warned: set[str] = set()
 _warned_lock = threading.Lock()
@@ -247,7 +247,7 @@ def warn_once(message: str, *, key: str | None = None) -> None:
 def _level_of_caller() -> int:
     """Return the `stacklevel`, for the calling function, of the nearest line outside the project."""
     frame, level = sys._getframe(1), 1
-    while frame.f_back is not None and frame.f_code.co_filename.startswith(_OWN_FILES):
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(OWN_FILES):
         frame, level = frame.f_back, level + 1
     return level
 
@@ -255,12 +255,12 @@ def _level_of_caller() -> int:
 def outside_line() -> str:
     """Return the nearest line outside the project that is being executed, as in `my_script.py:41`; "" if none is."""
     frame = sys._getframe(1)
-    while frame.f_back is not None and frame.f_code.co_filename.startswith(_OWN_FILES):
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(OWN_FILES):
         frame = frame.f_back
     name = frame.f_code.co_filename
     by_command = frame.f_globals.get("__name__", "").startswith("click.")  # as for a stage that --stage opens
     return (
-        "" if by_command or name.startswith((*_OWN_FILES, "<frozen ")) else f"{os.path.basename(name)}:{frame.f_lineno}"
+        "" if by_command or name.startswith((*OWN_FILES, "<frozen ")) else f"{os.path.basename(name)}:{frame.f_lineno}"
     )
 
 
@@ -342,9 +342,9 @@ def _note_swallowed(error: Exception) -> None:
         return
     # A traceback begins at the frame in which the error was caught.
     trace = error.__traceback__
-    if trace is None or not _is_script(trace.tb_frame.f_code.co_filename):
+    if trace is None or not is_script(trace.tb_frame.f_code.co_filename):
         return
-    while trace.tb_next is not None and _is_script(trace.tb_next.tb_frame.f_code.co_filename):
+    while trace.tb_next is not None and is_script(trace.tb_next.tb_frame.f_code.co_filename):
         trace = trace.tb_next
     place = f"{os.path.basename(trace.tb_frame.f_code.co_filename)}:{trace.tb_lineno}"
     _swallowed.append(f"{place}: {type(error).__name__}: {error}")
@@ -370,7 +370,7 @@ def name_callback(error: Exception, what: str) -> None:
     Of several that call each other the innermost call adds the first note; one function is named once.
     """
     trace = error.__traceback__
-    while trace is not None and not _is_script(trace.tb_frame.f_code.co_filename):
+    while trace is not None and not is_script(trace.tb_frame.f_code.co_filename):
         trace = trace.tb_next
     if trace is None:
         return
@@ -380,6 +380,18 @@ def name_callback(error: Exception, what: str) -> None:
         error.add_note(f"{raised}{what})")
 
 
-def _is_script(filename: str) -> bool:
+def note_line(failure: UsdsdgError, error: BaseException) -> None:
+    """Add a note to a failure with the innermost line of a script at which its cause was raised, if any was."""
+    line, trace = "", error.__traceback__
+    while trace is not None:
+        code = trace.tb_frame.f_code
+        if is_script(code.co_filename):
+            line = f"{os.path.basename(code.co_filename)}:{trace.tb_lineno}, in {code.co_qualname}"
+        trace = trace.tb_next
+    if line:
+        failure.add_note(f"(raised at {line})")
+
+
+def is_script(filename: str) -> bool:
     """Whether a file of code belongs neither to the project, nor to Python, nor to an installed package."""
-    return not filename.startswith((*_OWN_FILES, *_LIBRARIES, "<frozen "))
+    return not filename.startswith((*OWN_FILES, *_LIBRARIES, "<frozen "))

@@ -3,6 +3,7 @@
 import json
 import os
 
+import numpy as np
 import pytest
 import trimesh
 from PIL import Image
@@ -86,6 +87,49 @@ def test_files_beside_the_script_that_were_changed_are_named(tmp_path):
     pictures = [each["path"] for each in recipe["assets"] if each["name"] == "box.png"]
     assert set(pictures) <= {"box.png", "sub/box.png"}
     assert len(pictures) == len(set(pictures))
+
+
+READS = """
+import json, os, sys
+from pathlib import Path
+import numpy as np
+import omni.replicator.core as rep
+os.chdir("sub")
+height = json.load(open("../height.json"))["z"] + np.load(Path("sizes.npy"))[0]
+for kept in ("../state.txt", sys.argv[1] + "/metadata.txt"):  # of a run before, and of this dataset
+    if os.path.exists(kept):
+        Path(kept).read_text()
+Path("../state.txt").write_text(str(os.getpid()))
+with open("../.secret") as secret, open("../log.txt", "a") as log:
+    log.write(secret.read())
+Path("../log.txt").read_bytes()
+os.chdir("..")
+rep.create.light(light_type="Dome")
+box = rep.create.cube(semantics=[("class", "box")], position=(0, 0, height))
+"""
+
+
+def test_data_files_that_the_script_has_read_itself_and_that_were_changed_are_named(tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "assets").mkdir()
+    (tmp_path / "height.json").write_text('{"z": 0.25}')
+    np.save(tmp_path / "sub/sizes.npy", [0.5])
+    (tmp_path / ".secret").write_text("token")
+    (tmp_path / "script.py").write_text(READS + MOVES)
+    _run(tmp_path, "--frames", "1")
+    changed = {
+        "height.json": lambda: (tmp_path / "height.json").write_text('{"z": 0.75}'),
+        "sub/sizes.npy": lambda: np.save(tmp_path / "sub/sizes.npy", [0.25]),
+        "": lambda: (tmp_path / ".secret").write_text("another"),
+    }
+    for count, (name, change) in enumerate(changed.items(), 3):
+        change()
+        more = _run(tmp_path, "--frames", str(count), "--resume")
+        said = [line for line in more.stderr.splitlines() if "has other content than" in line]
+        assert [f"the asset {name} has" in line for line in said] == [True] * bool(name)
+    recipe = json.loads((tmp_path / "data/.usdsdg/recipe.json").read_text())
+    # Neither what the script has written itself, nor files of datasets.
+    assert {each["path"] for each in recipe["assets"]} == {"height.json", "sub/sizes.npy"}
 
 
 INTERRUPTED = """

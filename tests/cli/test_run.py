@@ -53,6 +53,27 @@ def test_a_script_may_leave_the_working_folder(tmp_path):
     assert "out: 0 files" not in again.stdout
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows keeps the folder that a program is in")
+def test_a_script_may_remove_the_folder_that_it_has_gone_to(tmp_path):
+    script = """
+    import os, sys
+    import omni.replicator.core as rep
+    os.makedirs("gone")
+    os.chdir("gone")
+    os.rmdir(os.getcwd())
+    rep.create.light(light_type="Dome")
+    with rep.create.cube():
+        rep.randomizer.color(colors=[(1, 0, 0)])  # a material, whose file is not one of the working folder
+    writer = rep.writers.get("BasicWriter")
+    writer.initialize(output_dir=sys.argv[1], rgb=True)
+    writer.attach(rep.create.render_product(rep.create.camera(), (16, 16)))
+    rep.orchestrator.step()
+    """
+    run(tmp_path, script, str(tmp_path / "out"))
+    verified = usdsdg("verify", "--quiet", "out", cwd=tmp_path)
+    assert "0 faults" in verified.stdout
+
+
 def test_options_that_the_script_has_or_that_follow_two_dashes_are_its_own(tmp_path):
     assert run(tmp_path, "import sys; print('--seed' in sys.argv)", "--seed", "9", "--", "--frames=3").stderr == ""
 

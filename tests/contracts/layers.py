@@ -55,7 +55,7 @@ USDSDG = {
     "orchestrator": "errors session arguments app",
     "demo": "errors image_files stage",
     "mirror": "errors operating_system stores stage session",
-    "meshes": "errors stores stage session mirror",
+    "meshes": "errors image_files stores stage session mirror",
     "example": "demo",
     "datasets": "errors stage stores writers record",
     "pictures": "annotators writers",

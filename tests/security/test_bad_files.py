@@ -1,7 +1,9 @@
 """Files that are no files, that are damaged, or that would take all memory, are named in one line and not read."""
 
+import json
 import os
 import struct
+import tracemalloc
 import zlib
 from pathlib import Path
 
@@ -15,6 +17,7 @@ from usdsdg.calibration.files import read_calibration
 from usdsdg.datasets.folder import Folder
 from usdsdg.errors import ArgumentError, AssetUnreadable, ConfigError, UsdsdgError
 from usdsdg.inspect.report import inspect
+from usdsdg.meshes.readers import read as read_mesh
 from usdsdg.replicator_yaml import run_file
 from usdsdg.scenarios.config_file import read_config
 from usdsdg.scenarios.jobs import load_job
@@ -73,6 +76,74 @@ def test_a_decompression_bomb_is_refused(tmp_path):
         image_files.read(str(tmp_path / "bomb.png"))
     (tmp_path / "flat.png").write_bytes(bomb(2_000, 2_000))
     assert image_files.read(str(tmp_path / "flat.png")).texels.shape == (2_000, 2_000, 4)
+
+
+def test_a_radiance_image_of_a_few_bytes_and_many_pixels_is_refused(tmp_path):
+    head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n"
+    runs = bytes([9, 9, 9, 128]) + b"".join(bytes([1, 1, 1, 255]) for _ in range(4))  # old coding: 2^32 times a pixel
+    (tmp_path / "sky.hdr").write_bytes(head % (16_000, 15_000) + runs)
+    with pytest.raises(AssetUnreadable, match=r"sky.hdr: its \d+ bytes would become an image of 15000 x 16000"):
+        image_files.read(str(tmp_path / "sky.hdr"))
+    (tmp_path / "small.hdr").write_bytes(head % (40, 30) + runs)
+    assert image_files.read(str(tmp_path / "small.hdr")).texels.shape == (40, 30, 4)
+    (tmp_path / "digits.hdr").write_bytes(b"#?RADIANCE\n\n-Y " + b"9" * 5000 + b" +X 4\n" + runs)
+    with pytest.raises(AssetUnreadable, match="the resolution line"):
+        image_files.read(str(tmp_path / "digits.hdr"))
+
+
+@pytest.mark.parametrize("size", [0, 95, 97, 1 << 28])
+def test_a_png_of_16_bits_holds_the_data_that_its_header_tells_of(size, tmp_path):
+    raw = zlib.compress(bytes(size), 9)  # of 4 x 4 pixels: 4 rows of a filter and 12 samples, 100 bytes
+    head = struct.pack(">IIBBBBB", 4, 4, 16, 2, 0, 0, 0)
+    chunks = ((b"IHDR", head), (b"IDAT", raw), (b"IEND", b""))
+    data = b"".join(struct.pack(">I", len(d)) + k + d + struct.pack(">I", zlib.crc32(k + d)) for k, d in chunks)
+    (tmp_path / "deep.png").write_bytes(b"\x89PNG\r\n\x1a\n" + data)
+    tracemalloc.start()
+    with pytest.raises(AssetUnreadable, match=r"deep.png: the image data is truncated, or of another size"):
+        image_files.read(str(tmp_path / "deep.png"))
+    assert tracemalloc.get_traced_memory()[1] < 8 << 20
+    tracemalloc.stop()
+
+
+def test_images_of_kinds_that_no_decoder_reads_are_named(tmp_path):
+    image = Image.fromarray(np.full((8, 8, 3), 90, np.uint8))
+    flags = 80  # of the pixel format in the header of a DDS file
+    image.save(tmp_path / "good.dds")
+    data = bytearray((tmp_path / "good.dds").read_bytes())
+    data[flags : flags + 4] = struct.pack("<I", 1 << 19)  # of bump maps
+    (tmp_path / "bump.dds").write_bytes(data)
+    with pytest.raises(AssetUnreadable, match=r"bump.dds: Unknown pixel format"):
+        image_files.read(str(tmp_path / "bump.dds"))
+
+
+TRIANGLE = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}]} | {
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes in folders")
+def test_a_pipe_beside_a_mesh_is_not_read(tmp_path):
+    os.mkfifo(tmp_path / "points.bin")
+    gltf = TRIANGLE | {"buffers": [{"uri": "points.bin", "byteLength": 36}]}
+    (tmp_path / "mesh.gltf").write_text(json.dumps(gltf))
+    with pytest.raises(AssetUnreadable, match=r"points.bin is a device, pipe or socket"):
+        read_mesh(tmp_path / "mesh.gltf")
+
+
+def test_a_mesh_goes_without_a_picture_of_a_kind_that_no_decoder_reads(tmp_path):
+    Image.fromarray(np.full((8, 8, 3), 90, np.uint8)).save(tmp_path / "good.dds")
+    data = bytearray((tmp_path / "good.dds").read_bytes())
+    data[80:84] = struct.pack("<I", 1 << 19)
+    (tmp_path / "bump.dds").write_bytes(data)
+    (tmp_path / "mesh.mtl").write_text("newmtl paint\nKd 1 1 1\nmap_Kd bump.dds\n")
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
+    (tmp_path / "mesh.obj").write_text(f"mtllib mesh.mtl\n{corners}usemtl paint\nf 1/1 2/2 3/3\n")
+    mesh = read_mesh(tmp_path / "mesh.obj")
+    assert [len(part.triangles) for part in mesh.parts] == [1]
+    # One for each picture that is left out.
+    assert [note.partition(" cannot be read")[0] for note in mesh.notes] == ["the picture bump.dds"]
 
 
 @pytest.fixture

@@ -31,12 +31,15 @@ def decode(data: bytes, *, name: str) -> np.ndarray | None:
     if depth != 16 or color_type not in CHANNELS or interlaced:
         return None
     channels = CHANNELS[color_type]
+    size = height * (1 + 2 * width * channels)
+    stream = zlib.decompressobj()
     try:
-        raw = np.frombuffer(zlib.decompress(_image_data(data)), np.uint8)
+        # One byte more tells data that are too long, which could be of any length, and lets their checksum be read.
+        raw = np.frombuffer(stream.decompress(_image_data(data), size + 1), np.uint8)
     except (zlib.error, struct.error) as error:
         raise errors.AssetUnreadable(f"{name}: {error}") from error
-    if len(raw) != height * (1 + 2 * width * channels) or not len(raw):
-        raise errors.AssetUnreadable(f"{name}: the image data is truncated")
+    if len(raw) != size or not stream.eof or not len(raw):
+        raise errors.AssetUnreadable(f"{name}: the image data is truncated, or of another size than its header says")
     rows = raw.reshape(height, -1)
     stored = rows[:, 1:].reshape(height, width, 2 * channels)
     restored = _restored(rows[:, 0], stored)

@@ -13,7 +13,7 @@ import numpy as np
 
 from usdsdg import errors
 
-_RESOLUTION = re.compile(rb"([-+])([XY]) +(\d+) +([-+])([XY]) +(\d+)\s*$")
+_RESOLUTION = re.compile(rb"([-+])([XY]) +(\d{1,9}) +([-+])([XY]) +(\d{1,9})\s*$")
 # CIE XYZ (equal-energy white as Radiance stores it) to linear Rec.709.
 _XYZ_TO_RGB = np.array(
     [[2.5653124, -1.1668500, -0.3984624], [-1.0221008, 1.9782866, 0.0438142], [0.0747243, -0.2519398, 1.1772155]],
@@ -22,6 +22,8 @@ _XYZ_TO_RGB = np.array(
 # 2^(e - 136), and 0 for exponent 0, which means black.
 _SCALE = np.concatenate([[0.0], np.ldexp(1.0, np.arange(1, 256) - 136)]).astype(np.float32)
 MAX_PIXELS = 1 << 28
+# Images with more pixels are refused where their files have less than a byte for so many of them.
+LARGE_PIXELS, MOST_PIXELS_A_BYTE = 1 << 26, 100
 _MAX_LITERALS = 128  # of one run
 
 
@@ -35,6 +37,10 @@ def decode(data: bytes, *, name: str) -> np.ndarray:
     major, minor, flips = _read_resolution(header, name)
     if major * minor > MAX_PIXELS:
         raise errors.AssetUnreadable(f"{name}: {major} x {minor} pixels are more than the {MAX_PIXELS} that are read.")
+    if major * minor > max(LARGE_PIXELS, MOST_PIXELS_A_BYTE * len(data)):
+        raise errors.AssetUnreadable(
+            f"{name}: its {len(data)} bytes would become an image of {minor} x {major}; such an image is not read"
+        )
     rgbe = _read_scanlines(data, offset, major, minor, name)
     scale = _SCALE[rgbe[..., 3]]
     image = np.empty((*scale.shape, 3), np.float32)

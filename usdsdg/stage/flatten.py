@@ -102,13 +102,22 @@ def portable_path(layer: Sdf.Layer, asset_path: str, folder: Path) -> str:
         return asset_path
     absolute = layer.ComputeAbsolutePath(asset_path)
     if layer.anonymous or not (asset_path.startswith(".") or _exists(absolute)):
-        absolute = os.path.abspath(asset_path) if _exists(os.path.abspath(asset_path)) else ""
+        absolute = _in_working_folder(asset_path)
         if absolute:
             anchors.note_working_folder()
     if not absolute:
         return asset_path
     inside = os.path.relpath(absolute, folder)
     return absolute if inside.startswith("..") else f"./{Path(inside).as_posix()}"
+
+
+def _in_working_folder(path: str) -> str:
+    """Return where a relative path leads from the working folder; "" if no file is there."""
+    try:
+        absolute = os.path.abspath(path)
+    except FileNotFoundError:  # a script may have removed the folder that it has gone to
+        return ""
+    return absolute if _exists(absolute) else ""
 
 
 def _exists(path: str) -> bool:

@@ -12,13 +12,13 @@ from pxr import Ar, Sdf, Usd, UsdShade
 
 from usdsdg import errors
 from usdsdg.image_files import png16, radiance_hdr
+from usdsdg.image_files.radiance_hdr import LARGE_PIXELS, MOST_PIXELS_A_BYTE
+from usdsdg.image_files.unreadable import UNREADABLE
 from usdsdg.stage import assets
 from usdsdg.stage.assets.opened import note_opened
 from usdsdg.stage.time_code import current_value
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"
-# Images with more pixels are refused where their files have less than a byte for so many of them.
-LARGE_PIXELS, MOST_PIXELS_A_BYTE = 1 << 26, 100
 UDIM, FIRST_TILE, TILES = "<UDIM>", 1001, 100
 
 
@@ -175,7 +175,7 @@ def _decoded(path: str) -> tuple[np.ndarray, int]:
     except UnidentifiedImageError:
         why = assets.not_a_file_of_its_own(path) or "is no image of a format that is read"
         raise errors.AssetUnreadable(f"{path}: it {why}") from None
-    except (OSError, ValueError, SyntaxError, EOFError, Image.DecompressionBombError) as error:
+    except UNREADABLE as error:
         raise errors.AssetUnreadable(f"{path}: {error}") from error
 
 
@@ -190,11 +190,11 @@ def _refuse_bomb(data: bytes, path: str) -> None:
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(io.BytesIO(data)) as image:
                 width, height = image.size
-    except (OSError, ValueError, SyntaxError, EOFError):
-        return  # which decoding tells
     except Image.DecompressionBombError as error:
         raise errors.AssetUnreadable(f"{path}: {error}") from error
-    if width * height > LARGE_PIXELS and width * height > MOST_PIXELS_A_BYTE * len(data):
+    except UNREADABLE:
+        return  # which decoding tells
+    if width * height > max(LARGE_PIXELS, MOST_PIXELS_A_BYTE * len(data)):
         raise errors.AssetUnreadable(
             f"{path}: its {len(data)} bytes would become an image of {width} x {height}; such an image is not read"
         )

@@ -198,6 +198,8 @@ def test_a_failing_function_is_named(frame):
     ) as caught:
         annotators.get("rgb").augment(broken).compute(frame)
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
+    line = broken.__code__.co_firstlineno + 1
+    assert caught.value.__notes__ == [f"(raised at test_augmentation.py:{line}, in {broken.__qualname__})"]
 
 
 def test_annotators_without_an_array_cannot_be_augmented(frame):

@@ -1,5 +1,6 @@
 """Order, bounds, failures and the end of the I/O queue."""
 
+import json
 import os
 import sys
 import textwrap
@@ -151,6 +152,23 @@ def test_a_failure_names_its_frame_and_file(threads):
     assert str(caught.value).startswith("frame 12: rgb_0012.png could not be written: ValueError: invalid literal")
     with pytest.raises(OutputNotWritable, match=r"^frame 13: /full/x\.png cannot be written$"):
         run(partial(broken, "/full/x.png cannot be written"), 13)
+
+
+@pytest.mark.parametrize("threads", [0, 3])
+def test_a_failure_names_the_line_of_the_script_that_raised_it(threads):
+    queue = IoQueue(threads=threads)
+
+    def parse(text):
+        return json.loads(text)  # raises in a file of Python, which is not the script's
+
+    def run():
+        queue.submit(partial(parse, "{"), what="labels", size=0, owner=queue)
+        queue.wait_until_done()
+
+    with pytest.raises(WriterError, match="labels could not be written: JSONDecodeError") as caught:
+        run()
+    line = parse.__code__.co_firstlineno + 1
+    assert caught.value.__notes__ == [f"(raised at test_io_queue.py:{line}, in {parse.__qualname__})"]
 
 
 def test_a_job_that_ends_its_thread_is_a_failure_and_nobody_waits_for_ever():

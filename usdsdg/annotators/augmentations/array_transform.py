@@ -25,7 +25,7 @@ from usdsdg.annotators.augmentations.warp_kernel import launch
 from usdsdg.annotators.base import Annotation
 from usdsdg.annotators.frame import Frame
 from usdsdg.arguments.registry import Registry, near_misses
-from usdsdg.errors import AnnotatorRegistryError, AugmentationError, NoAugmentation, Unsupported, warn_once
+from usdsdg.errors import AnnotatorRegistryError, AugmentationError, NoAugmentation, Unsupported, note_line, warn_once
 from usdsdg.graph.sampling import get_global_seed, own_seed, uniforms
 
 # Seeds lie below this, the range that every generator accepts.
@@ -252,9 +252,11 @@ class ArrayTransform:
         except AugmentationError:
             raise
         except Exception as error:
-            raise AugmentationError(
+            failure = AugmentationError(
                 f"Augmentation {self.label} failed on {data.dtype} of {data.shape}: {type(error).__name__}: {error}"
-            ) from error
+            )
+            note_line(failure, error)
+            raise failure from error
         return self._annotation(result, annotation)
 
     def _call(self, data: np.ndarray, kwargs: Mapping[str, Any], device: str | None) -> Any:

@@ -17,6 +17,7 @@ from typing import Any
 
 from click.exceptions import Exit
 
+from usdsdg.cli.script.data_files import data_files
 from usdsdg.cli.script.packed_colors import reads_packed_colors
 from usdsdg.errors import ScriptStopped, UsdsdgError
 
@@ -53,6 +54,7 @@ def execute(script: Path, arguments: list[str], *, frames: int | None = None) ->
     sys.path.insert(0, str(script.resolve().parent))
     main = _main_module(script)
     current_stage()
+    data_files.watch(script)
     with exit_of(script):
         program = _program(script, main.__dict__)
         tasks: list[asyncio.Task[Any]] = []  # the event loop does not keep them alive

@@ -11,6 +11,7 @@ import numpy as np
 from PIL import Image
 
 from usdsdg.errors import Unsupported
+from usdsdg.image_files.unreadable import UNREADABLE, why_unreadable
 from usdsdg.meshes.model import Material, MeshFile, Part, Texture, roughness_of_exponent
 
 
@@ -114,7 +115,8 @@ class _Look:
                 try:
                     with Image.open(path) as image:
                         return Texture(image.copy(), name, is_color)
-                except (OSError, ValueError, SyntaxError) as error:
-                    note = f"the picture {plain} cannot be read ({error}), so its part of the look is left out"
+                except UNREADABLE as error:
+                    why = why_unreadable(error)
+                    note = f"the picture {plain} cannot be read ({why}), so its part of the look is left out"
                     self.notes.append(note)
         return None

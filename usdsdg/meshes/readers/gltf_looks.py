@@ -11,6 +11,7 @@ from typing import Any
 
 from PIL import Image
 
+from usdsdg.image_files.unreadable import UNREADABLE
 from usdsdg.meshes.readers.gltf_document import Document
 
 _WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
@@ -108,7 +109,7 @@ def pictures_left_out(document: Document, beside: Callable[[str], bytes]) -> Ite
             content = _content(document, image, beside)
             if content is not None:
                 Image.open(io.BytesIO(content)).close()
-        except (OSError, ValueError, Image.DecompressionBombError):
+        except UNREADABLE:
             where = "inside" if "bufferView" in image or str(image.get("uri")).startswith("data:") else "beside"
             name = image.get("name") or (image.get("uri", number) if where == "beside" else number)
             yield f"the picture {name} {where} the file cannot be read, so its part of the look is left out"

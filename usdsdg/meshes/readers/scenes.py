@@ -14,9 +14,11 @@ import numpy as np
 from PIL import Image
 
 from usdsdg.errors import AssetUnreadable, Unsupported
+from usdsdg.image_files.unreadable import UNREADABLE, why_unreadable
 from usdsdg.meshes.model import Material, MeshFile, Part, Texture
 from usdsdg.meshes.readers import collada, gltf, obj, ply, polygons
 from usdsdg.meshes.readers.gltf_looks import Look
+from usdsdg.stage.assets.file_checks import check_regular
 from usdsdg.stage.colors import srgb_to_linear
 
 # By convention: glTF prescribes Y, modeling programs export OBJ with Y, scanners and CAD have Z.
@@ -64,8 +66,8 @@ def read(file: Path) -> MeshFile:
     if not parts and len(scene.geometry):
         raise AssetUnreadable(f"{file} has points or lines but no triangles; give a mesh")
     up, unit = collada.axes(content) if form == "dae" else (_UP.get(file.suffix.lower(), "Y"), 1.0)
-    told = tuple([*notes, *_missing(file, resolver), *dict.fromkeys(materials.notes)])
-    return MeshFile(tuple(parts), tuple(materials.list), up, unit, told, tuple(sorted(resolver.read)))
+    told = dict.fromkeys([*notes, *_missing(file, resolver), *resolver.unread, *materials.notes])
+    return MeshFile(tuple(parts), tuple(materials.list), up, unit, tuple(told), tuple(sorted(resolver.read)))
 
 
 class _Materials:
@@ -116,8 +118,8 @@ class _Materials:
             image.load()
         except FileNotFoundError:
             return None
-        except (OSError, ValueError, SyntaxError) as error:
-            self.notes.append(f"the picture {name} cannot be read ({error}), so its part of the look is left out")
+        except UNREADABLE as error:
+            self.notes.append(_unread(name, error))
             return None
         return image
 
@@ -222,8 +224,8 @@ def _texture(image: Any, name: str, notes: list[str], *, is_color: bool = False)
         return None
     try:
         image.load()  # trimesh has read its head alone
-    except (OSError, ValueError, SyntaxError) as error:
-        notes.append(f"the picture {name} cannot be read ({error}), so its part of the look is left out")
+    except UNREADABLE as error:
+        notes.append(_unread(name, error))
         return None
     return Texture(image, name, is_color)
 
@@ -231,6 +233,10 @@ def _texture(image: Any, name: str, notes: list[str], *, is_color: bool = False)
 def _text_or_bytes(file: Path) -> bytes:
     """Return the content of a file without a mark of its encoding, which trimesh takes for a part of the first word."""
     return file.read_bytes().removeprefix(codecs.BOM_UTF8)
+
+
+def _unread(name: str, error: Exception) -> str:
+    return f"the picture {name} cannot be read ({why_unreadable(error)}), so its part of the look is left out"
 
 
 def _check_whole(file: Path, content: bytes) -> None:
@@ -249,8 +255,10 @@ class _Recorder:
 
         self._inner = trimesh.resolvers.FilePathResolver(str(file), allow_anywhere=True)
         self._folder = file.parent
+        self._is_gltf = file.suffix.lower() in (".glb", ".gltf")  # of which other files than pictures are asked for
         self.read: set[str] = set()
         self.missing: list[str] = []
+        self.unread: list[str] = []  # notes of pictures, which trimesh leaves out without a word
         self.library: bytes | None = None  # the materials of an OBJ file
 
     def get(self, name: str) -> bytes:
@@ -259,15 +267,21 @@ class _Recorder:
         if content is None:
             self.missing.append(unquote(name.strip().replace("\\", "/")))
             raise FileNotFoundError(f"{self._folder} has no {self.missing[-1]}")
+        if content is not self.library and not self._is_gltf:
+            try:
+                Image.open(io.BytesIO(content)).close()
+            except UNREADABLE as error:
+                self.unread.append(_unread(name, error))
         return content
 
     def find(self, name: str) -> bytes | None:
-        """Return the bytes of a file; None where there is none."""
+        """Return the bytes of a file; None where there is none; raises AssetUnreadable for a device or a pipe."""
         if self.library is not None and name == obj.LIBRARY:
             return self.library
         plain = name.strip().replace("\\", "/")
         names = (name, plain, unquote(plain), unquote(plain).rsplit("/", 1)[-1])
         for candidate in dict.fromkeys((*names, *filter(None, map(self._in_any_case, names[2:])))):
+            check_regular(str(self._folder / candidate))
             try:
                 content = self._inner.get(candidate)
             except (OSError, ValueError):

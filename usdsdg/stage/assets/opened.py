@@ -20,6 +20,12 @@ def note_opened(path: str) -> None:
         _files[file] = next(_notes)
 
 
+def forget_opened(path: str) -> None:
+    """Undo what was noted of a file."""
+    with _lock:
+        _files.pop(path, None)
+
+
 def last_note() -> int:
     """Return the number of the last note; 0 if there is none."""
     with _lock:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from usdsdg.errors import UsdsdgError, WriterError
+from usdsdg.errors import UsdsdgError, WriterError, note_line
 
 if TYPE_CHECKING:
     from usdsdg.parallel import Later
@@ -77,4 +77,5 @@ class Job:
             return error
         failure = WriterError(f"{self._place}{self.what} could not be written: {type(error).__name__}: {error}")
         failure.__cause__ = error
+        note_line(failure, error)  # as of a function that a writer of a script has scheduled
         return failure

@@ -109,12 +109,12 @@ def _modules_beside(source: Path | None) -> Iterator[str]:
     """Yield the files of the modules in the folder of a script, and below, that were imported until now."""
     if source is None or source.suffix != ".py":
         return
-    top = os.path.join(source.parent, "")
+    top, started_in = os.path.join(source.parent, ""), sys.modules["usdsdg"]._STARTED_IN  # which a script may leave
     for name, module in tuple(sys.modules.items()):
         file = vars(module).get("__file__") if isinstance(module, ModuleType) else None
         if not isinstance(file, str) or not file.endswith(".py") or name.startswith("usdsdg"):
             continue
-        path = os.path.abspath(file) if not os.path.isabs(file) else file
+        path = file if os.path.isabs(file) else os.path.normpath(os.path.join(started_in, file))
         if path.startswith(top) and path != str(source) and not _is_installed(Path(path)):
             yield path
 
