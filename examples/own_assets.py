@@ -59,4 +59,6 @@ mesh.CreateDisplayColorAttr([(0.5, 0.35, 0.1)])
 stage.Save()
 
 (args.out / "job.yaml").write_text(CONFIG.format(frames=args.frames, width=args.width, height=args.width * 3 // 4))
-subprocess.run([sys.executable, "-m", "usdsdg", "generate", "job.yaml"], cwd=args.out, check=True)
+# Quiet, since the commands that it names at its end are for its own folder. A run of another size is replaced.
+command = [sys.executable, "-m", "usdsdg", "generate", "job.yaml", "--quiet", "--overwrite"]
+sys.exit(subprocess.run(command, cwd=args.out).returncode)

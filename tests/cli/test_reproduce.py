@@ -47,6 +47,16 @@ def test_all_files_are_made_again_with_their_bytes(made):
     assert {path: path.read_bytes() for path in made.rglob("*") if path.is_file()} == before
 
 
+def test_a_damaged_recipe_is_not_said_to_be_removed_by_an_option_of_another_command(tmp_path):
+    (tmp_path / "out/.usdsdg").mkdir(parents=True)
+    (tmp_path / "out/.usdsdg/recipe.json").write_text('{"format": 1}}')
+    for command in ("reproduce", "merge"):
+        done = run(["-m", "usdsdg", command, "-q", str(tmp_path / "out")])
+        assert done.returncode == 1
+        remedy = "Put a copy of it back, or make the dataset anew with --overwrite."
+        assert done.stderr.splitlines()[-1].endswith(remedy)
+
+
 def test_changed_files_of_the_chosen_frames_are_named(made, tmp_path):
     shutil.copytree(made, tmp_path / "out")
     lines = [json.loads(line) for line in (made / ".usdsdg/journal.jsonl").read_text().splitlines()[1:-1]]

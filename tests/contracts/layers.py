@@ -70,7 +70,9 @@ USDSDG = {
     "graph distribution create annotators writers functional app orchestrator settings demo",
     "cli": "errors operating_system warp_start stage session",
     "workers": "errors operating_system stage stores session writers",
-    "stream": "errors operating_system session annotators capture scenarios replicator_yaml cli __init__",
+    "stream": (
+        "errors operating_system stores session annotators writers capture scenarios replicator_yaml cli __init__"
+    ),
     "torch": "errors session stream",
     "view": "errors stage session graph annotators writers capture app orchestrator pictures inspect cli stream",
     "__main__": "cli",

@@ -151,6 +151,8 @@ def test_own_assets(tmp_path):
     for gear in found:
         assert gear["label"] == "gear"
         np.testing.assert_allclose(gear["size"], (0.2, 0.2, 0.04), atol=1e-4)
+    run("own_assets", tmp_path, "--width=64", "--frames=1")  # as one does who tries a size, and then another
+    assert Image.open(out / "dataset/000000.png").size == (64, 48)
 
 
 def test_train_live_detector(tmp_path):

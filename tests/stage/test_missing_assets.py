@@ -46,6 +46,8 @@ def test_no_script_line_is_told_where_a_command_opens_a_stage():
         ("s3://bucket", "s3://bucket/a b.usd"),
         ("C:/assets", "C:\\assets\\a b.usd"),
         ("c:\\assets", "C:/assets/a b.usd"),
+        ("C:", "C:\\a b.usd"),
+        ("d:", "D:/a b.usd"),
         ("/home/someone/assets", "/home/someone/assets/a b.usd"),
         ("~/no_such_folder", "~/no_such_folder/a b.usd"),
     ],

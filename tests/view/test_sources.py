@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests import forked
+from tests.cli.datasets import content
 from tests.view.pages import Page
 from usdsdg.errors import ConfigError, GraphError
 from usdsdg.session import devices, session
@@ -92,6 +94,17 @@ def test_the_viewer_stops_at_each_frame_and_nothing_is_written(folder):
     assert not (folder / "written").exists()
     assert viewer.page.values["scene"]["cameras"][0]["size"] == [64, 48]
     assert viewer.page.errors == []
+
+
+def test_a_dataset_of_the_script_stays_as_it_is_where_the_script_writes_a_file_by_its_writer(folder):
+    script = SCRIPT.replace('"written"', 'os.path.abspath("written")').replace("import us", "import os\nimport us")
+    (folder / "script.py").write_text(script + 'writer.backend.write_blob("notes.txt", b"cubes")\n')
+    done = forked.run(["script.py"], cwd=folder)
+    assert done.returncode == 0, done.stderr
+    before = content(folder / "written")
+    assert "notes.txt" in before
+    assert watched().frames == [0, 1, 2, None]
+    assert content(folder / "written") == before
 
 
 def test_what_is_randomized_or_played_between_frames_does_not_change_the_draws_of_the_script(folder):

@@ -158,7 +158,7 @@ def recipe_of(folder: Path) -> Recipe:
     from usdsdg.datasets.folder import check_folder
     from usdsdg.writers.journal import recipe
 
-    values = recipe.read(folder)
+    values = recipe.read(folder, remedy=recipe.PUT_BACK)
     if values is None:
         check_folder(folder)
         raise DatasetError(f"{folder} has no recipe ({recipe.FILE}), so it is not known how it was made")

@@ -16,9 +16,10 @@ from weakref import WeakSet
 from usdsdg.annotators.class_table import CLOSED
 from usdsdg.capture.tap import Asked, Tap, annotator_of
 from usdsdg.capture.worlds import WorldBatch, WorldTap
-from usdsdg.errors import ArgumentError, GraphError
+from usdsdg.errors import ArgumentError, GraphError, Unsupported
 from usdsdg.operating_system import around_fork
 from usdsdg.session import devices, session
+from usdsdg.stream.files_aside import files_aside
 from usdsdg.stream.hand_over import HandOver, Item
 from usdsdg.stream.sample import Sample
 from usdsdg.stream.source import Source
@@ -133,7 +134,8 @@ def worlds(
         annotators: rgb, LdrColor, HdrColor, semantic_segmentation, instance_segmentation, bounding_box_2d_tight, and
             AOVs of the renderer such as distance_to_camera, distance_to_image_plane and normals.
         count: of worlds.
-        job, arguments, seed, device: as in `frames`.
+        job: a script, or a Replicator YAML file.
+        arguments, seed, device: as in `frames`.
         ahead: how many batches are made before they are asked for, beside the one that is being made; at least 1.
 
     Yields:
@@ -141,13 +143,20 @@ def worlds(
 
     Raises:
         ArgumentError: worlds cannot show an annotator, or `count` or `ahead` is below 1.
-        Unsupported: something on the stage or in the graph cannot be drawn for worlds; names the script line.
+        Unsupported: something on the stage or in the graph cannot be drawn for worlds; names the script line. Or the
+            job is a configuration.
         UsdsdgError: as in `frames`.
     """
     _check_ahead(ahead)
     annotators = _several("annotators", annotators)
     source = Source(Path(job), _texts(arguments), seed)
     source.check()
+    if source.is_configuration:
+        raise Unsupported(
+            f"worlds: {job} is a configuration, whose job places things itself before each frame, so that all worlds "
+            "would show the same. Give a script whose graph draws what changes, or take the frames of the job from "
+            "usdsdg.stream.frames, or a LiveDataset without worlds."
+        )
 
     def begin(put: Callable[[WorldBatch], None]) -> None:
         session.current().worlds = WorldTap(count, annotators, put)
@@ -226,16 +235,17 @@ def _run(
             begin(put_of_script if is_script else put)
             source.run()
 
-        hand_over = HandOver(work, waiting=ahead)
-        try:
-            for item in hand_over:
-                is_empty = False
-                yield item
-            if is_script and is_empty:
-                source.tell_of_no_frame()
-        finally:
-            if not _is_exiting:
-                hand_over.close()
-                session.restart()
+        with files_aside(keeps_folders=is_script):
+            hand_over = HandOver(work, waiting=ahead)
+            try:
+                for item in hand_over:
+                    is_empty = False
+                    yield item
+                if is_script and is_empty:
+                    source.tell_of_no_frame()
+            finally:
+                if not _is_exiting:
+                    hand_over.close()
+                    session.restart()
     finally:
         _streaming.release()

@@ -12,6 +12,7 @@ from usdsdg.cli.options.file_kinds import FileKind, kind_of
 from usdsdg.orchestrator import get_orchestrator
 from usdsdg.session import session
 from usdsdg.session.confinement import confined
+from usdsdg.stream.files_aside import files_aside
 from usdsdg.stream.source import Source
 from usdsdg.view.viewer import Viewer
 from usdsdg.writers.backends.disk import disk_root
@@ -32,9 +33,10 @@ def of_job(file: Path, arguments: Sequence[str], seed: int | None) -> Callable[[
     limit = confined(disk_root()) if kind_of(file) is FileKind.REPLICATOR_YAML else nullcontext()
 
     def show(viewer: Viewer) -> None:
-        with limit:
-            _run(source, viewer)
-        viewer.run()
+        with files_aside(keeps_folders=not source.is_configuration):
+            with limit:
+                _run(source, viewer)
+            viewer.run()
 
     return show
 

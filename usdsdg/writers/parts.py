@@ -30,7 +30,7 @@ def join_parts(place: Place) -> int:
         DatasetInTheWay: a process is writing there.
     """
     place.pull()
-    values = recipe.read(place.path)
+    values = recipe.read(place.path, remedy=recipe.PUT_BACK)
     if values is None:
         raise DatasetError(f"{place.name} has no parts to be joined: there is no {recipe.FILE}")
     wanted = Recipe.of_values(values, Path(place.name))

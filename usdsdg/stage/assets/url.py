@@ -50,7 +50,7 @@ def normalized(text: str) -> str:
     if scheme := scheme_of(text):
         host, slash, path = text[text.index(":") + 1 :].lstrip("/").partition("/")
         return f"{scheme}://{host.lower()}{slash}{path}"
-    if has_drive(text):
+    if has_drive(f"{text}/"):  # also a drive alone, as prefixes name it
         return text[0].lower() + text[1:].replace("\\", "/")
     return os.path.expanduser(text)
 

@@ -316,7 +316,7 @@ def check(
     """
     path, there = place.path, place.name
     try:
-        earlier = recipe.read(path, overwriting=_overwriting(wanted))
+        earlier = recipe.read(path, remedy=f"Remove that run with {_overwriting(wanted)}.")
     except WriterError:
         if mode is Mode.OVERWRITE:
             return

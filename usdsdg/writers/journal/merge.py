@@ -115,7 +115,7 @@ def _check_shards(where: str, names: set[str]) -> None:
 
 def _check_recipes(place: Place, parts: list[Path]) -> None:
     """Check that all parts, and the folder that they are in, are of one recipe; those of earlier versions have none."""
-    wanted = recipe.read(place.path) or {}
+    wanted = recipe.read(place.path, remedy=recipe.PUT_BACK) or {}
     for part in parts:
         try:
             own = json.loads((part / recipe.IDENTITY_FILE).read_bytes())

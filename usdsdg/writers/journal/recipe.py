@@ -31,6 +31,9 @@ GENERATE, RUN, SCRIPT = "generate", "run", "python"
 # Facts that tell one recipe from another; the others follow from them.
 IDENTITY = ("command", "source", "arguments", "options", "seed", "classes", "versions", "device")
 IDENTITY_FILE = "recipe.json"  # of a part
+# What may be done about a damaged recipe, by a run into its folder, and by what only reads the dataset.
+REMOVED = "Remove that run with --overwrite."
+PUT_BACK = "Put a copy of it back, or make the dataset anew with --overwrite."
 OUTPUT = "<output>"  # in arguments, in place of a path to the data
 RECORDS = 3  # version of the format of frame records, usdsdg.record.frame_record.VERSION
 _PACKAGES = ("usdsdg", "usd-core", "warp-lang", "newton", "numpy")
@@ -211,10 +214,10 @@ class Source:
         return f"{SOURCE}/{self.file.name}"
 
 
-def read(folder: Path, *, overwriting: str = "--overwrite") -> dict[str, Any] | None:
+def read(folder: Path, *, remedy: str = REMOVED) -> dict[str, Any] | None:
     """Return the recipe in a folder; None if there is none.
 
-    overwriting: what the user says to have a run removed, for errors.
+    remedy: of a damaged one, for errors.
 
     Raises:
         WriterError: the file is damaged, or the system does not let it be read.
@@ -225,26 +228,26 @@ def read(folder: Path, *, overwriting: str = "--overwrite") -> dict[str, Any] | 
     except FileNotFoundError:
         return None
     except AssetUnreadable as error:
-        raise WriterError(f"{error}. Remove that run with {overwriting}.") from None
+        raise WriterError(f"{error}. {remedy}") from None
     except IsADirectoryError:
-        raise WriterError(f"{folder / FILE} is a folder. Remove that run with {overwriting}.") from None
+        raise WriterError(f"{folder / FILE} is a folder. {remedy}") from None
     except OSError as error:
         reason = "a file is where a folder should be" if isinstance(error, NotADirectoryError) else error.strerror
-        remedy = "Choose another output_dir, or make this one a folder that can be read and written."
-        raise WriterError(f"{folder / FILE} cannot be read: {reason}. {remedy}") from None
-    return parsed(data, str(folder), overwriting=overwriting)
+        else_where = "Choose another output_dir, or make this one a folder that can be read and written."
+        raise WriterError(f"{folder / FILE} cannot be read: {reason}. {else_where}") from None
+    return parsed(data, str(folder), remedy=remedy)
 
 
-def parsed(data: bytes | None, where: str, *, overwriting: str = "--overwrite") -> dict[str, Any] | None:
+def parsed(data: bytes | None, where: str, *, remedy: str = REMOVED) -> dict[str, Any] | None:
     """Return the recipe that a file has, None for None; `where` is what it is of. Raises as `read`."""
     if data is None:
         return None
     try:
         values = json.loads(data)
     except (ValueError, RecursionError) as error:
-        raise WriterError(f"{where}/{FILE} cannot be read: {error}. Remove that run with {overwriting}.") from None
+        raise WriterError(f"{where}/{FILE} cannot be read: {error}. {remedy}") from None
     if not isinstance(values, dict):
-        raise WriterError(f"{where}/{FILE} is no recipe. Remove that run with {overwriting}.")
+        raise WriterError(f"{where}/{FILE} is no recipe. {remedy}")
     return values
 
 

@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,7 @@ class Run:
         self.captures = 0  # at which a writer was due
         self.made = 0  # frames of which this process made files
         self.scratch: Path | None = None  # folder below which all files go that would go to other places
+        self.keeps_folders = False  # these places are made nevertheless, for files that a script writes itself
         self.numbered = NumberedPlaces()
         self._places: dict[str, Place] = {}
         self._folders: dict[str, DatasetFolder] = {}
@@ -91,10 +93,18 @@ class Run:
 
     # Folders
 
+    def set_aside(self, scratch: Path, *, keeps_folders: bool) -> None:
+        """Let no file reach the folders that writers name, which are made or not, and keep no journal."""
+        self.scratch, self.keeps_folders = scratch, keeps_folders
+        self.recipe, self._is_main_script_known = None, True
+
     def placed(self, folder: Path) -> Path:
-        """Return where a writer's files go: to the folder itself, or below `scratch` where frames are made again."""
+        """Return where a writer's files go: to the folder itself, or below `scratch`."""
         if self.scratch is None:
             return folder
+        if self.keeps_folders:
+            with suppress(OSError):
+                folder.mkdir(parents=True, exist_ok=True)
         folder = folder.absolute()
         return self.scratch.joinpath(*folder.parts[1:])
 
