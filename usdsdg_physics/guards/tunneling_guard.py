@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from usdsdg.stage.poses.rotations import matrix_from_quat
+from usdsdg_physics.scene.extents import body_boxes
 from usdsdg_physics.scene.records import STATIC, Scene, Shape
 
 if TYPE_CHECKING:
@@ -44,12 +45,18 @@ class TunnelingGuard:
         self._half_extent = wp.array(half, dtype=wp.vec3, device=device)
         self._center = wp.array(center, dtype=wp.vec3, device=device)
         self._exit_face = wp.full((boxes, count), -1, dtype=wp.int32, device=device)
-        # Bodies whose pose was set since the last step: the side of such a body's origin decides its exit face.
+        # Of bodies, where they are nearest to their origin, in their frames: it is far off where assets are modeled at
+        # their places in a room.
+        anchors = np.zeros((model.body_count, 3))
+        boxes_of_bodies = body_boxes(scene.bodies, scene.colliders.values())
+        anchors[: len(boxes_of_bodies)] = np.clip(0.0, boxes_of_bodies[:, 0], boxes_of_bodies[:, 1])
+        self._anchor = wp.array(anchors, dtype=wp.vec3, device=device)
+        # Bodies whose pose was set since the last step: the side of such a body's anchor decides its exit face.
         self.teleported = wp.zeros(model.body_count, dtype=wp.int32, device=device)
         self._step = wp.zeros(1, dtype=wp.int32, device=device)
 
     def mark_teleported(self, bodies: Sequence[int] | np.ndarray) -> None:
-        """Let the side of a body's origin decide its exit face at the next contact, since its pose was set."""
+        """Let the side of a body's anchor decide its exit face at the next contact, since its pose was set."""
         teleported = self.teleported.numpy().copy()
         teleported[bodies] = 1
         self.teleported.assign(teleported)
@@ -72,6 +79,7 @@ class TunnelingGuard:
                 self._model.shape_transform,
                 self._model.shape_body,
                 self._center,
+                self._anchor,
                 state.body_q,
                 self.teleported,
                 self._step,
