@@ -1,4 +1,4 @@
-"""Bodies collide where their shapes are, however far off their origins, as of assets modeled at their places in a room."""
+"""Bodies collide where their shapes are, however far off their origins, as of assets modeled in place in a room."""
 
 from __future__ import annotations
 
@@ -46,9 +46,8 @@ def test_fast_balls_do_not_fall_through_a_mesh(radius, speed, off):
     balls = []
     for number in range(12):  # which arrive at another time of a step each
         at = np.array([number - 6, 0.3, 1.5 + number / 12 * speed / 60])
-        balls.append(
-            _body(stage, f"/World/ball{number}", at, at + (0, 0, off), "Sphere", half=radius, velocity=(0, 0, -speed))
-        )
+        origin, path = np.add(at, (0, 0, off)), f"/World/ball{number}"
+        balls.append(_body(stage, path, at, origin, "Sphere", half=radius, velocity=(0, 0, -speed)))
     playing(stage).advance(1.0)
     assert [position(ball)[2] for ball in balls] == pytest.approx(np.full(12, radius), abs=1e-3)
 

@@ -86,7 +86,7 @@ class TriangleMeshes:
 def _within(points: np.ndarray, boxes: np.ndarray, distance: np.ndarray) -> np.ndarray:
     """Return which points (N, 3) are within a distance (N, M) of boxes (M, 2, 3), along each axis: (N, M) bool."""
     at, far = points[:, None], distance[..., None]
-    return ((at > boxes[:, 0] - far) & (at < boxes[:, 1] + far)).all(axis=2)
+    return np.all((at > boxes[:, 0] - far) & (at < boxes[:, 1] + far), axis=2)
 
 
 def _corners(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
