@@ -38,6 +38,15 @@ def test_what_lies_on_a_table_stays_there_wherever_its_origin_is(origin, put_whi
     assert position(shape) == pytest.approx([0.2, 0, 0.75 + HALF], abs=1e-3)
 
 
+@pytest.mark.parametrize("origin", [(0, 0, 0.03), (0, 0, -3), (4, 0, -3)])
+def test_what_begins_across_a_thin_floor_comes_out_on_the_side_of_its_middle(origin):
+    stage = new_stage()
+    add(stage, "/World/floor", at=(0, 0, -0.01), scale=(3, 3, 0.01), body=False)
+    shape = _body(stage, "/World/box", (0, 0, 0.03), origin)
+    playing(stage).advance(1.0)
+    assert position(shape)[2] == pytest.approx(HALF, abs=1e-3)
+
+
 @pytest.mark.parametrize(("radius", "speed", "off"), [(0.02, 10.0, 3.0), (0.1, 45.0, 3.0), (0.1, 45.0, 0.0)])
 def test_fast_balls_do_not_fall_through_a_mesh(radius, speed, off):
     stage = new_stage()

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
 
 
+# Distance of an origin from a body, in diagonals of its box, up to which the body is where its origin is.
+AT_BODY = 0.1
+
+
 class TunnelingGuard:
     """Remembers, for every pair of a static box and a shape in contact, the face by which the shape leaves the box.
 
@@ -45,11 +49,8 @@ class TunnelingGuard:
         self._half_extent = wp.array(half, dtype=wp.vec3, device=device)
         self._center = wp.array(center, dtype=wp.vec3, device=device)
         self._exit_face = wp.full((boxes, count), -1, dtype=wp.int32, device=device)
-        # Of bodies, where they are nearest to their origin, in their frames: it is far off where assets are modeled at
-        # their places in a room.
         anchors = np.zeros((model.body_count, 3))
-        boxes_of_bodies = body_boxes(scene.bodies, scene.colliders.values())
-        anchors[: len(boxes_of_bodies)] = np.clip(0.0, boxes_of_bodies[:, 0], boxes_of_bodies[:, 1])
+        anchors[: len(scene.bodies)] = _anchors(body_boxes(scene.bodies, scene.colliders.values()))
         self._anchor = wp.array(anchors, dtype=wp.vec3, device=device)
         # Bodies whose pose was set since the last step: the side of such a body's anchor decides its exit face.
         self.teleported = wp.zeros(model.body_count, dtype=wp.int32, device=device)
@@ -88,6 +89,18 @@ class TunnelingGuard:
             device=self._model.device,
         )
         self.teleported.zero_()
+
+
+def _anchors(boxes: np.ndarray) -> np.ndarray:
+    """Return the points (N, 3) that tell on which side of a wall bodies are, in their frames; `boxes` (N, 2, 3) too.
+
+    These are the origins, at which assets are placed, of bodies that have it in or at them, and the middles of others,
+    such as assets that are modeled at their places in a room.
+    """
+    lower, upper = boxes[:, 0], boxes[:, 1]
+    nearest = np.clip(0.0, lower, upper)
+    is_at = np.linalg.norm(nearest, axis=1) <= AT_BODY * np.linalg.norm(upper - lower, axis=1)
+    return np.where(is_at[:, None], nearest, (lower + upper) / 2.0)
 
 
 def _center(shape: Shape) -> np.ndarray:
