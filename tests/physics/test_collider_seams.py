@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, UsdPhysics
+from pxr import Gf, Sdf, UsdPhysics, UsdShade
 
-from tests.physics.scenes import add, collide, mesh, new_stage, playing, position, velocity
+from tests.physics.scenes import add, collide, make_body, mesh, new_stage, physics_material, playing, position, velocity
 
 HALF, SPEED, STEPS = 0.1, 2.0, 90
 CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
@@ -47,6 +47,34 @@ def test_tiles_are_as_one_floor(shape, kind):
     if shape != "Sphere":  # v² / 2 μ g, that of a step more or less
         assert expected[0] + 0.2 == pytest.approx(SPEED**2 / (2 * 0.5 * 9.81), abs=SPEED / 60)
     assert slide(tiled, shape) == pytest.approx(expected, abs=2e-3)
+
+
+@pytest.mark.parametrize("tilt", [2, 8])
+@pytest.mark.parametrize("origin", [1.0, 0.0, -1.0])
+def test_a_tilted_mesh_slides_on_over_strips_wherever_its_origin_is(origin, tilt):
+    """It lands on an edge, and stopped at the first seam where its origin was at its bottom or farther below."""
+    stage, friction, speed, seconds = new_stage(), 0.05, 4.0, 1.0
+    material = physics_material(stage, "/World/ice", friction=friction)
+    side = np.linspace(-1, 8, 60)
+    points = np.array([(x, y, 0.0) for x in side for y in (-3, 3)])
+    triangles = [t for a in range(0, 118, 2) for t in ((a, a + 2, a + 1), (a + 1, a + 2, a + 3))]
+    floor = mesh(stage, "/World/floor", points, np.array(triangles)).GetPrim()
+    collide(floor, approximation="none")
+    sine, cosine = np.sin(np.radians(tilt)), np.cos(np.radians(tilt))
+    corners = CORNERS * (HALF, 0.8 * HALF, HALF / 2) @ np.array([(cosine, 0, sine), (0, 1, 0), (-sine, 0, cosine)])
+    corners[:, 2] -= corners[:, 2].min()
+    thing = mesh(stage, "/World/thing", corners - (0, 0, origin), np.array(SIDES))
+    thing.AddTranslateOp().Set(Gf.Vec3d(0, 0.03, origin))
+    collide(thing.GetPrim())
+    make_body(thing.GetPrim())
+    for prim in (floor, thing.GetPrim()):
+        UsdShade.MaterialBindingAPI.Apply(prim).Bind(material, UsdShade.Tokens.weakerThanDescendants, "physics")
+    UsdPhysics.RigidBodyAPI(thing).CreateVelocityAttr(Gf.Vec3f(speed, 0, 0))
+    engine = playing(stage)
+    for _ in range(60):
+        engine.step(seconds / 60)
+    # It loses some of its speed where it lands.
+    assert 0.9 < position(thing.GetPrim())[0] / (speed * seconds - friction * 9.81 * seconds**2 / 2) < 1.01
 
 
 @pytest.mark.parametrize("shape", ["Cube", "Cylinder"])

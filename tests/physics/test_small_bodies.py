@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pxr import Gf
+from pxr import Gf, UsdPhysics
 
 from tests.physics.scenes import add, new_stage, playing, position, set_value
 
@@ -51,3 +51,26 @@ def test_they_do_not_change_for_bodies_without_small_ones_near():
     add(stage, "/World/box", at=(0, 0, 0.2))
     add(stage, "/World/floats", at=(0, 0, 1.5), scale=(HALF,) * 3, gravity=False)
     assert substeps(playing(stage), 30) == [ORDINARY] * 30
+
+
+@pytest.mark.parametrize("switch", ["scene", "bodies"])
+def test_a_stack_stands_when_gravity_begins_to_act_while_physics_plays(switch):
+    half = 0.001
+    stage = new_stage()
+    add(stage, "/World/ground", at=(0, 0, -0.1), scale=(2, 2, 0.1), body=False)
+    starts = np.array([[0, 0, (2 * number + 1) * half] for number in range(5)])
+    stack = [
+        add(stage, f"/World/cube_{number}", at=start, scale=(half,) * 3, gravity=switch == "scene")
+        for number, start in enumerate(starts)
+    ]
+    magnitude = UsdPhysics.Scene(stage.GetPrimAtPath("/PhysicsScene")).CreateGravityMagnitudeAttr(9.81)
+    if switch == "scene":
+        magnitude.Set(0.0)
+    engine = playing(stage)
+    assert substeps(engine, 2) == [ORDINARY] * 2
+    magnitude.Set(9.81)
+    for cube in stack:
+        set_value(cube, "physxRigidBody:disableGravity", False)
+    counts = substeps(engine, 240)
+    assert counts[0] == 2 * FINE
+    assert [position(cube) for cube in stack] == pytest.approx(starts, abs=0.1 * half)

@@ -35,6 +35,11 @@ class MeshSeams:
             wp.array(each, dtype=wp.int32, device=model.device) for each in (is_round, is_hull, is_mesh)
         )
 
+        # The origins of meshes may be at their bottom, or far off.
+        lower, upper = model.shape_collision_aabb_lower.numpy(), model.shape_collision_aabb_upper.numpy()
+        middle = np.where(is_hull[:, None], (lower + upper) / 2.0, 0.0)
+        self._middle = wp.array(middle, dtype=wp.vec3, device=model.device)
+
     def __bool__(self) -> bool:
         return self._any_round or self._any_hull
 
@@ -46,10 +51,10 @@ class MeshSeams:
 
         model, kernels = self._model, []
         if self._any_round:
-            kernels.append((turn_to_faces, self._is_round))
+            kernels.append((turn_to_faces, self._is_round, []))
         if self._any_hull:
-            kernels.append((turn_hulls_to_faces, self._is_hull))
-        for kernel, turned in kernels:
+            kernels.append((turn_hulls_to_faces, self._is_hull, [self._middle]))
+        for kernel, turned, more in kernels:
             wp.launch(
                 kernel,
                 dim=visited,
@@ -60,6 +65,7 @@ class MeshSeams:
                     model.shape_scale,
                     model.shape_transform,
                     model.shape_body,
+                    *more,
                     state.body_q,
                 ],
                 outputs=[self._contacts],

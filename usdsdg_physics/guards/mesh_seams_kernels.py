@@ -95,6 +95,7 @@ def turn_hulls_to_faces(
     scale: wp.array[wp.vec3],
     transform: wp.array[wp.transform],
     shape_body: wp.array[wp.int32],
+    middle: wp.array[wp.vec3],
     # body
     body_q: wp.array[wp.transform],
     # in and out
@@ -102,7 +103,8 @@ def turn_hulls_to_faces(
 ):
     """Give contacts of flat shapes whose normal leads along a face of the mesh, where nothing stands, that of the face.
 
-    What lies on some triangles of a plane is in front of the edges of the next ones, where it would stop.
+    What lies on some triangles of a plane is in front of the edges of the next ones, where it would stop. `middle` is
+    that of each shape, in its own frame.
     """
     contact = wp.tid()
     if contact >= contacts.count[0]:
@@ -115,7 +117,7 @@ def turn_hulls_to_faces(
     other = shape_on(-side, contact, contacts)
     point = world_point(shape_body[triangles], point_on(side, contact, contacts), body_q)
     on_other = world_point(shape_body[other], point_on(-side, contact, contacts), body_q)
-    center = wp.transform_get_translation(shape_to_world(other, transform, shape_body, body_q))
+    center = wp.transform_point(shape_to_world(other, transform, shape_body, body_q), middle[other])
 
     # The face, in the frame and the units of the mesh.
     to_world = shape_to_world(triangles, transform, shape_body, body_q)

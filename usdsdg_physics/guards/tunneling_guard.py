@@ -11,12 +11,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from usdsdg.stage.poses.rotations import matrix_from_quat
+from usdsdg_physics.scene.extents import body_boxes
 from usdsdg_physics.scene.records import STATIC, Scene, Shape
 
 if TYPE_CHECKING:
     import newton
 
     from usdsdg_physics.corrections.contacts.contact_arrays import ContactArrays
+
+
+# Distance of an origin from a body, in diagonals of its box, up to which the body is where its origin is.
+AT_BODY = 0.1
 
 
 class TunnelingGuard:
@@ -44,12 +49,15 @@ class TunnelingGuard:
         self._half_extent = wp.array(half, dtype=wp.vec3, device=device)
         self._center = wp.array(center, dtype=wp.vec3, device=device)
         self._exit_face = wp.full((boxes, count), -1, dtype=wp.int32, device=device)
-        # Bodies whose pose was set since the last step: the side of such a body's origin decides its exit face.
+        anchors = np.zeros((model.body_count, 3))
+        anchors[: len(scene.bodies)] = _anchors(body_boxes(scene.bodies, scene.colliders.values()))
+        self._anchor = wp.array(anchors, dtype=wp.vec3, device=device)
+        # Bodies whose pose was set since the last step: the side of such a body's anchor decides its exit face.
         self.teleported = wp.zeros(model.body_count, dtype=wp.int32, device=device)
         self._step = wp.zeros(1, dtype=wp.int32, device=device)
 
     def mark_teleported(self, bodies: Sequence[int] | np.ndarray) -> None:
-        """Let the side of a body's origin decide its exit face at the next contact, since its pose was set."""
+        """Let the side of a body's anchor decide its exit face at the next contact, since its pose was set."""
         teleported = self.teleported.numpy().copy()
         teleported[bodies] = 1
         self.teleported.assign(teleported)
@@ -72,6 +80,7 @@ class TunnelingGuard:
                 self._model.shape_transform,
                 self._model.shape_body,
                 self._center,
+                self._anchor,
                 state.body_q,
                 self.teleported,
                 self._step,
@@ -80,6 +89,18 @@ class TunnelingGuard:
             device=self._model.device,
         )
         self.teleported.zero_()
+
+
+def _anchors(boxes: np.ndarray) -> np.ndarray:
+    """Return the points (N, 3) that tell on which side of a wall bodies are, in their frames; `boxes` (N, 2, 3) too.
+
+    These are the origins, at which assets are placed, of bodies that have it in or at them, and the middles of others,
+    such as assets that are modeled at their places in a room.
+    """
+    lower, upper = boxes[:, 0], boxes[:, 1]
+    nearest = np.clip(0.0, lower, upper)
+    is_at = np.linalg.norm(nearest, axis=1) <= AT_BODY * np.linalg.norm(upper - lower, axis=1)
+    return np.where(is_at[:, None], nearest, (lower + upper) / 2.0)
 
 
 def _center(shape: Shape) -> np.ndarray:

@@ -37,6 +37,7 @@ def redirect_contacts(
     shape_body: wp.array[wp.int32],
     shape_center: wp.array[wp.vec3],
     # body
+    anchor: wp.array[wp.vec3],
     body_q: wp.array[wp.transform],
     teleported: wp.array[wp.int32],
     steps: wp.array[wp.int32],
@@ -49,10 +50,10 @@ def redirect_contacts(
     The narrow phase pushes along the minimum penetration depth. For a shape more than half way into a wall that leads
     through the wall, for one that slides down a wall into the seam with the floor it leads into the seam. Here the exit
     face stays the one at which the contact began: the face in whose Voronoi region the shape's center was, or, when its
-    body was teleported since the last step, the face of maximum separation of the body's origin.
+    body was teleported since the last step, the face of maximum separation of the body's anchor.
 
     `exit_face[box_index, shape]` holds step * FACE_CODES + face of each static box and shape; `box_index` is -1 for
-    other shapes. `shape_center` is in the body's frame; `steps` (1,) counts the steps.
+    other shapes. `shape_center` and `anchor` are in the body's frame; `steps` (1,) counts the steps.
     """
     contact = wp.tid()
     if contact >= contacts.count[0]:
@@ -87,8 +88,8 @@ def redirect_contacts(
         if not (center_face == face or depth > DEEP_PENETRATION or wp.dot(push, face_normal(face)) < -0.5):
             face = face_of_direction(push)
     elif teleported[body] != 0:
-        origin = wp.transform_point(world_to_box, wp.transform_get_translation(pose))
-        face = face_of_max_separation(origin, half_extent[box], face_of_direction(push))
+        from_box = wp.transform_point(world_to_box, wp.transform_point(pose, anchor[body]))
+        face = face_of_max_separation(from_box, half_extent[box], face_of_direction(push))
     else:
         face = wp.where(center_face >= 0, center_face, face_of_direction(push))
     exit_face[row, shape] = steps[0] * FACE_CODES + face

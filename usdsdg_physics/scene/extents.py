@@ -1,6 +1,7 @@
 """Extents of collision shapes: bounding spheres, world boxes, thickness."""
 
 from collections.abc import Iterable, Mapping
+from itertools import product
 
 import numpy as np
 
@@ -84,3 +85,18 @@ def world_box(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
     assert shape.solid is not None  # a hull or mesh has one
     points = shape.solid.vertices.astype(np.float64) * shape.size @ matrix_from_quat(shape.rotation) + shape.position
     return points.min(axis=0), points.max(axis=0)
+
+
+def body_boxes(bodies: Iterable[str], colliders: Iterable[Collider]) -> np.ndarray:
+    """Return (N, 2, 3) [m]: lower and upper corner of the box around the solid colliders of each body, in its frame.
+
+    Bodies without any have their origin.
+    """
+    corners: dict[str, list[np.ndarray]] = {path: [] for path in bodies}
+    for collider in colliders:
+        if collider.body in corners and not collider.trigger:
+            shape = collider.shape
+            found = np.array(list(product(*zip(*local_box(shape)))))
+            corners[collider.body].append(found @ matrix_from_quat(shape.rotation) + shape.position)
+    points = [np.concatenate(found) if found else np.zeros((1, 3)) for found in corners.values()]
+    return np.array([(each.min(axis=0), each.max(axis=0)) for each in points]).reshape(-1, 2, 3)

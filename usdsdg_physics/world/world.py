@@ -112,7 +112,6 @@ class World:
         self._forces = SteadyForces(built.body_index, self.mass, self.center, self.inertia)
         self._forces.set(scene.forces.values())
         self._latest_substeps = 0
-
         if self.model.device.is_cuda and bodies:
             self._launches.load_kernels(progress)
         if bodies:
@@ -211,17 +210,18 @@ class World:
         import newton
 
         self.gravity = np.asarray(gravity, np.float64)
-        x, y, z = gravity
-        self.model.set_gravity((x, y, z))
+        self.model.set_gravity(tuple(self.gravity.tolist()))
         self.solver.notify_model_changed(newton.ModelFlags.MODEL_PROPERTIES)
         self._corrections.stabilization.set_gravity(self.gravity)
         self._pushes.set_gravity(self.gravity)
+        self._substeps.set_gravity(self.gravity, self._pushes.gravity_enabled)
         self.wake()
 
     def set_gravity_enabled(self, enabled: Mapping[int, bool]) -> None:
         """Switch gravity on or off for single bodies."""
         self._pushes.enable_gravity(enabled)
         self._corrections.stabilization.set_gravity_enabled(self._pushes.gravity_enabled)
+        self._substeps.set_gravity(self.gravity, self._pushes.gravity_enabled)
         self.wake(list(enabled))
 
     def set_damping(self, index: int, linear: float, angular: float) -> None:

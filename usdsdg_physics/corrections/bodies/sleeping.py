@@ -61,6 +61,7 @@ class Sleeping:
                     self._was_asleep,
                     state.body_q,
                     state.body_qd,
+                    self._model.body_com,
                     self._inertia_per_mass,
                     self._sleep_threshold,
                     self._contacts,

@@ -19,6 +19,7 @@ def wake_touched_bodies(
     was_asleep: wp.array[wp.int32],
     body_q: wp.array[wp.transform],
     body_qd: wp.array[wp.spatial_vector],
+    center: wp.array[wp.vec3],
     inertia_per_mass: wp.array[wp.float32],
     sleep_threshold: wp.array[wp.float32],
     contacts: ContactArrays,
@@ -58,7 +59,7 @@ def wake_touched_bodies(
         + contacts.margin0[contact]
         + contacts.margin1[contact]
     )
-    lever = point_on_first - wp.transform_get_translation(body_q[other])
+    lever = point_on_first - wp.transform_point(body_q[other], center[other])
     approach = wp.dot(contacts.normal[contact], velocity + wp.cross(angular, lever))
     if other == second:
         approach = -approach

@@ -38,9 +38,12 @@ class Substeps:
         self._small = SmallBodies(scene, model, SUBSTEPS_PER_SECOND)
         self._swinging = SwingingJoints(model)
         self._fast = FastBodies(scene, model)
-        # Whether it matters where bodies are, and how fast.
-        moved = self._meshes or self._small or self._swinging or self._fast
-        self.vary = bool(scene.bodies) and bool(moved)
+        self._any = bool(scene.bodies)
+
+    @property
+    def vary(self) -> bool:
+        """Whether it matters where bodies are, and how fast."""
+        return self._any and bool(self._meshes or self._small or self._swinging or self._fast)
 
     @property
     def triple_axes(self) -> np.ndarray:
@@ -89,6 +92,10 @@ class Substeps:
         self._meshes.set_poses(poses)
         self._small.update_static()
         self._fast.update_static()
+
+    def set_gravity(self, gravity: np.ndarray, enabled: np.ndarray) -> None:
+        """Note the scene's gravity (3,) [m/s²], and on which bodies it acts (N,)."""
+        self._small.set_gravity(gravity, enabled)
 
     def forget_rest(self) -> None:
         """Note that bodies are let go for another reason than their own motion."""

@@ -8,8 +8,8 @@ from itertools import product
 
 import numpy as np
 
-from usdsdg.stage.poses.rotations import matrix_from_quat
-from usdsdg_physics.scene.extents import half_thickness, world_box
+from usdsdg.stage.poses.rotations import matrix_from_quat, rotated
+from usdsdg_physics.scene.extents import body_boxes, half_thickness, world_box
 from usdsdg_physics.scene.records import STATIC, Scene
 
 # A triangle mesh has no inside that would push a body back out, so near one no body may travel farther in a substep
@@ -35,6 +35,9 @@ class TriangleMeshes:
             if collider.body and not scene.bodies[collider.body].kinematic:
                 thickness[collider.body] = min(thickness[collider.body], half_thickness(collider.shape))
         self._half_thickness = np.array(list(thickness.values()))
+        # Of spheres around bodies, in their frames: their origins may be far off.
+        lower, upper = np.moveaxis(body_boxes(scene.bodies, scene.colliders.values()), 1, 0)
+        self._centers, self._radii = (lower + upper) / 2.0, np.linalg.norm(upper - lower, axis=1) / 2.0
         self._update_boxes()
 
     def __len__(self) -> int:
@@ -60,8 +63,9 @@ class TriangleMeshes:
             moving, moves = self._moving_boxes(poses, targets)
             boxes = np.concatenate([boxes, moving])
             travel[:, len(self._shapes) :] += moves
-        at = poses[:, None, :3]
-        near = ((at > boxes[:, 0] - NEAR_DISTANCE) & (at < boxes[:, 1] + NEAR_DISTANCE)).all(axis=2)
+        near = _within(poses[:, :3], boxes, np.full_like(travel, NEAR_DISTANCE))
+        centers = rotated(poses[:, 3:].astype(np.float64), self._centers) + poses[:, :3]
+        near |= _within(centers, boxes, self._radii[:, None] + travel)
         needed = np.nan_to_num(travel / (MAX_TRAVEL * self._half_thickness)[:, None])
         return int(np.clip(np.ceil(np.where(near, needed, 0.0).max()), count, count * MAX_SUBSTEP_FACTOR))
 
@@ -77,6 +81,12 @@ class TriangleMeshes:
     def _update_boxes(self) -> None:
         """Compute lower and upper corners (M, 2, 3) of static meshes."""
         self._boxes = np.array([world_box(shape) for shape in self._shapes.values()]).reshape(-1, 2, 3)
+
+
+def _within(points: np.ndarray, boxes: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """Return which points (N, 3) are within a distance (N, M) of boxes (M, 2, 3), along each axis: (N, M) bool."""
+    at, far = points[:, None], distance[..., None]
+    return np.all((at > boxes[:, 0] - far) & (at < boxes[:, 1] + far), axis=2)
 
 
 def _corners(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
