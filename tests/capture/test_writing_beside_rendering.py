@@ -82,7 +82,7 @@ FAILING = """
     real = whole_file._write
 
     def full(part, chunks):
-        if "rgb_0002" in part.name:
+        if "rgb_0002" in part:
             raise OSError(28, "No space left on device")
         real(part, chunks)
 
