@@ -39,14 +39,9 @@ _GIVEN = [name for name in LightInputs._fields if name in (LIGHT.names or ())]
 UNIFORM_SCALE_TOLERANCE = 1e-3
 
 
-def read_light(
-    prim: Usd.Prim, local_to_world: np.ndarray, meters_per_unit: float, *, luminance: np.ndarray | None = None
-) -> np.void | None:
-    """Read one row of `scene.LIGHT`, without emission profile and links; None if it emits nothing or is invalid.
-
-    luminance: in place of the color that the prim emits.
-    """
-    luminance = emitted_color(prim) if luminance is None else luminance
+def read_light(prim: Usd.Prim, local_to_world: np.ndarray, meters_per_unit: float) -> np.void | None:
+    """Read one row of `scene.LIGHT`, without emission profile and links; None if it emits nothing or is invalid."""
+    luminance = emitted_color(prim)
     if luminance is None or not luminance.any():
         return None
     paths, inputs = [prim.GetPath()], [read_inputs(prim)]

@@ -13,7 +13,7 @@ from usdsdg.stage.colors import LUMINANCE
 from usdsdg.stage.world_values import WorldValues
 from usdsdg_render.lights.domes import dome_frame
 from usdsdg_render.lights.light_inputs import read_inputs
-from usdsdg_render.lights.light_rows import emission, light_areas, light_frames, read_light
+from usdsdg_render.lights.light_rows import emission, light_areas, light_frames, light_rows, read_light
 from usdsdg_render.lights.light_values import FIRST_INTENSITIES, light_number, light_value, temperature_color
 from usdsdg_render.scene.scene import LIGHT, Scene
 from usdsdg_render.usd.color_spaces import refuse_other_space
@@ -103,10 +103,11 @@ def _rows(
     if not own and not differs:
         row = read_light(prim, matrices[0], meters_per_unit)
         return None if row is None else np.full(count, row)
-    white = read_light(prim, matrices[0], meters_per_unit, luminance=np.ones(3))
-    if white is None:
+    inputs = read_inputs(prim)
+    white, are_lit = light_rows([prim.GetPath()], [inputs], np.ones((1, 3)), matrices[:1], meters_per_unit)
+    if not are_lit[0]:
         return None
-    rows = np.full(count, white)
+    rows = np.full(count, white[0])
     axes, scales, _ = light_frames(matrices if differs else matrices[:1])
     if differs:
         if (np.abs(scales - scales[:1]) > _SCALE_TOLERANCE * scales[:1]).any():
@@ -114,7 +115,6 @@ def _rows(
         rows["x_axis"], rows["y_axis"], rows["z_axis"] = axes[:, 0], axes[:, 1], axes[:, 2]
         rows["position"] = matrices[:, 3, :3]
     colors = emitted_colors(prim, own, count)
-    inputs = read_inputs(prim)
     areas, normalized = light_areas([inputs], scales[:1]), np.array([inputs.normalize])
     rows["radiance"], rows["power"] = emission(rows, areas, normalized, colors, meters_per_unit)
     off = rows["radiance"].astype(np.float64) @ LUMINANCE <= 0.0
