@@ -1,11 +1,14 @@
 """Processes that a script starts import the names of Omniverse as the script does."""
 
+import ast
 import os
 import sys
+from pathlib import Path
 
 import pytest
 
 from tests.cli.datasets import run
+from usdsdg.compat import children, finder
 
 POOLS = """
 import multiprocessing, sys
@@ -86,3 +89,12 @@ def test_a_run_leaves_the_environment_as_it_was(tmp_path, monkeypatch):
     script.write_text("import os\nassert os.environ['PYTHONPATH'].endswith('before')\n")
     assert CliRunner().invoke(app, ["run", str(script)]).exit_code == 0
     assert os.environ["PYTHONPATH"] == "before"
+
+
+def test_the_names_of_children_are_those_of_the_script():
+    """What runs at the start of each process has copies of them, since it must not import the finder."""
+    source = Path(children.__file__).with_name("sitecustomize.py").read_text(encoding="utf-8")
+    assigned = [each for each in ast.parse(source).body if isinstance(each, ast.Assign)]
+    values = {each.targets[0].id: ast.literal_eval(each.value) for each in assigned}
+    assert values["_ROOTS"] == (*finder.ROOTS, *finder.WEAK_ROOTS)
+    assert set(values["_SCHEMAS"]) == {f"pxr.{name}" for name in finder.schemas()}

@@ -349,19 +349,23 @@ def _wrap_pxr() -> None:
 
 
 def _install_schemas() -> None:
-    """Add our schemas and `PhysicsSchemaTools`, which usd-core does not have, to `pxr`."""
+    """Add to `pxr` what usd-core does not have."""
     import pxr
 
+    for name, module in schemas().items():
+        if not hasattr(pxr, name):
+            setattr(pxr, name, module)
+            sys.modules[f"pxr.{name}"] = module
+
+
+def schemas() -> dict[str, ModuleType]:
+    """Return our schemas and `PhysicsSchemaTools`, by their names in `pxr`."""
     from usdsdg.compat import physics_schema_tools
     from usdsdg.stage.schemas import physx, scripting_schema, semantics_schema
 
-    ours = {
+    return {
         "PhysxSchema": physx,
         "Semantics": semantics_schema,
         "OmniScriptingSchema": scripting_schema,
         "PhysicsSchemaTools": physics_schema_tools,
     }
-    for name, module in ours.items():
-        if not hasattr(pxr, name):
-            setattr(pxr, name, module)
-            sys.modules[f"pxr.{name}"] = module
