@@ -48,6 +48,19 @@ def test_assets_have_their_names_below_the_root_also_where_no_stage_was_seen(tmp
     assert names(facts) == ["/Isaac/sky.hdr"]
 
 
+def test_files_elsewhere_make_no_demo_assets(tmp_path, monkeypatch):
+    # They take seconds of all cores, in the middle of a run with a scene of the user's own.
+    def demo():
+        raise AssertionError("demo assets were asked for")
+
+    monkeypatch.delenv("USDSDG_ASSETS_ROOT", raising=False)
+    monkeypatch.setattr("usdsdg.stage.assets.root._fallback", demo)
+    facts = AssetFacts()
+    (tmp_path / "own.png").touch()
+    note_opened(str(tmp_path / "own.png"))
+    assert names(facts) == ["own.png"]
+
+
 def test_files_of_one_name_in_several_folders_are_told_apart(tmp_path):
     files = [tmp_path / folder / "skin.png" for folder in "ab"]
     for file in files:

@@ -115,11 +115,20 @@ def _folders(text: str) -> Iterator[tuple[str, str]]:
     found = dict(_named_from)
     cache = os.path.abspath(cache_folder())
     found[cache] = CACHE
-    # Demo assets are made where the root is asked for: not for a text that cannot name them.
-    if (root.configured_root() is not None or any(form in text for form in _forms(cache))) and (here := _assets_root()):
+    if here := assets_root_of(text):
         found[here] = ASSETS
     forms = {form: name for folder, name in found.items() for form in _forms(folder)}
     yield from sorted(forms.items(), key=lambda item: -len(item[0]))
+
+
+def assets_root_of(text: str) -> str:
+    """Return the assets root that a path, or a text with paths, may name; "" where it cannot name one.
+
+    Demo assets are made where the root is asked for: not for a text that cannot name them.
+    """
+    cache = os.path.abspath(cache_folder())
+    may_name = root.configured_root() is not None or any(form in text for form in _forms(cache))
+    return _assets_root() if may_name else ""
 
 
 def _assets_root() -> str:

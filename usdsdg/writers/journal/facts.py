@@ -18,11 +18,10 @@ from typing import Any
 
 from pxr import Ar, Sdf, Usd
 
-from usdsdg.errors import AssetNotFound, AssetUnreadable
+from usdsdg.errors import AssetUnreadable
 from usdsdg.stage.assets import anchors
 from usdsdg.stage.assets.file_checks import check_regular
 from usdsdg.stage.assets.opened import last_note, opened_since
-from usdsdg.stage.assets.root import assets_root
 from usdsdg.stores.whole_file import facts_of
 
 ASSETS, WRITERS, SETTINGS = "assets", "writers", "settings"
@@ -84,7 +83,7 @@ class AssetFacts:
         if path in self._seen:
             return
         self._seen.add(path)
-        root = _root()  # also where a run fails before it has seen a stage
+        root = anchors.assets_root_of(path)  # also where a run fails before it has seen a stage
         if self._pool is None:
             self._pool = ThreadPoolExecutor(1, thread_name_prefix="usdsdg-assets")
         told = {} if layer is None else _told(layer)
@@ -96,13 +95,6 @@ class AssetFacts:
             future.set_result(_asset(path, root, beside, told))
         with self._lock:
             self._open.append(future)
-
-
-def _root() -> str:
-    try:
-        return assets_root(announce=False)
-    except AssetNotFound:
-        return ""
 
 
 def _modules_beside(source: Path | None) -> Iterator[str]:
