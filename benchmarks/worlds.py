@@ -1,10 +1,12 @@
 """Pictures and labels a second of many worlds of the 50-shape scene of `capture_rate`, to the memory of the device.
 
-    python -m benchmarks.worlds [--device cuda:0] [--worlds 256] [--size 128 128] [--samples 4] [--steps 20]
+    python -m benchmarks.worlds [--device cuda:0] [--worlds 256] [--cameras 1] [--size 128 128] [--samples 4]
+        [--steps 20] [--annotators bounding_box_2d_tight ...]
 
-Every step draws new poses and colors for all worlds, and makes rgb, semantic ids, depth and 2D boxes of each. Times are
-wall times of whole steps, up to the arrays being there, of all steps but the first ones. The rows after the first say
-where the time goes; in these, the device is waited for after each part, so that they add up to more.
+Every step draws new poses and colors for all worlds, and makes rgb, semantic ids, depth and 2D boxes of each camera in
+each world, or what --annotators names. Times are wall times of whole steps, up to the arrays being there, of all steps
+but the first ones. The rows after the first say where the time goes; in these, the device is waited for after each
+part, so that they add up to more.
 """
 
 from __future__ import annotations
@@ -84,22 +86,25 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--device", default=None)
     parser.add_argument("--worlds", type=int, default=256)
+    parser.add_argument("--cameras", type=int, default=1)
     parser.add_argument("--size", type=int, nargs=2, default=(128, 128))
     parser.add_argument("--samples", type=int, default=4)
     parser.add_argument("--steps", type=int, default=20)
+    parser.add_argument("--annotators", nargs="+")
     options = parser.parse_args()
     report.begin()
     devices.use_device(options.device)
-    build(1, tuple(options.size))
+    build(options.cameras, tuple(options.size))
     set_samples(options.samples)
     memory = PeakMemory()
-    what = f"{options.worlds} worlds of {SHAPES} shapes, {options.size[0]}x{options.size[1]}"
-    for names in (ANNOTATORS, ANNOTATORS[1:]):
+    what = f"{options.worlds} worlds of {SHAPES} shapes, {options.cameras} x {options.size[0]}x{options.size[1]}"
+    for names in [tuple(options.annotators)] if options.annotators else (ANNOTATORS, ANNOTATORS[1:]):
         steps = Steps(options.worlds, names)
         steps.run(WARM_UP)
         seconds = steps.run(options.steps) / options.steps
         shown = "+".join(names) + (f", {options.samples} spp" if "rgb" in names else "")
-        report.row(f"{what}: {shown}", f"{options.worlds / seconds:.0f} pictures/s", f"{1e3 * seconds:.1f} ms a step")
+        rate = options.worlds * options.cameras / seconds
+        report.row(f"{what}: {shown}", f"{rate:.0f} pictures/s", f"{1e3 * seconds:.1f} ms a step")
     for name, seconds in steps.parts(max(2, options.steps // 4)).items():
         report.row(f"{what}: {name}", f"{1e3 * seconds:.1f} ms", "alone")
     current().worlds = None

@@ -254,3 +254,16 @@ def test_selected_variants_that_do_not_exist_are_named(recwarn):
     assert text.startswith(
         "/Wrong: its variant set color has no variant 'gren', so nothing of the set is there. Select"
     )
+
+
+def test_variants_selected_after_a_check_are_looked_at_again(recwarn):
+    stage = Usd.Stage.CreateInMemory()
+    colors = stage.DefinePrim("/Chair").GetVariantSets().AddVariantSet("color")
+    colors.AddVariant("red")
+    colors.SetVariantSelection("red")
+    assets.check_missing(stage)
+    for selected in ("blue", "red", "grey"):
+        colors.SetVariantSelection(selected)
+        assets.check_missing(stage)
+    texts = [str(each.message) for each in recwarn if each.category is UsdsdgWarning]
+    assert [text.split("'")[1] for text in texts] == ["blue", "grey"]

@@ -54,23 +54,6 @@ def cycles(stage: Usd.Stage) -> list[str]:
     return list(found.values())
 
 
-def lost_variants(stage: Usd.Stage) -> list[str]:
-    """Return a message for each selection of a variant that does not exist, so that none is there."""
-    found = []
-    for prim in stage.Traverse():
-        if not prim.HasVariantSets():
-            continue
-        sets = prim.GetVariantSets()
-        for name, selected in sets.GetAllVariantSelections().items():
-            there = sets.GetVariantSet(name).GetVariantNames() if sets.HasVariantSet(name) else []
-            if selected and there and selected not in there:
-                found.append(
-                    f"{prim.GetPath()}: its variant set {name} has no variant {selected!r}, so nothing of the set is "
-                    f"there. Select one of {', '.join(there)}."
-                )
-    return found
-
-
 def redirect(stage: Usd.Stage) -> None:
     """Point what the layers of a stage refer to on other machines to the files on this one, where there are any.
 

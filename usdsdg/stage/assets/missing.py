@@ -11,6 +11,7 @@ from pxr import Usd
 from usdsdg import errors
 from usdsdg.stage.assets import dependencies, lookup, mesh_files, stand_ins
 from usdsdg.stage.assets.file_checks import not_a_file_of_its_own
+from usdsdg.stage.assets.lost_variants import LostVariants
 
 
 class MissingAssets(errors.AssetNotFound):
@@ -144,7 +145,7 @@ def check_missing(stage: Usd.Stage) -> None:
             note_missing(each.asset_path, f"{each.where} refers to it: {why}")
         else:
             errors.warn_once(f"{each.where} refers to {each.asset_path}, which cannot be opened: {why}")
-    for message in (*dependencies.cycles(stage), *dependencies.lost_variants(stage)):
+    for message in (*dependencies.cycles(stage), *LostVariants.messages(stage)):
         errors.warn_once(message)
     raise_missing()
 
