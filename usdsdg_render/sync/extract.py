@@ -109,7 +109,7 @@ class SceneExtractor:
         """
         assert self._tree is not None
         node = self._tree.index.get(Sdf.Path(path))
-        if node is None:
+        if node is None or self._tree.is_hidden(node):
             raise Unsupported(f"worlds: {path} is hidden, so its pose is not read. Show it.")
         return node
 
@@ -174,11 +174,8 @@ class SceneExtractor:
             self._tree = StageTree(self._stage, self._time, self._handles, self._always_shown)
         tree = self._tree
         assert tree is not None  # the first sync reads everything
-        if not dirty.is_everything and dirty.subtrees:
-            # Other prims come or go, so that nodes after them are not where they were noted.
-            dirty.transforms.update(tree.paths[node] for node in dirty.transform_nodes)
-            dirty.transform_nodes = []
-            tree.resync(dirty.subtrees)
+        if not dirty.is_everything and dirty.has_other_prims:
+            self._read_prims(tree, dirty)
         if dirty.has_other_transforms:
             tree.update_transforms(dirty.transforms, dirty.transform_nodes)
         if dirty.has_other_gprims:
@@ -189,8 +186,18 @@ class SceneExtractor:
         replaced = dirty.concerns_gprims and self._read_gprims(tree, everything=dirty.has_other_gprims)
         if replaced or dirty.has_other_transforms:
             self._instances.write(tree.world, self._index_of, self._materials.first_slots, always=replaced)
-        if dirty.subtrees or dirty.lights or dirty.emissions or dirty.has_other_transforms:
+        if dirty.has_other_prims or dirty.lights or dirty.emissions or dirty.has_other_transforms:
             self._lights.read(tree, always=bool(dirty.lights or dirty.emissions))
+
+    @staticmethod
+    def _read_prims(tree: StageTree, dirty: DirtySet) -> None:
+        first_shown = {path for path in dirty.visibility if path not in tree.index}
+        if subtrees := dirty.resynced | dirty.purposes | first_shown:
+            # Other prims come or go, so that nodes after them are not where they were noted.
+            dirty.transforms.update(tree.paths[node] for node in dirty.transform_nodes)
+            dirty.transform_nodes = []
+            tree.resync(subtrees)
+        tree.show(dirty.visibility)
 
     def _read_gprims(self, tree: StageTree, *, everything: bool) -> bool:
         """Read what is missing of the drawn gprims; return whether instances may be other ones, or have other columns.

@@ -25,7 +25,8 @@ class DirtySet:
     """What must be read again, as paths. A subtree is given by its root; "/" stands for everything of its kind."""
 
     resynced: set[Sdf.Path] = field(default_factory=set)  # subtrees whose prims were added, removed or recomposed
-    visibility: set[Sdf.Path] = field(default_factory=set)  # subtrees hidden or shown, or with another purpose
+    visibility: set[Sdf.Path] = field(default_factory=set)  # subtrees hidden or shown
+    purposes: set[Sdf.Path] = field(default_factory=set)  # subtrees with another purpose
     bindings: set[Sdf.Path] = field(default_factory=set)  # subtrees in which other materials may be bound
     inherited: set[Sdf.Path] = field(default_factory=set)  # subtrees whose gprims inherit other primvars
     gprims: set[Sdf.Path] = field(default_factory=set)
@@ -54,14 +55,14 @@ class DirtySet:
         return ROOT in self.resynced
 
     @property
-    def subtrees(self) -> set[Sdf.Path]:
-        """Subtrees in which other prims may be visible."""
-        return self.resynced | self.visibility
-
-    @property
     def has_other_gprims(self) -> bool:
         """Whether other gprims may be drawn, or point instancers may place them elsewhere."""
-        return bool(self.resynced or self.visibility or self.inherited or self.gprims or self.instancers)
+        return bool(self.has_other_prims or self.inherited or self.gprims or self.instancers)
+
+    @property
+    def has_other_prims(self) -> bool:
+        """Whether other prims may be visible."""
+        return bool(self.resynced or self.visibility or self.purposes)
 
     @property
     def concerns_gprims(self) -> bool:
@@ -166,7 +167,7 @@ class DirtySetBuilder:
             dirty.inputs.update(dict.fromkeys(paths, names))
         else:
             getattr(dirty, part).update(paths)
-        if part in ("visibility", "instancers", "subsets"):
+        if part in ("visibility", "purposes", "instancers", "subsets"):
             for path in paths:
                 self._add_instancers(path)
         if part in PRIMVARS:
@@ -193,8 +194,8 @@ def _stale_part(kind: int, name: str) -> str:
     """What changed with a property: a field of `DirtySet`, "collections", "subsets", "color spaces", "" for nothing."""
     if _is_xform_op(name):
         return "transforms"
-    if name in ("visibility", "purpose"):
-        return "visibility"
+    if name in _OF_SUBTREES:
+        return _OF_SUBTREES[name]
     for prefix, part in _PARTS_OF_PREFIX:
         if name.startswith(prefix):
             return part
@@ -240,6 +241,7 @@ def _stale_part_of_gprim(name: str) -> str:
     return "primvars" if is_primvar else "gprims"
 
 
+_OF_SUBTREES = {"visibility": "visibility", "purpose": "purposes"}
 _XFORM_OP = "xformOp:"
 
 

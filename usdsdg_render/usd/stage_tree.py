@@ -1,4 +1,4 @@
-"""The visible prims of a stage in stage order: one traversal, then only the subtrees that changed."""
+"""The prims of a stage that are, or were, visible, in stage order: one traversal, then only subtrees that changed."""
 
 import itertools
 from collections.abc import Collection, Iterable, Sequence, Set
@@ -51,7 +51,10 @@ class Splice(NamedTuple):
 
 
 class StageTree:
-    """Visible prims in stage order, as parallel lists and arrays.
+    """Prims in stage order, as parallel lists and arrays.
+
+    Nothing is read below prims that are hidden when they are traversed. Prims that are hidden later stay, so that
+    hiding and showing them costs no traversal; `of_kind` leaves them out.
 
     Args:
         handles: gets the node of each xformOp that was written and does nothing but move it, and `UNREAD` for what was
@@ -88,6 +91,8 @@ class StageTree:
         self._transforms = TransformHierarchy(stage, time)
         self._nodes: list[Node] = []
         self._are_parents: list[bool] = []
+        self._levels: Levels = ()
+        self._own_hidden = self._hidden = np.zeros(0, bool)  # nodes that are hidden by their own, or any, visibility
         self.resync({Sdf.Path.absoluteRootPath})
 
     @property
@@ -95,8 +100,24 @@ class StageTree:
         """(nodes, 4, 4) float64 local-to-world."""
         return self._transforms.world
 
+    def show(self, paths: Iterable[Sdf.Path]) -> None:
+        """Read the visibility of prims again that are in the tree."""
+        for path in paths:
+            if (node := self.index.get(path)) is not None:
+                self._own_hidden[node] = self._is_hidden(self.prims[node], path)
+        self._hide_below()
+
+    def _hide_below(self) -> None:
+        self._hidden = self._own_hidden.copy()
+        for children, parents in self._levels:
+            self._hidden[children] |= self._hidden[parents]
+
+    def is_hidden(self, node: int) -> bool:
+        """Whether a node is hidden by its own visibility or by one above it."""
+        return bool(self._hidden[node])
+
     def resync(self, roots: Iterable[Sdf.Path]) -> None:
-        """Traverse subtrees again in which prims were added, removed, hidden or shown; all other nodes stay."""
+        """Traverse subtrees again in which prims were added or removed, or shown for the first time."""
         roots = set(Sdf.Path.RemoveDescendentPaths(list(roots)))
         self._children_of.clear()
         self._other_kinds.clear()
@@ -232,7 +253,12 @@ class StageTree:
         self.index = {path: k for k, path in enumerate(self.paths)}
         self._handles.forget()
         self._movable = set()
-        self._transforms.rebuild(self.prims, _levels(nodes), new, old)
+        self._levels = _levels(nodes)
+        own_hidden = np.zeros(len(nodes), bool)  # those that were traversed are not
+        own_hidden[new] = self._own_hidden[old]
+        self._own_hidden = own_hidden
+        self._hide_below()
+        self._transforms.rebuild(self.prims, self._levels, new, old)
 
     def _is_hidden(self, prim: Usd.Prim, path: Sdf.Path) -> bool:
         attribute = prim.GetAttribute("visibility")
@@ -278,13 +304,15 @@ class StageTree:
         return kind
 
     def has_children(self, path: Sdf.Path) -> bool:
-        """Whether there are visible prims below a prim."""
+        """Whether there are prims of the tree below a prim."""
         node = self.index.get(path)
         return node is not None and self._are_parents[node]
 
     def of_kind(self, *kinds: int) -> list[int]:
-        """Return the nodes of these kinds."""
-        return [k for k, kind in enumerate(self.kinds) if kind in kinds]
+        """Return the visible nodes of these kinds."""
+        return [
+            k for k, (kind, hidden) in enumerate(zip(self.kinds, self._hidden.tolist())) if kind in kinds and not hidden
+        ]
 
     def note_xform_ops(self, path: Sdf.Path, ops: Sequence[str]) -> None:
         """Note that these ops of a prim do nothing but move its node, while their values stay in one layer."""

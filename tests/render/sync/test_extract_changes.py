@@ -417,6 +417,20 @@ def test_what_moves_again_and_again_is_followed_through_other_changes(happens, s
     move(5)
 
 
+def test_hiding_and_showing_again_traverses_nothing(stage, extractor, monkeypatch):
+    def traverse(tree, roots):
+        raise AssertionError(f"{roots} are traversed again")
+
+    extractor.update()
+    ball, world = (UsdGeom.Imageable(stage.GetPrimAtPath(path)) for path in ("/World/b0", "/World"))
+    with monkeypatch.context() as patched:
+        patched.setattr("usdsdg_render.usd.stage_tree.StageTree.resync", traverse)
+        for change in (ball.MakeInvisible, world.MakeInvisible, ball.MakeVisible, world.MakeVisible):
+            change()
+            extractor.update()
+    assert_fresh(extractor, stage)
+
+
 def test_a_layer_that_moves_prims_before_their_siblings(stage, extractor):
     """USD tells of the new prims alone, and orders their ancestors anew."""
     UsdGeom.Cube.Define(stage, "/World/last/box")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Usd
+from pxr import Usd, UsdGeom
 
 from tests.render.sync.changing_stage import make_stage
 from tests.render.sync.value_edits import ALL_EDITS
@@ -78,5 +78,33 @@ def test_after_many_edits_the_frame_is_that_of_a_new_renderer(seed, stage, rende
         for _ in range(rng.integers(1, 5)):
             ALL_EDITS[names[rng.integers(len(names))]](stage, int(rng.integers(100)))
         if rng.random() < 0.3:
+            time = Usd.TimeCode(float(rng.integers(0, 25)))
+        assert_fresh(renderer, stage, time)
+
+
+def hide_or_show_any(stage, rng):
+    """Toggle the visibility of a prim at any depth, in instances and prototypes too, and sometimes its purpose."""
+    prims = [
+        prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Imageable) and prim.GetName() not in ("World", "Camera")
+    ]
+    prim = UsdGeom.Imageable(prims[rng.integers(len(prims))])
+    visibility = prim.CreateVisibilityAttr()
+    visibility.Set("inherited" if visibility.Get() == "invisible" else "invisible")
+    if rng.random() < 0.1:
+        prim.CreatePurposeAttr().Set(["default", "proxy", "render"][rng.integers(3)])
+
+
+@pytest.mark.filterwarnings("ignore::usdsdg.errors.UsdsdgWarning")
+@pytest.mark.parametrize("seed", sampled(range(20), 3))
+def test_what_is_edited_while_it_is_hidden_is_that_of_a_new_renderer(seed, stage, renderer):
+    rng = np.random.default_rng(seed)
+    names = [*ALL_EDITS]
+    time = None
+    for _ in range(12):
+        for _ in range(rng.integers(0, 4)):
+            hide_or_show_any(stage, rng)
+        for _ in range(rng.integers(0, 3)):
+            ALL_EDITS[names[rng.integers(len(names))]](stage, int(rng.integers(100)))
+        if rng.random() < 0.2:
             time = Usd.TimeCode(float(rng.integers(0, 25)))
         assert_fresh(renderer, stage, time)
