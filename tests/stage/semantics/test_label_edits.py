@@ -1,12 +1,15 @@
 """Whatever wrote a prim's labels and however they are changed later, they are those of a stage authored fresh."""
 
 import itertools
+import random
 
 import pytest
-from pxr import Sdf, Usd, UsdSemantics
+from pxr import Sdf, Tf, Usd, UsdSemantics
 
 from usdsdg.stage.schemas.semantics_schema import SemanticsAPI
+from usdsdg.stage.semantics import label_schemas
 from usdsdg.stage.semantics import labels as semantics
+from usdsdg.stage.semantics.labels import add_labels, add_update_semantics, get_labels, remove_labels
 
 PATH = "/World/thing"
 
@@ -168,3 +171,55 @@ def test_types_do_not_touch_each_other():
     assert semantics.get_labels(prim) == {"class": ["pear"], "color": ["red"], "my type": ["x"]}
     removed_new_schema(prim)
     assert semantics.get_labels(prim) == {"color": ["red"], "my type": ["x"]}
+
+
+def edit_at_random(stage: Usd.Stage, rng: random.Random) -> None:
+    """Label a prim in one of two layers, mostly with what it has, or edit one of the schemas by other means."""
+    prim = stage.GetPrimAtPath(f"/{rng.choice('ab')}")
+    layer = rng.choice([stage.GetRootLayer(), stage.GetSessionLayer()])
+    with Usd.EditContext(stage, layer):
+        labels = {rng.choice(["class", "color"]): rng.sample(["red", "mug", "a b"], rng.randint(1, 2))}
+        match rng.randint(0, 7):
+            case 0:
+                add_update_semantics(prim, rng.choice(["red", "mug"]), suffix=rng.choice(["", "_2"]))
+            case 1:
+                UsdSemantics.LabelsAPI.Apply(prim, "class").CreateLabelsAttr().Set(["by hand"])
+            case 2:
+                remove_labels(prim)
+            case _:
+                add_labels(prim, labels, mode=rng.choice(["add", "add", "replace", "clear"]))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_labels_that_are_there_need_not_be_written_again(seed, monkeypatch):
+    results = []
+    for is_always_written in (False, True):
+        with monkeypatch.context() as patched:
+            if is_always_written:
+                patched.setattr(label_schemas, "is_written", lambda *_: False)
+            rng, stage = random.Random(seed), Usd.Stage.CreateInMemory()
+            for name in "ab":
+                stage.DefinePrim(f"/{name}")
+            seen = []
+            for _ in range(40):
+                edit_at_random(stage, rng)
+                seen.append([get_labels(prim) for prim in stage.Traverse()])
+            results.append(seen)
+    assert results[0] == results[1]
+
+
+def test_labels_that_are_there_edit_nothing():
+    stage = Usd.Stage.CreateInMemory()
+    prim = stage.DefinePrim("/a")
+    add_labels(prim, {"class": ["mug", "cup"], "a type": ["x"]})
+    before = stage.GetRootLayer().ExportToString()
+    seen = []
+    listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, lambda notice, sender: seen.append(notice), stage)
+    for mode in ("add", "replace"):
+        add_labels(prim, {"class": ["mug", "cup"]}, mode=mode)
+    listener.Revoke()
+    assert seen == []
+    with Usd.EditContext(stage, stage.GetSessionLayer()):
+        add_labels(prim, {"class": ["mug", "cup"]})
+    assert stage.GetSessionLayer().GetAttributeAtPath("/a.semantics:labels:class") is not None
+    assert stage.GetRootLayer().ExportToString() == before

@@ -6,6 +6,7 @@ labels that one schema got by other means can be told from those that both have.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 from pxr import Sdf, Tf, Usd, UsdSemantics, Vt
 
@@ -74,6 +75,29 @@ def old_labels(prim: Usd.Prim, schemas: Iterable[str], time: Usd.TimeCode = _DEF
     return found
 
 
+class HeldLabels(NamedTuple):
+    """The labels of one prim by type: those of the new schema, of the old one, and the noted ones."""
+
+    new: Labels
+    old: Labels
+    noted: Mapping[str, Sequence[str]]
+
+
+def held_labels(prim: Usd.Prim, schemas: Sequence[str], time: Usd.TimeCode = _DEFAULT) -> HeldLabels:
+    """Return what these schemas of a prim hold at a time."""
+    return HeldLabels(new_labels(prim, schemas, time), old_labels(prim, schemas, time), noted_labels(prim))
+
+
+def is_written(prim: Usd.Prim, semantic_type: str, labels: Sequence[str], held: HeldLabels) -> bool:
+    """Whether `write` would change nothing: both schemas have these labels, authored where edits go, and the note."""
+    new, old, noted = (each.get(semantic_type) or () for each in held)
+    if not list(new) == list(labels) == list(noted) or set(old) != set(labels):
+        return False
+    here = prim.GetPath().AppendProperty(_new_attribute(semantic_type))
+    spec = prim.GetStage().GetEditTarget().GetSpecForScenePath(here)
+    return bool(spec) and spec.HasInfo("default")
+
+
 def noted_labels(prim: Usd.Prim) -> Mapping[str, Sequence[str]]:
     """Return the labels by type that both schemas had when they were written last."""
     return prim.GetCustomDataByKey(_NOTED) or {}
@@ -108,10 +132,12 @@ def _tokens(attribute: Usd.Attribute, time: Usd.TimeCode) -> tuple[str, ...]:
 
 def old_pair(prim: Usd.Prim, instance: str, time: Usd.TimeCode = _DEFAULT) -> tuple[str, str]:
     """Return the type and the label of an instance of the old schema; "" for what is not authored."""
-    attributes = (prim.GetAttribute(_old_attribute(instance, part)) for part in ("Type", "Data"))
-    values = (attribute.Get(time) if attribute else None for attribute in attributes)
-    semantic_type, label = (str(value or "") for value in values)
-    return semantic_type, label
+    return _text(prim, _old_attribute(instance, "Type"), time), _text(prim, _old_attribute(instance), time)
+
+
+def _text(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> str:
+    attribute = prim.GetAttribute(name)
+    return str((attribute.Get(time) if attribute else None) or "")
 
 
 def old_instances(prim: Usd.Prim, semantic_type: str | None = None) -> list[str]:

@@ -12,7 +12,7 @@ from pxr import Usd
 
 from usdsdg import errors
 from usdsdg.stage.semantics import label_schemas
-from usdsdg.stage.semantics.label_schemas import Labels, extend
+from usdsdg.stage.semantics.label_schemas import HeldLabels, Labels, extend
 
 _DEFAULT = Usd.TimeCode.Default()
 
@@ -20,10 +20,12 @@ _DEFAULT = Usd.TimeCode.Default()
 def get_labels(prim: Usd.Prim, time: Usd.TimeCode = _DEFAULT) -> Labels:
     """Return the prim's own labels at a time by type, in the order authored; types without any are left out."""
     schemas = label_schemas.schemas_of_labels(prim)
-    if not schemas:
-        return {}
-    new, old = label_schemas.new_labels(prim, schemas, time), label_schemas.old_labels(prim, schemas, time)
-    noted = label_schemas.noted_labels(prim)
+    return _counting(prim, label_schemas.held_labels(prim, schemas, time)) if schemas else {}
+
+
+def _counting(prim: Usd.Prim, held: HeldLabels) -> Labels:
+    """Return the labels that count, by type, of those that the schemas of a prim hold."""
+    new, old, noted = held
     found = {each: _truth(prim, each, new.get(each), old.get(each), noted.get(each)) for each in {**new, **old}}
     return {semantic_type: labels for semantic_type, labels in found.items() if labels}
 
@@ -103,8 +105,11 @@ def add_labels(
     """
     wanted = _normalized(labels)
     _check_editable(prim)
-    before = get_labels(prim)
+    held = label_schemas.held_labels(prim, label_schemas.schemas_of_labels(prim))
+    before = _counting(prim, held)
     after = edited(before, wanted, mode=mode)
+    if after == before and all(label_schemas.is_written(prim, each, after[each], held) for each in wanted):
+        return  # as in most frames, where a graph labels what it has labeled before
     if dropped := _dropped(before, wanted, mode):
         label_schemas.drop(prim, dropped)
     for semantic_type in wanted:
