@@ -15,6 +15,9 @@ from usdsdg.stage.geometry.point_ids import point_numbers
 from usdsdg.stage.geometry.point_names import Prototypes, PrototypeUse, point_name, split_name
 from usdsdg.stage.poses.transforms import as_array
 
+# Attributes of a point instancer that decide which points it draws, and their names.
+_POINTS = ("positions", "protoIndices", "ids")
+
 
 class Step(NamedTuple):
     """One point of one instancer."""
@@ -100,6 +103,12 @@ def every_point(stage: Usd.Stage, gprims: Sequence[str], time: Usd.TimeCode) -> 
             inner = [_point_name(prototypes, way[0], point) for point in points[0]] if way else [""]
             found += [gprim + each + outer for each in inner]
     return found
+
+
+def points_vary(stage: Usd.Stage) -> bool:
+    """Return whether point instancers may draw other points at other times, or under other names."""
+    attributes = (stage.GetPrimAtPath(path).GetAttribute(name) for path in Prototypes(stage).of for name in _POINTS)
+    return any(each.GetNumTimeSamples() for each in attributes)
 
 
 def _ways_to(path: Sdf.Path, prototypes: Prototypes, inner: tuple[Sdf.Path, ...]) -> Iterator[tuple[PrototypeUse, ...]]:

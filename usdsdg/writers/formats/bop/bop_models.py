@@ -102,20 +102,26 @@ class Models:
         self._stretches = Stretches()
 
     def survey(
-        self, prims: LabeledSurvey, numbers_of: Callable[[Sequence[dict[str, str]]], np.ndarray], millimeters: float
+        self,
+        prims: LabeledSurvey,
+        numbers_of: Callable[[Sequence[dict[str, str]]], np.ndarray],
+        millimeters: float,
+        time: Usd.TimeCode,
     ) -> None:
         """Give ids to the models of all labeled prims of the stage, in its order.
 
-        numbers_of: returns the numbers of classes, from 1, by their labels. millimeters: per stage unit.
+        numbers_of: returns the numbers of classes, from 1, by their labels. millimeters: per stage unit. time: of the
+            frame; what it shows otherwise than the stage does where it begins has ids after that.
         """
         self._prims = prims
         self._edits = self._edits or ShapeEdits(prims.stage)
         self._forget_edited(self._edits)
-        self._now, found = {}, list(prims.read())
-        for each, number in zip(found, numbers_of([each.labels for each in found]).tolist()):
-            name = ",".join(each.labels.values())
-            stretch = self._stretches.note(each.name, each.local_to_world)
-            self._now[each.name] = stretch, self._find(each.name, number, name, stretch * millimeters)
+        self._now, at_first = {}, list(prims.read())
+        for found in (at_first, list(prims.read_at(time))):
+            for each, number in zip(found, numbers_of([each.labels for each in found]).tolist(), strict=True):
+                name = ",".join(each.labels.values())
+                stretch = self._stretches.note(each.name, each.local_to_world)
+                self._now[each.name] = stretch, self._find(each.name, number, name, stretch * millimeters)
 
     def model(self, obj_id: int) -> Model:
         """Return a model by its id."""
