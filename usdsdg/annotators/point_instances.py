@@ -32,6 +32,11 @@ class Step(NamedTuple):
         """What follows the path of a prim in the prototype."""
         return point_name(self.instancer, self.point, is_shared=self.is_shared)
 
+    @property
+    def lasting_name(self) -> str:
+        """As `name`, the same whether or not other instancers draw the prototype, which may come and go."""
+        return point_name(self.instancer, self.point, is_shared=True)
+
 
 # From the innermost instancer to the outermost; empty for gprims that are not point-instanced.
 Steps = tuple[Step, ...]
@@ -40,6 +45,11 @@ Steps = tuple[Step, ...]
 def prim_path(gprim: str) -> Sdf.Path:
     """Return the prim path of an entry of the renderer's gprim table."""
     return Sdf.Path(gprim.split("[", 1)[0])
+
+
+def lasting_name(path: Sdf.Path, steps: Steps) -> str:
+    """Return what stands for a prim or point instance in all frames, whatever else is drawn."""
+    return str(path) + "".join(step.lasting_name for step in steps)
 
 
 def find_steps(stage: Usd.Stage, gprims: Sequence[str]) -> list[Steps]:
