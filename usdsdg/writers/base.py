@@ -153,8 +153,7 @@ class Writer(ABC):
         self._executions = getattr(self._trigger, "executions", None)
         if self not in current().writers:
             current().writers.append(self)
-        if self.num_written:
-            current().class_tables.resume()
+        self._class_file.attach(self)
         current().observations.writers.append(type(self).__name__)
         current().observations.waits_for_calls |= trigger is None
 
