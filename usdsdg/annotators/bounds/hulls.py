@@ -16,6 +16,11 @@ from usdsdg.stage.geometry.point_velocities import moved_points
 from usdsdg.stage.geometry.skinning import Skinning
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
+# What hulls of meshes are read of, without skins and velocities.
+MESH_ATTRIBUTES = (
+    "points", "faceVertexCounts", "faceVertexIndices", "holeIndices", "subdivisionScheme", "refinementEnableOverride",
+    "creaseIndices", "cornerIndices",
+)  # fmt: skip
 
 # Computes the bounds of a gprim under any affine transform: (matrix) → (2, 3) min and max.
 Hull = Callable[[np.ndarray], np.ndarray]
