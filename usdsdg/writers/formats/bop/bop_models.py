@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg.annotators.bounds.hulls import may_be_refined
 from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.errors import warn_once
@@ -230,6 +231,7 @@ def model_of(prims: LabeledSurvey, path: str, stretch: np.ndarray) -> Model | No
         # A labeled material makes an object of its own of what is bound to it.
         if not is_subset and owner != prim.GetPath():
             continue
+        _warn_of_refinement(prims.stage.GetPrimAtPath(own_path(part.path)), prim, time)
         matrix = part.to_world @ to_local
         local = part.triangles.points @ matrix[:3, :3] + matrix[3, :3]
         points.append(local @ stretch)
@@ -256,6 +258,15 @@ def _is_left_out(prims: LabeledSurvey, owner: Usd.Prim, prim: Usd.Prim) -> bool:
             "them, and its masks are not. Convert them to a Mesh, or give them a label of their own."
         )
     return False
+
+
+def _warn_of_refinement(part: Usd.Prim, owner: Usd.Prim, time: Usd.TimeCode) -> None:
+    if part.IsA(UsdGeom.Mesh) and may_be_refined(UsdGeom.Mesh(part), time):
+        warn_once(
+            f"{part.GetPath()}: pictures refine its faces, and the model of {owner.GetPath()} has them unrefined, so "
+            "that masks and depths differ from it. Author the refined faces with the subdivisionScheme none, or remove "
+            "creases, corners and refinementEnableOverride."
+        )
 
 
 def warn_of_deformation(writer: str, prims: LabeledSurvey, path: str) -> None:
