@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdsdg.annotators.bounds.hulls import may_be_refined
-from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
+from usdsdg.annotators.prims.labeled_survey import LabeledSurvey, SurveyedPrim
 from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.errors import warn_once
 from usdsdg.stage.geometry.deforming import deformations
@@ -118,7 +118,9 @@ class Models:
         self._edits = self._edits or ShapeEdits(prims.stage)
         self._forget_edited(self._edits)
         self._now, at_first = {}, list(prims.read())
-        for found in (at_first, list(prims.read_at(time))):
+        known = {each.name: each for each in at_first}
+        others = [each for each in prims.read_at(time) if not _is_as_in(each, known)]
+        for found in (at_first, others):
             for each, number in zip(found, numbers_of([each.labels for each in found]).tolist(), strict=True):
                 name = ",".join(each.labels.values())
                 stretch = self._stretches.note(each.name, each.local_to_world)
@@ -187,6 +189,16 @@ class Models:
         shapes.append((obj_id, model))
         self.infos[obj_id], self.names[obj_id] = measures(model.points), name
         return obj_id
+
+
+def _is_as_in(prim: SurveyedPrim, known: Mapping[str, SurveyedPrim]) -> bool:
+    """Return whether what is known by the name of a prim is the same."""
+    other = known.get(prim.name)
+    return (
+        other is not None
+        and prim.labels == other.labels
+        and prim.local_to_world.tobytes() == other.local_to_world.tobytes()
+    )
 
 
 def _is_same(a: Model, b: Model) -> bool:
