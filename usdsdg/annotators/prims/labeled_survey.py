@@ -58,9 +58,11 @@ class LabeledSurvey:
         found = self._found(time, shown_at)
         shown = [(owner, labels) for owner, labels in found if not _is_hidden(self.stage, owner, shown_at)]
         frames = PointFrames(self.stage, UsdGeom.XformCache(time))
-        matrices = frames.all_to_world([(owner.path, owner.steps) for owner, _ in shown])
+        with np.errstate(invalid="ignore"):
+            matrices = frames.all_to_world([(owner.path, owner.steps) for owner, _ in shown])
         for (owner, labels), matrix in zip(shown, matrices, strict=True):
-            yield SurveyedPrim(owner.name, labels, matrix)
+            if np.isfinite(matrix).all():  # others are not drawn, and the renderer names them
+                yield SurveyedPrim(owner.name, labels, matrix)
 
     def _found(self, time: Usd.TimeCode, shown_at: Usd.TimeCode) -> list[tuple[Owner, dict[str, str]]]:
         if _matters(self._changes.take()):

@@ -244,7 +244,10 @@ def model_of(prims: LabeledSurvey, path: str, stretch: np.ndarray) -> Model | No
         if not is_subset and owner != prim.GetPath():
             continue
         _warn_of_refinement(prims.stage.GetPrimAtPath(own_path(part.path)), prim, time)
-        matrix = part.to_world @ to_local
+        with np.errstate(invalid="ignore"):
+            matrix = part.to_world @ to_local
+        if not np.isfinite(matrix).all():  # it is not drawn, and the renderer names it
+            continue
         local = part.triangles.points @ matrix[:3, :3] + matrix[3, :3]
         points.append(local @ stretch)
         turned = np.linalg.det(matrix[:3, :3] @ stretch) < 0
