@@ -102,9 +102,9 @@ class WarpRenderer(LabelRenderer):
         self._wait_for_readers()
         self._on_device.sync(self._scene)
         self._previous_frames.advance()
-        # Rows are the same instances as before only if the paths are the same; else there is no motion blur.
+        # Rows are the same instances as before only if the keys are the same; else there is no motion blur.
         now = self._scene.instances
-        same = before.paths == now.paths
+        same = before.keys == now.keys
         self._motion = RigidMotion((before if same else now).local_to_world, now.local_to_world)
 
     def place_between(self, fraction: float) -> None:

@@ -8,6 +8,7 @@ from pxr import Usd, UsdGeom, UsdShade
 
 import usdsdg as rep
 from usdsdg import errors
+from usdsdg.errors import UsdsdgWarning
 from usdsdg.session import session
 from usdsdg.session.settings_store import get_settings
 from usdsdg.session.stage_context import current_stage, new_stage
@@ -277,6 +278,47 @@ def test_a_writer_that_goes_on_with_a_new_stage_keeps_its_classes(stage, tmp_pat
         rep.orchestrator.step()
         rep.orchestrator.wait_until_complete()
     assert names(tmp_path) == {2: "pear", 3: "apple"}
+
+
+def stage_of(name):
+    """Make a new stage with one object; return its render product."""
+    new_stage()
+    rep.functional.create.cube(scale=0.4, semantics={"class": name})
+    camera = rep.functional.create.camera(position=(0, -8, 0), look_at=(0, 0, 0))
+    return rep.create.render_product(camera, (64, 48))
+
+
+def capture(writer, folder, product):
+    if not writer.num_written:
+        writer.initialize(output_dir=str(folder), semantic_segmentation=True)
+    writer.attach(product)
+    rep.orchestrator.step()
+    writer.detach()
+    rep.orchestrator.wait_until_complete()
+
+
+def test_a_writer_that_is_attached_again_has_no_classes_of_stages_before(stage, tmp_path):
+    writers = {name: rep.WriterRegistry.get("BasicWriter") for name in ("pear", "apple")}
+    for name, writer in writers.items():
+        product = stage_of(name)
+        for _ in range(3):
+            capture(writer, tmp_path / name, product)
+        assert names(tmp_path / name) == {2: name}
+    product = stage_of("fig")
+    for name, writer in writers.items():  # each goes on with its own
+        capture(writer, tmp_path / name, product)
+    assert {name: names(tmp_path / name) for name in writers} == {name: {2: name, 3: "fig"} for name in writers}
+
+
+def test_a_writer_of_stages_before_that_changes_the_ids_of_another_is_named(stage, tmp_path):
+    first, second = (rep.WriterRegistry.get("BasicWriter") for _ in range(2))
+    capture(first, tmp_path / "first", stage_of("pear"))
+    product = stage_of("apple")
+    second.initialize(output_dir=str(tmp_path / "second"), semantic_segmentation=True)
+    second.attach(product)
+    rep.orchestrator.step()
+    with pytest.warns(UsdsdgWarning, match="goes on with the classes of a stage before, .* BasicWriter has begun"):
+        first.attach(product)
 
 
 def test_coco_has_the_given_classes_as_categories(fruit, product, tmp_path):

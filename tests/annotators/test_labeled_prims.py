@@ -426,3 +426,33 @@ def test_the_points_of_copies_of_an_asset_are_read_once_and_own_ones_are_their_o
     assert len(reads) == 2
     mesh.GetPointsAttr().Set([(0, 0, 0), (7, 0, 0), (0, 2, 0)])  # in the asset
     np.testing.assert_array_equal(reader.read(gprims).bounds[:, 1, :2], [(7, 2), (7, 2), (3, 2), (14, 4)])
+
+
+@pytest.mark.parametrize("first", ["A", "B"])
+def test_a_copy_of_an_asset_with_holes_of_its_own_is_bounded_by_its_own_faces(first, stage):
+    asset = UsdGeom.Mesh.Define(stage, "/Library/Strip")
+    asset.CreatePointsAttr([(x, y, 0) for x in (0, 1, 5) for y in (0, 1)])
+    asset.CreateFaceVertexCountsAttr([4, 4])
+    asset.CreateFaceVertexIndicesAttr([0, 2, 3, 1, 2, 4, 5, 3])
+    asset.CreateSubdivisionSchemeAttr("none")
+    for name in ("A", "B"):
+        copy = stage.DefinePrim(f"/World/{name}")
+        copy.GetReferences().AddInternalReference("/Library/Strip")
+        add_labels(copy, {"class": ["strip"]})
+    holed = UsdGeom.Mesh.Get(stage, "/World/B")
+    holed.CreateHoleIndicesAttr([1])
+    reader, gprims = (
+        LabeledPrimReader(stage),
+        [f"/World/{name}" for name in sorted("AB", key=lambda each: each != first)],
+    )
+
+    def ends():
+        read = reader.read(gprims)
+        return {path[-1]: float(bounds[1, 0]) for path, bounds in zip(read.prim_paths, read.bounds)}
+
+    assert ends() == {"A": 5.0, "B": 1.0}
+    holed.CreateCreaseIndicesAttr([0, 1])
+    holed.CreateSubdivisionSchemeAttr("catmullClark")  # the hole's points shape the face beside it
+    assert ends() == {"A": 5.0, "B": 5.0}
+    holed.GetSubdivisionSchemeAttr().Set("none")
+    assert ends() == {"A": 5.0, "B": 1.0}

@@ -42,7 +42,7 @@ def annotators(stage):
     camera.CreateHorizontalApertureAttr(10.0 * SIZE[0] / PIXELS_PER_UNIT)
     camera.AddTranslateOp().Set(Gf.Vec3d(0, 0, 10))
     product = rep.create.render_product("/Camera", SIZE)
-    names = ["instance_segmentation", "bounding_box_3d", "motion_vectors"]
+    names = ["instance_segmentation", "instance_id_segmentation", "bounding_box_3d", "motion_vectors"]
     return {name: rep.annotators.get(name).attach(product) for name in names}
 
 
@@ -96,3 +96,22 @@ def test_points_of_one_instancer_move_and_those_of_the_other_do_not(annotators, 
     for name, expected in (("A", (0, 0)), ("B", (-2, -1))):  # +x moved left, +y moved up
         for place in BOXES[name].values():
             np.testing.assert_allclose(at(motion, place)[:2], expected, atol=1e-4)
+
+
+def test_ids_and_motion_of_points_go_on_while_another_instancer_comes_and_goes(annotators, stage):
+    move = UsdGeom.Xformable(stage.GetPrimAtPath("/World/A")).AddTranslateOp()
+    found = []
+    for frame, drawn in enumerate(("AB", "A", "AB", "A")):
+        if drawn == "A":
+            stage.RemovePrim("/World/B")
+        elif frame:
+            UsdGeom.Xform.Define(stage, "/World/B")
+            instancer(stage, "/World/B/Points", "second", BOXES["B"], [0, 0, 0, 0])
+        move.Set(Gf.Vec3d(0.125 * frame, 0, 0))
+        rep.orchestrator.step(delta_time=0.0)
+        images = [annotators[f"{kind}_segmentation"].get_data()["data"] for kind in ("instance", "instance_id")]
+        found.append([int(at(image, place)) for image in images for place in BOXES["A"].values()])
+        for place in BOXES["A"].values():
+            expected = (-1, 0) if frame else (0, 0)
+            np.testing.assert_allclose(at(annotators["motion_vectors"].get_data(), place)[:2], expected, atol=1e-4)
+    assert found == [found[0]] * len(found)

@@ -16,7 +16,6 @@ from usdsdg.annotators.delivery import Delivery, checked_device, delivered
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.ownership import parse_filter
 from usdsdg.annotators.packed_colors import packed
-from usdsdg.annotators.prims.id_mapping import read_mapping
 from usdsdg.annotators.render_products import chosen_products, existing_products, render_product_paths
 from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import AnnotatorError, AnnotatorRegistryError, ArgumentError, Unsupported
@@ -165,7 +164,8 @@ class Annotator:
                 raise AnnotatorError(f"Annotator {self._name!r}: {key} is {given!r}; expected True or False.")
         self._params.update(init_params)
         parse_filter(predicate_of(self._params))
-        read_mapping(self._params.get("mapping") or {})
+        if self._spec.check is not None:
+            self._spec.check(self._params)
         return self
 
     def attach(self, render_products: Any, render_product_idxs: Any = None) -> Annotator:

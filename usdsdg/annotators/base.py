@@ -69,6 +69,7 @@ class AnnotatorSpec:
     empty: np.ndarray | None  # the array before the first frame; None for annotators without one
     empty_info: Mapping[str, Any] = field(default_factory=dict)  # info before the first frame
     on_attach: Callable[[Any], None] | None = None  # called with each `Annotator` that is attached
+    check: Callable[[Mapping[str, Any]], None] | None = None  # called with init parameters when they are given
 
     def before_first_frame(self) -> Annotation:
         """Return an annotation of nothing, with the same keys as others; it may be written into."""
@@ -106,12 +107,14 @@ def define(
     dtype: Any = None,
     info: Mapping[str, Any] | None = None,
     on_attach: Callable[[Any], None] | None = None,
+    check: Callable[[Mapping[str, Any]], None] | None = None,
 ) -> Callable[[Compute], Compute]:
     """Register the decorated function (frame, params) → `Annotation` under `names`.
 
     dtype: type of the returned array; None when the function returns info only.
     info: what there is of the returned info before the first frame, under the same keys: empty arrays, lists, tables.
     on_attach: called with each `Annotator` when it is attached.
+    check: called with its init parameters when they are given, beside the label filter's; raises what is wrong.
     """
 
     empty = None if dtype is None else np.zeros(0, dtype)
@@ -129,6 +132,7 @@ def define(
                 empty,
                 info or {},
                 on_attach,
+                check,
             )
             annotator_specs.add(name, spec, override=False)
         return compute

@@ -5,6 +5,7 @@ that no frame, seed or viewpoint decides an id. The user's `semantic_classes` co
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -95,6 +96,22 @@ class ClassTable:
         return rows
 
 
+@dataclass
+class DatasetClasses:
+    """The class tables of one dataset."""
+
+    given: tuple[GivenClass, ...]  # what the user has fixed
+    closed: bool
+    by_filter: dict[str | None, ClassTable] = field(default_factory=dict)
+    has_frames: bool = False  # whether writers have written some
+
+    def of(self, predicate: str | None) -> ClassTable:
+        """Return the table of a label filter, at first with the classes that the user has fixed."""
+        if predicate not in self.by_filter:
+            self.by_filter[predicate] = ClassTable(self.given, closed=self.closed)
+        return self.by_filter[predicate]
+
+
 class ClassTables:
     """The class tables of the session by label filter.
 
@@ -103,9 +120,6 @@ class ClassTables:
 
     def __init__(self) -> None:
         self.version = 1  # changes when the tables are others
-        self._tables: dict[str | None, ClassTable] = {}
-        self._earlier: dict[str | None, ClassTable] = {}  # those of the stages before
-        self._given: tuple[GivenClass, ...] = ()
         settings = current().settings
         for key in (CLASSES, CLOSED):
             settings.on_change(key, self._start_again)
@@ -114,32 +128,31 @@ class ClassTables:
     @property
     def given(self) -> tuple[GivenClass, ...]:
         """The classes that the user has fixed."""
-        return self._given
+        return self.dataset.given
 
     def of(self, predicate: str | None) -> ClassTable:
-        """Return the table of a label filter, at first with the classes that the user has fixed."""
-        if predicate not in self._tables:
-            closed = bool(current().settings.get(CLOSED))
-            self._tables[predicate] = ClassTable(self._given, closed=closed)
-        return self._tables[predicate]
+        """Return the table of a label filter."""
+        return self.dataset.of(predicate)
 
     def reset(self) -> None:
-        """Begin new tables, as for a new stage; `resume` brings those before back."""
-        self._earlier = self._tables or self._earlier
-        self._tables = {}
+        """Begin new tables, as for a new stage."""
+        self.dataset = DatasetClasses(self.dataset.given, self.dataset.closed)
         self.version += 1
 
-    def resume(self) -> None:
-        """Go on with the tables of the stages before: the same dataset is continued."""
-        if self._earlier:
-            for predicate, table in self._tables.items():
-                self._earlier.setdefault(predicate, table).add(table.labels().values())
-            self._tables, self._earlier = self._earlier, {}
-            self.version += 1
+    def resume(self, dataset: DatasetClasses) -> None:
+        """Go on with the tables of a dataset, which a stage before may have begun, unless the user has fixed others."""
+        before = self.dataset
+        if dataset is before or (dataset.given, dataset.closed) != (before.given, before.closed):
+            return
+        self.dataset = dataset
+        if not before.has_frames:  # it has what the new stage can show, and else another dataset's
+            for predicate, table in before.by_filter.items():
+                dataset.of(predicate).add(table.labels().values())
+        self.version += 1
 
     def _start_again(self, _: Any) -> None:
-        self._given = read_semantic_classes(current().settings.get(CLASSES))
-        self._tables, self._earlier = {}, {}
+        settings = current().settings
+        self.dataset = DatasetClasses(read_semantic_classes(settings.get(CLASSES)), bool(settings.get(CLOSED)))
         self.version += 1
 
 

@@ -22,7 +22,7 @@ from usdsdg.annotators.ownership import (
     parse_filter,
     warn_of_empty_selection,
 )
-from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
+from usdsdg.annotators.point_instances import PointFrames, Steps, lasting_name, prim_path
 from usdsdg.annotators.prims.keypoint_prims import KeypointPrim, KeypointReader
 from usdsdg.annotators.prims.label_tables import FrameClasses, PrimTable
 from usdsdg.annotators.prims.possible_labels import possible_outputs
@@ -210,7 +210,7 @@ class LabeledPrimReader:
         selections: dict[str | None, Selection] = {}
         for predicate in self._filters:
             label_filter = parse_filter(predicate)
-            rows, members, output, names = [], np.full(len(gprims), -1, np.int32), [], []
+            rows, members, output, lasting = [], np.full(len(gprims), -1, np.int32), [], []
             for owned in find_owners(self._labels, gprims, [chain for _, chain in found], label_filter):
                 key = owned.owner, owned.group
                 if key not in row_of:
@@ -218,16 +218,17 @@ class LabeledPrimReader:
                     labels.append(owned.labels)
                 members[list(owned.group)] = len(rows)
                 rows.append(row_of[key])
-                names.append(owned.owner.name)
+                lasting.append(lasting_name(*owned.owner))
                 output.append(owned.output)
             classes, prims = self._tables(predicate)
-            selections[predicate] = _selection(classes, prims, np.array(rows, np.int64), members, output, names)
+            selections[predicate] = _selection(classes, prims, np.array(rows, np.int64), members, output, lasting)
             if not rows:
                 warn_of_empty_selection(predicate, [labels for _, chain in found for _, labels in chain])
         owners, groups = tuple(owner for owner, _ in row_of), tuple(group for _, group in row_of)
         names = tuple(owner.name for owner in owners)
-        numbers = self._gprims.table.numbers(gprims) if self._has_tables() else None
         steps = [steps for steps, _ in found]
+        lasting = [lasting_name(prim_path(gprim), way) if way else gprim for gprim, way in zip(gprims, steps)]
+        numbers = self._gprims.table.numbers(lasting) if self._has_tables() else None
         return _Ownership(gprims, steps, owners, names, tuple(labels), groups, selections, numbers)
 
     def _has_tables(self) -> bool:

@@ -15,6 +15,9 @@ from usdsdg.stage.geometry.point_ids import point_numbers
 from usdsdg.stage.geometry.point_names import Prototypes, PrototypeUse, point_name, split_name
 from usdsdg.stage.poses.transforms import as_array
 
+# Attributes of a point instancer that decide which points it draws, and their names.
+_POINTS = ("positions", "protoIndices", "ids")
+
 
 class Step(NamedTuple):
     """One point of one instancer."""
@@ -29,6 +32,11 @@ class Step(NamedTuple):
         """What follows the path of a prim in the prototype."""
         return point_name(self.instancer, self.point, is_shared=self.is_shared)
 
+    @property
+    def lasting_name(self) -> str:
+        """As `name`, the same whether or not other instancers draw the prototype, which may come and go."""
+        return point_name(self.instancer, self.point, is_shared=True)
+
 
 # From the innermost instancer to the outermost; empty for gprims that are not point-instanced.
 Steps = tuple[Step, ...]
@@ -37,6 +45,11 @@ Steps = tuple[Step, ...]
 def prim_path(gprim: str) -> Sdf.Path:
     """Return the prim path of an entry of the renderer's gprim table."""
     return Sdf.Path(gprim.split("[", 1)[0])
+
+
+def lasting_name(path: Sdf.Path, steps: Steps) -> str:
+    """Return what stands for a prim or point instance in all frames, whatever else is drawn."""
+    return str(path) + "".join(step.lasting_name for step in steps)
 
 
 def find_steps(stage: Usd.Stage, gprims: Sequence[str]) -> list[Steps]:
@@ -100,6 +113,12 @@ def every_point(stage: Usd.Stage, gprims: Sequence[str], time: Usd.TimeCode) -> 
             inner = [_point_name(prototypes, way[0], point) for point in points[0]] if way else [""]
             found += [gprim + each + outer for each in inner]
     return found
+
+
+def points_vary(stage: Usd.Stage) -> bool:
+    """Return whether point instancers may draw other points at other times, or under other names."""
+    attributes = (stage.GetPrimAtPath(path).GetAttribute(name) for path in Prototypes(stage).of for name in _POINTS)
+    return any(each.GetNumTimeSamples() for each in attributes)
 
 
 def _ways_to(path: Sdf.Path, prototypes: Prototypes, inner: tuple[Sdf.Path, ...]) -> Iterator[tuple[PrototypeUse, ...]]:

@@ -22,8 +22,8 @@ _TOGETHER = 64
 class FramesOfOthers:
     """Counts the next frames of a run that this process need not evaluate.
 
-    No file of these frames is made here, the graph alone decides what they show, and what a node writes depends on the
-    number of its execution alone: then its last one is enough.
+    No file of these frames is made here, no writer reads of the stage what they change, the graph alone decides what
+    they show, and what a node writes depends on the number of its execution alone: then its last one is enough.
     """
 
     def __init__(self, capture: Capture, is_unseen: Callable[[], bool]) -> None:
@@ -73,8 +73,8 @@ class FramesOfOthers:
         """Draw the next frames, for what records tell of them; return how many may be passed over, of `count`."""
         drawn = min(count, _TOGETHER)
         values = _draws(frame - 1, drawn + 1)
-        self._are_independent = values is not None
-        if values is None:
+        self._are_independent = values is not None and not self._capture.has_to_see(values)
+        if values is None or not self._are_independent:
             return 0
         self._may_change = self._capture.follow_unseen(values)
         return drawn if self._may_change else count

@@ -189,6 +189,10 @@ class Capture:
             return 0
         return count_unwanted(attached_writers(), self.frames_before + frame, most)
 
+    def has_to_see(self, values: WorldValues) -> bool:
+        """Return whether a writer reads of the stage what the next frames change, although it makes none of them."""
+        return any(writer.has_to_see(values) for writer in attached_writers())
+
     def follow_unseen(self, values: WorldValues) -> bool:
         """Note what frames that are passed over change, for records of later ones.
 

@@ -13,6 +13,7 @@ from usdsdg.arguments.registry import near_misses
 from usdsdg.errors import InvalidWriterError, Unsupported, WriterError, called_for_script
 from usdsdg.session.session import current
 from usdsdg.session.turns import in_turn
+from usdsdg.stage.world_values import WorldValues
 from usdsdg.writers import counters
 from usdsdg.writers.backends.backend import BaseBackend
 from usdsdg.writers.class_file import ClassFile
@@ -50,11 +51,9 @@ class Writer(ABC):
     data_structure: str = "legacy"  # layout of the payload: "legacy", "annotator" or "renderProduct"
     # True: `write` never modifies the payload's arrays and tables of labels, so that they need not be copied.
     shares_arrays: bool = False
-    # True, with a `write` of the same class: it hands color images to jobs of its backend without looking at pixels, so
-    # that these may be traced meanwhile.
+    # True, with a `write` of the same class: only jobs of its backend look at color images, which are traced meanwhile.
     only_stores_pictures: bool = False
-    # Attributes that depend on what frames have shown: the journal has their values, which are JSON, so that a run that
-    # goes on need not render what was made.
+    # Attributes that depend on what frames have shown, and are JSON: a run that goes on takes them from the journal.
     kept: tuple[str, ...] = ()
 
     _payload: dict[str, Any] | None
@@ -78,8 +77,7 @@ class Writer(ABC):
         writer.annotators, writer.metadata, writer._facts = list(cls.annotators), dict(cls.metadata), {}
         writer._render_products, writer._numbered_products, writer._trigger = (), (), ON_FRAME
         writer._payload, writer._scheduled, writer._executions = None, False, None
-        writer._class_file, writer._turn = ClassFile(), object()
-        writer.parameters = {}
+        writer._class_file, writer._turn, writer.parameters = ClassFile(), object(), {}
         return writer
 
     @abstractmethod
@@ -101,9 +99,12 @@ class Writer(ABC):
     def survey(self) -> None:  # noqa: B027 - optional
         """Note the objects of the current stage, which has each kind of them that frames may show.
 
-        Jobs that build a stage for every few frames call it before the first one, so that numbers of models do not
-        depend on which kinds are seen first.
+        Jobs of several stages call it before the first frame, so that it does not decide on the numbers of models.
         """
+
+    def has_to_see(self, values: WorldValues) -> bool:
+        """Return whether `skip` reads of the stage what the graph changes in `values`, those of the next frames."""
+        return False
 
     def on_final_frame(self) -> None:  # noqa: B027 - optional
         """Called when the run ends, after the last `write`."""
@@ -132,8 +133,7 @@ class Writer(ABC):
             frame, or None to write only after `schedule_write()`.
 
         Raises:
-            WriterError: the writer has no annotators, as before `initialize`, one of them is not an annotator, or there
-                is no such `data_structure`.
+            WriterError: there are no annotators, as before `initialize`, or one is none; `data_structure` is none.
             BadPrim: one of the render products does not exist.
         """
         if not self.annotators:
@@ -153,8 +153,7 @@ class Writer(ABC):
         self._executions = getattr(self._trigger, "executions", None)
         if self not in current().writers:
             current().writers.append(self)
-        if self.num_written:
-            current().class_tables.resume()
+        self._class_file.attach(self)
         current().observations.writers.append(type(self).__name__)
         current().observations.waits_for_calls |= trigger is None
 

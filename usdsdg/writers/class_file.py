@@ -5,7 +5,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from usdsdg.annotators.annotator import Annotator
-from usdsdg.annotators.class_table import ids_are_stable
+from usdsdg.annotators.class_table import DatasetClasses, ids_are_stable
+from usdsdg.errors import warn_once
 from usdsdg.session.session import current
 from usdsdg.stage.semantics.semantic_classes import BESIDE, FILE
 from usdsdg.writers.backends.backend import BaseBackend
@@ -23,6 +24,21 @@ class ClassFile:
 
     def __init__(self) -> None:
         self._written: list[dict[str, Any]] = []
+        self._classes: DatasetClasses | None = None  # those of the frames since the writer was attached
+
+    def attach(self, writer: Any) -> None:
+        """Let the frames of the writer, which is attached now, have the classes of those that it has written."""
+        tables = current().class_tables
+        before = tables.dataset
+        if writer.num_written and self._classes is not None:
+            tables.resume(self._classes)
+        self._classes = tables.dataset
+        others = [each for each in current().writers if each is not writer and each.num_written]
+        if self._classes is not before and before.has_frames and others:
+            warn_once(
+                f"{type(writer).__name__} goes on with the classes of a stage before, so their ids change in what "
+                f"{type(others[0]).__name__} has begun since. Detach that one before, or list semantic_classes."
+            )
 
     def update(self, backend: BaseBackend, annotators: Iterable[Any]) -> None:
         """Schedule the file if the tables of the annotators' label filters have changed.
@@ -31,6 +47,7 @@ class ClassFile:
         """
         if not ids_are_stable():
             return
+        current().class_tables.dataset.has_frames = True
         place = place_of(backend)
         others = [each for each in current().writers if place is not None and _place(each) == place]
         read = [*annotators, *(annotator for other in others for annotator in other.annotators)]

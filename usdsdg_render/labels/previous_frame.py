@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class _Poses(NamedTuple):
     """Poses and shapes of all instances in one frame."""
 
-    paths: tuple[str, ...]
+    keys: tuple[str, ...]
     matrices: np.ndarray  # (instances, 4, 4) local to world
     prototypes: tuple[Prototype, ...]
 
@@ -86,7 +86,7 @@ class PreviousFrames:
         if self._poses is None:
             instances = scene.instances
             prototypes = tuple(scene.prototypes[index] for index in instances.prototype.tolist())
-            self._poses = _Poses(instances.paths, instances.local_to_world.copy(), prototypes)
+            self._poses = _Poses(instances.keys, instances.local_to_world.copy(), prototypes)
         for view in views:
             self._frames[_key(view)] = _LastFrames(self._previous(view), _Frame(view, self._poses), self._sync)
 
@@ -101,7 +101,7 @@ class PreviousFrames:
         """Fill (instances,) records of `PreviousInstance`."""
         instances = scene.instances
         matrices = instances.local_to_world.copy()
-        rows_now, rows_before = _shared_rows(instances.paths, previous.paths)
+        rows_now, rows_before = _shared_rows(instances.keys, previous.keys)
         matrices[rows_now] = previous.matrices[rows_before]
         rows["known"][rows_now] = 1
         rows["local_to_world"] = matrices[:, :3, :3].transpose(0, 2, 1)
@@ -125,11 +125,11 @@ class PreviousFrames:
 
 
 def _shared_rows(now: tuple[str, ...], before: tuple[str, ...]) -> tuple[Sequence[int], Sequence[int]]:
-    """Return the indices of the paths that are in both, in `now` and in `before`."""
+    """Return the indices of the keys that are in both, in `now` and in `before`."""
     if now == before:
         return range(len(now)), range(len(now))
-    positions = {path: k for k, path in enumerate(before)}
-    both = [(k, positions[path]) for k, path in enumerate(now) if path in positions]
+    positions = {key: k for k, key in enumerate(before)}
+    both = [(k, positions[key]) for k, key in enumerate(now) if key in positions]
     return [k for k, _ in both], [k for _, k in both]
 
 

@@ -30,7 +30,7 @@ _RAYS_PER_BAND = 1024
 class SurfacePoints:
     """The points of surfaces that the pixels of an image show; they stay the same when their surfaces move."""
 
-    paths: tuple[str, ...]  # of the instances
+    keys: tuple[str, ...]  # of the instances
     prototypes: tuple[Prototype, ...]  # of the instances
     instance: np.ndarray  # (H, W) int32, -1 for none
     triangle: np.ndarray  # (H, W) int32
@@ -40,7 +40,7 @@ class SurfacePoints:
 def points_of(scene: Scene, aovs: Mapping[str, np.ndarray]) -> SurfacePoints:
     """Return the points that an image of the scene shows, from its AOVs `POINT_AOVS`."""
     prototypes = tuple(scene.prototypes[index] for index in scene.instances.prototype.tolist())
-    return SurfacePoints(scene.instances.paths, prototypes, *(aovs[name] for name in POINT_AOVS))
+    return SurfacePoints(scene.instances.keys, prototypes, *(aovs[name] for name in POINT_AOVS))
 
 
 def follow(
@@ -100,13 +100,13 @@ def first_hits(
 
 def _now(scene: Scene, points: SurfacePoints) -> np.ndarray:
     """Return the index now of each instance of the points, and -1 for those that are not there, and for no instance."""
-    instances, count = scene.instances, len(points.paths)
+    instances, count = scene.instances, len(points.keys)
     now = np.full(count + 1, -1, np.int32)
-    if instances.paths == points.paths:
+    if instances.keys == points.keys:
         now[:count] = np.arange(count)
     else:
-        places = {path: index for index, path in enumerate(instances.paths)}
-        now[:count] = [places.get(path, -1) for path in points.paths]
+        places = {key: index for index, key in enumerate(instances.keys)}
+        now[:count] = [places.get(key, -1) for key in points.keys]
     same: dict[tuple[int, int], bool] = {}
     for index, place in enumerate(now[:count].tolist()):
         if place >= 0:

@@ -136,6 +136,13 @@ class Instances:
     local_to_world: np.ndarray = field(default_factory=lambda: np.zeros((0, 4, 4), np.float64))
     slot_offset: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))  # into Scene.material_slots
     casts_shadow: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
+    # What stands for each instance in all frames, unlike paths whatever other point instancers draw; empty: the paths.
+    lasting_paths: tuple[str, ...] = ()
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Of each instance what is the same in all frames."""
+        return self.lasting_paths or self.paths
 
     def __len__(self) -> int:
         return len(self.paths)

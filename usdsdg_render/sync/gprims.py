@@ -85,13 +85,18 @@ class Placements:
     paths: list[str] = field(default_factory=list)
     nodes: list[int] = field(default_factory=list)  # of the gprim, or of its instancer
     to_instancer: dict[int, np.ndarray] = field(default_factory=dict)  # (4, 4) of those that are point instances
+    lasting_paths: list[str] = field(default_factory=list)
 
-    def add(self, gprim: Gprim, path: str, node: int, to_instancer: np.ndarray | None = None) -> None:
-        if to_instancer is not None:
-            self.to_instancer[len(self.gprims)] = to_instancer
+    def add(self, gprim: Gprim, path: str, node: int) -> None:
         self.gprims.append(gprim)
         self.paths.append(path)
+        self.lasting_paths.append(path)
         self.nodes.append(node)
+
+    def add_point(self, gprim: Gprim, instance: PointInstance, node: int) -> None:
+        self.to_instancer[len(self.gprims)] = instance.to_instancer
+        self.add(gprim, instance.path, node)
+        self.lasting_paths[-1] = instance.lasting_path
 
 
 class Gprims:
@@ -222,7 +227,7 @@ class Gprims:
                     drawn[source] = self._gprim(instance.prim, source, instance.subsets)
                     if root := UsdSkel.Root.Find(instance.prim):
                         self.prototype_skel_roots.add(root.GetPath())
-                self.placements.add(drawn[source], instance.path, node, instance.to_instancer)
+                self.placements.add_point(drawn[source], instance, node)
         self._prototypes = {path: self._prototypes[path] for path in self._point_instances}
         self.drawn = list(drawn.values())
         if len(self.known) > 2 * len(drawn) + 64:

@@ -80,6 +80,7 @@ class InstanceTable:
             local_to_world=old.local_to_world,
             slot_offset=np.array([slots[gprim.path] for gprim in gprims], np.int32),
             casts_shadow=np.array([gprim.casts_shadow for gprim in gprims], np.int32),
+            lasting_paths=tuple(placements.lasting_paths[k] for k in drawn) if placements.to_instancer else (),
         )
         self._drawn = drawn
         columns = ("prototype", "slot_offset", "casts_shadow")

@@ -34,6 +34,7 @@ class PointInstance(NamedTuple):
     """One gprim of one point instance."""
 
     path: str  # path of the gprim in the prototype, then the point, see `point_names`
+    lasting_path: str  # the same with every instancer named, whether or not others draw its prototypes
     prim: Usd.Prim
     subsets: list[Usd.Prim]
     to_instancer: np.ndarray  # (4, 4) float64 gprim to instancer
@@ -83,9 +84,11 @@ def expand(
         placed[kind] = [(gprim, matrix_product(gprim.to_instancer, matrices[points])) for gprim in prototypes[kind]]
     found = []
     for point, kind, place in zip(drawn.tolist(), indices[drawn].tolist(), places[drawn].tolist()):
-        name = point_name(instancer.GetPath(), numbers[point], is_shared=are_shared[kind])
+        lasting = point_name(instancer.GetPath(), numbers[point], is_shared=True)
+        name = lasting if are_shared[kind] else point_name(instancer.GetPath(), numbers[point], is_shared=False)
         for gprim, to_instancer in placed[kind]:
-            found.append(gprim._replace(path=gprim.path + name, to_instancer=to_instancer[place]))
+            path, lasting_path = gprim.path + name, gprim.lasting_path + lasting
+            found.append(gprim._replace(path=path, lasting_path=lasting_path, to_instancer=to_instancer[place]))
     return found
 
 
@@ -190,7 +193,8 @@ def _gprims_below(
         elif kind in prim_kinds.GPRIMS:
             children = prim.GetFilteredChildren(_ACTIVE) if kind == prim_kinds.MESH else []
             subsets = [child for child in children if kind_of(child) == prim_kinds.SUBSET and is_material_subset(child)]
-            yield PointInstance(str(prim.GetPath()), prim, subsets, matrix)
+            path = str(prim.GetPath())
+            yield PointInstance(path, path, prim, subsets, matrix)
         elif kind in (prim_kinds.LIGHT, prim_kinds.DOME):
             errors.warn_once(
                 f"{prim.GetPath()}: lights in the prototypes of a point instancer are not supported; it shines no "

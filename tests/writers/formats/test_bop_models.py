@@ -155,3 +155,16 @@ def test_points_that_move_have_models():
 @pytest.mark.parametrize("places", [None, [(1, 2, 3)]])
 def test_points_without_positions_which_are_not_drawn_are_left_out(places):
     assert list(LabeledSurvey(row_of_mugs(places, Usd.TimeCode.Default()), "class:*").read()) == []
+
+
+@pytest.mark.parametrize("refined", [False, True])
+def test_faces_that_pictures_refine_are_named(car, refined, recwarn):
+    shell = UsdGeom.Mesh.Define(car, "/Car/Shell")
+    shell.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 1, 0)])
+    shell.CreateFaceVertexCountsAttr([3])
+    shell.CreateFaceVertexIndicesAttr([0, 1, 2])
+    if refined:
+        shell.CreateCornerIndicesAttr([0])
+        shell.CreateCornerSharpnessesAttr([10.0])
+    assert model_of(LabeledSurvey(car, "class:*"), "/Car", np.eye(3)) is not None
+    assert any("/Car/Shell: pictures refine its faces" in str(each.message) for each in recwarn) == refined

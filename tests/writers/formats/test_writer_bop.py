@@ -316,6 +316,37 @@ def test_an_object_that_is_scaled_to_nothing_is_not_drawn_and_ends_nothing(stage
     assert json.loads((folder / "models" / "names.json").read_text()) == {"1": "box"}
 
 
+@pytest.mark.parametrize("kind", ["BopWriter", "YCBVideoWriter"])
+@pytest.mark.parametrize("number", [float("nan"), float("inf")])
+def test_poses_that_are_no_numbers_end_nothing(stage, tmp_path, kind, number):
+    """An object, a part of another one, and a point of an instancer."""
+    add_labels(UsdGeom.Xform.Define(stage, "/World/car").GetPrim(), {"class": ["car"]})
+    for path in ("/World/lost", "/World/car/body", "/World/car/lost"):
+        cube = UsdGeom.Cube.Define(stage, path)
+        cube.CreateSizeAttr(1.0)
+        cube.AddTranslateOp().Set(Gf.Vec3d(number if path.endswith("lost") else 0.0, 0, 0))
+    add_labels(stage.GetPrimAtPath("/World/lost"), {"class": ["can"]})
+    points = UsdGeom.PointInstancer.Define(stage, "/World/points")
+    add_labels(UsdGeom.Cube.Define(stage, "/World/points/mug").GetPrim(), {"class": ["mug"]})
+    points.CreatePrototypesRel().SetTargets(["/World/points/mug"])
+    points.CreateProtoIndicesAttr([0])
+    points.CreatePositionsAttr([Gf.Vec3f(number, 0, 0)])
+    camera = rep.functional.create.camera(position=(0, -4, 0), look_at=(0, 0, 0))
+    own = {"num_frames": 1, "exact": True, "pose": True, "class_name_to_index_map": {"car": 1, "can": 2, "mug": 3}}
+    options = own if kind == "YCBVideoWriter" else {}
+    writer = rep.WriterRegistry.get(kind, init_params={"output_dir": str(tmp_path), **options})
+    writer.attach(rep.create.render_product(camera, (32, 32)))
+    rep.orchestrator.step(delta_time=0.0)
+    writer.detach()
+    rep.orchestrator.wait_until_complete()
+    if kind == "BopWriter":
+        [model] = json.loads((tmp_path / "models/models_info.json").read_text()).values()
+        assert [model[f"size_{axis}"] for axis in "xyz"] == [1000.0] * 3
+    else:
+        found = np.loadtxt(tmp_path / "data/models/car/points.xyz")
+        np.testing.assert_allclose(np.ptp(found, axis=0), 1.0)
+
+
 def test_models_of_concave_faces_and_tapered_shapes_are_their_masks(stage, tmp_path):
     rep.settings.set_stage_meters_per_unit(0.01)
     outline = [(-20, -20), (20, -20), (20, 0), (0, 0), (0, 20), (-20, 20)]

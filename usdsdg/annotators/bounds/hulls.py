@@ -16,6 +16,11 @@ from usdsdg.stage.geometry.point_velocities import moved_points
 from usdsdg.stage.geometry.skinning import Skinning
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
+# What hulls of meshes are read of, without skins and velocities.
+MESH_ATTRIBUTES = (
+    "points", "faceVertexCounts", "faceVertexIndices", "holeIndices", "subdivisionScheme", "refinementEnableOverride",
+    "creaseIndices", "cornerIndices",
+)  # fmt: skip
 
 # Computes the bounds of a gprim under any affine transform: (matrix) → (2, 3) min and max.
 Hull = Callable[[np.ndarray], np.ndarray]
@@ -68,7 +73,7 @@ def _mesh_points(
         return points
     counts = np.maximum(np.asarray(mesh.GetFaceVertexCountsAttr().Get(time) or (), np.int64), 0)
     holes = np.asarray(mesh.GetHoleIndicesAttr().Get(time) or (), np.int64)
-    if len(holes := holes[(holes >= 0) & (holes < len(counts))]) and not _is_refined(mesh, time):
+    if len(holes := holes[(holes >= 0) & (holes < len(counts))]) and not may_be_refined(mesh, time):
         faces = np.ones(len(counts), bool) if faces is None else faces.copy()
         faces[holes] = False
     if faces is not None:
@@ -80,8 +85,8 @@ def _mesh_points(
     return points[is_used]
 
 
-def _is_refined(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> bool:
-    """Return whether the faces may be refined: then the points of holes shape the faces beside them."""
+def may_be_refined(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> bool:
+    """Return whether pictures may show refined faces: then the points of holes shape the faces beside them."""
     if mesh.GetSubdivisionSchemeAttr().Get(time) == UsdGeom.Tokens.none:
         return False
     override = mesh.GetPrim().GetAttribute("refinementEnableOverride")

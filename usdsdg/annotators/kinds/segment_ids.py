@@ -11,8 +11,8 @@ import numpy as np
 from usdsdg.annotators.base import predicate_of
 from usdsdg.annotators.colors import BACKGROUND, UNLABELLED, colors_of_ids
 from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.kinds.id_mapping import Chosen, read_mapping, warn_of_shared_ids
 from usdsdg.annotators.pixels.look_up_table import LookUpTable
-from usdsdg.annotators.prims.id_mapping import Chosen, read_mapping, warn_of_shared_ids
 from usdsdg.annotators.selection import Selection
 
 

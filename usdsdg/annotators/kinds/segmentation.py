@@ -14,13 +14,16 @@ import numpy as np
 from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define
 from usdsdg.annotators.colors import BACKGROUND, FIRST_LABELED, UNLABELLED
 from usdsdg.annotators.frame import Frame
+from usdsdg.annotators.kinds.id_mapping import check_mapping
 from usdsdg.annotators.kinds.segment_ids import Ids, Shown, shown_ids
 from usdsdg.annotators.selection import Selection
 from usdsdg.errors import warn_once
 
 Params = Mapping[str, Any]
 _COLORIZE: Params = {"colorize": False, "mapping": None}
-_NEEDS: Mapping[str, Any] = {"aovs": ["instance"], "params": {**LABEL_PARAMS, **_COLORIZE}, "dtype": np.uint32}
+_NEEDS: Mapping[str, Any] = {
+    "aovs": ["instance"], "params": {**LABEL_PARAMS, **_COLORIZE}, "dtype": np.uint32, "check": check_mapping,
+}  # fmt: skip
 # Info before the first frame.
 _NO_LABELS: Mapping[str, Any] = {"idToLabels": {}}
 _NO_PRIMS: Mapping[str, Any] = {"idToLabels": {}, "idToSemantics": {}}

@@ -9,19 +9,21 @@ from usdsdg.annotators.base import LABEL_PARAMS, Annotation, define
 from usdsdg.annotators.colors import BACKGROUND, pastels_of_ids
 from usdsdg.annotators.frame import Frame
 from usdsdg.annotators.kinds import segmentation
+from usdsdg.annotators.kinds.id_mapping import check_mapping
 from usdsdg.annotators.kinds.segmentation import Shown
 from usdsdg.annotators.pixels import look_ups
 
 Params = Mapping[str, Any]
 
 _SHADED: Params = {"useCandyColours": True, "lightSource": (1.0, 1.0, 1.0), "mapping": None}
+_NEEDS: Mapping[str, Any] = {
+    "aovs": ["instance", "normals"], "params": {**LABEL_PARAMS, **_SHADED}, "dtype": np.uint8, "check": check_mapping,
+}  # fmt: skip
 # Brightness of surfaces that face away from the light.
 _DARKEST = 0.5
 
 
-@define(
-    "shaded_semantic_segmentation", aovs=["instance", "normals"], params={**LABEL_PARAMS, **_SHADED}, dtype=np.uint8
-)
+@define("shaded_semantic_segmentation", **_NEEDS)
 def shaded_semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     """semantic_segmentation, shaded: uint8 (H, W, 3), black where nothing is hit.
 
@@ -31,17 +33,13 @@ def shaded_semantic_segmentation(frame: Frame, params: Params) -> Annotation:
     return _shaded(segmentation.shown_classes, frame, params)
 
 
-@define(
-    "shaded_instance_segmentation", aovs=["instance", "normals"], params={**LABEL_PARAMS, **_SHADED}, dtype=np.uint8
-)
+@define("shaded_instance_segmentation", **_NEEDS)
 def shaded_instance_segmentation(frame: Frame, params: Params) -> Annotation:
     """instance_segmentation, shaded: uint8 (H, W, 3); parameters as shaded_semantic_segmentation."""
     return _shaded(segmentation.shown_prims, frame, params)
 
 
-@define(
-    "shaded_instance_id_segmentation", aovs=["instance", "normals"], params={**LABEL_PARAMS, **_SHADED}, dtype=np.uint8
-)
+@define("shaded_instance_id_segmentation", **_NEEDS)
 def shaded_instance_id_segmentation(frame: Frame, params: Params) -> Annotation:
     """instance_id_segmentation, shaded: uint8 (H, W, 3); parameters as shaded_semantic_segmentation."""
     return _shaded(segmentation.shown_gprims, frame, params)

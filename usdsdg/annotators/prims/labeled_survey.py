@@ -9,7 +9,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.annotators.ownership import LabeledStage, Labels, Owner, find_owners, parse_filter
-from usdsdg.annotators.point_instances import PointFrames, every_point
+from usdsdg.annotators.point_instances import PointFrames, every_point, points_vary
 from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.semantics.label_schemas import PREFIXES
@@ -23,7 +23,7 @@ class SurveyedPrim(NamedTuple):
 
     name: str  # prim path, as annotators report it
     labels: dict[str, str]  # {type: "label[,label]"}, as annotators output them
-    local_to_world: np.ndarray  # (4, 4), row vectors, when the stage begins
+    local_to_world: np.ndarray  # (4, 4), row vectors
 
 
 class LabeledSurvey:
@@ -37,19 +37,42 @@ class LabeledSurvey:
         self._filter = parse_filter(predicate)
         self._changes, self._labels = ChangeTracker(stage), LabeledStage(stage)
         self._owners: list[tuple[Owner, dict[str, str]]] | None = None
+        self._found_at: tuple[Usd.TimeCode, Usd.TimeCode] | None = None  # the times of points and of labels
+        self._points_vary = False  # whether there may be other points at other times
 
     def read(self) -> Iterator[SurveyedPrim]:
-        """Yield the labeled prims as they are now."""
+        """Yield the labeled prims as they are when the stage begins."""
+        return self._placed(first_time(self.stage), Usd.TimeCode.Default())
+
+    def read_at(self, time: Usd.TimeCode) -> Iterator[SurveyedPrim]:
+        """Yield the labeled prims as they are at a time."""
+        return self._placed(time, time)
+
+    def places(self) -> set[Sdf.Path]:
+        """Return the labeled prims, hidden or not, and the point instancers that draw some of them."""
+        owners = [owner for owner, _ in self._found(first_time(self.stage), Usd.TimeCode.Default())]
+        return {owner.path for owner in owners} | {step.instancer for owner in owners for step in owner.steps}
+
+    def _placed(self, time: Usd.TimeCode, shown_at: Usd.TimeCode) -> Iterator[SurveyedPrim]:
+        """Yield the prims at a time; shown_at: when their labels count, and whether they are hidden."""
+        found = self._found(time, shown_at)
+        shown = [(owner, labels) for owner, labels in found if not _is_hidden(self.stage, owner, shown_at)]
+        frames = PointFrames(self.stage, UsdGeom.XformCache(time))
+        with np.errstate(invalid="ignore"):
+            matrices = frames.all_to_world([(owner.path, owner.steps) for owner, _ in shown])
+        for (owner, labels), matrix in zip(shown, matrices, strict=True):
+            if np.isfinite(matrix).all():  # others are not drawn, and the renderer names them
+                yield SurveyedPrim(owner.name, labels, matrix)
+
+    def _found(self, time: Usd.TimeCode, shown_at: Usd.TimeCode) -> list[tuple[Owner, dict[str, str]]]:
         if _matters(self._changes.take()):
             self._labels.invalidate()
             self._owners = None
-        if self._owners is None:
-            self._owners = list(self._find())
-        frames = PointFrames(self.stage, UsdGeom.XformCache(first_time(self.stage)))
-        for owner, labels in self._owners:
-            if _is_hidden(self.stage, owner):
-                continue
-            yield SurveyedPrim(owner.name, labels, frames.to_world(owner.path, owner.steps))
+        varies = self._labels.set_time(shown_at) or self._points_vary
+        if self._owners is None or (varies and self._found_at != (time, shown_at)):
+            self._owners, self._found_at = list(self._find(time)), (time, shown_at)
+            self._points_vary = points_vary(self.stage)
+        return self._owners
 
     def has_own_labels(self, prim: Usd.Prim) -> bool:
         """Return whether labels of the prim itself pass the filter."""
@@ -63,27 +86,27 @@ class LabeledSurvey:
     def _passes(self, labels: Labels) -> bool:
         return bool(labels if self._filter is None else self._filter.select(labels))
 
-    def _find(self) -> Iterator[tuple[Owner, dict[str, str]]]:
-        gprims = every_point(self.stage, self._labels.every_gprim(numbered=False), first_time(self.stage))
+    def _find(self, time: Usd.TimeCode) -> Iterator[tuple[Owner, dict[str, str]]]:
+        gprims = every_point(self.stage, self._labels.every_gprim(numbered=False), time)
         chains = [chain for _, chain in self._labels.chains(gprims)]
         for owned in find_owners(self._labels, gprims, chains, self._filter):
             yield owned.owner, owned.output
 
 
-def _is_hidden(stage: Usd.Stage, owner: Owner) -> bool:
+def _is_hidden(stage: Usd.Stage, owner: Owner, time: Usd.TimeCode) -> bool:
     """Return whether a labeled prim is hidden; that of a point instance by what is in its prototype, and the instancer.
 
     What prototypes are in may be hidden, so that they are not drawn by themselves.
     """
     if not owner.steps:
         prim = UsdGeom.Imageable(stage.GetPrimAtPath(owner.path))
-        return bool(prim) and prim.ComputeVisibility() == UsdGeom.Tokens.invisible
+        return bool(prim) and prim.ComputeVisibility(time) == UsdGeom.Tokens.invisible
     step, *outer = owner.steps
     for path in owner.path.GetPrefixes()[step.prototype.pathElementCount - 1 :]:
         visibility = stage.GetPrimAtPath(path).GetAttribute("visibility")
-        if visibility and visibility.Get() == UsdGeom.Tokens.invisible:
+        if visibility and visibility.Get(time) == UsdGeom.Tokens.invisible:
             return True
-    return _is_hidden(stage, Owner(step.instancer, tuple(outer)))
+    return _is_hidden(stage, Owner(step.instancer, tuple(outer)), time)
 
 
 def _matters(changes: Changes) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
-from usdsdg.annotators.bounds.hulls import Hull, read_hull
+from usdsdg.annotators.bounds.hulls import MESH_ATTRIBUTES, Hull, read_hull
 from usdsdg.annotators.ownership import Owner
 from usdsdg.annotators.point_instances import PointFrames, Steps, prim_path
 from usdsdg.errors import warn_once
@@ -18,11 +18,10 @@ from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg.stage.poses.transforms import as_array
 
 # Attributes that determine the geometry of a gprim, or the transforms of point instances.
-_GEOMETRY = {"points", "faceVertexCounts", "faceVertexIndices", "extent", "radius", "height", "axis", "size", "width"}
-_GEOMETRY |= {"length", "widths", "radiusTop", "radiusBottom", "curveVertexCounts"}
-_GEOMETRY |= {"holeIndices", "primvars:widths", "primvars:widths:indices", "basis", "wrap", "type"}
-_GEOMETRY |= {"tangents"}
-_GEOMETRY |= set(VELOCITIES)
+_GEOMETRY = {*MESH_ATTRIBUTES, *VELOCITIES, "extent", "radius", "height", "axis", "size", "width", "length"}
+_GEOMETRY |= {"radiusTop", "radiusBottom"}
+_GEOMETRY |= {"curveVertexCounts", "basis", "wrap", "type", "tangents"}
+_GEOMETRY |= {"widths", "primvars:widths", "primvars:widths:indices"}
 _GEOMETRY |= {"indices", "positions", "orientations", "orientationsf", "scales", "ids"}
 
 _Group = tuple[int, ...]  # indices into the gprims that are drawn
@@ -197,8 +196,8 @@ class PrimBounds:
 
 
 def _source(prim: Usd.Prim) -> tuple[Any, ...] | None:
-    """Return all layers and paths that decide the points of a static mesh, None for other gprims."""
+    """Return all layers and paths that decide the hull of a static mesh, None for other gprims."""
     if prim.GetTypeName() != "Mesh":
         return None
-    stacks = [prim.GetAttribute(name).GetPropertyStack() for name in ("points", "faceVertexIndices")]
-    return tuple((spec.layer, spec.path) for stack in stacks for spec in stack)
+    attributes = filter(None, map(prim.GetAttribute, MESH_ATTRIBUTES))
+    return tuple((spec.layer, spec.path) for attribute in attributes for spec in attribute.GetPropertyStack())

@@ -21,7 +21,6 @@ POINT_ATTRIBUTES = frozenset({"protoIndices", "ids"})
 class _Prototype:
     """What is counted in a prototype of a point instancer, and the instancers in it."""
 
-    is_shared: bool
     paths: list[str] = field(default_factory=list)
     instancers: _Instancers = field(default_factory=dict)
 
@@ -71,7 +70,7 @@ class StageNumbers:
         prototype = None
         for step in reversed(steps):
             roots = below.setdefault(step.instancer, {})
-            prototype = roots.setdefault(step.prototype, _Prototype(step.is_shared))
+            prototype = roots.setdefault(step.prototype, _Prototype())
             below = prototype.instancers
         assert prototype is not None
         prototype.paths.append(path)
@@ -82,7 +81,7 @@ class StageNumbers:
             for point, index in zip(*self._points_of(path, time), strict=True):
                 prototype = targets[index] if 0 <= index < len(targets) else None
                 if prototype is not None:
-                    name = f"{point_name(path, point, is_shared=prototype.is_shared)}{outer}"
+                    name = f"{point_name(path, point, is_shared=True)}{outer}"  # as `lasting_name`
                     yield from (f"{each}{name}" for each in prototype.paths)
                     yield from self._names(prototype.instancers, name, time)
 

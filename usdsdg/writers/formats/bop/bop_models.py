@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import contextlib
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from pxr import Usd, UsdGeom
 
-from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
+from usdsdg.annotators.bounds.hulls import may_be_refined
+from usdsdg.annotators.prims.labeled_survey import LabeledSurvey, SurveyedPrim
 from usdsdg.annotators.prims.subset_setting import subsets_are_told_apart
 from usdsdg.errors import warn_once
 from usdsdg.stage.geometry.deforming import deformations
@@ -102,20 +103,28 @@ class Models:
         self._stretches = Stretches()
 
     def survey(
-        self, prims: LabeledSurvey, numbers_of: Callable[[Sequence[dict[str, str]]], np.ndarray], millimeters: float
+        self,
+        prims: LabeledSurvey,
+        numbers_of: Callable[[Sequence[dict[str, str]]], np.ndarray],
+        millimeters: float,
+        time: Usd.TimeCode,
     ) -> None:
         """Give ids to the models of all labeled prims of the stage, in its order.
 
-        numbers_of: returns the numbers of classes, from 1, by their labels. millimeters: per stage unit.
+        numbers_of: returns the numbers of classes, from 1, by their labels. millimeters: per stage unit. time: of the
+            frame; what it shows otherwise than the stage does where it begins has ids after that.
         """
         self._prims = prims
         self._edits = self._edits or ShapeEdits(prims.stage)
         self._forget_edited(self._edits)
-        self._now, found = {}, list(prims.read())
-        for each, number in zip(found, numbers_of([each.labels for each in found]).tolist()):
-            name = ",".join(each.labels.values())
-            stretch = self._stretches.note(each.name, each.local_to_world)
-            self._now[each.name] = stretch, self._find(each.name, number, name, stretch * millimeters)
+        self._now, at_first = {}, list(prims.read())
+        known = {each.name: each for each in at_first}
+        others = [each for each in prims.read_at(time) if not _is_as_in(each, known)]
+        for found in (at_first, others):
+            for each, number in zip(found, numbers_of([each.labels for each in found]).tolist(), strict=True):
+                name = ",".join(each.labels.values())
+                stretch = self._stretches.note(each.name, each.local_to_world)
+                self._now[each.name] = stretch, self._find(each.name, number, name, stretch * millimeters)
 
     def model(self, obj_id: int) -> Model:
         """Return a model by its id."""
@@ -182,6 +191,16 @@ class Models:
         return obj_id
 
 
+def _is_as_in(prim: SurveyedPrim, known: Mapping[str, SurveyedPrim]) -> bool:
+    """Return whether what is known by the name of a prim is the same."""
+    other = known.get(prim.name)
+    return (
+        other is not None
+        and prim.labels == other.labels
+        and prim.local_to_world.tobytes() == other.local_to_world.tobytes()
+    )
+
+
 def _is_same(a: Model, b: Model) -> bool:
     return np.array_equal(a.triangles, b.triangles) and np.allclose(a.points, b.points, rtol=0.0, atol=PRECISION)
 
@@ -224,7 +243,11 @@ def model_of(prims: LabeledSurvey, path: str, stretch: np.ndarray) -> Model | No
         # A labeled material makes an object of its own of what is bound to it.
         if not is_subset and owner != prim.GetPath():
             continue
-        matrix = part.to_world @ to_local
+        _warn_of_refinement(prims.stage.GetPrimAtPath(own_path(part.path)), prim, time)
+        with np.errstate(invalid="ignore"):
+            matrix = part.to_world @ to_local
+        if not np.isfinite(matrix).all():  # it is not drawn, and the renderer names it
+            continue
         local = part.triangles.points @ matrix[:3, :3] + matrix[3, :3]
         points.append(local @ stretch)
         turned = np.linalg.det(matrix[:3, :3] @ stretch) < 0
@@ -250,6 +273,15 @@ def _is_left_out(prims: LabeledSurvey, owner: Usd.Prim, prim: Usd.Prim) -> bool:
             "them, and its masks are not. Convert them to a Mesh, or give them a label of their own."
         )
     return False
+
+
+def _warn_of_refinement(part: Usd.Prim, owner: Usd.Prim, time: Usd.TimeCode) -> None:
+    if part.IsA(UsdGeom.Mesh) and may_be_refined(UsdGeom.Mesh(part), time):
+        warn_once(
+            f"{part.GetPath()}: pictures refine its faces, and the model of {owner.GetPath()} has them unrefined, so "
+            "that masks and depths differ from it. Author the refined faces with the subdivisionScheme none, or remove "
+            "creases, corners and refinementEnableOverride."
+        )
 
 
 def warn_of_deformation(writer: str, prims: LabeledSurvey, path: str) -> None:

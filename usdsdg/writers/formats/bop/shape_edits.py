@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
-from pxr import Usd
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom
 
 from usdsdg.stage.change_tracker import ChangeTracker
 from usdsdg.stage.changes import Changes
 from usdsdg.stage.geometry.deforming import SHAPE_ATTRIBUTES
+from usdsdg.stage.poses.transforms import as_array, local_to_world
+from usdsdg.stage.world_values import WorldValues
+
+_TURNS = ("xformOp:rotate", "xformOp:orient")
 
 
 class ShapeEdits:
@@ -49,6 +54,44 @@ def _upwards(path: str) -> Iterator[str]:
         yield path
         path = path.rpartition("/")[0]
     yield "/"
+
+
+def may_reshape(stage: Usd.Stage, values: WorldValues, labeled: Collection[Sdf.Path]) -> bool:
+    """Return whether attributes that differ between frames may give an object another shape, or show another one.
+
+    labeled: the labeled prims, and the point instancers that draw some of them.
+    """
+    above = {prefix for path in labeled for prefix in path.GetPrefixes()}
+    for path, columns in values.values.items():
+        is_part = any(each in labeled for each in path.GetParentPath().GetPrefixes())
+        if is_part or path in above:
+            prim = stage.GetPrimAtPath(path)
+            if any(_may_reshape(prim, name, is_part=is_part) for name in columns):
+                return True
+    return False
+
+
+def _may_reshape(prim: Usd.Prim, name: str, *, is_part: bool) -> bool:
+    """Return whether an attribute may; is_part: whether its prim may be a part of an object."""
+    if name in SHAPE_ATTRIBUTES or name == "visibility":
+        return True
+    if not name.startswith("xformOp"):
+        return False
+    if is_part or not name.startswith(("xformOp:translate", *_TURNS)):
+        return True
+    return name.startswith(_TURNS) and not _turns_rigidly(prim, name)
+
+
+def _turns_rigidly(prim: Usd.Prim, name: str) -> bool:
+    """Return whether a rotation of a prim is one in the world, too: nothing that comes after it stretches."""
+    after = np.eye(3)
+    for op in UsdGeom.Xformable(prim).GetOrderedXformOps():
+        if op.GetName() == name:
+            break
+        after = as_array(op.GetOpTransform(Usd.TimeCode.Default()))[:3, :3] @ after
+    linear = after @ as_array(local_to_world(prim.GetParent()))[:3, :3]
+    squared = linear @ linear.T
+    return bool(np.allclose(squared, np.eye(3) * np.trace(squared) / 3, rtol=0.0, atol=1e-6 * np.trace(squared)))
 
 
 def own_path(path: str) -> str:

@@ -14,7 +14,9 @@ from usdsdg.annotators.prims.labeled_survey import LabeledSurvey
 from usdsdg.errors import Unsupported, WriterError, warn_once
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
+from usdsdg.session.timeline import stage_time
 from usdsdg.stage.poses.transforms import meters_per_unit
+from usdsdg.stage.world_values import WorldValues
 from usdsdg.writers.aggregate_writer import AggregateWriter
 from usdsdg.writers.files import write_bytes, write_image
 from usdsdg.writers.formats import class_places
@@ -22,6 +24,7 @@ from usdsdg.writers.formats.bop import bop_files as files
 from usdsdg.writers.formats.bop.bop_models import Models, Placed, ply
 from usdsdg.writers.formats.bop.bop_records import View, info
 from usdsdg.writers.formats.bop.bop_tables import ModelTables, Scene
+from usdsdg.writers.formats.bop.shape_edits import may_reshape
 from usdsdg.writers.formats.shapes import masks
 from usdsdg.writers.formats.shapes.camera_projection import is_pinhole
 from usdsdg.writers.formats.splits import Splits
@@ -132,13 +135,22 @@ class BopWriter(AggregateWriter):
 
     def survey(self) -> None:
         """Give ids to the models of all labeled prims, also of a frame that other processes write."""
-        stage, label_filter = current_stage(), self._annotator_called(BOXES_3D).label_filter
+        prims = self._prims()
+        table = class_places.table_of(self._annotator_called(BOXES_3D).label_filter)
+        millimeters, time = meters_per_unit(prims.stage) * files.MILLIMETERS, stage_time(prims.stage)
+        self._models.survey(prims, lambda labels: class_places.places(table, labels) + 1, millimeters, time)
+
+    def has_to_see(self, values: WorldValues) -> bool:
+        prims = self._prims()
+        return may_reshape(prims.stage, values, prims.places())
+
+    def _prims(self) -> LabeledSurvey:
+        """Return what reads the labeled prims of the stage."""
+        stage = current_stage()
         if self._survey is None or self._survey.stage is not stage:
-            self._survey = LabeledSurvey(stage, label_filter)
+            self._survey = LabeledSurvey(stage, self._annotator_called(BOXES_3D).label_filter)
             self._models.forget_prims()
-        table = class_places.table_of(label_filter)
-        millimeters = meters_per_unit(stage) * files.MILLIMETERS
-        self._models.survey(self._survey, lambda labels: class_places.places(table, labels) + 1, millimeters)
+        return self._survey
 
     def _write_models(self, models: set[int]) -> None:
         """Write the models that are seen for the first time."""

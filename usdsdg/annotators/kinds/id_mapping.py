@@ -39,6 +39,11 @@ def read_mapping(mapping: Any) -> Mapping[str, Chosen]:
     return {_key(key): _chosen(key, value) for key, value in mapping.items()}
 
 
+def check_mapping(params: Mapping[str, Any]) -> None:
+    """Check the "mapping" of init parameters; raises as `read_mapping`."""
+    read_mapping(params["mapping"] or {})
+
+
 def warn_of_shared_ids(known: Sequence[Sequence[str]], mapped: Mapping[int, int]) -> None:
     """Warn of ids that a mapping gives to something while they are those of something else.
 
