@@ -48,6 +48,18 @@ def get_viewport_names(usd_context_name: str | None = None) -> list[str]:
     return []
 
 
+def get_id_from_index(index: int) -> int | None:
+    """Return None: no window has this index."""
+
+
+def get_window_from_id(id: object, usd_context_name: str | None = None) -> None:
+    """Return None: there are no windows."""
+
+
+def destroy_all_viewports(usd_context_name: str | None = None, destroy_main_viewport: bool = True) -> None:
+    """Close all windows, of which there are none; render products go on."""
+
+
 def get_intrinsics_matrix(viewport_api: Viewport) -> np.ndarray:
     """Return the matrix (3, 3) from points in the camera (+x right, +y down, +z ahead) to pixels of a viewport.
 
