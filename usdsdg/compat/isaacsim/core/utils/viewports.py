@@ -29,13 +29,16 @@ def set_camera_view(
 ) -> None:
     """Move a camera to `eye` and point it at `target`, both (3,) in the world [stage units].
 
-    `/OmniverseKit_Persp` is defined if the stage has none.
+    `/OmniverseKit_Persp` is defined if the stage has none. A camera of a stage with Z up that looks straight up or down
+    has +Y at the top of the image, as in Isaac Sim.
 
     Raises:
         BadPrim: there is no such camera.
         DegenerateFrame: eye and target coincide.
     """
-    aim(camera_prim_path, eye, target)
+    top = (0.0, 1.0, 0.0)
+    z_is_up = UsdGeom.GetStageUpAxis(current_stage()) == UsdGeom.Tokens.z
+    aim(camera_prim_path, eye, target, top_of_vertical=(lambda _: top) if z_is_up else None)
 
 
 def set_active_viewport_camera(camera_prim_path: str) -> None:
