@@ -170,6 +170,32 @@ def test_tasks_are_set_up_once_and_reset(world):
         world.get_task("other")
 
 
+def test_tasks_are_prepared_before_physics_steps_of_updates(world):
+    """As samples do it, which run on updates of the application and never call `step`."""
+    from usdsdg.app.app import get_app
+
+    prepared = []
+
+    class Mine(BaseTask):
+        def pre_step(self, time_step_index, simulation_time):
+            prepared.append(round(simulation_time, 4))
+
+    world.add_task(Mine("mine"))
+    world.reset()
+    world.add_physics_callback("tasks", world.step_async)
+    world.get_data_logger().add_data_frame_logging_func(lambda tasks, scene: {"tasks": len(tasks)})
+    world.get_data_logger().start()
+    began = world.current_time
+    world.play()
+    for _ in range(3):
+        get_app().update()
+    np.testing.assert_allclose(np.diff(prepared), 1 / 60, atol=1e-3)
+    assert len(prepared) == 3
+    assert prepared[0] == pytest.approx(began, abs=1e-3)
+    assert world.get_data_logger().get_num_of_data_frames() == 3
+    assert world.get_data_logger().get_data_frame(2).data == {"tasks": 1}
+
+
 def test_scenes_hold_objects_by_name(world):
     ground = world.scene.add_ground_plane(size=4.0, z_position=-1.0)
     assert ground.collision_geometry_prim.get_collision_enabled()

@@ -93,7 +93,12 @@ def test_prims_are_found_by_path(stage):
         stage.DefinePrim(path, "Cube")
     UsdPhysics.RigidBodyAPI.Apply(stage.GetPrimAtPath("/World/c"))
     assert prims.find_matching_prim_paths("/World/a_.*") == ["/World/a_0", "/World/a_1"]
-    assert prims.find_matching_prim_paths("/World/*", prim_type="Xform") == []
+    assert prims.find_matching_prim_paths("/World/*", "") == ["/World/a_0", "/World/a_1", "/World/c"]
+    assert prims.find_matching_prim_paths("/World/*", "rigid_body") == ["/World/c"]
+    UsdPhysics.ArticulationRootAPI.Apply(stage.GetPrimAtPath("/World/a_1"))
+    assert prims.find_matching_prim_paths("/World/.*", prim_type="articulation") == ["/World/a_1"]
+    with pytest.raises(ValueError, match="prim_type is 'Xform'; expected 'rigid_body' or 'articulation'"):
+        prims.find_matching_prim_paths("/World/*", prim_type="Xform")
     below = prims.get_all_matching_child_prims("/World", lambda path: path.endswith(("b", "c")))
     assert [prims.get_prim_path(each) for each in below] == ["/World/c", "/World/a_1/b"]
     assert prims.get_first_matching_parent_prim("/World/a_1/b", lambda path: "a_" in path).GetName() == "a_1"
