@@ -301,6 +301,13 @@ def test_a_camera_view_keeps_its_center_of_interest(stage):
     assert interest.Get() == (1, 5, 5)
     position = UsdGeom.XformCache().GetLocalToWorldTransform(camera).ExtractTranslation()
     np.testing.assert_allclose(position, (1, 0, 5), atol=1e-6)
+    # It looks at the target also if it looked elsewhere before: here from (1, 0, 5) + (4, 5, 5) - (1, 5, 5).
+    interest.Set((1, 5, 5))
+    UsdGeom.XformCommonAPI(camera).SetRotate((0, 0, 0))
+    ViewportManager.set_camera_view(camera, target=(4, 5, 5), relative_tracking=True)
+    position = UsdGeom.XformCache().GetLocalToWorldTransform(camera).ExtractTranslation()
+    np.testing.assert_allclose(position, (4, 0, 5), atol=1e-6)
+    assert Gf.IsClose(looks_at(), Gf.Vec3d(0, 1, 0), 1e-6)
     ViewportManager.set_camera("/World/camera")
     assert ViewportManager.get_camera().GetPath() == "/World/camera"
     ViewportManager.set_resolution((640, 480))
