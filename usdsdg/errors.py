@@ -292,6 +292,11 @@ def set_lenient(lenient: bool) -> None:
     _lenient = lenient
 
 
+def is_lenient() -> bool:
+    """Return whether what Replicator lets pass is a warning."""
+    return _lenient
+
+
 def let_pass(error: UsdsdgError) -> None:
     """Raise an error that Replicator would not, or warn once with its message if `set_lenient` says so.
 
@@ -307,8 +312,6 @@ def let_pass(error: UsdsdgError) -> None:
 _swallowed: list[str] | None = None  # None: not watched
 _living: weakref.WeakSet[LosingError] = weakref.WeakSet()
 _LIBRARIES = tuple({f"{sysconfig.get_path(name)}{os.sep}" for name in ("stdlib", "purelib", "platlib")})
-
-
 _foreign: list[Exception] = []  # errors of a script's own writers
 _KEPT = 5  # of these, since their frames hold arrays
 

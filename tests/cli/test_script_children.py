@@ -7,8 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from tests import forked
 from tests.cli.datasets import run
 from usdsdg.compat import children, finder
+from usdsdg.session.script_processes import OPTIONS
 
 POOLS = """
 import multiprocessing, sys
@@ -98,3 +100,57 @@ def test_the_names_of_children_are_those_of_the_script():
     values = {each.targets[0].id: ast.literal_eval(each.value) for each in assigned}
     assert values["_ROOTS"] == (*finder.ROOTS, *finder.WEAK_ROOTS)
     assert set(values["_SCHEMAS"]) == {f"pxr.{name}" for name in finder.schemas()}
+
+
+PROP = """
+import multiprocessing, sys
+
+def seen(_):
+    import omni.replicator.core as rep
+    from isaacsim.storage.native import get_assets_root_path
+    import omni.usd
+    rep.create.from_usd("omniverse://here/crate.usda")
+    rep.create.from_usd(get_assets_root_path() + "/none.usda")
+    stage = omni.usd.get_context().get_stage()
+    names = [prim.GetName() for prim in stage.Traverse() if prim.GetTypeName() in ("Cube", "DistantLight")]
+    from usdsdg.session import devices
+    return get_assets_root_path(), names, devices.renderer_device()
+
+if __name__ == "__main__":
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        print(pool.map(seen, [0]))
+"""
+
+
+def test_the_options_of_the_command_count_in_children(tmp_path):
+    """Places of assets, what is missing, new stages and devices; here with a root that is relative."""
+    (tmp_path / "root").mkdir()
+    (tmp_path / "mapped").mkdir()
+    (tmp_path / "mapped/crate.usda").write_text(
+        '#usda 1.0\n(defaultPrim = "A")\ndef Xform "A"\n{\n    def Cube "crate"\n    {\n    }\n}\n'
+    )
+    script = tmp_path / "script.py"
+    script.write_text(PROP)
+    options = [
+        "--assets-root", "root", "--map", "omniverse://here=mapped", "--missing-assets", "skip", "--new-stage", "kit",
+        "--device", "cpu",
+    ]  # fmt: skip
+    done = forked.run(["-m", "usdsdg", "run", *options, str(script)], cwd=tmp_path, fresh=True)
+    assert done.returncode == 0, done.stderr
+    [(root, names, device)] = ast.literal_eval(done.stdout.splitlines()[-1])
+    assert (root, sorted(names), device) == (str(tmp_path / "root"), ["crate", "defaultLight"], "cpu")
+
+
+def test_options_are_told_again_by_processes_of_processes(tmp_path, monkeypatch):
+    monkeypatch.delenv(OPTIONS, raising=False)
+    (tmp_path / "root").mkdir()
+    (tmp_path / "grandchild.py").write_text(
+        "from isaacsim.storage.native import get_assets_root_path\nprint(get_assets_root_path())\n"
+    )
+    (tmp_path / "script.py").write_text(LAUNCHER)
+    (tmp_path / "child.py").write_text("import carb\n" + LAUNCHER)
+    command = ["-m", "usdsdg", "run", "--assets-root", str(tmp_path / "root"), str(tmp_path / "script.py")]
+    done = run([*command, str(tmp_path / "child.py"), str(tmp_path / "grandchild.py")], fresh=True)
+    assert done.returncode == 0, done.stderr
+    assert str(tmp_path / "root") in done.stdout
+    assert OPTIONS not in os.environ

@@ -164,3 +164,60 @@ def test_commands_are_classes_too():
     names, error = told.splitlines()
     assert names == "['/World/b']"
     assert "omni.usd.commands of usdsdg has no 'CreatePrmCommand'; did you mean CreatePrimCommand" in error
+
+
+def test_modules_of_older_releases_are_found_by_their_names():
+    run(
+        """
+        import usdsdg.compat; usdsdg.compat.install()
+        from isaacsim import AppFramework, SimulationApp
+        from isaacsim.core.api import PhysicsContext, SimulationContext, World
+        from isaacsim.core.experimental.prims.impl import RigidPrim
+        from isaacsim.core.experimental.utils.impl import transform
+        from isaacsim.core.utils.impl.stage import get_current_stage
+        from isaacsim.simulation_app.app_framework import AppFramework as of_app
+        from isaacsim.storage.native.impl.file_utils import find_filtered_files
+        from omni.isaac.benchmark.services import BaseIsaacBenchmark
+        from omni.isaac.core.physics_context.physics_context import PhysicsContext as old_physics
+        from omni.isaac.core.simulation_context.simulation_context import SimulationContext as old_context
+        from omni.isaac.core.utils.collisions import ray_cast
+        from omni.isaac.core.utils.distance_metrics import rotational_distance_angle
+        from omni.isaac.core.world.world import World as old_world
+        from omni.isaac.kit.simulation_app import SimulationApp as old_app
+        from omni.isaac.kit.utils import create_new_stage, set_carb_setting
+        from omni.isaac.nucleus.nucleus import get_assets_root_path
+        from omni.isaac.sensor.scripts.camera_view import CameraView
+        from omni.usd.utils import get_world_transform_matrix
+        import isaacsim.core.experimental.prims as prims, isaacsim.core.utils.stage as stage
+        assert (old_physics, old_context, old_world) == (PhysicsContext, SimulationContext, World)
+        assert old_app is SimulationApp and of_app is AppFramework and RigidPrim is prims.RigidPrim
+        assert get_current_stage is stage.get_current_stage
+        """
+    )
+
+
+def test_the_framework_of_the_application_takes_settings_and_updates():
+    run(
+        """
+        import asyncio
+        import usdsdg.compat; usdsdg.compat.install()
+        from isaacsim import AppFramework
+        app = AppFramework("test", ["--empty", "--/app/ours/count=3", "--enable", "omni.usd"])
+        import carb, omni.usd
+        task = asyncio.ensure_future(omni.usd.get_context().new_stage_async())
+        while not task.done():
+            app.update()
+        assert task.result() == (True, "") and carb.settings.get_settings().get("/app/ours/count") == 3
+        assert app.app.is_running()
+        app.close()
+        assert not app.app.is_running()
+        """
+    )
+
+
+def test_there_is_no_window_to_close():
+    product = usdsdg.create.render_product(usdsdg.create.camera(), (8, 8))
+    viewports.destroy_all_viewports()
+    assert viewports.get_id_from_index(0) is None
+    assert viewports.get_window_from_id(3) is None
+    assert current_stage().GetPrimAtPath(product.path)

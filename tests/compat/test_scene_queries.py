@@ -2,10 +2,12 @@
 
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from usdsdg.compat import physics_schema_tools
+from usdsdg.compat.isaacsim.core.utils.collisions import ray_cast
 from usdsdg.compat.omni.physics.core import get_physics_scene_query_interface, get_physics_simulation_interface
 from usdsdg.compat.omni.physx import (
     get_physx_interface,
@@ -174,3 +176,23 @@ def test_queries_find_edits_that_were_flushed(scene, interface):
     interface().flush_changes()
     assert ray(TOP, DOWN, 20.0, True)[1].distance == pytest.approx(3.5)
     get_physx_interface().reset_simulation()
+
+
+def test_a_ray_of_a_frame_hits_bodies_and_static_colliders(stage):
+    box = UsdGeom.Cube.Define(stage, "/World/box/shape")
+    UsdGeom.Xformable(stage.GetPrimAtPath("/World/box")).AddTranslateOp().Set(Gf.Vec3d(0, 5, 0))
+    UsdPhysics.RigidBodyAPI.Apply(stage.DefinePrim("/World/box", "Xform"))
+    UsdPhysics.CollisionAPI.Apply(box.GetPrim())
+    wall = UsdGeom.Cube.Define(stage, "/World/wall")
+    wall.AddTranslateOp().Set(Gf.Vec3d(-4, 0, 0))
+    UsdPhysics.CollisionAPI.Apply(wall.GetPrim())
+    half = np.sqrt(0.5)
+    # A quarter turn about Z points +x of the frame along +y; the ray begins 0.5 ahead.
+    path, distance = ray_cast(np.zeros(3), np.array([half, 0, 0, half]), np.array([0.5, 0, 0]))
+    assert path == "/World/box"
+    assert distance == pytest.approx(3.5, abs=1e-5)
+    path, distance = ray_cast(np.zeros(3), np.array([0.0, 0, 0, 1]), np.zeros(3))
+    assert path == "/World/wall"
+    assert distance == pytest.approx(3.0, abs=1e-5)
+    assert ray_cast(np.zeros(3), np.array([1.0, 0, 0, 0]), np.zeros(3)) == (None, 10000.0)
+    assert ray_cast(np.zeros(3), np.array([0.0, 0, 0, 1]), np.zeros(3), max_dist=2.9) == (None, 10000.0)

@@ -19,6 +19,7 @@ from types import ModuleType
 from usdsdg.arguments import misplaced
 from usdsdg.arguments.registry import near_misses
 from usdsdg.compat import foreign_names, imported_names
+from usdsdg.compat.aliases import ALIASES
 from usdsdg.compat.placeholders import PlaceholderModule, placeholder
 from usdsdg.errors import Unsupported
 from usdsdg.session import stage_context
@@ -27,82 +28,6 @@ from usdsdg.session.replicator_version import note_old_import
 ROOTS = ("omni", "carb", "usdrt", "isaacsim")
 # Common words: a module of this name beside the script, or an installed one, comes first.
 WEAK_ROOTS = ("semantics", "Semantics", "video_encoding")
-_OLD_PRIM_MODULES = (
-    "xform_prim", "xform_prim_view", "rigid_prim", "rigid_prim_view", "geometry_prim", "geometry_prim_view",
-    "rigid_contact_view",
-)  # fmt: skip
-_WRITERS = "usdsdg.compat.isaacsim.replicator.writers"
-_WRITER_PACKAGES = tuple(
-    f"{extension}.scripts{part}"
-    for extension in ("isaacsim.replicator.writers", "omni.replicator.isaac")
-    for part in (".writers", "")
-)
-_WRITER_MODULES = (
-    "data_visualization_writer", "dope_writer", "pose_writer", "pytorch_listener", "pytorch_writer", "ycb_video_writer",
-)  # fmt: skip
-# Longest prefix first. These names are modules of usdsdg itself, without a file in `usdsdg.compat`.
-ALIASES = (
-    ("omni.replicator.core.scripts.functional.io_functions", "usdsdg.writers.files"),
-    ("omni.replicator.core.functional.io_functions", "usdsdg.writers.files"),
-    ("omni.replicator.core.scripts.utils.rng", "usdsdg.rng"),
-    ("omni.replicator.core.utils.rng", "usdsdg.rng"),
-    ("omni.replicator.core.bindings._omni_replicator_core", "usdsdg.compat.omni.replicator.telemetry"),
-    ("omni.replicator.core.bindings", "usdsdg.compat.omni.replicator"),
-    *(
-        (f"omni.replicator.core{part}", f"usdsdg.compat.omni.replicator.{name}")
-        for name, parts in (
-            ("io_queue", (".scripts.backends.io_queue", ".backends.io_queue")),
-            ("annotator_utils", (".scripts.utils.annotator_utils", ".utils.annotator_utils")),
-        )
-        for part in parts
-    ),
-    # The modules of the backends are one.
-    *(
-        (f"omni.replicator.core{part}.backends.{name}", "usdsdg.backends")
-        for part in (".scripts", "")
-        for name in ("base", "disk", "dispatcher", "group", "registry", "s3", "sequential")
-    ),
-    # As the modules of the registries were named at first.
-    ("omni.replicator.core.scripts.annotator_registry", "usdsdg.annotators"),
-    ("omni.replicator.core.scripts.writer_registry", "usdsdg.writers"),
-    ("omni.replicator.core.scripts", "usdsdg"),
-    ("omni.replicator.core", "usdsdg"),
-    ("omni.replicator.replicator_yaml", "usdsdg.replicator_yaml"),
-    *(
-        (f"{extension}.scripts.utils", "usdsdg.compat.isaacsim.replicator.writer_utils")
-        for extension in ("isaacsim.replicator.writers", "omni.replicator.isaac")
-    ),
-    # The modules of the writers, one per class, and their packages are one module.
-    *((f"{package}.{name}", _WRITERS) for package in _WRITER_PACKAGES for name in _WRITER_MODULES),
-    *((package, _WRITERS) for package in _WRITER_PACKAGES),
-    ("omni.replicator.isaac", "usdsdg.compat.isaacsim.replicator.domain_randomization"),
-    ("omni.usd.commands", "usdsdg.compat.omni.kit.commands.command_classes"),
-    ("omni.usd._impl.utils", "usdsdg.compat.omni.usd"),
-    ("omni.usd._impl", "usdsdg.compat.omni.usd"),
-    ("omni.kit.scripting", "usdsdg.compat.omni.behavior.scripting.core"),
-    ("omni.isaac.sensor._sensor", "usdsdg.compat.isaacsim.sensors.physics._sensor"),
-    ("omni.isaac.sensor.scripts.camera", "usdsdg.compat.isaacsim.sensors.camera"),
-    ("omni.isaac.sensor.scripts", "usdsdg.compat.omni.isaac.sensor"),
-    ("omni.isaac.sensor", "usdsdg.compat.omni.isaac.sensor"),
-    ("omni.syntheticdata.scripts.SyntheticData", "usdsdg.compat.omni.syntheticdata.synthetic_data"),
-    ("omni.syntheticdata.scripts", "usdsdg.compat.omni.syntheticdata"),
-    # Isaac Sim 4's names of the core. Modules below these packages, one per class, are the packages themselves.
-    *((f"omni.isaac.core.prims.{name}", "usdsdg.compat.omni.isaac.core.prims") for name in _OLD_PRIM_MODULES),
-    ("omni.isaac.core.prims", "usdsdg.compat.omni.isaac.core.prims"),
-    *(
-        (f"omni.isaac.core.articulations.{name}", "usdsdg.compat.omni.isaac.core.articulations")
-        for name in ("articulation", "articulation_view", "articulation_subset", "articulation_gripper")
-    ),
-    ("omni.isaac.core.articulations", "usdsdg.compat.omni.isaac.core.articulations"),
-    ("omni.isaac.core.utils", "usdsdg.compat.isaacsim.core.utils"),
-    ("omni.isaac.core", "usdsdg.compat.isaacsim.core.api"),
-    ("omni.isaac.cloner", "usdsdg.compat.isaacsim.core.cloner"),
-    ("isaacsim.storage.native.nucleus", "usdsdg.compat.isaacsim.storage.native"),
-    ("Semantics", "usdsdg.stage.schemas.semantics_schema"),
-    ("omni.isaac.version", "usdsdg.compat.isaacsim.core.version"),
-    ("isaacsim.core.simulation_manager.impl", "usdsdg.compat.isaacsim.core.simulation_manager"),
-    ("isaacsim.core.prims.impl", "usdsdg.compat.isaacsim.core.prims"),
-)
 # Replicator's modules import its utilities, and scripts take these from there: `create.ReplicatorItem`.
 _FAMILIES = {
     f"usdsdg.{name}"

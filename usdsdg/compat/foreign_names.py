@@ -89,7 +89,7 @@ OUT_OF_SCOPE = (
         "omni.kit.context_menu omni.kit.notification_manager omni.kit.manipulator omni.kit.quicklayout "
         "omni.kit.selection omni.kit.splash omni.kit.viewport.window omni.kit.viewport.menubar "
         "omni.kit.viewport.menubar.core omni.kit.viewport.registry omni.kit.viewport.manipulator omni.kit.widgets "
-        "omni.kit.style omni.kit.variant omni.kit.stage_templates omni.kit.tool.measure omni.kit.clipboard "
+        "omni.kit.style omni.kit.variant omni.kit.tool.measure omni.kit.clipboard "
         "omni.rtx.window omni.example omni.debugdraw omni.isaac.debug_draw omni.isaac.ui omni.isaac.ui_template "
         "omni.isaac.menu omni.isaac.examples omni.isaac.examples_nodes omni.isaac.synthetic_recorder "
         "omni.replicator.ui omni.isaac.app carb.input carb.windowing carb.imgui isaacsim.gui isaacsim.app "

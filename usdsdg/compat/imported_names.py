@@ -11,6 +11,7 @@ _DEFINED = {
     "get_prim_property get_prim_type_name "
     "is_prim_ancestral is_prim_non_root_articulation_link is_prim_path_valid is_prim_root_path move_prim "
     "set_prim_property",
+    f"{_UTILS}.semantics": "add_labels add_update_semantics",
     f"{_UTILS}.string": "find_unique_string_name",
     f"{_UTILS}.rotations": "gf_quat_to_np_array",
     f"{_UTILS}.xforms": "get_local_pose get_world_pose",
@@ -47,7 +48,7 @@ _IMPORTED = {
     f"{_UTILS}.bounds": "get_prim_at_path",
     f"{_UTILS}.mesh": "get_stage_units",
     f"{_UTILS}.physics": "get_current_stage",
-    f"{_UTILS}.prims": "get_current_stage get_current_stage_id",
+    f"{_UTILS}.prims": "add_labels add_update_semantics get_current_stage get_current_stage_id",
     f"{_UTILS}.render_product": "get_current_stage",
     f"{_UTILS}.semantics": "get_current_stage",
     f"{_UTILS}.transformations": "gf_quat_to_np_array",

@@ -79,6 +79,7 @@ class Session:
     observations = _part("usdsdg.session.observations:Observations")
     live = _part("usdsdg.capture.live:LiveView")
     articulations = _part("usdsdg.articulations.articulations:Articulations")
+    runtime_values = _part("usdsdg.compat.wrappers.runtime_values:RuntimeValues")
     viewport = _part("usdsdg.compat.omni.kit.viewport.utility:Viewport")
     omnigraph = _part("usdsdg.compat.omni.graph.graphs:Graphs")
     synthetic_data = _part("usdsdg.compat.omni.syntheticdata.synthetic_data:SyntheticData")

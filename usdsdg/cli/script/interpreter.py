@@ -1,9 +1,11 @@
-"""What a script sees as its own of the interpreter: `__main__`, sys.argv, sys.path and PYTHONPATH."""
+"""What a script sees as its own of the interpreter: `__main__`, sys.argv, sys.path, and variables for its processes."""
 
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+
+from usdsdg.session.script_processes import MODULES, OPTIONS
 
 
 @contextmanager
@@ -14,12 +16,13 @@ def interpreter_restored() -> Iterator[None]:
     modules beside it.
     """
     main, arguments, path = sys.modules["__main__"], sys.argv, list(sys.path)
-    for_children = os.environ.get("PYTHONPATH")
+    for_children = {name: os.environ.get(name) for name in (MODULES, OPTIONS)}
     try:
         yield
     finally:
         sys.modules["__main__"], sys.argv, sys.path[:] = main, arguments, path
-        if for_children is None:
-            os.environ.pop("PYTHONPATH", None)
-        else:
-            os.environ["PYTHONPATH"] = for_children
+        for name, value in for_children.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -1,6 +1,7 @@
 """What makes foreign names importable in the processes that a script starts: `sitecustomize`, beside this.
 
-`usdsdg run` puts this folder on PYTHONPATH, so that every Python that the script starts runs that at its start.
+`usdsdg run` puts this folder on PYTHONPATH, so that every Python that the script starts runs that at its start. The
+command's own options, such as --assets-root, are told by a variable of the environment (`options`).
 """
 
 from __future__ import annotations
@@ -8,10 +9,14 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from usdsdg.compat.children import options
+from usdsdg.session.script_processes import MODULES
+
 
 def reach() -> None:
-    """Let Pythons that are started from here on import the foreign names."""
-    folder, before = str(Path(__file__).parent), os.environ.get("PYTHONPATH")
+    """Let Pythons that are started from here on import the foreign names, with the options of this process."""
+    folder, before = str(Path(__file__).parent), os.environ.get(MODULES)
     paths = before.split(os.pathsep) if before else []
     if folder not in paths:
-        os.environ["PYTHONPATH"] = os.pathsep.join([folder, *paths])
+        os.environ[MODULES] = os.pathsep.join([folder, *paths])
+    options.tell()

@@ -25,11 +25,13 @@ class _AtFirstImport:
         sys.meta_path.remove(cls)  # before anything is imported that asks for such names itself
         try:
             from usdsdg import compat
+            from usdsdg.compat.children import options
         except ModuleNotFoundError as error:
             if error.name != "usdsdg":
                 raise
             return None
         compat.install()
+        options.take()
         return importlib.util.find_spec(name)
 
 

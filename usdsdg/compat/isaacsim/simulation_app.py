@@ -10,6 +10,7 @@ from typing import Any
 from usdsdg import orchestrator
 from usdsdg.app.app import App, get_app
 from usdsdg.compat import kit_arguments
+from usdsdg.compat.isaacsim.app_framework import AppFramework as AppFramework
 from usdsdg.session import stage_context
 from usdsdg.session.session import current
 from usdsdg.session.settings_store import get_settings

@@ -12,6 +12,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdPhysics
 
 from usdsdg.compat.wrappers import poses
+from usdsdg.compat.wrappers.runtime_values import keep_until_stop
 from usdsdg.session import engines
 from usdsdg.stage.physics.rigid_bodies import apply_rigid_body_schemas
 from usdsdg.stage.poses.rotations import matrix_from_quat
@@ -81,6 +82,12 @@ def masses(prims: Sequence[Usd.Prim]) -> np.ndarray:
         if rows:
             values[rows, 0] = engines.physics().mass_properties([str(prims[row].GetPath()) for row in rows]).mass
     return values
+
+
+def set_masses(prims: Sequence[Usd.Prim], values: Sequence[float | bool | str]) -> None:
+    """Author masses; those of bodies that are simulated act until physics stops."""
+    keep_until_stop(prims, [UsdPhysics.Tokens.physicsMass])
+    write(prims, UsdPhysics.MassAPI, "Mass", values)
 
 
 def read(

@@ -1,7 +1,8 @@
 """Centers of mass and inertias of rigid bodies that physics simulates, as float32 arrays with a row per prim.
 
 Positions are in the body's frame, which has the axes of its prim in the world and no scale [stage units]. Quaternions
-are (w, x, y, z). What is set is authored in UsdPhysics.MassAPI, takes effect at the next step and stays after it.
+are (w, x, y, z). What is set is authored in UsdPhysics.MassAPI. As in PhysX it acts from the next step until physics
+stops, which puts back what the stage had.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdPhysics
 
 from usdsdg.compat.wrappers import poses, rotations
+from usdsdg.compat.wrappers.runtime_values import keep_until_stop
 from usdsdg.errors import BadValue
 from usdsdg.session import engines
 from usdsdg.stage.poses.transforms import as_array
@@ -60,6 +62,7 @@ def set_centers(prims: Sequence[Usd.Prim], positions: np.ndarray | None, orienta
         moments = np.diagonal(axes.T @ found.inertia[row] @ axes)
         _author_inertia(prim, moments, turns[row] if orientations is None else orientations[row])
         if positions is not None:
+            keep_until_stop([prim], [UsdPhysics.Tokens.physicsCenterOfMass])
             center = _in_prim(prim, positions[row])
             _mass_api(prim).CreateCenterOfMassAttr().Set(Gf.Vec3f(*center.tolist()))
 
@@ -131,6 +134,7 @@ def _in_prim(prim: Usd.Prim, position: np.ndarray) -> np.ndarray:
 
 
 def _author_inertia(prim: Usd.Prim, moments: np.ndarray, turn: np.ndarray) -> None:
+    keep_until_stop([prim], [UsdPhysics.Tokens.physicsDiagonalInertia, UsdPhysics.Tokens.physicsPrincipalAxes])
     api, (w, x, y, z) = _mass_api(prim), (float(part) for part in turn)
     api.CreateDiagonalInertiaAttr().Set(Gf.Vec3f(*moments.tolist()))
     api.CreatePrincipalAxesAttr().Set(Gf.Quatf(w, x, y, z))

@@ -170,6 +170,32 @@ def test_tasks_are_set_up_once_and_reset(world):
         world.get_task("other")
 
 
+def test_tasks_are_prepared_before_physics_steps_of_updates(world):
+    """As samples do it, which run on updates of the application and never call `step`."""
+    from usdsdg.app.app import get_app
+
+    prepared = []
+
+    class Mine(BaseTask):
+        def pre_step(self, time_step_index, simulation_time):
+            prepared.append(round(simulation_time, 4))
+
+    world.add_task(Mine("mine"))
+    world.reset()
+    world.add_physics_callback("tasks", world.step_async)
+    world.get_data_logger().add_data_frame_logging_func(lambda tasks, scene: {"tasks": len(tasks)})
+    world.get_data_logger().start()
+    began = world.current_time
+    world.play()
+    for _ in range(3):
+        get_app().update()
+    np.testing.assert_allclose(np.diff(prepared), 1 / 60, atol=1e-3)
+    assert len(prepared) == 3
+    assert prepared[0] == pytest.approx(began, abs=1e-3)
+    assert world.get_data_logger().get_num_of_data_frames() == 3
+    assert world.get_data_logger().get_data_frame(2).data == {"tasks": 1}
+
+
 def test_scenes_hold_objects_by_name(world):
     ground = world.scene.add_ground_plane(size=4.0, z_position=-1.0)
     assert ground.collision_geometry_prim.get_collision_enabled()
@@ -275,6 +301,13 @@ def test_a_camera_view_keeps_its_center_of_interest(stage):
     assert interest.Get() == (1, 5, 5)
     position = UsdGeom.XformCache().GetLocalToWorldTransform(camera).ExtractTranslation()
     np.testing.assert_allclose(position, (1, 0, 5), atol=1e-6)
+    # It looks at the target also if it looked elsewhere before: here from (1, 0, 5) + (4, 5, 5) - (1, 5, 5).
+    interest.Set((1, 5, 5))
+    UsdGeom.XformCommonAPI(camera).SetRotate((0, 0, 0))
+    ViewportManager.set_camera_view(camera, target=(4, 5, 5), relative_tracking=True)
+    position = UsdGeom.XformCache().GetLocalToWorldTransform(camera).ExtractTranslation()
+    np.testing.assert_allclose(position, (4, 0, 5), atol=1e-6)
+    assert Gf.IsClose(looks_at(), Gf.Vec3d(0, 1, 0), 1e-6)
     ViewportManager.set_camera("/World/camera")
     assert ViewportManager.get_camera().GetPath() == "/World/camera"
     ViewportManager.set_resolution((640, 480))

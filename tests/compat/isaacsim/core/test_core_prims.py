@@ -144,6 +144,7 @@ def test_colliders_have_approximations_offsets_and_materials(stage):
     view.apply_physics_materials(rubber)
     view.apply_visual_materials(red)
     assert view.get_applied_physics_materials()[1].get_static_friction() == pytest.approx(0.9)
+    assert view.get_applied_physics_materials()[0] is rubber
     single = SingleGeometryPrim("/World/cube_0")
     assert single.get_collision_approximation() == "convexHull"
     assert single.get_applied_visual_material().get_color().tolist() == [1, 0, 0]

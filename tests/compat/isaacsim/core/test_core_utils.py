@@ -9,6 +9,7 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 import usdsdg as rep
 from usdsdg.app.app import get_app
 from usdsdg.compat.isaacsim.core.prims import XFormPrim
+from usdsdg.compat.isaacsim.core.rendering_manager import ViewportManager
 from usdsdg.compat.isaacsim.core.utils import (
     bounds,
     mesh,
@@ -92,7 +93,12 @@ def test_prims_are_found_by_path(stage):
         stage.DefinePrim(path, "Cube")
     UsdPhysics.RigidBodyAPI.Apply(stage.GetPrimAtPath("/World/c"))
     assert prims.find_matching_prim_paths("/World/a_.*") == ["/World/a_0", "/World/a_1"]
-    assert prims.find_matching_prim_paths("/World/*", prim_type="Xform") == []
+    assert prims.find_matching_prim_paths("/World/*", "") == ["/World/a_0", "/World/a_1", "/World/c"]
+    assert prims.find_matching_prim_paths("/World/*", "rigid_body") == ["/World/c"]
+    UsdPhysics.ArticulationRootAPI.Apply(stage.GetPrimAtPath("/World/a_1"))
+    assert prims.find_matching_prim_paths("/World/.*", prim_type="articulation") == ["/World/a_1"]
+    with pytest.raises(ValueError, match="prim_type is 'Xform'; expected 'rigid_body' or 'articulation'"):
+        prims.find_matching_prim_paths("/World/*", prim_type="Xform")
     below = prims.get_all_matching_child_prims("/World", lambda path: path.endswith(("b", "c")))
     assert [prims.get_prim_path(each) for each in below] == ["/World/c", "/World/a_1/b"]
     assert prims.get_first_matching_parent_prim("/World/a_1/b", lambda path: "a_" in path).GetName() == "a_1"
@@ -225,6 +231,32 @@ def test_a_viewport_camera_is_aimed(stage):
         viewports.set_camera_view((0, 0, 0), (1, 0, 0), "/World/none")
     with pytest.raises(Unsupported, match="render product"):
         viewports.create_viewport_for_camera("v", "/OmniverseKit_Persp")
+
+
+def axes_of_image(stage, path):
+    """Return the directions of the world to the right and at the top of a camera's image, and the one it looks in."""
+    rows = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(stage.GetPrimAtPath(path)))[:3, :3]
+    return np.round(rows * [[1], [1], [-1]], 4).tolist()
+
+
+@pytest.mark.parametrize("op", ["AddRotateXYZOp", "AddOrientOp"])
+def test_cameras_that_look_along_the_up_axis_show_what_they_show_in_isaac_sim(stage, op):
+    camera = UsdGeom.Camera.Define(stage, "/World/camera")
+    camera.AddTranslateOp()
+    getattr(camera, op)()
+    # The function of older releases has the camera's own axes in both cases, which are turned about Y to look up.
+    viewports.set_camera_view(np.array([5, 5, 10]), np.array([5, 5, 0]), "/World/camera")
+    assert axes_of_image(stage, "/World/camera") == [[1, 0, 0], [0, 1, 0], [0, 0, -1]]
+    viewports.set_camera_view(np.array([5, 5, 0]), np.array([5, 5, 10]), "/World/camera")
+    assert axes_of_image(stage, "/World/camera") == [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    # That of newer ones moves the target a little along +X, so that this is ahead.
+    ViewportManager.set_camera_view("/World/camera", eye=(5, 5, 10), target=(5, 5, 0))
+    assert axes_of_image(stage, "/World/camera") == [[0, -1, 0], [1, 0, 0], [0, 0, -1]]
+    ViewportManager.set_camera_view("/World/camera", eye=(5, 5, 0), target=(5, 5, 10))
+    assert axes_of_image(stage, "/World/camera") == [[0, -1, 0], [-1, 0, 0], [0, 0, 1]]
+    # Beside the axis it is the axis that is up.
+    ViewportManager.set_camera_view("/World/camera", eye=(0, -5, 0), target=(0, 0, 0))
+    assert axes_of_image(stage, "/World/camera") == [[1, 0, 0], [0, 0, 1], [0, 1, 0]]
 
 
 def test_ops_are_replaced(stage):

@@ -175,3 +175,52 @@ def test_arrays_of_warp_have_a_row_for_each_body(stage):
     older = RigidPrim("/World/[ab]", reset_xform_properties=False)
     assert older.get_coms()[0].shape == (2, 3)
     assert view.num_shapes == 1
+
+
+def pushed(view, force=2.0):
+    """Return the speed that a force gives a body within a step."""
+    view.set_velocities(np.zeros((1, 6), np.float32))
+    view.apply_forces(np.array([[force, 0.0, 0.0]], np.float32))
+    SimulationManager.step()
+    return float(view.get_linear_velocities()[0, 0])
+
+
+@pytest.mark.parametrize("experimental", [False, True])
+def test_masses_that_are_set_while_physics_plays_are_those_of_the_stage_after_it(stage, experimental):
+    prim = add_box(stage, "/World/box", (1, 1, 1))
+    view = ExperimentalRigidPrim("/World/box") if experimental else RigidPrim("/World/box")
+    view.set_masses([3.0])  # on the stage
+    center, inertia = UsdPhysics.MassAPI(prim).GetCenterOfMassAttr(), UsdPhysics.MassAPI(prim).GetDiagonalInertiaAttr()
+    for _ in range(2):  # or what a script draws for each episode would add up
+        get_timeline().play()
+        SimulationManager.step()
+        coms = np.array(view.get_coms()[0])
+        np.testing.assert_allclose(coms, 0.0, atol=1e-6)
+        view.set_masses(np.array(view.get_masses()) * 2)
+        view.set_coms(positions=coms + 0.1)
+        view.set_inertias(np.array(view.get_inertias()) * 3)
+        SimulationManager.step()
+        assert np.array(view.get_masses()).ravel() == pytest.approx([6.0])
+        np.testing.assert_allclose(np.array(view.get_coms()[0]).ravel(), 0.1, atol=1e-6)
+        get_timeline().stop()
+        assert np.array(view.get_masses()).ravel() == pytest.approx([3.0])
+        assert not center.HasAuthoredValue()
+        assert not inertia.HasAuthoredValue()
+
+
+def test_masses_on_the_stage_stay_where_physics_has_not_begun_with_them(stage):
+    add_box(stage, "/World/box", (1, 1, 1))
+    view = RigidPrim("/World/box", masses=[2.0])
+    view.disable_gravities()
+    get_timeline().play()
+    assert pushed(view) == pytest.approx(2.0 / 2.0 * STEP, rel=1e-4)
+    view.set_masses([4.0])
+    assert pushed(view) == pytest.approx(2.0 / 4.0 * STEP, rel=1e-4)
+    add_box(stage, "/World/new", (1, 1, 1), at=(9, 0, 0))
+    new = RigidPrim("/World/new", masses=[5.0])  # while physics plays, on the stage
+    new.set_masses([6.0])  # before physics knows of it
+    SimulationManager.step()
+    get_timeline().stop()
+    assert [each.get_masses()[0] for each in (view, new)] == [2.0, 6.0]
+    get_timeline().play()
+    assert pushed(view) == pytest.approx(2.0 / 2.0 * STEP, rel=1e-4)

@@ -11,10 +11,13 @@ from usdsdg.compat.isaacsim.core.experimental.prims import GeomPrim, RigidPrim
 from usdsdg.compat.isaacsim.core.simulation_manager import (
     IsaacEvents,
     PhysicsScene,
+    PhysxGpuCfg,
+    PhysxScene,
     SimulationEvent,
     SimulationManager,
 )
 from usdsdg.errors import Unsupported
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
 
 
@@ -104,3 +107,28 @@ def test_gravity_is_in_stage_units(stage):
     stage.DefinePrim("/World/cube", "Cube")
     with pytest.raises(ValueError, match="no PhysicsScene but a Cube"):
         PhysicsScene("/World/cube")
+
+
+def test_sizes_of_the_buffers_of_a_gpu_are_kept_on_the_stage(stage):
+    scene = PhysxScene("/scene")
+    assert scene.get_gpu_configuration() == PhysxGpuCfg(
+        gpu_collision_stack_size=67108864, gpu_found_lost_aggregate_pairs_capacity=1024,
+        gpu_found_lost_pairs_capacity=262144, gpu_heap_capacity=67108864, gpu_max_deformable_surface_contacts=1048576,
+        gpu_max_num_partitions=8, gpu_max_particle_contacts=1048576, gpu_max_rigid_contact_count=524288,
+        gpu_max_rigid_patch_count=81920, gpu_max_soft_body_contacts=1048576, gpu_temp_buffer_capacity=16777216,
+        gpu_total_aggregate_pairs_capacity=1024,
+    )  # fmt: skip
+    scene.set_gpu_configuration(PhysxGpuCfg(gpu_max_num_partitions=16))
+    scene.set_gpu_configuration({"gpu_temp_buffer_capacity": 2**33})
+    assert scene.prim.GetAttribute("physxScene:gpuMaxNumPartitions").Get() == 16
+    assert scene.prim.GetAttribute("physxScene:gpuTempBufferCapacity").Get() == 2**33
+    assert scene.get_gpu_configuration().gpu_max_num_partitions == 16
+    assert not scene.prim.GetAttribute("physxScene:gpuHeapCapacity").HasAuthoredValue()
+    with pytest.raises(TypeError, match="gpu_heap"):
+        scene.set_gpu_configuration({"gpu_heap": 1})
+
+
+def test_the_default_engine_is_the_one_that_a_setting_names():
+    assert SimulationManager.get_default_engine() == "newton"
+    get_settings().set("/exts/isaacsim.core.simulation_manager/default_engine", "physx")
+    assert SimulationManager.get_default_engine() == "physx"

@@ -76,10 +76,25 @@ class World(SimulationContext):
 
     def step(self, render: bool = True, step_sim: bool = True, update_fabric: bool = False) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Prepare tasks, then step: see `SimulationContext.step`; without `step_sim` nothing else."""
-        for task in self._tasks.values() if self._tasks_are_set_up else ():
-            task.pre_step(self.current_time_step_index, self.current_time)
+        self._prepare_tasks()
         if step_sim:
             super().step(render, update_fabric)
+        self._measure()
+
+    def step_async(self, step_size: float | None = None) -> None:
+        """Do what `step` does beside the step itself: scripts let it be called before physics steps of a timeline.
+
+        `world.add_physics_callback("tasks", world.step_async)` is the usual way. It is no coroutine in spite of its
+        name.
+        """
+        self._prepare_tasks()
+        self._measure()
+
+    def _prepare_tasks(self) -> None:
+        for task in self._tasks.values() if self._tasks_are_set_up else ():
+            task.pre_step(self.current_time_step_index, self.current_time)
+
+    def _measure(self) -> None:
         self._data_logger.measure(self._tasks, self._scene, self.current_time_step_index, self.current_time)
 
     def clear(self) -> None:

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pxr import Usd, UsdPhysics
+from pxr import Usd
 
 from usdsdg.compat.isaacsim.core.prims.articulation_drives import ArticulationDrives
 from usdsdg.compat.isaacsim.core.prims.articulation_joints import _index
@@ -67,7 +67,7 @@ class ArticulationBodies(ArticulationDrives):
         """Set (N, L)."""
         prims, shape = self._bodies(indices, body_indices)
         masses = grid(values, shape).reshape(-1).tolist()
-        bodies.write(prims, UsdPhysics.MassAPI, "Mass", masses)
+        bodies.set_masses(prims, masses)
 
     def get_body_coms(
         self, indices: Indices = None, body_indices: Indices = None, clone: bool = True

@@ -53,6 +53,7 @@ class GeometryPrim(ContactTracker, XFormPrim):
             prim_paths_expr, name, positions, translations, orientations, scales, visibilities, reset_xform_properties
         )
         self._colliders = GeomPrim(self.prim_paths, resolve_paths=False)
+        self._materials: dict[str, PhysicsMaterial] = {}  # that were applied here, by path
         for index, collides in enumerate(column(collisions, self.count) if collisions is not None else ()):
             if collides:
                 self._colliders.apply_collision_apis(indices=index)
@@ -129,9 +130,13 @@ class GeometryPrim(ContactTracker, XFormPrim):
         for row, index in enumerate(where):
             material: PhysicsMaterial = physics_materials[row] if several else physics_materials  # pyright: ignore
             bindings.bind_one(self._prims[index], material.material, weaker=bool(weaker[row]), purpose="physics")
+            self._materials[material.prim_path] = material
 
     def get_applied_physics_materials(self, indices: Indices = None) -> list[PhysicsMaterial | None]:
-        """Return the materials bound for physics to the prims themselves; None for prims without one."""
+        """Return the materials bound for physics to the prims themselves; None for prims without one.
+
+        A material that was applied here is the object that it was applied as.
+        """
         wrap = bindings.wrapper_class("api.materials:PhysicsMaterial")
         paths = [bindings.bound(prim, purpose="physics") for prim in self._chosen(indices)]
-        return [wrap(path) if path else None for path in paths]
+        return [self._materials.get(path) or wrap(path) if path else None for path in paths]

@@ -62,7 +62,7 @@ class RigidPrim(ContactTracker, XFormPrim):
         )
         bodies.make_rigid(self.prims)
         if masses is not None:
-            self.set_masses(masses)
+            self._write(UsdPhysics.MassAPI, "Mass", masses, None)
         if densities is not None:
             self.set_densities(densities)
         self._default_velocities = [np.zeros((self.count, 3), np.float32), np.zeros((self.count, 3), np.float32)]
@@ -160,7 +160,9 @@ class RigidPrim(ContactTracker, XFormPrim):
         return self._out(1.0 / bodies.masses(self._chosen(indices))[:, 0])[0]
 
     def set_masses(self, masses: Values, indices: Indices = None) -> None:
-        self._write(UsdPhysics.MassAPI, "Mass", masses, indices)
+        """Set (N,): while physics plays until it stops, as in PhysX, else on the stage."""
+        prims = self._chosen(indices)
+        bodies.set_masses(prims, column(masses, len(prims)))
 
     def get_densities(self, indices: Indices = None) -> np.ndarray:
         """Return the authored densities (N,); 0 where none is."""

@@ -35,7 +35,8 @@ class ViewportManager:
 
         Without a target it looks at its center of interest if it has one, else it keeps its orientation. A target
         becomes the center of interest of a camera that has one. With `relative_tracking` and no eye the camera moves
-        as far as the target is from the center of interest, and keeps its orientation.
+        as far as the target is from the center of interest, and looks at the target from there. A camera that looks
+        straight down has +X at the top of the image, and one that looks straight up -X, as in Isaac Sim.
 
         Raises:
             BadPrim: there is no such camera.
@@ -48,9 +49,9 @@ class ViewportManager:
             return
         if target is not None and interest is not None and eye is None and relative_tracking:
             position = np.array(UsdGeom.XformCache().GetLocalToWorldTransform(prim).ExtractTranslation())
-            aim(prim, position + np.asarray(target, float) - interest)
-        else:
-            aim(prim, eye, interest if target is None else target)
+            eye = position + np.asarray(target, float) - interest
+        where = interest if target is None else target
+        aim(prim, eye, where, top_of_vertical=lambda upward: (-1.0 if upward else 1.0, 0.0, 0.0))
         if target is not None and interest is not None:
             prim.GetAttribute(_INTEREST).Set(Gf.Vec3d(*np.asarray(target, float).tolist()))
 

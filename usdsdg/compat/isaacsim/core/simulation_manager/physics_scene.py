@@ -1,8 +1,9 @@
-"""`PhysicsScene` and `PhysxScene`: step length and gravity of a PhysicsScene prim."""
+"""`PhysicsScene` and `PhysxScene`: step length, gravity and settings of PhysX of a PhysicsScene prim."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from pxr import Gf, Sdf, Usd, UsdPhysics
@@ -12,6 +13,24 @@ from usdsdg.compat.wrappers import prim_paths
 from usdsdg.stage.physics.scenes import EARTH_GRAVITY, step_rate_attribute, steps_per_second
 from usdsdg.stage.poses.transforms import meters_per_unit, up_vector
 from usdsdg.stage.schemas import physx
+
+
+@dataclass(kw_only=True)
+class PhysxGpuCfg:
+    """Sizes of PhysX's buffers on a GPU [bytes, or number of entries]; None leaves one as it is."""
+
+    gpu_collision_stack_size: int | None = None
+    gpu_found_lost_aggregate_pairs_capacity: int | None = None
+    gpu_found_lost_pairs_capacity: int | None = None
+    gpu_heap_capacity: int | None = None
+    gpu_max_deformable_surface_contacts: int | None = None
+    gpu_max_num_partitions: int | None = None
+    gpu_max_particle_contacts: int | None = None
+    gpu_max_rigid_contact_count: int | None = None
+    gpu_max_rigid_patch_count: int | None = None
+    gpu_max_soft_body_contacts: int | None = None
+    gpu_temp_buffer_capacity: int | None = None
+    gpu_total_aggregate_pairs_capacity: int | None = None
 
 
 class PhysicsScene:
@@ -137,8 +156,23 @@ class PhysicsScene:
     def set_enabled_stabilization(self, enabled: bool) -> None:
         self.set("EnableStabilization", bool(enabled))
 
+    def get_gpu_configuration(self) -> PhysxGpuCfg:
+        return PhysxGpuCfg(**{each.name: int(self.get(_attribute(each.name))) for each in fields(PhysxGpuCfg)})
+
+    def set_gpu_configuration(self, cfg: PhysxGpuCfg | Mapping[str, int | None]) -> None:
+        """Author the sizes that are given; Newton's solver sizes its buffers by what it simulates."""
+        given = cfg if isinstance(cfg, PhysxGpuCfg) else PhysxGpuCfg(**cfg)
+        for name, size in asdict(given).items():
+            if size is not None:
+                self.set(_attribute(name), int(size))
+
 
 PhysxScene = PhysicsScene
+
+
+def _attribute(name: str) -> str:
+    """Return the name by which PhysxSceneAPI has an attribute: "GpuHeapCapacity" of "gpu_heap_capacity"."""
+    return "".join(map(str.capitalize, name.split("_")))
 
 
 def _one_of(value: str, allowed: tuple[str, ...]) -> str:

@@ -14,6 +14,7 @@ from usdsdg.compat.isaacsim.core.simulation_manager.simulation_event import Simu
 from usdsdg.compat.wrappers import bodies
 from usdsdg.compat.wrappers.arrays import known_device
 from usdsdg.errors import Unsupported, warn_once
+from usdsdg.session.settings_store import get_settings
 from usdsdg.session.timeline import get_timeline
 from usdsdg.warp_start import quiet_warp
 
@@ -21,6 +22,7 @@ _STEPS = {
     SimulationEvent.PHYSICS_PRE_STEP: True, IsaacEvents.PRE_PHYSICS_STEP: True,
     SimulationEvent.PHYSICS_POST_STEP: False, IsaacEvents.POST_PHYSICS_STEP: False,
 }  # fmt: skip
+_DEFAULT_ENGINE = "/exts/isaacsim.core.simulation_manager/default_engine"
 _DELETIONS = (SimulationEvent.PRIM_DELETED, IsaacEvents.PRIM_DELETION)
 
 
@@ -165,6 +167,11 @@ class SimulationManager:
     def get_active_physics_engine(cls) -> str:
         """Return "newton"."""
         return "newton"
+
+    @classmethod
+    def get_default_engine(cls) -> str:
+        """Return the engine that a setting of Isaac Sim names; where it names none, "newton"."""
+        return str(get_settings().get(_DEFAULT_ENGINE) or cls.get_active_physics_engine())
 
     @classmethod
     def get_available_physics_engines(cls, verbose: bool = False) -> list[tuple[str, bool]]:

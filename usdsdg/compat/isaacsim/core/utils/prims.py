@@ -19,6 +19,8 @@ from usdsdg.errors import warn_once
 from usdsdg.stage.attributes import attribute_of, set_value
 
 PathPredicate = Callable[[str], bool]
+# By the kinds of prims that `find_matching_prim_paths` tells apart, their schemas.
+_KINDS = {"rigid_body": UsdPhysics.RigidBodyAPI, "articulation": UsdPhysics.ArticulationRootAPI}
 
 
 # --- one prim ---
@@ -147,9 +149,19 @@ def query_parent_path(prim_path: str, predicate: PathPredicate) -> bool:
 
 
 def find_matching_prim_paths(prim_path_regex: str, prim_type: str | None = None) -> list[str]:
-    """Return the paths of prims that match a path with wildcards: "*" or ".*", "?", and "[1-3]" for one of several."""
+    """Return the paths of prims that match a path with wildcards: "*" or ".*", "?", and "[1-3]" for one of several.
+
+    prim_type: "rigid_body" or "articulation", for bodies or roots of articulations alone; "" or None for all prims.
+
+    Raises:
+        ValueError: `prim_type` is something else.
+    """
+    if prim_type and prim_type not in _KINDS:
+        raise ValueError(
+            f"prim_type is {prim_type!r}; expected {' or '.join(map(repr, _KINDS))}, or none for all prims"
+        )
     found = newer.find_matching_prim_paths(from_wildcards(prim_path_regex))
-    return [path for path in found if prim_type is None or get_prim_type_name(path) == prim_type]
+    return [path for path in found if not prim_type or get_prim_at_path(path).HasAPI(_KINDS[prim_type])]
 
 
 def is_prim_root_path(prim_path: str) -> bool:

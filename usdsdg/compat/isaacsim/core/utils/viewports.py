@@ -29,13 +29,16 @@ def set_camera_view(
 ) -> None:
     """Move a camera to `eye` and point it at `target`, both (3,) in the world [stage units].
 
-    `/OmniverseKit_Persp` is defined if the stage has none.
+    `/OmniverseKit_Persp` is defined if the stage has none. A camera of a stage with Z up that looks straight up or down
+    has +Y at the top of the image, as in Isaac Sim.
 
     Raises:
         BadPrim: there is no such camera.
         DegenerateFrame: eye and target coincide.
     """
-    aim(camera_prim_path, eye, target)
+    top = (0.0, 1.0, 0.0)
+    z_is_up = UsdGeom.GetStageUpAxis(current_stage()) == UsdGeom.Tokens.z
+    aim(camera_prim_path, eye, target, top_of_vertical=(lambda _: top) if z_is_up else None)
 
 
 def set_active_viewport_camera(camera_prim_path: str) -> None:
@@ -46,6 +49,18 @@ def set_active_viewport_camera(camera_prim_path: str) -> None:
 def get_viewport_names(usd_context_name: str | None = None) -> list[str]:
     """Return []: there are no windows."""
     return []
+
+
+def get_id_from_index(index: int) -> int | None:
+    """Return None: no window has this index."""
+
+
+def get_window_from_id(id: object, usd_context_name: str | None = None) -> None:
+    """Return None: there are no windows."""
+
+
+def destroy_all_viewports(usd_context_name: str | None = None, destroy_main_viewport: bool = True) -> None:
+    """Close all windows, of which there are none; render products go on."""
 
 
 def get_intrinsics_matrix(viewport_api: Viewport) -> np.ndarray:

@@ -1,5 +1,6 @@
 """`omni.isaac.kit`: the standalone application, under its older name."""
 
+from usdsdg.compat.isaacsim.app_framework import AppFramework
 from usdsdg.compat.isaacsim.simulation_app import SimulationApp
 
-__all__ = ["SimulationApp"]
+__all__ = ["AppFramework", "SimulationApp"]

@@ -1,10 +1,11 @@
-"""`omni.isaac.kit.utils`: settings, as scripts of Isaac Sim 2021 and 2022 set them."""
+"""`omni.isaac.kit.utils`: settings and stages, as standalone scripts have them at hand."""
 
 from typing import Any
 
 from usdsdg.compat.carb import settings
+from usdsdg.compat.isaacsim.core.utils.stage import create_new_stage, is_stage_loading, open_stage, save_stage
 
-__all__ = ["set_carb_setting"]
+__all__ = ["create_new_stage", "is_stage_loading", "open_stage", "save_stage", "set_carb_setting"]
 
 
 def set_carb_setting(carb_settings: Any, setting: str, value: Any) -> None:

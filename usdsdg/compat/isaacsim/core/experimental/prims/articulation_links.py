@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from pxr import Usd, UsdPhysics
+from pxr import Usd
 
 from usdsdg.compat.isaacsim.core.experimental.prims.articulation_drives import ArticulationDrives
 from usdsdg.compat.wrappers import bodies, mass_properties
@@ -77,7 +77,7 @@ class ArticulationLinks(ArticulationDrives):
         """Set (N, L)."""
         prims, shape = self._bodies(indices, link_indices)
         numbers = grid(masses, shape).reshape(-1).tolist()
-        bodies.write(prims, UsdPhysics.MassAPI, "Mass", numbers)
+        bodies.set_masses(prims, numbers)
 
     def get_link_coms(self, *, indices: Indices = None, link_indices: Indices = None) -> tuple[wp.array, wp.array]:
         """Return centers of mass (N, L, 3) and orientations (N, L, 4) of the principal axes in the links' frames."""

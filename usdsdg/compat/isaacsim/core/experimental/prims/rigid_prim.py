@@ -53,7 +53,7 @@ class RigidPrim(ContactTracker):
         )  # fmt: skip
         bodies.make_rigid(self.prims)
         if masses is not None:
-            self.set_masses(masses)
+            self._write(UsdPhysics.MassAPI, "Mass", masses, None)
         if densities is not None:
             self.set_densities(densities)
         self._track_contacts(contact_filter_paths or (), max_contact_count)
@@ -133,7 +133,9 @@ class RigidPrim(ContactTracker):
         return self._warp(np.float32(1.0) / (masses + np.float32(1e-8)) if inverse else masses)
 
     def set_masses(self, masses: Values, *, indices: Indices = None) -> None:
-        self._write(UsdPhysics.MassAPI, "Mass", masses, indices)
+        """Set (N,): while physics plays until it stops, as in PhysX, else on the stage."""
+        prims = self._chosen(indices)
+        bodies.set_masses(prims, column(masses, len(prims)))
 
     def get_densities(self, *, indices: Indices = None) -> wp.array:
         """Return the authored densities (N, 1); 0 where none is."""
