@@ -117,6 +117,24 @@ def test_an_exception_that_cannot_be_retrieved_ends_endless_tasks(physics):
         get_app().run(lambda: [asyncio.ensure_future(work) for work in (runs_on(), fails())] and None)
 
 
+class Own(BaseException):
+    """What `except Exception` does not catch."""
+
+
+@pytest.mark.parametrize("lost", [BaseExceptionGroup("lost", [Own(), KeyboardInterrupt()]), Own(), GeneratorExit()])
+def test_what_is_no_exception_but_cannot_be_retrieved_is_raised(lost, physics):
+    async def fails():
+        await asyncio.sleep(0)
+        raise lost
+
+    def script():
+        asyncio.ensure_future(fails())  # noqa: RUF006 - must not be referenced
+
+    with pytest.raises(BaseException) as raised:  # noqa: PT011 - the very object
+        get_app().run(script)
+    assert raised.value is lost
+
+
 def test_an_unretrieved_exception_is_raised_after_the_script_ran_the_loop_itself(physics):
     async def fails():
         raise KeyError("lost")

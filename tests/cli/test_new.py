@@ -48,6 +48,21 @@ def test_no_file_is_replaced_and_suffixes_are_those_of_the_kind(tmp_path):
         write_starting_point(Kind.SCRIPT, path / "b.py")
 
 
+def test_a_full_disk_leaves_nothing_in_the_way_of_the_next_try(tmp_path):
+    resource = pytest.importorskip("resource")
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for most in (0, 1000, 8000):  # no byte, less than the configuration, and less than the schema
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, limit[1]))
+        try:
+            with pytest.raises(OutputNotWritable, match="cannot be written: the file would be larger"):
+                write_starting_point(Kind.DETECTION, tmp_path / "a.yaml")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+        assert list(tmp_path.iterdir()) == []
+    write_starting_point(Kind.DETECTION, tmp_path / "a.yaml")
+    assert load_job(tmp_path / "a.yaml")[1].job == "detection"
+
+
 def test_a_job_may_be_called_as_in_configurations(tmp_path):
     done = CliRunner().invoke(app, ["new", "bin_picking", str(tmp_path / "bin.yaml")])
     assert done.exit_code == 0, done.output

@@ -168,6 +168,7 @@ LATE = {
     "usdsdg.cli.options.file_kinds": ("usdsdg.arguments usdsdg.scenarios", COMMAND),
     "usdsdg.cli.commands.generate": ("usdsdg.parallel usdsdg.scenarios usdsdg.workers", COMMAND),
     "usdsdg.cli.commands.inspect": ("usdsdg.datasets usdsdg.inspect", COMMAND),
+    "usdsdg.cli.commands.new": ("usdsdg.stores", COMMAND),
     "usdsdg.cli.commands.render": ("usdsdg.stores usdsdg.__init__", COMMAND),
     "usdsdg.cli.commands.run": ("usdsdg.replicator_yaml usdsdg.writers", COMMAND),
     "usdsdg.cli.options.rerun_option": ("usdsdg.writers", COMMAND),

@@ -296,3 +296,22 @@ def test_a_crate_of_which_the_table_of_contents_is_damaged_is_refused(tmp_path):
         (tmp_path / name).write_bytes(damaged)
         with pytest.raises(AssetUnreadable, match=rf"{name} cannot be opened as USD: its table of contents"):
             check_file(str(tmp_path / name))
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows has other rights")
+@pytest.mark.parametrize("name", ["scene.usda", "scene.usd", "scene.usdc", "scene.usdz"])
+def test_a_file_of_usd_that_this_user_may_not_read_is_named(name, tmp_path, monkeypatch):
+    file = tmp_path / name
+    file.write_bytes(b"PXR-USDC" if name.endswith("c") else b"#usda 1.0\n")
+    file.chmod(0)
+    tmp_path.chmod(0o755)
+    monkeypatch.chdir(tmp_path)  # the folders above may be closed to others, too
+    root = os.geteuid() == 0
+    try:
+        if root:
+            os.seteuid(65534)  # the limits of files do not hold for root
+        with pytest.raises(AssetUnreadable, match=f"{name} .*Permission denied"):
+            check_file(name)
+    finally:
+        if root:
+            os.seteuid(0)

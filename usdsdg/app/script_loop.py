@@ -10,8 +10,11 @@ import weakref
 from collections.abc import Callable, Coroutine
 from typing import Any
 
+from usdsdg.errors import ScriptStopped
 from usdsdg.session.turns import in_turn
 
+# What has ended the loop already, or ends the script at its next frame.
+_ENDS = (SystemExit, KeyboardInterrupt, ScriptStopped)
 # Time that cancelled tasks have to clean up at the end.
 CLEAN_UP_SECONDS = 2.0
 
@@ -23,7 +26,7 @@ class ScriptLoop:
         self._tasks: weakref.WeakSet[asyncio.Task[Any]] = weakref.WeakSet()
         # asyncio references tasks weakly: a task that awaits a future referenced only by itself would be collected.
         self._running: set[asyncio.Task[Any]] = set()
-        self._unretrieved: list[Exception] = []
+        self._unretrieved: list[BaseException] = []
         self._wake_up: asyncio.Future[None] | None = None  # set when a task has ended or failed unretrieved
         self._loop = asyncio.new_event_loop()
         self._loop.set_task_factory(self._new_task)
@@ -92,7 +95,7 @@ class ScriptLoop:
         error = context.get("exception")
         if error is None:
             loop.default_exception_handler(context)
-        elif isinstance(error, Exception):  # SystemExit and Ctrl-C have ended the loop already
+        elif not isinstance(error, _ENDS):
             self._unretrieved.append(error)
             if not loop.is_closed():
                 loop.call_soon_threadsafe(self._wake)

@@ -30,6 +30,7 @@ from usdsdg.cli.commands.verify import verify
 from usdsdg.cli.commands.view import view
 from usdsdg.cli.commands.warmup import warmup
 from usdsdg.cli.options.optional_values import completed
+from usdsdg.cli.output import printing
 
 # Columns: help takes the width of the terminal, which click bounds by 80.
 WIDEST = 1000
@@ -67,4 +68,5 @@ def main() -> None:
     """Run the command of the command line."""
     # Without this the garbage collector walks all modules at exit, which takes seconds once newton is loaded.
     atexit.register(gc.freeze)
-    app(completed(sys.argv[1:]))
+    with printing():
+        app(completed(sys.argv[1:]))

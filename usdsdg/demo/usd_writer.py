@@ -8,6 +8,7 @@ from pxr import Gf, Kind, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdShade, Vt
 
 from usdsdg.demo.asset import Asset, Material
 from usdsdg.demo.shapes.surface import Surface, joined
+from usdsdg.stage.usd_errors import save
 
 
 def write_asset(path: Path, asset: Asset) -> None:
@@ -24,7 +25,7 @@ def write_asset(path: Path, asset: Asset) -> None:
         placed = [surface.moved(*offset) for surface in surfaces]
         _write_mesh(stage, root.GetPath().AppendChild(name), placed, materials)
     _write_extents_hint(root)
-    stage.GetRootLayer().Save()
+    save(stage.GetRootLayer())
 
 
 def write_physics_variant(path: Path, sibling: Path, mass: float) -> None:
@@ -38,7 +39,7 @@ def write_physics_variant(path: Path, sibling: Path, mass: float) -> None:
         if prim.IsA(UsdGeom.Mesh):
             UsdPhysics.CollisionAPI.Apply(prim)
             UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr(UsdPhysics.Tokens.convexHull)
-    stage.GetRootLayer().Save()
+    save(stage.GetRootLayer())
 
 
 def valid_name(path: Path) -> str:

@@ -11,7 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from usdsdg.errors import warn_once
+from usdsdg.errors import OutputNotWritable, UsdsdgError, warn_once
 from usdsdg.meshes.conversion import Options, convert
 from usdsdg.stage.assets import cache_folder, replace_files
 from usdsdg.stage.assets.opened import note_opened
@@ -19,6 +19,7 @@ from usdsdg.stores.locks import locked
 
 # Part of each key: another number converts everything again.
 VERSION = 5
+_ELSEWHERE = "free space or permissions there, or set XDG_CACHE_HOME to a writable folder"
 
 
 def converted(source: str | os.PathLike[str], options: Options) -> str:
@@ -32,9 +33,20 @@ def converted(source: str | os.PathLike[str], options: Options) -> str:
     file = Path(source).resolve()
     folder = cache_folder() / "meshes"
     start = _digest([file], f"{VERSION} {file.name} {options!r}")
-    with locked(folder / f"{start}.lock"):
-        noted = folder / f"{start}.json"
-        done = _known(noted, folder) or _convert(file, folder, noted, options)
+    noted = folder / f"{start}.json"
+    try:
+        with locked(folder / f"{start}.lock"):
+            done = _known(noted, folder) or _convert(file, folder, noted, options)
+    except OutputNotWritable as error:
+        raise OutputNotWritable(f"{error.cause}; {_ELSEWHERE}") from error
+    except UsdsdgError:
+        raise
+    except OSError as error:
+        # A cache that may only be read, as in the image of a container, has what was converted before.
+        if (known := _known(noted, folder)) is None:
+            why = error.strerror or error
+            raise OutputNotWritable(f"{file} cannot be converted to USD in {folder}: {why}; {_ELSEWHERE}") from error
+        done = known
     for each in (os.path.abspath(source), *done.files):
         note_opened(each)
     for line in done.lines:
@@ -57,7 +69,7 @@ def _known(noted: Path, folder: Path) -> _Converted | None:
             return None
         if note["made"] == _digest_below(found.usd.parent):
             return found
-    except (OSError, ValueError, KeyError):
+    except (OSError, ValueError, KeyError, TypeError):
         return None
     warn_once(f"{found.usd} or a texture beside it was damaged: the mesh file is converted again.")
     return None

@@ -109,6 +109,9 @@ def _write(mesh: MeshFile, source: Path, target: Path, options: Options) -> None
         if (earlier := Sdf.Layer.Find(str(target))) is not None:
             earlier.Reload(force=True)  # stages of this process still hold the file before
     except OSError as error:
-        raise OutputNotWritable(f"{target} cannot be written: {error.strerror or error}; give another OUT") from error
+        why = f"{target} cannot be written: {error.strerror or error}"
+        failure = OutputNotWritable(f"{why}; give another OUT")
+        failure.cause = why
+        raise failure from error
     finally:
         shutil.rmtree(work, ignore_errors=True)

@@ -12,6 +12,7 @@ from usdsdg.meshes.model import Material, MeshFile, Part, Texture
 from usdsdg.meshes.repairs import with_normals
 from usdsdg.stage import paths
 from usdsdg.stage.semantics.labels import add_labels
+from usdsdg.stage.usd_errors import save
 
 
 def textures_of(file: Path) -> str:
@@ -51,7 +52,7 @@ def write_usd(
         if collider is not None:
             UsdPhysics.CollisionAPI.Apply(prim)
             UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr(collider)
-    stage.GetRootLayer().Save()
+    save(stage.GetRootLayer())
 
 
 def _define_mesh(stage: Usd.Stage, path: str, part: Part) -> Usd.Prim:

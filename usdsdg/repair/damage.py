@@ -13,8 +13,6 @@ from usdsdg.verify.integrity.listing import JOURNAL, Listing, read_listing
 from usdsdg.writers.journal import recipe
 from usdsdg.writers.journal.place import JOINED, PARTS
 
-UNREADABLE = "Give this user the right to read it, or work on a copy of the dataset."
-
 Progress = Callable[[str, int, int | None], None]
 
 
@@ -37,7 +35,7 @@ def check_repairable(folder: Path, name: str) -> Listing:
     try:
         listing = read_listing(folder)
     except OSError as error:
-        raise DatasetError(f"{name}: {error.filename} cannot be read: {error.strerror}. {UNREADABLE}") from None
+        raise DatasetError(f"{name}: {error.filename} cannot be read: {error.strerror}. {recipe.UNREADABLE}") from None
     if listing is None or not (folder / JOURNAL).is_file():
         raise DatasetError(
             f"{name} has no journal ({JOURNAL}), so it is not known which bytes its files had. Make the dataset anew, "

@@ -177,3 +177,20 @@ def test_a_merge_that_died_at_any_step_is_gone_on_with(datasets, tmp_path, monke
         assert join_parts(FolderPlace(folder)) == 4
         assert content(folder) == content(tmp_path / "whole")
     session.restart()
+
+
+@pytest.mark.parametrize(
+    ("remedy", "said"),
+    [
+        (recipe_file.PUT_BACK, "Give this user the right to read it, or work on a copy of the dataset."),
+        (recipe_file.REMOVED, "Choose another output_dir, or make this one a folder that can be read and written."),
+    ],
+)
+def test_a_recipe_that_may_not_be_read_has_the_remedy_of_its_command(remedy, said, tmp_path, monkeypatch):
+    def refuse(path):
+        raise PermissionError(13, "Permission denied", str(path))
+
+    monkeypatch.setattr(type(tmp_path), "read_bytes", refuse)
+    with pytest.raises(UsdsdgError) as failure:
+        recipe_file.read(tmp_path, remedy=remedy)
+    assert str(failure.value) == f"{tmp_path / recipe_file.FILE} cannot be read: Permission denied. {said}"

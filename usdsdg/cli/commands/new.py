@@ -58,20 +58,23 @@ def write_starting_point(kind: Kind, path: Path) -> list[str]:
     """
     from usdsdg.cli.commands.schema import schema_text
     from usdsdg.errors import OutputNotWritable
+    from usdsdg.stores.whole_file import write_new, write_whole
 
     template = resources.files("usdsdg.cli") / "starting_points" / _TEMPLATES[kind]
     suffixes = {".py"} if kind is Kind.SCRIPT else {".yaml", ".yml"}
     if path.suffix.lower() not in suffixes:
         raise OutputNotWritable(f"{path}: a {kind} is a {' or '.join(sorted(suffixes))} file; name it so")
+    in_the_way = OutputNotWritable(f"{path} exists and is not replaced; give another PATH, or remove it")
     if path.exists():
-        raise OutputNotWritable(f"{path} exists and is not replaced; give another PATH, or remove it")
+        raise in_the_way
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("x", encoding="utf-8") as file:
-            file.write(template.read_text(encoding="utf-8"))
+        # The starting point last: where that or the schema cannot be written, the same command can be given again.
         if kind is not Kind.SCRIPT:
-            (path.parent / SCHEMA).write_text(schema_text(), encoding="utf-8")
-    except OSError as error:
-        raise OutputNotWritable(f"{path} cannot be written: {error.strerror or error}; give another PATH") from error
+            write_whole(path.absolute().parent / SCHEMA, schema_text().encode())
+        is_new = write_new(path.absolute(), template.read_bytes())
+    except OutputNotWritable as error:
+        raise OutputNotWritable(f"{path} cannot be written: {error.cause}; give another PATH") from error
+    if not is_new:
+        raise in_the_way
     command = "run" if kind is Kind.SCRIPT else "generate"
     return [str(path), f"next: usdsdg {command} {shlex.quote(str(path))}"]

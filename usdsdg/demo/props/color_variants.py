@@ -5,6 +5,7 @@ from pathlib import Path
 from pxr import Gf, Kind, UsdGeom
 
 from usdsdg.demo import usd_writer
+from usdsdg.stage.usd_errors import save
 
 RADIUS = 0.5  # m
 COLORS = {"red": (1.0, 0.0, 0.0), "green": (0.0, 1.0, 0.0), "blue": (0.0, 0.0, 1.0)}
@@ -24,4 +25,4 @@ def write_color_variants(path: Path) -> None:
         with variants.GetVariantEditContext():
             sphere.CreateDisplayColorAttr([Gf.Vec3f(*color)])
     variants.SetVariantSelection(next(iter(COLORS)))
-    stage.GetRootLayer().Save()
+    save(stage.GetRootLayer())

@@ -9,6 +9,7 @@ from pxr import Gf, Kind, Usd, UsdGeom, UsdLux, UsdPhysics
 from usdsdg.demo import paint, usd_writer
 from usdsdg.demo.asset import Asset, Material
 from usdsdg.demo.shapes.surface import Surface
+from usdsdg.stage.usd_errors import save
 
 HALF = 50.0  # m
 TILE = 10.0  # m that one texture covers, with a line at each meter
@@ -36,7 +37,7 @@ def write_grid(path: Path) -> None:
     lamp = UsdLux.SphereLight.Define(stage, root.AppendChild("SphereLight"))
     lamp.CreateIntensityAttr(600000.0)
     UsdGeom.Xformable(lamp).AddTranslateOp().Set(Gf.Vec3d(6.5, 0.0, 12.0))
-    stage.GetRootLayer().Save()
+    save(stage.GetRootLayer())
 
 
 def _square() -> Surface:

@@ -9,6 +9,7 @@ from usdsdg.demo import paint, usd_writer
 from usdsdg.demo.asset import Asset, Material
 from usdsdg.demo.shapes.box import box
 from usdsdg.demo.shapes.surface import Surface
+from usdsdg.stage.usd_errors import save
 
 WIDTH, DEPTH, HEIGHT = 14.0, 20.0, 6.0
 PROPS = "Props"
@@ -69,7 +70,7 @@ def write_warehouse(path: Path) -> None:
         _place(stage, f"{prop}_{number:02d}", prop, position, turn)
     for number, (x, y) in enumerate((x, y) for x in (-3.0, 3.0) for y in (-6.0, 0.0, 6.0)):
         _lamp(stage, f"/Root/Lights/Rect_{number:02d}", x, y)
-    stage.GetRootLayer().Save()
+    save(stage.GetRootLayer())
 
 
 def _place(stage: Usd.Stage, name: str, prop: str, position: tuple[float, float, float], turn: float) -> None:

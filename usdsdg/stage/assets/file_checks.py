@@ -43,6 +43,13 @@ def check_file(path: str) -> None:
         AssetUnreadable: it is not.
     """
     check_regular(path)
+    try:
+        _check_content(path)
+    except OSError as error:  # this user may not read it, or the disk cannot
+        raise AssetUnreadable(f"{path} cannot be read: {error.strerror or error}") from error
+
+
+def _check_content(path: str) -> None:
     if path.lower().endswith(PACKAGE) and os.path.isfile(path):
         if why := not_a_file_of_its_own(path):
             raise AssetUnreadable(f"{path} {why}")

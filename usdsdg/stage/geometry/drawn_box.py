@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Usd, UsdGeom
 
+from usdsdg.stage.geometry.point_names import draws_in_a_circle
 from usdsdg.stage.poses.transforms import as_array, local_to_world
 
 # Purposes of what is drawn in pictures.
@@ -42,5 +43,7 @@ class DrawnBoxes:
             box = np.array(extent, np.float64) if extent is not None and len(extent) == 2 else np.full((2, 3), np.nan)
             if np.isfinite(box).all() and (box[0] <= box[1]).all():
                 return box
+        elif prim.IsA(UsdGeom.PointInstancer) and draws_in_a_circle(prim):
+            return None  # USD would not end
         found = self._cache.ComputeUntransformedBound(prim).ComputeAlignedRange()
         return None if found.IsEmpty() else np.array([found.GetMin(), found.GetMax()])

@@ -9,6 +9,8 @@ from functools import cached_property
 
 from pxr import Sdf, Usd, UsdGeom
 
+_EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)
+
 PrototypeUse = tuple[Sdf.Path, Sdf.Path]  # point instancer, and a target of its `prototypes`
 
 
@@ -17,11 +19,23 @@ def prototypes_of(instancer: Usd.Prim) -> tuple[Sdf.Path, ...]:
     return tuple(UsdGeom.PointInstancer(instancer).GetPrototypesRel().GetForwardedTargets())
 
 
+def draws_in_a_circle(instancer: Usd.Prim, outer: tuple[Sdf.Path, ...] = ()) -> bool:
+    """Return whether a point instancer, or one among its prototypes, has itself among these.
+
+    outer: the instancers that have this one among their prototypes.
+    """
+    outer = (*outer, instancer.GetPath())
+    roots = [instancer.GetStage().GetPrimAtPath(path) for path in dict.fromkeys(prototypes_of(instancer))]
+    below = (prim for root in roots if root for prim in Usd.PrimRange(root, _EVERYTHING))
+    inner = [prim for prim in below if prim.IsA(UsdGeom.PointInstancer)]
+    return any(prim.GetPath() in outer for prim in inner) or any(draws_in_a_circle(prim, outer) for prim in inner)
+
+
 class Prototypes:
     """The prototypes of all point instancers of a stage, hidden ones too."""
 
     def __init__(self, stage: Usd.Stage) -> None:
-        everything = Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate))
+        everything = Usd.PrimRange.Stage(stage, _EVERYTHING)
         self.of = {prim.GetPath(): prototypes_of(prim) for prim in everything if prim.IsA(UsdGeom.PointInstancer)}
         self.users: dict[Sdf.Path, list[Sdf.Path]] = {}  # instancers in stage order
         for instancer, roots in self.of.items():

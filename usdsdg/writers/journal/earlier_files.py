@@ -2,52 +2,127 @@
 
 from __future__ import annotations
 
+import itertools
+import json
 import os
 import re
-from collections.abc import Mapping, Sequence
+import shutil
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from usdsdg.errors import WriterError, counted, warn_once
+from usdsdg.errors import OutputNotWritable, WriterError, counted, warn_once
 from usdsdg.stage.semantics.semantic_classes import BESIDE
+from usdsdg.stores.whole_file import write_whole
 from usdsdg.writers.journal import journal, lines, recipe
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.journal import NAME
-from usdsdg.writers.journal.place import PARTS, FolderPlace, Place
+from usdsdg.writers.journal.place import PARTS, REMOVING, FolderPlace, Place
 from usdsdg.writers.journal.spool_hashes import AGGREGATES
 
 _PART = re.compile(r"^\..*\.part$")  # files that a process was writing when it died
 
 
 def remove_run(place: Place, *, is_told: bool) -> None:
-    """Remove the files that the journals in a place list, and what is beside them.
+    """Remove the files that the journals in a place list, and what is beside them; `forget_names` ends that.
 
     is_told: whether a warning names the files; False where the user asked for their removal.
     """
     path = place.path
-    if not (path / recipe.FILE).exists():
+    if not (path / recipe.FILE).exists() and not (path / BESIDE / REMOVING).is_file():
         return
-    journals = [path / BESIDE / NAME, *(path / PARTS).glob(f"*/{NAME}")]
-    if is_told and any(each.is_file() and each.stat().st_size for each in journals):
+    journals = _with_lines(_all_journals(path))
+    if is_told and journals:
         warn_once(f"{place.name}: the files of the earlier run there are replaced.")
-    for each in journals:
-        remove_files(place, each)
+    _remove_files(place, path / BESIDE, journals)
     place.remove_beside()
 
 
-def remove_files(place: Place, listed: Path) -> None:
-    """Remove the files that a journal lists."""
-    if not listed.is_file():
+def remove_part(place: Place, home: Path) -> None:
+    """Remove the files of a part, of which the journal is in a folder `home`."""
+    _remove_files(place, home, _with_lines([home / NAME]))
+    shutil.rmtree(home / AGGREGATES, ignore_errors=True)
+
+
+def forget_names(home: Path) -> None:
+    """End a removal, once the recipe of the next run is there: until then the folder is no one else's."""
+    if (home / REMOVING).is_file():
+        (home / REMOVING).unlink()
+
+
+def end_removal(place: Place, home: Path) -> None:
+    """Remove what a removal that was interrupted has left of a run, or a part, so that going on makes all frames."""
+    if not (home / REMOVING).is_file():
         return
-    own = listed.relative_to(place.path).as_posix()
-    with suppress(WriterError):  # damaged: what it lists up to there is removed
-        place.remove(
-            name
-            for line in journal.lines(listed)
-            for name in (*line.get(lines.FILES, ()), *line.get(lines.SHARED, ()))
-            if name != own
-        )
-    os.truncate(listed, 0)
+    is_whole_run = home == place.path / BESIDE
+    if _with_lines(_all_journals(place.path) if is_whole_run else [home / NAME]):
+        forget_names(home)  # it had not begun, or there are frames of a later run
+    elif is_whole_run:
+        remove_run(place, is_told=False)
+    else:
+        remove_part(place, home)
+
+
+def _all_journals(path: Path) -> list[Path]:
+    return [path / BESIDE / NAME, *(path / PARTS).glob(f"*/{NAME}")]
+
+
+def _with_lines(journals: Iterable[Path]) -> list[Path]:
+    return [each for each in journals if each.is_file() and each.stat().st_size]
+
+
+def _remove_files(place: Place, home: Path, journals: list[Path]) -> None:
+    """Remove the files that journals list, and empty these.
+
+    No journal may list files that are gone, as where this is interrupted: `--resume` would not make them again. So
+    the names are kept in another file, with which the next run goes on.
+    """
+    kept = home / REMOVING
+    names = itertools.chain(_kept_names(kept), _listed_names(place, journals))
+    if journals and not _keep_names(kept, names):
+        place.remove(_listed_names(place, journals))
+        _empty(place, journals)
+        return
+    _empty(place, journals)
+    place.remove(_kept_names(kept))
+
+
+def _keep_names(kept: Path, names: Iterable[str]) -> bool:
+    """Write the names to a file; False where the disk is full, of which the removal itself frees some."""
+    try:
+        write_whole(kept, (f"{json.dumps(name)}\n".encode() for name in names), durable=True)
+    except OutputNotWritable:
+        return False
+    return True
+
+
+def _listed_names(place: Place, journals: list[Path]) -> Iterator[str]:
+    own = {each.relative_to(place.path).as_posix() for each in journals}
+    for each in journals:
+        with suppress(WriterError):  # damaged: what it lists up to there
+            for line in journal.lines(each):
+                yield from (
+                    name for name in (*line.get(lines.FILES, ()), *line.get(lines.SHARED, ())) if name not in own
+                )
+
+
+def _kept_names(kept: Path) -> Iterator[str]:
+    """Yield the names in a file that a removal has left; none where there is no such file, or a damaged one."""
+    if not kept.is_file():
+        return
+    with suppress(ValueError), open(kept, encoding="utf-8") as file:
+        for line in file:
+            if isinstance(name := json.loads(line), str) and "\0" not in name:
+                yield name
+
+
+def _empty(place: Place, journals: list[Path]) -> None:
+    if not journals:
+        return
+    place.push()
+    for each in journals:
+        os.truncate(each, 0)  # which are locked
+    place.push()
 
 
 def warn_of_lost(place: Place, listed: Path) -> None:

@@ -18,7 +18,9 @@ from usdsdg.stores.whole_file import not_writable, write_whole
 from usdsdg.writers.journal import journal, lines, recipe
 from usdsdg.writers.journal.copied_folders import copies_of, watch
 from usdsdg.writers.journal.earlier_files import (
-    remove_files,
+    end_removal,
+    forget_names,
+    remove_part,
     remove_run,
     remove_unfinished,
     warn_of_lost,
@@ -28,7 +30,7 @@ from usdsdg.writers.journal.facts import ASSETS, Facts, changed_assets, joined
 from usdsdg.writers.journal.frames import FileFacts
 from usdsdg.writers.journal.growth import MoreFrames, advice
 from usdsdg.writers.journal.journal import NAME, Contents, Journal
-from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, FolderPlace, Lock, Place
+from usdsdg.writers.journal.place import JOINED, LATEST, PARTS, REMOVING, FolderPlace, Lock, Place
 from usdsdg.writers.journal.place_locks import COPY, in_use
 from usdsdg.writers.journal.portion import Portion
 from usdsdg.writers.journal.recipe import SCRIPT, Recipe
@@ -93,6 +95,7 @@ class DatasetFolder:
                 self._go_on_with_spools()
                 warn_of_lost(place, self._home / NAME)
             self._write_recipe()
+            forget_names(self._home)
             place.push(whole=True)
         except BaseException:
             self.release()
@@ -271,14 +274,13 @@ class DatasetFolder:
             self._sharing.release()
 
     def _make_room(self, mode: Mode) -> None:
-        """Remove what an earlier run has left, unless it is resumed."""
+        """Remove what an earlier run has left, unless it is resumed: then only what another one had begun to."""
         if mode is Mode.RESUME:
-            return
-        if self.portion is None:
+            end_removal(self.place, self._home)
+        elif self.portion is None:
             remove_run(self.place, is_told=mode is not Mode.OVERWRITE)
         else:
-            remove_files(self.place, self._home / NAME)
-            shutil.rmtree(self.aggregates, ignore_errors=True)
+            remove_part(self.place, self._home)
 
     def _go_on_with_spools(self) -> None:
         """Check the spools, and drop the records of frames that are not whole; errors are those of the constructor."""
@@ -322,7 +324,7 @@ def check(
             return
         raise
     if earlier is None:
-        if mode is Mode.RESUME and place.has_files():
+        if mode is Mode.RESUME and place.has_files() and not (path / BESIDE / REMOVING).is_file():
             raise DatasetInTheWay(
                 f"{there} has files but no recipe, so it cannot be resumed. Choose another output_dir, or --overwrite."
             )

@@ -25,11 +25,12 @@ JOURNAL = "journal.jsonl"
 PARTS = f"{BESIDE}/parts"
 JOINED = f"{BESIDE}/joined"  # folder of parts that have been joined, until the dataset is whole
 LATEST = "latest"  # folder of a part, with its versions of files about all frames that grow with them
+REMOVING = "removing.jsonl"  # the names of files that a removal, which may be interrupted, has begun to remove
 _LEASES = f"{BESIDE}/leases"
 _ALL, _PART, _SHARED = f"{_LEASES}/all", f"{_LEASES}/part-", f"{_LEASES}/shared-"
 _SHARING_OUT = f"{_LEASES}/sharing-out"
 # What of `.usdsdg` is mirrored; the rest, such as the records of frames, is written as the data are.
-_MIRRORED = (JOURNAL, "recipe.json", "source", "aggregates", "parts")
+_MIRRORED = (JOURNAL, REMOVING, "recipe.json", "source", "aggregates", "parts")
 _PROCESS = f"{os.getpid():x}-{os.urandom(6).hex()}"
 
 
@@ -76,7 +77,7 @@ class Place(Protocol):
         ...
 
     def remove_beside(self) -> None:
-        """Remove what is in `.usdsdg`, apart from locks; the journal is then empty."""
+        """Remove what is in `.usdsdg`, apart from locks and names that are being removed; the journal is empty then."""
         ...
 
     def has_files(self) -> bool:
@@ -154,7 +155,9 @@ class FolderPlace:
 
     def remove_beside(self) -> None:
         """Remove what is beside the data; see `Place`."""
-        for each in (self.path / BESIDE).iterdir():
+        # The recipe last: what a removal that is interrupted has left is then still known as that of a run.
+        there = [each for each in (self.path / BESIDE).iterdir() if each.name != REMOVING]
+        for each in sorted(there, key=lambda each: each.name == "recipe.json"):
             if each.is_dir():
                 shutil.rmtree(each, ignore_errors=True)
             elif each.name == JOURNAL:

@@ -34,6 +34,7 @@ IDENTITY_FILE = "recipe.json"  # of a part
 # What may be done about a damaged recipe, by a run into its folder, and by what only reads the dataset.
 REMOVED = "Remove that run with --overwrite."
 PUT_BACK = "Put a copy of it back, or make the dataset anew with --overwrite."
+UNREADABLE = "Give this user the right to read it, or work on a copy of the dataset."
 OUTPUT = "<output>"  # in arguments, in place of a path to the data
 RECORDS = 3  # version of the format of frame records, usdsdg.record.frame_record.VERSION
 _PACKAGES = ("usdsdg", "usd-core", "warp-lang", "newton", "numpy")
@@ -234,6 +235,8 @@ def read(folder: Path, *, remedy: str = REMOVED) -> dict[str, Any] | None:
     except OSError as error:
         reason = "a file is where a folder should be" if isinstance(error, NotADirectoryError) else error.strerror
         else_where = "Choose another output_dir, or make this one a folder that can be read and written."
+        if remedy == PUT_BACK:  # of a command that writes to no folder of the user's choice
+            else_where = UNREADABLE
         raise WriterError(f"{folder / FILE} cannot be read: {reason}. {else_where}") from None
     return parsed(data, str(folder), remedy=remedy)
 
