@@ -18,7 +18,7 @@ from usdsdg.stage.assets.opened import note_opened
 from usdsdg.stores.locks import locked
 
 # Part of each key: another number converts everything again.
-VERSION = 5
+VERSION = 6
 
 
 def converted(source: str | os.PathLike[str], options: Options) -> str:
