@@ -49,7 +49,7 @@ def read(file: Path) -> MeshFile:
         elif form == "ply":
             content = ply.prepared(content)
         elif form == "dae":
-            content = collada.prepared(content)
+            content, notes = collada.prepared(content)
     materials = _Materials(looks, resolver)
     parts, count = [], 0
     for piece in ply.by_picture(content) if form == "ply" else [content]:
