@@ -103,7 +103,7 @@ class _Look:
         self._uv_transform = self._transform_of(given, named)
         color = self._color(images[_COLOR], images[_OPACITY])
         glow, normal = images[_GLOW], images[_NORMAL]
-        packed = _packed(images[_ROUGHNESS], images[_METAL])
+        packed = _packed(images[_ROUGHNESS], images[_METAL], f"{name}_metallic_roughness")
         shininess = float(given.get("SHININESS", 0.0))
         roughness = given.get("ROUGHNESS_FACTOR", given.get("$mat.roughnessFactor"))
         roughness = float(roughness) if roughness is not None else roughness_of_exponent(shininess)
@@ -115,9 +115,9 @@ class _Look:
             opacity=float(given.get("OPACITY", 1.0)),
             opacity_from_color=images[_OPACITY] is not None and color is not None and obj.has_alpha(color),
             metallic=1.0 if images[_METAL] is not None else float(given.get("METALLIC_FACTOR", 0.0) or 0.0),
-            metallic_texture=packed and Texture(packed, f"{name}_metallic_roughness"),
+            metallic_texture=packed if images[_METAL] is not None else None,
             roughness=1.0 if images[_ROUGHNESS] is not None else roughness,
-            roughness_texture=packed and Texture(packed, f"{name}_metallic_roughness"),
+            roughness_texture=packed if images[_ROUGHNESS] is not None else None,
             emission=(1.0, 1.0, 1.0) if glow is not None else _three(given.get("COLOR_EMISSIVE"), 0.0),
             emission_texture=glow and Texture(glow, f"{name}_emission", is_color=True),
             normal_texture=normal and Texture(normal, f"{name}_normal"),
@@ -203,14 +203,14 @@ class _Pictures:
             return None
 
 
-def _packed(roughness: Image.Image | None, metal: Image.Image | None) -> Image.Image | None:
+def _packed(roughness: Image.Image | None, metal: Image.Image | None, name: str) -> Texture | None:
     """Return one picture as materials have it: roughness in its green, and metalness in its blue channel."""
     if roughness is None and metal is None:
         return None
     size = max(each.size for each in (roughness, metal) if each is not None)
     white = Image.new("L", size, 255)
     green, blue = (white if each is None else each.convert("L").resize(size) for each in (roughness, metal))
-    return Image.merge("RGB", (white, green, blue))
+    return Texture(Image.merge("RGB", (white, green, blue)), name)
 
 
 def _three(color: Any, default: float = 1.0) -> tuple[float, float, float]:
