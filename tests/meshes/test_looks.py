@@ -226,6 +226,36 @@ def test_colors_of_points_multiply_the_factor_of_their_material(kind, rows, tmp_
     assert report.notes == []
 
 
+def srgb(linear):
+    return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+@pytest.mark.parametrize("scale", [1.0, 255.0])
+@pytest.mark.parametrize("has_uvs", [False, True])
+@pytest.mark.parametrize("has_material", [False, True])
+def test_colors_of_the_points_of_obj(scale, has_uvs, has_material, tmp_path):
+    """Kept beside UVs and materials without a picture, from 0 to 1 or to 255; a point without one is white."""
+    linear = np.array([(1, 0, 0.2), (0, 1, 0.4), (0.1, 0.05, 1)])
+    places = [line for line in SQUARE.splitlines() if line.startswith("v ")]
+    given = [" ".join(map(str, color)) for color in (srgb(linear) * scale).round(8).tolist()]
+    points = "".join(f"{place} {color}\n" for place, color in zip(places, [*given, ""]))
+    points += "".join(line + "\n" for line in SQUARE.splitlines() if line.startswith("vt") and has_uvs)
+    head = "mtllib look.mtl\nusemtl a\n" if has_material else ""
+    (tmp_path / "look.mtl").write_text("newmtl a\nKd 0.5 0.25 0.125\n")
+    (tmp_path / "thing.obj").write_text(head + points + (FACE if has_uvs else "f 1 2 3 4\n"))
+    stage, report, _ = opened(tmp_path / "thing.obj", tmp_path, up_axis="Y")
+    [mesh] = meshes(stage)
+    found = np.array(UsdGeom.Gprim(mesh).GetDisplayColorAttr().Get())
+    places = np.array(UsdGeom.Mesh(mesh).GetPointsAttr().Get())
+    order = [[0, 1, 3, 2][int(x + 2 * y)] for x, y, _ in places]
+    factor = (0.5, 0.25, 0.125) if has_material else (1, 1, 1)
+    np.testing.assert_allclose(found, np.vstack([linear, np.ones(3)])[order] * factor, atol=0.005)
+    assert report.notes == []
+    if has_material:
+        reader, _ = source_of(surface(stage), "diffuseColor")
+        assert reader.GetInput("varname").Get() == "displayColor"
+
+
 def test_colors_of_points_beside_a_picture_are_named(tmp_path):
     file = gltf_with({"name": "wood", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}, ["a.png"], tmp_path)
     stage, report, _ = opened(edited(file, lambda model: with_colors(model, COLORS.astype("<f4"), 5126)), tmp_path)
@@ -339,6 +369,53 @@ def test_colors_of_the_faces_of_ply_do_not_run(order, tmp_path):
     found = np.array(shown.Get()).reshape(-1, 3, 3)
     assert sorted(map(tuple, found[:, 0].tolist())) == sorted(tuple(c / 255 for c in color) for color in colors)
     assert (found == found[:, :1]).all()
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_faces_of_ply_show_the_picture_of_their_number(form, tmp_path):
+    """A square in three triangles and one quad with a picture each, as photogrammetry writes them."""
+    colors = [(200, 0, 0), (0, 200, 0), (0, 0, 200)]
+    for number, color in enumerate(colors):
+        Image.new("RGB", (4, 4), color).save(tmp_path / f"p{number}.png")
+    points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0)]
+    faces = [((0, 1, 2), 2), ((0, 2, 3), 0), ((1, 4, 5, 2), 1)]
+    names = "".join(f"comment TextureFile p{number}.png\n" for number in range(3))
+    head = (
+        f"ply\nformat {form} 1.0\n{names}element vertex {len(points)}\nproperty float x\nproperty float y\n"
+        f"property float z\nelement face {len(faces)}\nproperty list uchar int vertex_indices\n"
+        "property list uchar float texcoord\nproperty int texnumber\nelement edge 1\nproperty int vertex1\n"
+        "property int vertex2\nend_header\n"
+    )
+    uvs = [[coordinate / 2 for corner in face for coordinate in points[corner][:2]] for face, _ in faces]
+    if form == "ascii":
+        lines = [" ".join(map(str, point)) for point in points]
+        for (face, number), uv in zip(faces, uvs):
+            lines.append(" ".join(map(str, (len(face), *face, len(uv), *uv, number))))
+        body = "\n".join([*lines, "0 1", ""]).encode()
+    else:
+        order = "<" if "little" in form else ">"
+        body = b"".join(struct.pack(order + "3f", *point) for point in points)
+        for (face, number), uv in zip(faces, uvs):
+            body += struct.pack(f"{order}B{len(face)}iB{len(uv)}fi", len(face), *face, len(uv), *uv, number)
+        body += struct.pack(order + "2i", 0, 1)
+    (tmp_path / "a.ply").write_bytes(head.encode() + body)
+    stage, report, _ = opened(tmp_path / "a.ply", tmp_path, up_axis="Z")
+    assert report.notes == []
+    assert report.repairs == []
+    found = {}
+    for prim in meshes(stage):
+        material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+        shader = UsdShade.Shader(stage.GetPrimAtPath(f"{material.GetPath()}/color"))
+        with Image.open(shader.GetInput("file").Get().resolvedPath) as image:
+            color = np.array(image)[0, 0].tolist()
+        mesh = UsdGeom.Mesh(prim)
+        places = np.array(mesh.GetPointsAttr().Get())
+        st = UsdGeom.PrimvarsAPI(prim).GetPrimvar("st")
+        at_points = np.array(st.Get())
+        np.testing.assert_allclose(at_points, places[:, :2] / 2, atol=1e-6)
+        found[tuple(color)] = (len(mesh.GetFaceVertexCountsAttr().Get()), places.mean(axis=0).round(3).tolist())
+    assert {color: count for color, (count, _) in found.items()} == {colors[2]: 1, colors[0]: 1, colors[1]: 2}
+    assert found[colors[1]][1] == [1.5, 0.5, 0.0]
 
 
 def test_older_names_of_colors_in_ply(tmp_path):

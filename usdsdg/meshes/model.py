@@ -28,6 +28,7 @@ class Material:
     color_from_points: bool = False  # that of the points counts, of which `color` is then a factor already
     opacity: float = 1.0
     opacity_from_color: bool = False  # the alpha of the color texture counts
+    opacity_texture: Texture | None = None  # the red channel, where the alpha of the color does not count
     opacity_threshold: float = 0.0  # above 0: what is less opaque is a hole
     metallic: float = 0.0
     metallic_texture: Texture | None = None  # the blue channel

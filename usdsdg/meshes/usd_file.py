@@ -112,8 +112,11 @@ class _Looks:
             network.set_from_points("diffuseColor")
         else:
             network.set("diffuseColor", Sdf.ValueTypeNames.Color3f, Gf.Vec3f(*given.color), color, "rgb")
-        alpha = color if given.opacity_from_color else None
-        network.set("opacity", Sdf.ValueTypeNames.Float, given.opacity, alpha, "a")
+        if given.opacity_from_color:
+            network.set("opacity", Sdf.ValueTypeNames.Float, given.opacity, color, "a")
+        else:
+            mask = self._picture(network, given.opacity_texture, "opacity", scale=(given.opacity, 1.0, 1.0, 1.0))
+            network.set("opacity", Sdf.ValueTypeNames.Float, given.opacity, mask, "r")
         if given.opacity_threshold > 0.0:
             network.set("opacityThreshold", Sdf.ValueTypeNames.Float, given.opacity_threshold)
         if given.specular is None:
@@ -136,10 +139,13 @@ class _Looks:
         return material
 
     def _set_metallic(self, network: _Network, given: Material) -> None:
-        metallic, roughness = given.metallic, given.roughness
-        packed = self._picture(network, given.roughness_texture, "roughness", scale=(1.0, roughness, metallic, 1.0))
-        network.set("metallic", Sdf.ValueTypeNames.Float, metallic, packed, "b")
-        network.set("roughness", Sdf.ValueTypeNames.Float, roughness, packed, "g")
+        factors = (1.0, given.roughness, given.metallic, 1.0)
+        rough = self._picture(network, given.roughness_texture, "roughness", scale=factors)
+        metal = rough
+        if given.metallic_texture != given.roughness_texture:
+            metal = self._picture(network, given.metallic_texture, "metallic", scale=factors)
+        network.set("metallic", Sdf.ValueTypeNames.Float, given.metallic, metal, "b")
+        network.set("roughness", Sdf.ValueTypeNames.Float, given.roughness, rough, "g")
 
     def _set_specular(self, network: _Network, given: Material, specular: tuple[float, float, float]) -> None:
         glossy, glossiness = given.glossy_texture, 1.0 - given.roughness

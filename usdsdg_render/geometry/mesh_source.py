@@ -57,10 +57,11 @@ class MeshSource(NamedTuple):
     refinement: Refinement | None = None  # None: not refined
     colors: Primvar | None = None  # displayColor, if read
     opacities: Primvar | None = None
+    colored: tuple[int, ...] = ()  # material slots that show these
 
     def without_paint(self) -> "MeshSource":
         """Return what determines the triangles and their normals, without what is painted on them."""
-        return self._replace(uvs=None, colors=None, opacities=None)
+        return self._replace(uvs=None, colors=None, opacities=None, colored=())
 
     def arrays(self) -> tuple[np.ndarray, ...]:
         normals = () if self.normals is None else self.normals[:2]
@@ -82,8 +83,8 @@ class MeshSource(NamedTuple):
             *self.painted_settings(),
         )
 
-    def painted_settings(self) -> tuple[str | None, ...]:
-        return tuple(None if primvar is None else primvar.interpolation for primvar in self._paint())
+    def painted_settings(self) -> tuple:
+        return (self.colored, *(None if primvar is None else primvar.interpolation for primvar in self._paint()))
 
     def _paint(self) -> tuple[Primvar | None, ...]:
         return self.uvs, self.colors, self.opacities
@@ -95,14 +96,14 @@ def read_mesh(
     *,
     uv_name: str = "",
     subsets: list[Usd.Prim] | None = None,
-    colored: bool = False,
+    colored: tuple[int, ...] = (),
 ) -> MeshSource | None:
     """Read a mesh at `time`; None (with a warning) when it has no points or faces.
 
     Args:
         uv_name: primvar of the texture coordinates; where "" or missing, UV_NAMES are tried, then any texCoord2f.
         subsets: material subsets.
-        colored: whether to read displayColor and displayOpacity, in place of texture coordinates.
+        colored: material slots that show displayColor and displayOpacity, in place of texture coordinates.
     """
     points = read_points(prim, time)
     counts = read_array(prim, "faceVertexCounts", time, ())
@@ -126,13 +127,14 @@ def read_mesh(
         indices=indices,
         holes=EMPTY if holes is None else holes,
         normals=_normals(prim, time),
-        uvs=None if colored else read_uvs(prim, time, uv_name),
+        uvs=None if len(colored) > len(subsets or ()) else read_uvs(prim, time, uv_name),
         subsets=tuple(_subset_faces(subset, time) for subset in subsets or ()),
         left_handed=token(prim, "orientation", time, ("rightHanded", "leftHanded")) == "leftHanded",
         scheme=scheme,
         refinement=None if scheme == "none" else _refinement(prim, time),
         colors=read_colors(prim, time) if colored else None,
         opacities=read_primvar(prim, "primvars:displayOpacity", time, ()) if colored else None,
+        colored=colored,
     )
 
 

@@ -46,14 +46,15 @@ def build_prototype(path: str, source: MeshSource) -> Prototype | None:
     source_face = face if parents is None else parents[face]
     if usable.has_bad_points:
         points, vertices = _compact(points, vertices)
-    uvs, colors = _paint(path, source, triangles)
+    triangle_slots = slots[source_face] if source.subsets else np.zeros(len(source_face), np.int32)
+    uvs, colors = _paint(path, source, triangles, triangle_slots)
     return Prototype(
         name=path,
         points=points,
         triangles=np.ascontiguousarray(vertices, np.int32),
         normals=face_varying_normals(path, source, triangles, vertices, area_vectors, len(points)),
         uvs=uvs,
-        triangle_slots=slots[source_face] if source.subsets else np.zeros(len(source_face), np.int32),
+        triangle_slots=triangle_slots,
         triangle_faces=source_face.astype(np.int32),
         colors=colors,
         # Texture coordinates of a refined surface are refined with it.
@@ -67,14 +68,21 @@ def repainted(path: str, prototype: Prototype, source: MeshSource) -> Prototype:
     prototype: one with `corners`.
     """
     assert prototype.corners is not None
-    uvs, colors = _paint(path, source, Triangles(prototype.corners, prototype.triangle_faces))
+    triangles = Triangles(prototype.corners, prototype.triangle_faces)
+    uvs, colors = _paint(path, source, triangles, prototype.triangle_slots)
     return replace(prototype, name=path, uvs=uvs, colors=colors)
 
 
-def _paint(path: str, source: MeshSource, triangles: Triangles) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return texture coordinates and colors of a prototype."""
-    colors = face_varying_colors(source, triangles)
-    uvs = face_varying_uvs(path, source, triangles) if colors is None else atlas_uvs(len(triangles.faces))
+def _paint(
+    path: str, source: MeshSource, triangles: Triangles, slots: np.ndarray
+) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return texture coordinates and colors of a prototype; where its slots show colors, they refer to their atlas."""
+    uvs, colors = face_varying_uvs(path, source, triangles), None
+    are_colored = np.isin(slots, source.colored)
+    if are_colored.any():
+        colors = face_varying_colors(source, triangles)
+    if colors is not None:
+        uvs[are_colored] = atlas_uvs(len(triangles.faces))[are_colored]
     return uvs, colors
 
 

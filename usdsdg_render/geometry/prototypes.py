@@ -60,7 +60,7 @@ class PrototypeCache:
         subsets: list[Usd.Prim],
         *,
         own: bool = False,
-        colored: bool = False,
+        colored: tuple[int, ...] = (),
     ) -> Prototype | None:
         """Return the prototype of a mesh, of curves or of points; None (with a warning) when it has no surface.
 
@@ -68,7 +68,7 @@ class PrototypeCache:
             each.
         own: not to be shared by specs: a skeleton deforms it, or it varies with time, which layer offsets may make
             differ between references to one layer.
-        colored: whether to read displayColor and displayOpacity that vary over it.
+        colored: material slots that show displayColor and displayOpacity that vary over it.
         """
         if own:
             return self._read(prim, time, uv_names, subsets, colored)
@@ -79,7 +79,12 @@ class PrototypeCache:
         return self._by_specs[specs]
 
     def _read(
-        self, prim: Usd.Prim, time: Usd.TimeCode, uv_names: tuple[str, ...], subsets: list[Usd.Prim], colored: bool
+        self,
+        prim: Usd.Prim,
+        time: Usd.TimeCode,
+        uv_names: tuple[str, ...],
+        subsets: list[Usd.Prim],
+        colored: tuple[int, ...],
     ) -> Prototype | None:
         kind = kind_of(prim)
         if kind == MESH:
@@ -115,14 +120,19 @@ class PrototypeCache:
         return found
 
     def _read_mesh(
-        self, prim: Usd.Prim, time: Usd.TimeCode, uv_names: tuple[str, ...], subsets: list[Usd.Prim], colored: bool
+        self,
+        prim: Usd.Prim,
+        time: Usd.TimeCode,
+        uv_names: tuple[str, ...],
+        subsets: list[Usd.Prim],
+        colored: tuple[int, ...],
     ) -> Prototype | None:
         source = read_mesh(prim, time, uv_name="".join(uv_names[:1]), subsets=subsets, colored=colored)
         if source is None:
             return None
         # No material reads texture coordinates without a name.
         warn_of_excess(str(prim.GetPath()), source if any(uv_names) else source._replace(uvs=None))
-        if len(uv_names) > 1 and not colored:
+        if len(uv_names) > 1:
             source = with_uvs_of_slots(source, prim, time, uv_names)
         source = skinned(source, prim, time, self.skinning)
         addresses = _addresses(source)

@@ -11,7 +11,7 @@ from PIL import Image, UnidentifiedImageError
 from pxr import Ar, Sdf, Usd, UsdShade
 
 from usdsdg import errors
-from usdsdg.image_files import png16, radiance_hdr
+from usdsdg.image_files import png16, png_transparency, radiance_hdr
 from usdsdg.image_files.radiance_hdr import LARGE_PIXELS, MOST_PIXELS_A_BYTE
 from usdsdg.image_files.unreadable import UNREADABLE
 from usdsdg.stage import assets
@@ -19,6 +19,8 @@ from usdsdg.stage.assets.opened import note_opened
 from usdsdg.stage.time_code import current_value
 
 EXR_MAGIC = b"\x76\x2f\x31\x01"
+# Names of the channels of OpenEXR that are a picture; the first set counts that a file has.
+_EXR_CHANNELS = ("RGBA", "RGB", "YA", "Y", "RG", "R")
 UDIM, FIRST_TILE, TILES = "<UDIM>", 1001, 100
 
 
@@ -162,13 +164,25 @@ def _decoded(path: str) -> tuple[np.ndarray, int]:
     if data.startswith(EXR_MAGIC):
         return _read_exr(data, path)
     _refuse_bomb(data, path)
-    values = png16.decode(data, name=path)
-    if values is not None:
-        return values, values.shape[2]
+    values, color = png16.decode(data, name=path), png_transparency.transparent_color(data)
+    if values is None:
+        values, channels = _by_pillow(data, path, has_alpha=color is None)
+    else:
+        channels = values.shape[2]
+    if color is None:
+        return values, channels
+    values = png_transparency.with_alpha(values, color)
+    return values, values.shape[2]
+
+
+def _by_pillow(data: bytes, path: str, *, has_alpha: bool) -> tuple[np.ndarray, int]:
+    """`_decoded` by Pillow. has_alpha: whether a color that the file says to be transparent is."""
     try:
         with Image.open(io.BytesIO(data)) as image:
             is_wide = _has_wide_channels(image)
             image.load()
+            if not has_alpha:
+                image.info.pop("transparency", None)
             values, channels = _from_pillow(image)
             # Bits that Pillow drops are lost, but files of 16 bits are no colors by sRGB's curve unless they say so.
             return (values.astype(np.uint16) * 257 if is_wide and values.dtype == np.uint8 else values), channels
@@ -249,8 +263,8 @@ def _read_exr(data: bytes, path: str) -> tuple[np.ndarray, int]:
     for packed in ("RGBA", "RGB"):  # the module joins channels of these names
         if packed in channels:
             return channels[packed], len(packed)
-    names = [name for name in "RGBA" if name in channels] or sorted(channels)[:1]
-    if names[:3] != list("RGB"):
-        names = names[:1]
-    values = np.stack([channels[name] for name in names], axis=-1)
-    return values[..., 0] if len(names) == 1 else values, len(names)
+    names = next((each for each in _EXR_CHANNELS if set(each) <= channels.keys()), sorted(channels)[:1])
+    values = [channels[name] for name in names]
+    if tuple(names) == ("R", "G"):  # blue is 0, as in textures of two channels
+        values.append(np.zeros_like(values[0]))
+    return np.stack(values, axis=-1) if len(values) > 1 else values[0], len(values)

@@ -39,6 +39,7 @@ class Decoding(NamedTuple):
     color: bool
     desaturation: float
     broadcast: int
+    mono: str
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,7 @@ class TextureUse:
     color: bool = True  # not data; stored sRGB-coded
     desaturation: float = 0.0
     broadcast: int = -1  # channel (0-3) that is read as all three of a color; -1 = none
+    mono: str = ""  # number that a color counts as: average, luminance or maximum; "" = its channels stay
     wrap_s: int = WRAP_REPEAT
     wrap_t: int = WRAP_REPEAT
     transform: UvTransform = IDENTITY_UV
@@ -64,7 +66,7 @@ class TextureUse:
 
     @property
     def decoding(self) -> Decoding:
-        return Decoding(self.file, self.color_space, self.color, self.desaturation, self.broadcast)
+        return Decoding(self.file, self.color_space, self.color, self.desaturation, self.broadcast, self.mono)
 
 
 class Tile(NamedTuple):
@@ -237,6 +239,8 @@ def to_texels(image: image_files.DecodedImage, use: TextureUse) -> tuple[np.ndar
     if use.broadcast >= 0:
         srgb = srgb and use.broadcast != 3  # alpha is never sRGB-coded
         texels = np.concatenate([np.repeat(texels[..., use.broadcast, None], 3, axis=-1), texels[..., 3:]], axis=-1)
+    if use.mono and not _is_gray(texels):
+        return _mono(_linear(texels, srgb), use.mono), False
     if texels.dtype == np.uint8 and not use.desaturation:
         return np.ascontiguousarray(texels), srgb
     if texels.dtype == np.uint16 and not (use.color or srgb):
@@ -251,6 +255,22 @@ def to_texels(image: image_files.DecodedImage, use: TextureUse) -> tuple[np.ndar
         # 8 linear bits would show banding in dark colors, so all colors are stored sRGB-coded.
         return _to_bytes(linear), True
     return linear.astype(np.float16), False
+
+
+def _is_gray(texels: np.ndarray) -> bool:
+    return bool((texels[..., 1] == texels[..., 0]).all() and (texels[..., 2] == texels[..., 0]).all())
+
+
+def _mono(linear: np.ndarray, mono: str) -> np.ndarray:
+    """Return texels of one number for each color, as three: of 16 bits where these hold it."""
+    if mono == "maximum":
+        number = linear[..., :3].max(axis=-1)
+    else:
+        number = linear[..., :3] @ (_LUMINANCE if mono == "luminance" else np.full(3, 1.0 / 3.0, np.float32))
+    values = np.concatenate([np.repeat(number[..., None], 3, axis=-1), linear[..., 3:]], axis=-1)
+    if values.min(initial=0.0) >= 0.0 and values.max(initial=0.0) <= 1.0 + 1e-5:
+        return np.round(np.clip(values, 0.0, 1.0) * 65535.0).astype(np.uint16)
+    return values.astype(np.float16)
 
 
 def is_srgb(image: image_files.DecodedImage, use: TextureUse) -> bool:

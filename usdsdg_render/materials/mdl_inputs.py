@@ -15,6 +15,8 @@ from usdsdg_render.scene.scene import IDENTITY_UV, WRAP_REPEAT, UvTransform
 WHITE = (1.0, 1.0, 1.0)
 BLACK = (0.0, 0.0, 0.0)
 _FLAT_NORMAL = (0.5, 0.5, 1.0, 1.0)
+# base::mono_mode of MDL: what a number is read of a texture as. Of other values average, the default of the templates.
+_ALPHA, _MONOS = 0.0, {2.0: "luminance", 3.0: "maximum"}
 
 
 def texture(
@@ -44,6 +46,24 @@ def texture(
         transform=transform,
         shader=str(shader.GetPath()),
     )
+
+
+def number_texture(
+    network: Network, shader: UsdShade.Shader, name: str, *, mono: str = "average", transform: UvTransform
+) -> TextureUse | None:
+    """Read the texture of a number, which MDL's templates take the mean of a color for."""
+    use = texture(network, shader, name, color=False, transform=transform)
+    return use and replace(use, mono=mono)
+
+
+def cutout(
+    network: Network, shader: UsdShade.Shader, name: str, mode_name: str, constant: float, transform: UvTransform
+) -> Input:
+    """Read an opacity: by its texture, as its mode says, or by the constant without one."""
+    mode = network.number(shader, mode_name, 1.0)
+    mono = "" if mode == _ALPHA else _MONOS.get(mode, "average")
+    use = number_texture(network, shader, name, mono=mono, transform=transform)
+    return Input((constant,)) if use is None else Input((1.0,), use, 3 if mode == _ALPHA else 0, (constant,))
 
 
 def normal_map(

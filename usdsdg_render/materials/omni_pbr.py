@@ -17,7 +17,9 @@ from usdsdg_render.materials.mdl_inputs import (
     BLACK,
     WHITE,
     blended,
+    cutout,
     normal_map,
+    number_texture,
     texture,
     textured,
     transform,
@@ -134,7 +136,7 @@ def _blended(
     MDL's default influence is 0; here a texture authored without one counts in full, as its author meant.
     """
     constant = network.number(shader, f"{name}_constant", default)
-    own = None if orm is not None else texture(network, shader, texture_name, color=False, transform=uv)
+    own = None if orm is not None else number_texture(network, shader, texture_name, transform=uv)
     if orm is None and own is None:
         network.note_alone(shader, f"{name}_constant", _plain_numbers)
     influence = network.number(shader, f"{name}_texture_influence", 1.0)
@@ -152,11 +154,9 @@ def _opacity(network: Network, shader: UsdShade.Shader, uv: UvTransform, *, enab
     if not network.flag(shader, "enable_opacity", enabled):
         return Input((1.0,))
     constant = network.number(shader, "opacity_constant", 1.0)
-    use = None
-    if network.flag(shader, "enable_opacity_texture", True):
-        use = texture(network, shader, "opacity_texture", color=False, transform=uv)
-    from_alpha = network.number(shader, "opacity_mode", 1.0) == 0.0
-    return Input((constant,), use, 3 if from_alpha else 0, (constant,))
+    if not network.flag(shader, "enable_opacity_texture", True):
+        return Input((constant,))
+    return cutout(network, shader, "opacity_texture", "opacity_mode", constant, uv)
 
 
 def _threshold(network: Network, shader: UsdShade.Shader, uv: UvTransform, *, enabled: bool) -> float:

@@ -10,7 +10,9 @@ from usdsdg_render.materials.mdl_inputs import (
     BLACK,
     WHITE,
     blended,
+    cutout,
     normal_map,
+    number_texture,
     texture,
     textured,
     transform,
@@ -29,11 +31,13 @@ def read_omni_glass(network: Network, shader: UsdShade.Shader) -> Material:
     """Read OmniGlass or OmniGlass_Opacity."""
     uv = transform(network, shader)
     ior = network.ior(shader, "glass_ior", 1.491)
-    roughness = texture(network, shader, "roughness_texture", color=False, transform=uv)
+    roughness = number_texture(network, shader, "roughness_texture", transform=uv)
     influence = network.number(shader, "roughness_texture_influence", 1.0)
     opacity, threshold = Input((1.0,)), 0.0
     if network.flag(shader, "enable_opacity", False):
-        opacity, threshold = _cutout(network, shader, uv), network.number(shader, "opacity_threshold", 0.0)
+        constant = network.number(shader, "cutout_opacity", 1.0)
+        opacity = cutout(network, shader, "cutout_opacity_texture", "cutout_opacity_mono_source", constant, uv)
+        threshold = network.number(shader, "opacity_threshold", 0.0)
     warn_where(network, shader, {"reflection_color": WHITE})
     warn_of_textures(network, shader, ["reflection_color_texture"])
     warn_of_projection(network, shader)
@@ -55,14 +59,6 @@ def read_omni_glass(network: Network, shader: UsdShade.Shader) -> Material:
     )
 
 
-def _cutout(network: Network, shader: UsdShade.Shader, uv: UvTransform) -> Input:
-    """Read where glass is: by its texture, or by the constant without one."""
-    constant = network.number(shader, "cutout_opacity", 1.0)
-    use = texture(network, shader, "cutout_opacity_texture", color=False, transform=uv)
-    from_alpha = network.number(shader, "cutout_opacity_mono_source", 1.0) == 0.0
-    return Input((constant,)) if use is None else Input((1.0,), use, 3 if from_alpha else 0, (constant,))
-
-
 def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
     """Read OmniSurface or OmniSurfaceLite, with the texture of each input where it has one."""
     uv = UvTransform.of(
@@ -73,7 +69,7 @@ def read_omni_surface(network: Network, shader: UsdShade.Shader) -> Material:
 
     def scalar(name: str, default: float) -> Input:
         constant = network.number(shader, name, default)
-        return textured((constant,), texture(network, shader, f"{name}_image", color=False, transform=uv))
+        return textured((constant,), number_texture(network, shader, f"{name}_image", transform=uv))
 
     ior = network.ior(shader, "specular_reflection_ior", 1.5)
     transmission = 0.0

@@ -22,7 +22,7 @@ from usdsdg_render.materials.material_table import AnyMaterial
 from usdsdg_render.materials.materials import MaterialLibrary
 from usdsdg_render.materials.plain_inputs import PlainInputs
 from usdsdg_render.materials.shading import Material
-from usdsdg_render.scene.scene import Scene
+from usdsdg_render.scene.scene import Prototype, Scene
 from usdsdg_render.sync.gprims import Gprim, Gprims
 from usdsdg_render.sync.invalidation import DirtySet
 from usdsdg_render.sync.material_slots import MaterialSlots
@@ -120,8 +120,8 @@ class GprimMaterials:
         shown = [g for g, own in zip(gprims, bound) if any(m is None or m.reads_display_color for m in own)]
         _read_shown(shown, time)
         for gprim, own in zip(gprims, bound):
-            gprim.colored = gprim.kind != SHAPE
             gprim.materials = [_resolved(gprim, time, material) for material in own]
+            gprim.colored, gprim.averaged = _varying_slots(gprim, own)
             if gprim.is_light:
                 whole = (m.material if isinstance(m, DisplayColor) else m for m in gprim.materials)
                 gprim.materials = [emissive_material(material, gprim.prim) for material in whole]
@@ -136,13 +136,15 @@ class GprimMaterials:
         for gprim in changed:
             if gprim.is_plain or gprim.prototype is None:
                 continue
-            if gprim.prototype.colors is not None:
-                gprim.materials = [self._colors.apply(each, gprim.prototype) for each in gprim.materials or ()]
+            materials, prototype = gprim.materials or [], gprim.prototype
+            is_textured = gprim.kind == MESH and any(each.textures for each in materials)
+            if prototype.colors is not None:
+                for slot in gprim.colored:
+                    materials[slot] = self._colors.apply(materials[slot], prototype)
                 gprim.has_own_materials = True
             if gprim.color_varies:
-                warn_of_colors(gprim.prim, time, by_mean=gprim.prototype.colors is None)
-            textured = gprim.kind == MESH and any(each.textures for each in gprim.materials or ())
-            if textured and not gprim.prototype.uvs.any():
+                _warn_of_varying_color(gprim, prototype, time)
+            if is_textured and not _has_uvs(prototype, () if prototype.colors is None else gprim.colored):
                 _warn_of_missing_uvs(gprim.prim)
         self._colors.keep_only(set(prototypes))
         for use, texture in self._colors.textures():
@@ -180,21 +182,43 @@ def _read_shown(gprims: Sequence[Gprim], time: Usd.TimeCode) -> None:
 
 
 def _resolved(gprim: Gprim, time: Usd.TimeCode, material: Material | None) -> AnyMaterial:
-    """The material with the gprim's primvars, or the fallback material; says whether the gprim is `colored`."""
+    """The material with the gprim's primvars, or the fallback material."""
     if material is not None and material.primvar_inputs:
         material = material.with_primvars_of(gprim.prim, time)
     if material is not None and not material.reads_display_color:
-        gprim.colored = False
         return material
     assert gprim.color is not None
     assert gprim.opacity is not None
     fallback = fallback_material(gprim.color, gprim.opacity)
-    if not gprim.color_varies or (material is not None and material.textures):
-        gprim.colored = False
     if material is None:
         return fallback
     # Without a displayColor the base color is the fallback of the reader.
     return material if gprim.color.value is None else material.with_base_color(fallback.color)
+
+
+def _varying_slots(gprim: Gprim, bound: Sequence[Material | None]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Slots that show a displayColor as it varies over the gprim, and those that show its mean.
+
+    bound: the material of each slot as it is bound. Textures of it take the texture coordinates of its faces.
+    """
+    if not gprim.color_varies:
+        return (), ()
+    shown = [slot for slot, each in enumerate(bound) if each is None or each.reads_display_color]
+    may_vary = [slot for slot in shown if gprim.kind != SHAPE and not getattr(bound[slot], "textures", ())]
+    return tuple(may_vary), tuple(slot for slot in shown if slot not in may_vary)
+
+
+def _warn_of_varying_color(gprim: Gprim, prototype: Prototype, time: Usd.TimeCode) -> None:
+    """Warn of a displayColor that is not drawn as authored, where triangles show it."""
+    by_mean = gprim.averaged if prototype.colors is not None else (*gprim.averaged, *gprim.colored)
+    if np.isin(prototype.triangle_slots, (*by_mean, *gprim.colored)).any():
+        warn_of_colors(gprim.prim, time, by_mean=bool(np.isin(prototype.triangle_slots, by_mean).any()))
+
+
+def _has_uvs(prototype: Prototype, colored: tuple[int, ...]) -> bool:
+    """Whether there are texture coordinates, or no triangles, beside those of the slots whose are of their colors."""
+    uvs = prototype.uvs[~np.isin(prototype.triangle_slots, colored)] if colored else prototype.uvs
+    return not len(uvs) or bool(uvs.any())
 
 
 def _warn_of_missing_uvs(prim: Usd.Prim) -> None:

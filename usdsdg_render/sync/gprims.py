@@ -41,9 +41,10 @@ class Gprim:
     opacity: Shown | None = None  # displayOpacity
     is_recolored: bool = False  # whether its displayColor was edited, and must be read again
     plain_color: PlainColor | None = None  # made when it was edited first
-    colored: bool = False  # drawn with its own displayColor, which varies over it
+    colored: tuple[int, ...] = ()  # slots that are drawn with its own displayColor, which varies over it
+    averaged: tuple[int, ...] = ()  # slots that are drawn with the mean of one that varies
     # The UV primvars and `colored` that it was read with, and its triangles.
-    geometry: tuple[tuple[str, ...], bool, Prototype | None] | None = None
+    geometry: tuple[tuple[str, ...], tuple[int, ...], Prototype | None] | None = None
 
     @property
     def prototype(self) -> Prototype | None:

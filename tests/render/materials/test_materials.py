@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
+from usdsdg.stage.colors import srgb_to_linear
 from usdsdg.stage.handles import Handles
 from usdsdg_render.images.image_files import asset_file
 from usdsdg_render.images.textures import TexturePool
@@ -649,6 +650,56 @@ def test_omnipbr_opacity_texture_and_mode(tmp_path):
     assert (row["opacity_channel"], row["opacity"]) == (3, 1)
     looks.set("enable_opacity_texture", T.Bool, False)
     assert looks.row()[0]["opacity_texture"] == scene.NO_TEXTURE
+
+
+@pytest.mark.parametrize("space", [None, "sRGB"])
+@pytest.mark.parametrize(
+    ("mode", "of_color"),
+    [
+        (None, lambda color: color.mean()),
+        (1, lambda color: color.mean()),
+        (2, lambda color: color @ (0.2126, 0.7152, 0.0722)),
+        (3, lambda color: color.max()),
+    ],
+)
+@pytest.mark.parametrize("name", ["OmniPBR", "OmniGlass"])
+def test_opacity_of_a_color_is_the_number_that_the_mode_names(name, mode, of_color, space, tmp_path):
+    """Whatever the constant is, which counts without a picture only."""
+    glass = name == "OmniGlass"
+    looks = Mdl(name)
+    picture = "cutout_opacity_texture" if glass else "opacity_texture"
+    looks.set("enable_opacity", T.Bool, True)
+    looks.set(picture, T.Asset, str(save(tmp_path / "o.png", (200, 100, 50))))
+    looks.set("cutout_opacity" if glass else "opacity_constant", T.Float, 0.5)
+    if mode is not None:
+        looks.set("cutout_opacity_mono_source" if glass else "opacity_mode", T.Int, mode)
+    if space is not None:
+        looks.surface.GetInput(picture).GetAttr().SetColorSpace(space)
+    row, textures = looks.row()
+    used = textures[row["opacity_texture"]]
+    color = np.array([200, 100, 50]) / 255.0
+    expected = of_color(color if space is None else srgb_to_linear(color))
+    assert not used.srgb
+    seen = row["opacity"] * used.texels[0, 0, row["opacity_channel"]] / np.iinfo(used.texels.dtype).max
+    assert seen == pytest.approx(expected, abs=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "picture", "field"),
+    [
+        ("OmniPBR", "reflectionroughness_texture", "roughness"),
+        ("OmniPBR", "metallic_texture", "metallic"),
+        ("OmniGlass", "roughness_texture", "roughness"),
+        ("OmniSurface", "metalness_image", "metallic"),
+    ],
+)
+def test_numbers_of_colors_are_their_means(name, picture, field, tmp_path):
+    looks = Mdl(name)
+    looks.set(picture, T.Asset, str(save(tmp_path / "o.png", (200, 100, 51))))
+    row, textures = looks.row()
+    texels = textures[row[f"{field}_texture"]].texels
+    seen = row[field] * texels[0, 0, row[f"{field}_channel"]] / np.iinfo(texels.dtype).max
+    assert seen == pytest.approx(351 / 3 / 255, abs=2e-5)
 
 
 def test_omnipbr_coordinates_and_normal_map(tmp_path):

@@ -300,6 +300,59 @@ def test_exr_files_keep_their_values(names, kind, tmp_path):
         image_files.read(str(tmp_path / "cut.exr"))
 
 
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        ("YA", (0.25, 0.25, 0.25, 0.5)),
+        ("AY", (0.5, 0.5, 0.5, 0.25)),
+        ("RG", (0.25, 0.5, 0.0, 1.0)),
+        ("ZR", (0.5, 0.5, 0.5, 1.0)),
+        ("Q", (0.25, 0.25, 0.25, 1.0)),
+    ],
+)
+def test_exr_files_of_other_channels_show_their_gray_or_color(names, expected, tmp_path):
+    exr = pytest.importorskip("OpenEXR", reason="OpenEXR is an extra")
+    header = {"compression": exr.ZIP_COMPRESSION, "type": exr.scanlineimage}
+    channels = {name: np.full((2, 3), value, np.float32) for name, value in zip(names, (0.25, 0.5))}
+    with exr.File(header, channels) as file:
+        file.write(str(tmp_path / "a.exr"))
+    assert (image_files.read(str(tmp_path / "a.exr")).texels == np.array(expected, np.float32)).all()
+
+
+def png_with_color(values: np.ndarray, depth: int, color: tuple[int, ...]) -> bytes:
+    """A PNG of (H, W, 1 or 3) values of `depth` bits in which one color is transparent."""
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    height, width, channels = values.shape
+    bits = ["".join(f"{each:0{depth}b}" for each in row) for row in values.reshape(height, -1).tolist()]
+    rows = b"".join(b"\0" + int(row.ljust(-len(row) // 8 * -8, "0"), 2).to_bytes(-(-len(row) // 8)) for row in bits)
+    header = struct.pack(">IIBBBBB", width, height, depth, 2 if channels == 3 else 0, 0, 0, 0)
+    parts = (b"IHDR", header), (b"tRNS", struct.pack(f">{channels}H", *color)), (b"IDAT", zlib.compress(rows))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunk(*part) for part in (*parts, (b"IEND", b"")))
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+@pytest.mark.parametrize("depth", [1, 2, 4, 8, 16])
+def test_one_color_of_a_png_is_transparent(depth, channels, tmp_path):
+    """Of every depth that PNG has; bits of the color above that depth do not count."""
+    if channels == 3 and depth < 8:
+        return
+    most = (1 << depth) - 1
+    values = np.random.default_rng(depth).integers(0, most + 1, (5, 7, channels))
+    values[0, 0], values[0, 1] = most, most
+    values[0, 1, -1] -= 1
+    for color in (values[0, 0], values[0, 1], values[3, 4]):
+        written = tuple((color + (1 << depth) * (depth < 16)).tolist())
+        (tmp_path / "a.png").write_bytes(png_with_color(values, depth, written))
+        read = image_files.read(str(tmp_path / "a.png"))
+        seen = read.texels / np.iinfo(read.texels.dtype).max
+        np.testing.assert_allclose(seen[..., :3], np.broadcast_to(values / most, (5, 7, 3)), atol=1e-6)
+        np.testing.assert_array_equal(seen[..., 3], (values != color).any(axis=-1))
+        assert read.channels == channels + 1
+
+
 def test_files_inside_a_package_are_read(tmp_path):
     image = io.BytesIO()
     Image.new("RGB", (3, 2), RED).save(image, "PNG")

@@ -1,14 +1,19 @@
-"""What trimesh does not read of COLLADA: axes and units, and polygons that are concave."""
+"""What trimesh does not read of COLLADA: axes and units, concave polygons, skins, and parts without their material."""
 
 from __future__ import annotations
 
 import importlib.util
+import io
 import re
 import xml.etree.ElementTree as ET
 
 import numpy as np
 
+from usdsdg.meshes.readers.collada_skins import pose_skins
 from usdsdg.meshes.readers.polygons import concave_ones
+
+# Parts of a file that make no mesh.
+_BESIDE = ("camera", "light", "animation", "kinematics", "physics")
 
 
 def is_installed() -> bool:
@@ -24,21 +29,48 @@ def axes(content: bytes) -> tuple[str, float]:
     return (up[1] if up else "Y"), (float(unit[1]) if unit else 1.0)
 
 
-def prepared(content: bytes) -> bytes:
-    """Return a file whose concave polygons are triangles; the file itself where there are none."""
+def prepared(content: bytes) -> tuple[bytes, list[str]]:
+    """Return a file with triangles in place of concave polygons, and plain meshes in place of skinned ones; and notes.
+
+    The file itself where it has no such, or cannot be understood.
+    """
     # Entities may make a small file a large one.
-    if not re.search(rb"<poly(list|gons)\b", content) or b"<!ENTITY" in content:
-        return content
+    if b"<!ENTITY" in content:
+        return content, []
     try:
         root = ET.fromstring(content)
         space = root.tag.removesuffix("COLLADA")
         has_changed = [_cut(mesh, space) for mesh in root.iter(f"{space}mesh")]
     except (ET.ParseError, KeyError, ValueError, IndexError, StopIteration):
-        return content  # trimesh says what is wrong
-    if not any(has_changed):
-        return content
-    ET.register_namespace("", space.strip("{}"))
-    return ET.tostring(root, encoding="utf-8", xml_declaration=True)
+        return content, []  # trimesh says what is wrong
+    lost, posed = _without_missing_materials(root, space), pose_skins(root, space)
+    notes = [*lost, *(posed or ())]
+    if lost or posed is not None or any(has_changed):
+        ET.register_namespace("", space.strip("{}"))
+        content = ET.tostring(root, encoding="utf-8", xml_declaration=True)
+    return content, list(dict.fromkeys([*notes, *_parts_left_out(content)]))
+
+
+def _without_missing_materials(root: ET.Element, space: str) -> list[str]:
+    """Take away what binds materials that are not there, for which pycollada would leave out the mesh."""
+    known = {each.get("id") for each in root.iter(f"{space}material")}
+    missing = []
+    for technique in root.iter(f"{space}technique_common"):
+        for each in technique.findall(f"{space}instance_material"):
+            if (target := each.get("target", "")[1:]) not in known:
+                technique.remove(each)
+                missing.append(f"the material {target} is missing in the file, so its part of the look is left out")
+    return missing
+
+
+def _parts_left_out(content: bytes) -> list[str]:
+    """Return notes of what pycollada does not read, which trimesh leaves out without a word."""
+    import collada
+    from collada.common import DaeError
+
+    found = collada.Collada(io.BytesIO(content), ignore=[DaeError]).errors
+    texts = [str(each).partition(": ")[2] or str(each) for each in found]
+    return [f"a part of the file is left out: {text}" for text in texts if not any(w in text.lower() for w in _BESIDE)]
 
 
 def _cut(mesh: ET.Element, space: str) -> bool:

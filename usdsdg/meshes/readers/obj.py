@@ -119,7 +119,7 @@ def material_of(
     mask = pictures.get("opacity")
     color = texture
     if mask is not None:
-        color = Texture(_with_mask(texture, mask), f"{name}_color", is_color=True)
+        color = Texture(with_mask(texture and texture.image, mask), f"{name}_color", is_color=True)
     glow, normal = pictures.get("emission"), pictures.get("normal")
     emission = _color(own.get("ke"), (0.0, 0.0, 0.0))
     if glow is not None and not any(emission):
@@ -155,11 +155,11 @@ def _alpha(image: Image.Image) -> Image.Image | None:
     return None
 
 
-def _with_mask(texture: Texture | None, mask: Image.Image) -> Image.Image:
+def with_mask(picture: Image.Image | None, mask: Image.Image) -> Image.Image:
     """Return the picture of a color, or a white one, with a mask as its alpha: the mask's own alpha, or its gray."""
     color = Image.new("RGB", mask.size, "white")
-    if texture is not None:
-        color = texture.image.convert("RGBA").convert("RGB")  # of a palette with transparency Pillow warns otherwise
+    if picture is not None:
+        color = picture.convert("RGBA").convert("RGB")  # of a palette with transparency Pillow warns otherwise
     own = _alpha(mask)
     alpha = own if own is not None and has_alpha(mask) else mask.convert("L")
     color = color.copy()

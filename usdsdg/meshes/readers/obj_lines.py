@@ -11,6 +11,7 @@ from usdsdg.meshes.readers.polygons import concave_ones
 _KEYS = rb"(?:vt|vn|v|f|usemtl|mtllib|o|g|s)"
 _INDENTED = re.compile(rb"^ +(?=" + _KEYS + rb" )", re.MULTILINE)
 _COMMENTED = re.compile(rb"^((?:v|vt|vn|f) [^#\n]*)#[^\n]*", re.MULTILINE)
+_COLORED = re.compile(rb"^v(?: +[^\s#]+){6}", re.MULTILINE)
 _POLYGON = re.compile(rb"^f(?: +[-\d/]+){4,} *\r?$", re.MULTILINE)
 # A face with an index that counts from the last line before it (negative), or with 0, which is none.
 _RELATIVE = re.compile(rb"^f (?:.*[ /])?(?:-\d|0+(?:[ /\r]|$))", re.MULTILINE)
@@ -29,6 +30,8 @@ def plain_lines(content: bytes) -> tuple[bytes, list[str]]:
         content = _INDENTED.sub(b"", content)
     if _has_comments_behind_values(content):
         content = _COMMENTED.sub(rb"\1", content)
+    if _COLORED.search(content):
+        content = _with_whole_colors(content)
     content, lost = _with_absolute_indices(content)
     notes = [f"{lost} faces with an index of nothing (0, or before the first) are left out"] if lost else []
     if _has_several_forms(content):
@@ -41,6 +44,27 @@ def _has_comments_behind_values(content: bytes) -> bool:
     while at > 0 and content[at - 1 : at] == b"\n":
         at = content.find(b"#", at + 1)
     return at > 0
+
+
+def _with_whole_colors(content: bytes) -> bytes:
+    """Return the text with a color from 0 to 1 at all points, where trimesh would drop them all, or cut them off at 1.
+
+    Points without one are white. Colors of which one is above 2 are those of programs that write 0 to 255.
+    """
+    lines = content.split(b"\n")
+    numbers = [number for number, line in enumerate(lines) if line.startswith(b"v ")]
+    points = [lines[number].split()[1:] for number in numbers]
+    try:
+        most = max(float(each) for point in points if len(point) >= 6 for each in point[3:6])
+    except ValueError:
+        return content  # trimesh says what is wrong
+    if most <= 2.0 and all(len(point) >= 6 for point in points):
+        return content
+    unit = 255.0 if most > 2.0 else 1.0  # a little above 1 is rounding
+    for number, point in zip(numbers, points):
+        color = [b"%.9g" % (float(each) / unit) for each in point[3:6]] if len(point) >= 6 else [b"1"] * 3
+        lines[number] = b" ".join([b"v", *point[:3], *color])
+    return b"\n".join(lines)
 
 
 def _has_several_forms(content: bytes) -> bool:

@@ -18,6 +18,8 @@ _KINDS = {
 }  # fmt: skip
 _ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
 _OLD_COLORS = re.compile(rb"^(property +\w+ +)diffuse_(red|green|blue|alpha)\b", re.MULTILINE)
+_BINARY = "format binary_little_endian 1.0"
+_PICTURE = "texnumber"  # of a face, among the pictures of the file
 _CORNERS = ("vertex_indices", "vertex_index")
 
 
@@ -62,6 +64,64 @@ def prepared(content: bytes) -> bytes:
         return content  # trimesh says what is wrong
 
 
+def by_picture(content: bytes) -> list[bytes]:
+    """Return the file once for each of its pictures, with the faces that show it; the file alone where it has one.
+
+    trimesh would show the last one on all faces.
+    """
+    head, mark, body = content.partition(b"end_header")
+    lines = head.decode("ascii", "replace").splitlines()
+    pictures = [number for number, line in enumerate(lines) if line.split()[:2] == ["comment", "TextureFile"]]
+    if len(pictures) < 2 or not mark:
+        return [content]
+    body = body.partition(b"\n")[2]
+    try:
+        order, elements = _header(lines)
+        faces = next(each for each in elements if each.name == "face")
+        before = elements[: elements.index(faces)]
+        if not all(each.is_fixed for each in before) or all(each.name != _PICTURE for each in faces.properties):
+            return [content]
+        start = sum(each.count * _width(each, order) for each in before)
+        text = body.decode("ascii").split() if not order else []
+        rows, end = _rows(faces, order, body, text, start)
+        if not order:  # of which trimesh does not read a single face with two lists
+            body, order, lines = (
+                _binary(before, text),
+                "<",
+                [_BINARY if each.startswith("format") else each for each in lines],
+            )
+            start = end = len(body)
+            lines = lines[: _end_of(lines, "face")]
+    except (KeyError, IndexError, ValueError, StopIteration, struct.error):
+        return [content]  # trimesh says what is wrong
+    shown = [min(max(int(row[_PICTURE][0]), 0), len(pictures) - 1) for row in rows]
+    parts = []
+    for picture in sorted(set(shown)):
+        head = [line for number, line in enumerate(lines) if number not in pictures or number == pictures[picture]]
+        chosen = [row for row, number in zip(rows, shown) if number == picture]
+        parts.append(_with_faces(head, order, before, faces, chosen, body, (start, end)))
+    return parts
+
+
+def _binary(elements: list[_Element], text: list[str]) -> bytes:
+    """Return the rows of elements without lists, which are the first words of a text, in little endian."""
+    packed, at = [], 0
+    for each in elements:
+        for _ in range(each.count):
+            words = text[at : at + len(each.row)]
+            numbers = [float(word) if kind in "fd" else int(float(word)) for kind, word in zip(each.row, words)]
+            packed.append(struct.pack("<" + each.row, *numbers))
+            at += len(words)
+    return b"".join(packed)
+
+
+def _end_of(lines: list[str], element: str) -> int:
+    """Return the line of a head behind an element and its properties."""
+    first = next(number for number, line in enumerate(lines) if line.split()[:2] == ["element", element])
+    others = (number for number in range(first + 1, len(lines)) if lines[number].split()[:1] == ["element"])
+    return next(others, len(lines))
+
+
 def _header(lines: list[str]) -> tuple[str, list[_Element]]:
     order, elements = "", []
     for words in map(str.split, lines):
@@ -101,13 +161,29 @@ def _cut(lines: list[str], order: str, elements: list[_Element], body: bytes) ->
     for number, (row, polygon) in enumerate(zip(rows, polygons)):
         triangles = concave[number] if number in concave else [(0, k, k + 1) for k in range(1, len(polygon) - 1)]
         cut += [_corner_values(row, len(polygon), list(map(int, triangle))) for triangle in triangles]
-    head = [f"element face {len(cut)}" if line.split()[:2] == ["element", "face"] else line for line in lines]
+    return _with_faces(lines, order, before, faces, cut, body, (start, end))
+
+
+def _with_faces(
+    lines: list[str],
+    order: str,
+    before: list[_Element],
+    faces: _Element,
+    rows: list[dict[str, list[float]]],
+    body: bytes,
+    span: tuple[int, int],
+) -> bytes:
+    """Return a file with other faces.
+
+    lines: of its head. before: the elements before the faces, which are at `span` of the body.
+    """
+    head = [f"element face {len(rows)}" if line.split()[:2] == ["element", "face"] else line for line in lines]
     written = "\n".join([*head, "end_header", ""]).encode()
     if not order:
         kept, first = body.decode("ascii").splitlines(), sum(each.count for each in before)
-        kept[first : first + faces.count] = [" ".join(_words(faces, row)) for row in cut]
+        kept[first : first + faces.count] = [" ".join(_words(faces, row)) for row in rows]
         return written + "\n".join([*kept, ""]).encode()
-    return written + body[:start] + b"".join(_packed(faces, order, row) for row in cut) + body[end:]
+    return written + body[: span[0]] + b"".join(_packed(faces, order, row) for row in rows) + body[span[1] :]
 
 
 def _width(element: _Element, order: str) -> int:
@@ -187,7 +263,7 @@ def _corner_values(row: dict[str, list[float]], corners: int, triangle: list[int
 def _packed(faces: _Element, order: str, row: dict[str, list[float]]) -> bytes:
     parts = []
     for each in faces.properties:
-        values = row[each.name]
+        values = row[each.name] if each.kind in "fd" else list(map(int, row[each.name]))
         head = struct.pack(order + each.count_kind, len(values)) if each.count_kind else b""
         parts.append(head + struct.pack(f"{order}{len(values)}{each.kind}", *values))
     return b"".join(parts)

@@ -49,21 +49,23 @@ def read(file: Path) -> MeshFile:
         elif form == "ply":
             content = ply.prepared(content)
         elif form == "dae":
-            content = collada.prepared(content)
-    scene: Any = trimesh.load_scene(io.BytesIO(content), file_type=form, resolver=resolver, process=False)
+            content, notes = collada.prepared(content)
     materials = _Materials(looks, resolver)
-    parts = []
-    for node in scene.graph.nodes_geometry:
-        matrix, name = scene.graph[node]
-        geometry = scene.geometry[name]
-        if isinstance(geometry, trimesh.Trimesh) and len(geometry.faces):
-            if form == "stl":
-                geometry.merge_vertices()  # a file of separate triangles
-            part = _part(str(node), geometry, materials, is_gltf=is_gltf)
-            parts.append(part.moved(np.asarray(matrix).T))
+    parts, count = [], 0
+    for piece in ply.by_picture(content) if form == "ply" else [content]:
+        scene: Any = trimesh.load_scene(io.BytesIO(piece), file_type=form, resolver=resolver, process=False)
+        count += len(scene.geometry)
+        for node in scene.graph.nodes_geometry:
+            matrix, name = scene.graph[node]
+            geometry = scene.geometry[name]
+            if isinstance(geometry, trimesh.Trimesh) and len(geometry.faces):
+                if form == "stl":
+                    geometry.merge_vertices()  # a file of separate triangles
+                part = _part(str(node), geometry, materials, is_gltf=is_gltf)
+                parts.append(part.moved(np.asarray(matrix).T))
     if not parts and file.suffix.lower() == ".stl":
         _check_whole(file, content)
-    if not parts and len(scene.geometry):
+    if not parts and count:
         raise AssetUnreadable(f"{file} has points or lines but no triangles; give a mesh")
     up, unit = collada.axes(content) if form == "dae" else (_UP.get(file.suffix.lower(), "Y"), 1.0)
     told = dict.fromkeys([*notes, *_missing(file, resolver), *resolver.unread, *materials.notes])
@@ -136,7 +138,7 @@ def _part(name: str, mesh: Any, materials: _Materials, *, is_gltf: bool) -> Part
         np.asarray(mesh.faces, np.int64),
         None if normals is None or len(normals) != len(mesh.vertices) else np.asarray(normals, np.float64),
         None if uvs is None or len(uvs) != len(mesh.vertices) else _pairs(np.asarray(uvs, np.float64)),
-        _colors(visual, len(mesh.vertices), is_gltf=is_gltf),
+        _colors(mesh, is_gltf=is_gltf),
         is_double_sided=not is_gltf or bool(getattr(material, "doubleSided", False)),
     )
     number, factor = materials.index(material, name, has_colors=made.colors is not None)
@@ -150,14 +152,16 @@ def _pairs(uvs: np.ndarray) -> np.ndarray:
     return uvs[:, :2] if uvs.shape[1] > 1 else np.hstack([uvs, np.zeros_like(uvs)])
 
 
-def _colors(visual: Any, count: int, *, is_gltf: bool) -> np.ndarray | None:
+def _colors(mesh: Any, *, is_gltf: bool) -> np.ndarray | None:
     """Return the linear colors of points (P, 3), or of the corners of triangles (T * 3, 3); None for no colors."""
+    visual = mesh.visual
     if visual.kind == "face":
         return srgb_to_linear(np.repeat(np.asarray(visual.face_colors)[:, :3] / 255.0, 3, axis=0))
     colors = visual.vertex_colors if visual.kind == "vertex" else None
     if visual.kind == "texture":
-        colors = (getattr(visual, "vertex_attributes", None) or {}).get("color")
-    if colors is None or np.ndim(colors) != 2 or len(colors) != count:
+        given = getattr(visual, "vertex_attributes", None) or {}
+        colors = given.get("color", mesh.vertex_attributes.get("color"))  # of glTF, and of other forms
+    if colors is None or np.ndim(colors) != 2 or len(colors) != len(mesh.vertices):
         return None
     colors = np.asarray(colors)
     most = float(np.iinfo(colors.dtype).max) if colors.dtype.kind in "iu" else 1.0

@@ -9,7 +9,9 @@ import numpy as np
 from PIL import Image, ImageChops
 from pxr import Ar, Gf, Sdf, UsdShade
 
+from usdsdg.image_files.png16 import SIGNATURE
 from usdsdg.meshes.model import Material, Texture
+from usdsdg.stage.colors import srgb_to_linear
 
 _WRAPS = ("repeat", "clamp", "mirror", "black")
 # Inputs of UsdPreviewSurface that our materials do not have, with their fallbacks.
@@ -36,6 +38,16 @@ class _Picture(NamedTuple):
     wraps: tuple[str, str]  # along u and v
     is_raw: bool  # whether its colors are linear
 
+    @property
+    def factor(self) -> float:
+        """The factor of the channel that an input of one number reads."""
+        return float(self.scale["rgba".index(self.output[:1])])
+
+    def has_alpha_of(self, opacity: _Picture) -> bool:
+        """Whether an opacity is the alpha of this picture, looked up alike."""
+        same = self.image is opacity.image and self.wraps == opacity.wraps and self.coordinates == opacity.coordinates
+        return same and opacity.output == "a" and "A" in self.image.getbands()
+
 
 class Looks:
     """Materials in the order of their first use."""
@@ -45,7 +57,7 @@ class Looks:
         self.files: list[str] = []
         self.notes: list[str] = []
         self._known: dict[Sdf.Path, tuple[int | None, Coordinates]] = {}
-        self._images: dict[str, Image.Image | None] = {}
+        self._images: dict[str, tuple[Image.Image, bool] | None] = {}
 
     def index(self, material: UsdShade.Material) -> tuple[int | None, Coordinates]:
         """Return where a material is in the list, and its UVs; None for none or an unknown one."""
@@ -67,7 +79,8 @@ class Looks:
         color, opacity = pictures.get("diffuseColor"), pictures.get("opacity")
         normal, glow = pictures.get("normal"), pictures.get("emissiveColor")
         occlusion = pictures.get("occlusion")
-        packed = _packed(pictures.get("roughness"), pictures.get("metallic"))
+        rough, metal = pictures.get("roughness"), pictures.get("metallic")
+        is_alpha = color is not None and opacity is not None and color.has_alpha_of(opacity)
         reads_points = color is None and _reads_display_color(surface)
         emission = glow.scale[:3] if glow is not None else _color(surface, "emissiveColor", 0.0)
         for left, fallback in _LEFT_OUT.items():
@@ -77,14 +90,15 @@ class Looks:
             name,
             color=_three(color.scale) if color is not None else _color(surface, "diffuseColor", 0.18),
             color_from_points=reads_points,
-            color_texture=_color_texture(color, opacity, name),
-            opacity=opacity.scale[3] if opacity is not None else _number(surface, "opacity", 1.0),
-            opacity_from_color=opacity is not None,
+            color_texture=color and Texture(color.image, color.name, not color.is_raw, color.wraps),
+            opacity=opacity.factor if opacity is not None else _number(surface, "opacity", 1.0),
+            opacity_from_color=is_alpha,
+            opacity_texture=None if opacity is None or is_alpha else _data(opacity, "r"),
             opacity_threshold=_number(surface, "opacityThreshold", 0.0),
-            metallic=_factor(pictures.get("metallic"), surface, "metallic", 0.0),
-            metallic_texture=packed,
-            roughness=_factor(pictures.get("roughness"), surface, "roughness", 0.5),
-            roughness_texture=packed,
+            metallic=_factor(metal, surface, "metallic", 0.0),
+            metallic_texture=metal and _data(metal, "b"),
+            roughness=_factor(rough, surface, "roughness", 0.5),
+            roughness_texture=rough and _data(rough, "g"),
             emission=_three(emission),
             emission_texture=None if glow is None else Texture(glow.image, glow.name, not glow.is_raw, glow.wraps),
             normal_texture=None if normal is None else Texture(_upward(normal), normal.name, wraps=normal.wraps),
@@ -103,8 +117,9 @@ class Looks:
         if not shader or shader.GetIdAttr().Get() != "UsdUVTexture":
             return None
         file: Any = shader.GetInput("file").Get() if shader.GetInput("file") else None
-        if not isinstance(file, Sdf.AssetPath) or (image := self._image(file)) is None:
+        if not isinstance(file, Sdf.AssetPath) or (found := self._image(file)) is None:
             return None
+        image, is_wide = found
         scale = shader.GetInput("scale").Get() if shader.GetInput("scale") else None
         output = attributes[0].GetName().partition(":")[2]
         name = file.path.rsplit("/", 1)[-1].rsplit(".", 1)[0]
@@ -119,7 +134,7 @@ class Looks:
             tuple(scale or (1.0, 1.0, 1.0, 1.0)),
             self._coordinates(shader),
             (wraps[0] if wraps[0] in _WRAPS else "repeat", wraps[1] if wraps[1] in _WRAPS else "repeat"),
-            _token(shader, "sourceColorSpace") == "raw",
+            _is_raw(_token(shader, "sourceColorSpace"), image, is_wide=is_wide),
         )
 
     def _coordinates(self, shader: UsdShade.Shader) -> Coordinates:
@@ -141,7 +156,8 @@ class Looks:
                 break
         return Coordinates(rows=_rows(matrix))
 
-    def _image(self, file: Sdf.AssetPath) -> Image.Image | None:
+    def _image(self, file: Sdf.AssetPath) -> tuple[Image.Image, bool] | None:
+        """Return a picture, and whether its file has more than 8 bits a channel; None where it cannot be read."""
         path = file.resolvedPath
         if (path or file.path) not in self._images:
             try:
@@ -192,61 +208,53 @@ def _upward(normal: _Picture) -> Image.Image:
     return Image.merge("RGB", (red, ImageChops.invert(green), blue))
 
 
-def _read(path: str) -> Image.Image:
-    """Read a picture, also one inside a package."""
+def _is_raw(space: str, image: Image.Image, *, is_wide: bool) -> bool:
+    """Whether colors are linear; `auto` stands for sRGB where a file has 8 bits and three channels or four."""
+    if space in ("raw", "sRGB"):
+        return space == "raw"
+    return is_wide or image.mode in ("1", "L", "LA", "La")
+
+
+def _read(path: str) -> tuple[Image.Image, bool]:
+    """Read a picture, also one inside a package, and whether its file has more than 8 bits a channel."""
     asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path)) if path else None
     if not asset:
         raise FileNotFoundError(path)
-    with asset as opened, Image.open(io.BytesIO(bytes(opened.GetBuffer()))) as image:
+    with asset as opened:
+        content = bytes(opened.GetBuffer())
+    with Image.open(io.BytesIO(content)) as image:
         image.load()
-        return image.copy()
+        is_wide = content.startswith(SIGNATURE) and content[24] == 16  # of which Pillow keeps 8 in colors
+        return image.copy(), is_wide or image.mode[:1] in ("I", "F")
 
 
 def _channel(picture: _Picture) -> Image.Image:
-    """Return the channel of a picture that an input of one number reads."""
-    image = picture.image if picture.image.mode != "P" else picture.image.convert("RGBA")
+    """Return the channel of a picture that an input of one number reads, as linear numbers of 8 bits."""
+    image = picture.image
+    if image.mode == "P" or "transparency" in image.info:
+        image = image.convert("RGBA")
+    if image.mode.startswith("I;16"):
+        image = Image.fromarray((np.asarray(image) // 257).astype(np.uint8))
     wanted = picture.output[:1].upper()
-    if wanted in image.getbands():
-        return image.getchannel(wanted)
-    return image if len(image.getbands()) == 1 else image.getchannel(0)  # a gray picture
+    if wanted == "A":
+        return image.getchannel("A") if "A" in image.getbands() else Image.new("L", image.size, 255)
+    channel = image.getchannel(wanted if wanted in image.getbands() else 0).convert("L")  # 0: of a gray picture
+    if picture.is_raw:
+        return channel
+    return channel.point((srgb_to_linear(np.arange(256) / 255.0) * 255.0).round().astype(int).tolist())
 
 
-def _packed(roughness: _Picture | None, metallic: _Picture | None) -> Texture | None:
-    """Return one picture as materials have it: roughness in its green, and metalness in its blue channel."""
-    first = roughness or metallic
-    if first is None:
-        return None
-    outputs = roughness and roughness.output, metallic and metallic.output
-    if roughness and metallic and roughness.image is metallic.image and outputs == ("g", "b"):
-        return Texture(roughness.image, roughness.name, wraps=roughness.wraps)
-    channels = [None if each is None else _channel(each).convert("L") for each in (roughness, metallic)]
-    size = max((each.size for each in channels if each is not None), key=lambda size: size[0] * size[1])
-    white = Image.new("L", size, 255)
-    green, blue = (white if each is None else each.resize(size) for each in channels)
-    return Texture(Image.merge("RGB", (white, green, blue)), f"{first.name}_roughness_metallic", wraps=first.wraps)
-
-
-def _color_texture(color: _Picture | None, opacity: _Picture | None, name: str) -> Texture | None:
-    """Return the picture of the color, with the opacity in its alpha channel where that is a picture."""
-    first = color or opacity
-    if first is None:
-        return None
-    is_color = color is None or not color.is_raw
-    if color is not None and (opacity is None or (color.image is opacity.image and opacity.output == "a")):
-        return Texture(color.image, color.name, is_color, color.wraps)
-    assert opacity is not None
-    alpha = _channel(opacity).convert("L")
-    plain = Image.new("RGB", alpha.size, (255, 255, 255)) if color is None else color.image.convert("RGB")
-    red, green, blue = plain.split()
-    return Texture(
-        Image.merge("RGBA", (red, green, blue, alpha.resize(plain.size))), f"{name}_color", is_color, first.wraps
-    )
+def _data(picture: _Picture, channel: str) -> Texture:
+    """Return a picture with the numbers that an input reads in a channel of it; itself where it has them there."""
+    if picture.output == channel and picture.is_raw and picture.image.mode in ("RGB", "RGBA"):
+        return Texture(picture.image, picture.name, wraps=picture.wraps)
+    return Texture(Image.merge("RGB", [_channel(picture)] * 3), f"{picture.name}_{channel}", wraps=picture.wraps)
 
 
 def _factor(picture: _Picture | None, surface: UsdShade.Shader, name: str, fallback: float) -> float:
     if picture is None:
         return _number(surface, name, fallback)
-    return float(picture.scale["rgba".index(picture.output[:1])])
+    return picture.factor
 
 
 def _number(surface: UsdShade.Shader, name: str, fallback: float) -> float:
