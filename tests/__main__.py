@@ -32,9 +32,12 @@ def main() -> int:
     with tempfile.TemporaryFile("w+") as report, tempfile.TemporaryDirectory() as compiled:
         # Pyright takes two minutes of one CPU, so it runs beside the tests.
         types = subprocess.Popen(TYPES, cwd=ROOT, stdout=report, stderr=subprocess.STDOUT)
+        environment = variables(os.environ, compiled)
         for name, command in CHECKS:
+            if name == "tests" and not is_compiled(environment):
+                _compile_tests(environment)
             _announce(name, command)
-            if subprocess.run(command, cwd=ROOT, env=variables(os.environ, compiled)).returncode != 0:
+            if subprocess.run(command, cwd=ROOT, env=environment).returncode != 0:
                 failed.append(name)
         _announce("types", TYPES)
         if types.wait() != 0:
@@ -54,6 +57,20 @@ def variables(environment: Mapping[str, str], folder: str) -> dict[str, str]:
     if found.pop("PYTHONDONTWRITEBYTECODE", None) is not None:
         found.setdefault("PYTHONPYCACHEPREFIX", folder)
     return found
+
+
+def is_compiled(environment: Mapping[str, str]) -> bool:
+    """Return whether Python has kept tests as pytest has compiled them."""
+    return "PYTHONPYCACHEPREFIX" not in environment and any((ROOT / "tests" / "__pycache__").glob("*-pytest-*"))
+
+
+def _compile_tests(environment: Mapping[str, str]) -> None:
+    """Let one process import all tests, on the CPU beside pyright: else each process that runs them compiles all.
+
+    What cannot be imported is told when they run.
+    """
+    command = [sys.executable, "-m", "pytest", "--collect-only", "-qq", *sys.argv[1:]]
+    subprocess.run(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def _announce(name: str, command: list[str]) -> None:
