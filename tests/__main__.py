@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from tests import forked
 from usdsdg.operating_system import usable_cores
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -34,8 +35,8 @@ def main() -> int:
         types = subprocess.Popen(TYPES, cwd=ROOT, stdout=report, stderr=subprocess.STDOUT)
         environment = variables(os.environ, compiled)
         for name, command in CHECKS:
-            if name == "tests" and not is_compiled(environment):
-                _compile_tests(environment)
+            if name == "tests":
+                _prepare_tests(environment)
             _announce(name, command)
             if subprocess.run(command, cwd=ROOT, env=environment).returncode != 0:
                 failed.append(name)
@@ -64,13 +65,17 @@ def is_compiled(environment: Mapping[str, str]) -> bool:
     return "PYTHONPYCACHEPREFIX" not in environment and any((ROOT / "tests" / "__pycache__").glob("*-pytest-*"))
 
 
-def _compile_tests(environment: Mapping[str, str]) -> None:
-    """Let one process import all tests, on the CPU beside pyright: else each process that runs them compiles all.
+def _prepare_tests(environment: dict[str, str]) -> None:
+    """Do once, on the CPU beside pyright, what else each process that runs tests would do.
 
-    What cannot be imported is told when they run.
+    That is to compile all tests, of which those that cannot be imported are told of when they run, and to import the
+    product for programs that are forked.
     """
-    command = [sys.executable, "-m", "pytest", "--collect-only", "-qq", *sys.argv[1:]]
-    subprocess.run(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    if not is_compiled(environment):
+        command = [sys.executable, "-m", "pytest", "--collect-only", "-qq", *sys.argv[1:]]
+        subprocess.run(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    if hasattr(os, "pidfd_open"):
+        environment[forked.SERVER] = str(forked.start(environment))
 
 
 def _announce(name: str, command: list[str]) -> None:
