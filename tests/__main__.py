@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from tests import forked
 from usdsdg.operating_system import usable_cores
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -32,9 +33,12 @@ def main() -> int:
     with tempfile.TemporaryFile("w+") as report, tempfile.TemporaryDirectory() as compiled:
         # Pyright takes two minutes of one CPU, so it runs beside the tests.
         types = subprocess.Popen(TYPES, cwd=ROOT, stdout=report, stderr=subprocess.STDOUT)
+        environment = variables(os.environ, compiled)
         for name, command in CHECKS:
+            if name == "tests":
+                _prepare_tests(environment)
             _announce(name, command)
-            if subprocess.run(command, cwd=ROOT, env=variables(os.environ, compiled)).returncode != 0:
+            if subprocess.run(command, cwd=ROOT, env=environment).returncode != 0:
                 failed.append(name)
         _announce("types", TYPES)
         if types.wait() != 0:
@@ -54,6 +58,24 @@ def variables(environment: Mapping[str, str], folder: str) -> dict[str, str]:
     if found.pop("PYTHONDONTWRITEBYTECODE", None) is not None:
         found.setdefault("PYTHONPYCACHEPREFIX", folder)
     return found
+
+
+def is_compiled(environment: Mapping[str, str]) -> bool:
+    """Return whether Python has kept tests as pytest has compiled them."""
+    return "PYTHONPYCACHEPREFIX" not in environment and any((ROOT / "tests" / "__pycache__").glob("*-pytest-*"))
+
+
+def _prepare_tests(environment: dict[str, str]) -> None:
+    """Do once, on the CPU beside pyright, what else each process that runs tests would do.
+
+    That is to compile all tests, of which those that cannot be imported are told of when they run, and to import the
+    product for programs that are forked.
+    """
+    if not is_compiled(environment):
+        command = [sys.executable, "-m", "pytest", "--collect-only", "-qq", *sys.argv[1:]]
+        subprocess.run(command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    if hasattr(os, "pidfd_open"):
+        environment[forked.SERVER] = str(forked.start(environment))
 
 
 def _announce(name: str, command: list[str]) -> None:

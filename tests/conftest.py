@@ -2,6 +2,7 @@
 
 import gc
 import os
+import sys
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -14,6 +15,11 @@ from usdsdg.stage import assets
 
 # No test asks a server for an asset, but those that have one of their own.
 os.environ.setdefault("USDSDG_FETCH_ASSETS", "0")
+
+# Tests that give assets another cache leave kernels where they are: in an empty folder all would be compiled anew.
+if sys.platform == "linux":
+    _caches = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    os.environ.setdefault("WARP_CACHE_PATH", os.path.join(_caches, "warp"))
 
 # How long an example takes depends on what else the machine does.
 settings.register_profile("usdsdg", deadline=None, suppress_health_check=[HealthCheck.too_slow])

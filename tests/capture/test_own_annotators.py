@@ -323,11 +323,6 @@ def points_shown(stage, camera):
     return np.where(seen, points, np.nan), aovs["instance"]
 
 
-def agreeing(product, shown):
-    """Return the pixels in which the slow ray caster sees the same: elsewhere edges are rounded differently."""
-    return np.isclose(shown, product).all(axis=-1)
-
-
 def test_the_points_of_one_camera_are_found_in_another(stage):
     other = add_camera(stage, "/World/Other", (5, -7, 5), (0, 0.5, 0))
     product, second = rep.create.render_product(CAMERA, SIZE), rep.create.render_product(other, (80, 60))

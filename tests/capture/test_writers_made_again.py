@@ -9,6 +9,7 @@ import pytest
 
 import usdsdg as rep
 from tests.capture.part_runs import cut, differences, run
+from tests.sampled_cases import crossed
 from usdsdg.errors import UsdsdgWarning
 from usdsdg.session.stage_context import new_stage
 from usdsdg.writers.journal.folders import Mode
@@ -47,8 +48,7 @@ def whole(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("name", WRITERS)
-@pytest.mark.parametrize("is_gone", [True, False])
+@pytest.mark.parametrize(("name", "is_gone"), crossed(WRITERS, [True, False]))
 def test_a_folder_that_is_behind_gets_the_bytes_that_it_would_have(whole, tmp_path, name, is_gone):
     folder = shutil.copytree(whole, tmp_path / "out")
     if is_gone:

@@ -2,11 +2,12 @@
 
 import os
 import subprocess
-import sys
 import textwrap
 import time
 
+from tests import forked
 from tests.cli.datasets import content
+from tests.forked.client import EXECUTABLE
 from tests.signaled import started
 
 # Longer than the test waits, so that a process that goes on is seen.
@@ -33,7 +34,8 @@ for frame in range(6):
         Path(f"made_{{os.getpid()}}").touch()
         time.sleep({LONG})
 """
-RUN = ["-m", "usdsdg", "run", "-q", "--device", "cpu", "--workers", "2"]
+ALONE = ["-m", "usdsdg", "run", "-q", "--device", "cpu"]
+RUN = [*ALONE, "--workers", "2"]
 
 
 def test_workers_end_with_the_process_that_has_started_them(tmp_path):
@@ -41,11 +43,9 @@ def test_workers_end_with_the_process_that_has_started_them(tmp_path):
     for each in (whole, folder):
         each.mkdir()
         (each / "script.py").write_text(textwrap.dedent(SCRIPT))
-    # Its own input has ended from the beginning, which is no reason to end.
-    done = subprocess.run(
-        [sys.executable, *RUN, "script.py"], cwd=whole, stdin=subprocess.DEVNULL, capture_output=True, text=True
-    )
+    done = forked_run(*ALONE, "script.py", folder=whole)
     assert done.returncode == 0, done.stderr
+    # Its own input has ended from the beginning, which is no reason to end.
     with started([*RUN, "script.py"], cwd=folder, env=os.environ | {"SLOW": "1"}, stdin=subprocess.DEVNULL) as process:
         until = time.monotonic() + LONG
         while len(list(folder.glob("made_*"))) < 2:
@@ -54,13 +54,23 @@ def test_workers_end_with_the_process_that_has_started_them(tmp_path):
             time.sleep(0.05)
         process.kill()
     until = time.monotonic() + SOON
-    while (again := resumed(folder)).returncode and "another process is writing" in again.stderr:
+    again = resumed(folder)
+    while again.returncode and "another process is writing" in again.stderr:
         assert time.monotonic() < until, "the workers go on"
         time.sleep(0.2)
+        again = resumed(folder)
     assert again.returncode == 0, again.stderr
     assert content(folder / "out") == content(whole / "out")
 
 
 def resumed(folder):
-    command = [sys.executable, *RUN, "--resume", "script.py"]
-    return subprocess.run(command, cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    return forked_run(*RUN, "--resume", "script.py", folder=folder)
+
+
+def forked_run(*arguments, folder):
+    """Run a command whose input has ended, in forks; what is killed above are processes of their own."""
+    environment = os.environ | {EXECUTABLE: forked.executable()}
+    return subprocess.run(
+        [*forked.command(), *arguments],
+        cwd=folder, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+    )  # fmt: skip

@@ -7,6 +7,7 @@ import pytest
 from pxr import Usd, UsdGeom, UsdLux
 
 from tests import forked
+from tests.demo_assets import share_demo_assets
 from tests.scripts.conftest import ROOT, usdsdg
 from tests.site import walk
 from tests.site.test_blocks import READ
@@ -56,6 +57,7 @@ def home(tmp_path, monkeypatch):
     """Writers write below a temporary home folder; the kernel cache stays where it is."""
     monkeypatch.setenv("WARP_CACHE_PATH", walk.kernels())
     monkeypatch.setenv("HOME", str(tmp_path))
+    share_demo_assets(tmp_path / ".cache")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)

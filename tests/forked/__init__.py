@@ -22,17 +22,23 @@ from tests.signaled import heed_signals
 
 ROOT = Path(__file__).resolve().parents[2]
 CLIENT = Path(__file__).with_name("client.py")
+SERVER = "USDSDG_TESTS_SERVER"  # variable with the socket of a server for all processes that run tests
 
 
 @functools.cache
 def server() -> Path:
-    """Start the server of this process, which ends with it; return its socket."""
+    """Return the socket of the server: the one that `python -m tests` has started, or else this process's own."""
+    return Path(os.environ[SERVER]) if SERVER in os.environ else start(os.environ)
+
+
+def start(environment: Mapping[str, str]) -> Path:
+    """Start a server, which ends with this process; return its socket."""
     # Not below a test's own folder: paths of sockets have to be short.
     folder = tempfile.TemporaryDirectory()
     path = Path(folder.name) / "socket"
     process = subprocess.Popen(
         [sys.executable, "-m", "tests.forked.server", str(path)],
-        cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        cwd=ROOT, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
     )  # fmt: skip
     assert process.stdin is not None
     assert process.stdout is not None
@@ -54,8 +60,11 @@ def command() -> list[str]:
 def executable() -> str:
     """Return a file that does what `python` does, in a fork: what a program starts that is given it in EXECUTABLE."""
     path = server().with_name("python")
-    path.write_text(f'#!/bin/sh\nexec {shlex.join(command())} "$@"\n')
-    path.chmod(0o755)
+    if not path.exists():
+        own = path.with_name(f"python_{os.getpid()}")  # others may write theirs, or run the one that is there
+        own.write_text(f'#!/bin/sh\nexec {shlex.join(command())} "$@"\n')
+        own.chmod(0o755)
+        own.replace(path)
     return str(path)
 
 

@@ -19,6 +19,7 @@ import select
 import signal
 import socket
 import sys
+from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 from tests.forked.client import EXECUTABLE, NUMBER, STREAMS
@@ -30,6 +31,11 @@ MODULES = (
 )  # fmt: skip
 # All of their modules, of which scenes need some or others.
 ENGINES = ("usdsdg_render", "usdsdg_physics")
+# Values of modules that hold nothing of a program.
+CONSTANT = (FunctionType, type, ModuleType, str, int, float, tuple, frozenset)
+LIBRARIES = ("warp", "numpy", "click", "re", "types", "typing", "collections")  # of whose classes no value does, either
+SHARED: list[str] = []
+HELD: list[tuple[dict[str, Any], list[str]]] = []
 
 
 def serve(path: str) -> dict[str, Any]:
@@ -98,17 +104,60 @@ def run(arguments: list[str]) -> None:
         runpy.run_path(kind, run_name="__main__")
 
 
-def keep_libraries() -> None:
-    """Leave the modules of libraries whole when a fork ends, which takes ten times as long as the rest of its end.
+def make_what_all_make() -> None:
+    """Make what most programs would make anew, each the same from its modules alone.
 
-    Our own are taken apart as in any process.
+    Warp's cache has kernels under their hashes, on which a short program would spend a third of its time.
     """
-    ours = ("__main__", "tests", "usdsdg", *ENGINES, *sys.stdlib_module_names)
-    for name in [name for name in sys.modules if name.partition(".")[0] not in ours]:
-        ctypes.pythonapi.Py_IncRef(ctypes.py_object(sys.modules.pop(name)))
+    import warp as wp
+
+    from usdsdg_physics.world.compile_kernels import prepare_newton
+    from usdsdg_render.device.albedo_table import albedo_table
+    from usdsdg_render.device.precompile import module_loads, without_bfloat16
+
+    albedo_table()
+    # Options are part of a hash. Warp is not asked for the device: it would initialize CUDA, which outlives no fork.
+    cpu: Any = SimpleNamespace(is_cuda=False, is_cpu=True)
+    for load in module_loads(cpu, everything=True):
+        without_bfloat16(load.module)
+    prepare_newton()
+    for name in [name for name in sys.modules if name.partition(".")[0] in ("usdsdg", "newton", *ENGINES)]:
+        if (module := wp.get_module(name)).kernels:
+            module.get_module_hash(1)  # with blocks of one thread, as on a CPU
+
+
+def note_modules() -> None:
+    """Note the modules that are loaded, which all forks share, and what of ours may hold something of a program."""
+    for name, module in list(sys.modules.items()):
+        if name in ("__main__", "builtins", "sys"):
+            continue
+        SHARED.append(name)
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(module))
+        if name.partition(".")[0] in ("usdsdg", *ENGINES):
+            held = vars(module)
+            HELD.append((held, [key for key, value in held.items() if not is_constant(key, value)]))
+
+
+def is_constant(name: str, value: object) -> bool:
+    """Tell whether a value of a module stays as it is, and holds nothing of a program."""
+    library = type(value).__module__.partition(".")[0]
+    return name.startswith("__") or isinstance(value, CONSTANT) or library in LIBRARIES
+
+
+def keep_modules() -> None:
+    """Leave the modules whole that all forks share: to take them apart takes longer than a short program.
+
+    What ours hold goes, as in any process, and so do modules that the fork was the first to load.
+    """
+    for name in SHARED:
+        sys.modules.pop(name, None)
+    for held, keys in HELD:
+        for key in keys:
+            held[key] = None
 
 
 def main() -> None:
+    atexit.register(keep_modules)  # as the first one, which runs last
     # Threads are not forked, so that none may be started here; OpenBLAS alone starts its own again.
     os.environ["PXR_WORK_THREAD_LIMIT"] = "1"
     gc.disable()
@@ -117,7 +166,8 @@ def main() -> None:
     for name in ENGINES:
         for module in pkgutil.walk_packages(importlib.import_module(name).__path__, f"{name}."):
             importlib.import_module(module.name)
-    atexit.register(keep_libraries)  # as the first one, which runs last
+    make_what_all_make()
+    note_modules()
     gc.freeze()  # else every fork walks all of these modules, and copies their memory with that
     gc.enable()
     signal.signal(signal.SIGCHLD, reap)

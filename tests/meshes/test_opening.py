@@ -9,6 +9,7 @@ from pxr import Usd
 
 import usdsdg as rep
 from tests import forked
+from tests.demo_assets import share_demo_assets
 from tests.sampled_cases import sampled
 from usdsdg.cli.app import app
 from usdsdg.compat.isaacsim.core.utils.stage import add_reference_to_stage
@@ -104,6 +105,7 @@ def test_folders_of_assets(stage, broken):
 
 @pytest.mark.parametrize("broken", sampled(BROKEN), indirect=True)
 def test_commands_end_with_exit_code_1(broken, tmp_path):
+    share_demo_assets(tmp_path / "cache")
     file, why = broken
     config = {
         "labeled_assets_and_properties": [{"url": str(file), "label": "thing", "count": 1}],

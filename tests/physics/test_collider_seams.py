@@ -5,6 +5,7 @@ import pytest
 from pxr import Gf, Sdf, UsdPhysics, UsdShade
 
 from tests.physics.scenes import add, collide, make_body, mesh, new_stage, physics_material, playing, position, velocity
+from tests.sampled_cases import crossed
 
 HALF, SPEED, STEPS = 0.1, 2.0, 90
 CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
@@ -34,8 +35,9 @@ def slide(stage, shape, *, at=(-0.2, 0.0, HALF), speed=SPEED):
     return position(prim)
 
 
-@pytest.mark.parametrize("kind", ["box", "kinematic", "convexHull", "none"])
-@pytest.mark.parametrize("shape", ["Cube", "Sphere", "Cylinder"])
+@pytest.mark.parametrize(
+    ("kind", "shape"), crossed(["box", "kinematic", "convexHull", "none"], ["Cube", "Sphere", "Cylinder"])
+)
 def test_tiles_are_as_one_floor(shape, kind):
     """What slides went no farther than the first seam."""
     whole = new_stage()
@@ -49,8 +51,7 @@ def test_tiles_are_as_one_floor(shape, kind):
     assert slide(tiled, shape) == pytest.approx(expected, abs=2e-3)
 
 
-@pytest.mark.parametrize("tilt", [2, 8])
-@pytest.mark.parametrize("origin", [1.0, 0.0, -1.0])
+@pytest.mark.parametrize(("tilt", "origin"), crossed([2, 8], [1.0, 0.0, -1.0]))
 def test_a_tilted_mesh_slides_on_over_strips_wherever_its_origin_is(origin, tilt):
     """It lands on an edge, and stopped at the first seam where its origin was at its bottom or farther below."""
     stage, friction, speed, seconds = new_stage(), 0.05, 4.0, 1.0
@@ -89,8 +90,7 @@ def test_a_mesh_of_strips_is_as_one_face(shape):
     assert (y, z) == pytest.approx((0.0, HALF), abs=1e-3)
 
 
-@pytest.mark.parametrize("kind", ["box", "convexHull", "none"])
-@pytest.mark.parametrize("height", [0.002, 0.3])
+@pytest.mark.parametrize(("kind", "height"), crossed(["box", "convexHull", "none"], [0.002, 0.3]))
 def test_what_stands_out_of_the_floor_stops(kind, height):
     """A step, which continues no floor, and a wall on the floor, whose foot lies in the floor's face."""
     stage = new_stage()

@@ -8,6 +8,7 @@ from pxr import Sdf, UsdPhysics
 
 from tests.physics.mechanisms import drive, joint
 from tests.physics.scenes import add, new_stage, playing, position
+from tests.sampled_cases import crossed
 
 STEP = 1.0 / 60.0
 
@@ -135,8 +136,7 @@ def test_a_gear_that_is_removed_while_playing_lets_go():
 
 
 @pytest.mark.parametrize("swapped", [(), ("pinion",), ("rack",)])
-@pytest.mark.parametrize("side", [1.0, -1.0])
-@pytest.mark.parametrize("axes", ["XY", "YX", "ZX", "XZ"])
+@pytest.mark.parametrize(("side", "axes"), crossed([1.0, -1.0], ["XY", "YX", "ZX", "XZ"]))
 def test_a_rack_goes_where_the_rim_of_its_pinion_goes(axes, side, swapped):
     """PhysX drives it along axis x (rack - pinion), whichever end of a joint the body is."""
     axis, slide = (np.eye(3)["XYZ".index(letter)] for letter in axes)

@@ -8,6 +8,7 @@ from pxr import UsdPhysics
 
 from tests.physics.mechanisms import drive, free_axes, joint, limit, rotation
 from tests.physics.scenes import add, new_stage, playing, position, warnings_of
+from tests.sampled_cases import crossed
 
 
 @pytest.mark.parametrize(
@@ -62,8 +63,7 @@ def test_a_least_distance_above_the_greatest_is_named_and_counts():
     assert position(ball) == pytest.approx([0, 0, -0.5], abs=5e-3)
 
 
-@pytest.mark.parametrize("name", ["transX", "transZ", "rotX", "rotY"])
-@pytest.mark.parametrize("number", [0.3, -0.2, 0.0])
+@pytest.mark.parametrize(("name", "number"), crossed(["transX", "transZ", "rotX", "rotY"], [0.3, -0.2, 0.0]))
 def test_equal_limits_of_a_general_joint_hold_its_axis_at_their_number(name, number):
     """As in PhysX (ovphysx 0.7.0), which moves a box by 0.3 m, and turns one by 30 degrees."""
     stage = new_stage()

@@ -10,6 +10,7 @@ from scipy.spatial import ConvexHull
 from tests.physics.mechanisms import drive, joint, limit, rod
 from tests.physics.scenes import DEVICE, add, collide, make_body, mesh, set_value
 from tests.physics.test_step_records import contacts, ground, kinematic, pile, terrain, ties, trajectory
+from tests.sampled_cases import sampled
 from usdsdg_physics.model import build
 from usdsdg_physics.solver.separated_pairs import drop_separated_pairs
 from usdsdg_physics.solver.sweeps import sweep_by_island
@@ -63,7 +64,7 @@ def loop(stage):
     return lambda engine, frame: None
 
 
-@pytest.mark.parametrize("make", [contacts, kinematic, terrain, gripper, loop])
+@pytest.mark.parametrize("make", sampled([contacts, kinematic, terrain, gripper, loop], 3))
 def test_motion_is_that_of_newtons_sweeps_to_the_bit(make, monkeypatch):
     replaced = []
     monkeypatch.setattr(build, "sweep_by_island", lambda solver: replaced.append(sweep_by_island(solver)))
@@ -75,7 +76,7 @@ def test_motion_is_that_of_newtons_sweeps_to_the_bit(make, monkeypatch):
     assert np.ptp(ours[:, :, 2], axis=0).max() > 0.1  # something moved
 
 
-@pytest.mark.parametrize("make", [contacts, kinematic, terrain, gripper])
+@pytest.mark.parametrize("make", sampled([contacts, kinematic, terrain, gripper], 2))
 def test_pairs_that_are_left_out_have_no_contacts(make, monkeypatch):
     pipelines, left_out, kept = [], [], []
 

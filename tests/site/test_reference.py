@@ -9,6 +9,7 @@ from docs.site.cells import SETTING, cells
 from docs.site.reference_pages import EXAMPLES, FAMILIES
 from tests import forked
 from tests.contracts import mirror
+from tests.demo_assets import share_demo_assets
 from tests.site.walk import kernels
 from usdsdg.annotators.base import annotator_specs
 
@@ -39,6 +40,7 @@ def test_the_examples_run(tmp_path, monkeypatch):
     """All in one process, each with a new stage, in a folder of its own."""
     monkeypatch.setenv("WARP_CACHE_PATH", kernels())
     monkeypatch.setenv("HOME", str(tmp_path))
+    share_demo_assets(tmp_path / ".cache")
     run = (
         "import os, runpy, sys, usdsdg as rep\n"
         "for path in sys.argv[1:]:\n"

@@ -20,6 +20,7 @@ from pathlib import Path
 import warp as wp
 
 from tests import forked
+from tests.demo_assets import share_demo_assets
 
 ROOT = Path(__file__).resolve().parents[2]
 # What pages read sizes from, such that a page takes seconds: the values that readers see stand behind `:-`.
@@ -95,6 +96,7 @@ def walk(page: Path, folder: Path) -> None:
     variables = environment(folder, forked.command())
     # A fork is not the process whose number the shell knows.
     killed = environment(folder, [sys.executable])
+    share_demo_assets(folder / ".cache")
     printed = ""
     for block in blocks(page):
         where = f"{page.name}:{block.line}"

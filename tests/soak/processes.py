@@ -64,7 +64,6 @@ rep.orchestrator.wait_until_complete()
 """
 SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 ENDS = {0, 130, 129, 143, -2, -1, -9, -15}  # of a process that is ended, and of one that was too fast
-TOGETHER = "ended because others were ended"
 # What those may say that were there while others had the dataset, or lost a process to this program.
 REFUSALS = (
     "another process is writing",

@@ -82,7 +82,7 @@ def _prepared_loads(device: str, *, everything: bool = False) -> list[ModuleLoad
 
 def module_loads(target: wp.Device, *, everything: bool = False) -> list[ModuleLoad]:
     """List the modules that rendering on a device needs, each for the device where it runs."""
-    cuda, cpu = target.is_cuda, wp.get_device("cpu")
+    cuda, cpu = target.is_cuda, target if target.is_cpu else wp.get_device("cpu")
     block = CUDA_BLOCK if cuda else 1
     # Several kernels share the module of labels.
     loads = [

@@ -10,7 +10,7 @@ from tests.render.bvh import compressed_on_cpu
 from tests.render.bvh.rays import trace
 from tests.render.bvh.test_query import random_rotation
 from tests.render.images import radiance
-from tests.sampled_cases import sampled
+from tests.sampled_cases import crossed
 from usdsdg_render.device.device_scene import DeviceScene
 
 RAYS = 120_000
@@ -81,8 +81,7 @@ def placed_rays(shape: str, place: str, *, seed: int):
     return scene, origins, directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
 
-@pytest.mark.parametrize("place", sampled(PLACES, 3))
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize(("place", "shape"), crossed(PLACES, SHAPES))
 def test_no_ray_escapes(shape, place):
     scene, origins, directions = placed_rays(shape, place, seed=6)
     on_device = DeviceScene("cpu")
@@ -91,8 +90,7 @@ def test_no_ray_escapes(shape, place):
     assert (trace(on_device, origins, directions, any_hit=True)["instance"] == 0).all()
 
 
-@pytest.mark.parametrize("place", ["aside", "flat", "sheared"])
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize(("place", "shape"), crossed(["aside", "flat", "sheared"], SHAPES))
 def test_no_ray_escapes_a_compressed_tree(shape, place):
     scene, origins, directions = placed_rays(shape, place, seed=7)
     on_device = DeviceScene("cpu")
@@ -134,8 +132,7 @@ def test_an_edge_near_zero_is_watertight_for_rays_in_its_plane():
         np.testing.assert_allclose(hits["t"], away - np.sqrt(1 - up**2), atol=2e-3 + 1e-6 * away)
 
 
-@pytest.mark.parametrize("place", ["as it is", "turned", "flat", "aside"])
-@pytest.mark.parametrize("shape", ["box", "bumpy"])
+@pytest.mark.parametrize(("place", "shape"), crossed(["as it is", "turned", "flat", "aside"], ["box", "bumpy"]))
 def test_no_light_leaks_in(shape, place):
     """Paths start at walls, also in corners; a very bright dome outside must stay invisible."""
     matrix = PLACES[place]

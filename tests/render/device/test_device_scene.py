@@ -210,7 +210,7 @@ print(json.dumps({load.module.name: cache._folder(load.module, 1) for load in lo
 def test_what_is_compiled_ahead_for_some_scenes_is_what_they_load():
     """Options of a module are part of its name in the cache."""
     places = [
-        json.loads(forked.run(["-c", PLACES, which], cwd=forked.ROOT).stdout.splitlines()[-1])
+        json.loads(forked.run(["-c", PLACES, which], cwd=forked.ROOT, fresh=True).stdout.splitlines()[-1])
         for which in ("everything", "most")
     ]
     assert places[0] == places[1]

@@ -7,6 +7,7 @@ import pytest
 
 from tests.render import scenes
 from tests.render.images import DEVICE, renderer_of
+from tests.sampled_cases import crossed
 from usdsdg_render.device.camera import views_record
 from usdsdg_render.labels import label_pass
 from usdsdg_render.labels.aov import AOVS
@@ -71,8 +72,7 @@ def assert_has_bits_of_rays(tiles, renderer, view, monkeypatch):
         np.testing.assert_array_equal(tiles[name].view(np.uint32), pixels[name].view(np.uint32), err_msg=name)
 
 
-@pytest.mark.parametrize("unit", [1.0, 1e-3, 1e5])
-@pytest.mark.parametrize("far", [0.0, 1e2, 1e6])
+@pytest.mark.parametrize(("unit", "far"), crossed([1.0, 1e-3, 1e5], [0.0, 1e2, 1e6]))
 def test_tiles_have_the_bits_of_rays(monkeypatch, unit, far):
     shown = 0
     for seed in range(12):

@@ -8,7 +8,7 @@ import pytest
 from tests.render import scenes
 from tests.render.images import radiance
 from tests.render.lights import light_oracle
-from tests.sampled_cases import sampled
+from tests.sampled_cases import crossed, sampled
 from usdsdg_render.scene.scene import Dome, EmissionProfile
 from usdsdg_render.scene.structs import (
     LIGHT_CYLINDER,
@@ -116,8 +116,7 @@ def turned(y: float, x: float) -> np.ndarray:
     return about_y @ about_x
 
 
-@pytest.mark.parametrize("pose", POSES)
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize(("pose", "shape"), crossed(POSES, SHAPES))
 def test_every_shape_in_every_pose_matches_its_surface_integral(shape, pose):
     kind, size, values = SHAPES[shape]
     position, *turns = POSES[pose]
@@ -230,8 +229,7 @@ def test_rarely_selected_lights_are_unbiased(what):
     np.testing.assert_allclose(seen(silent, **kinds[what]), seen(**kinds[what]), rtol=0.01)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("roughness", [0.5, 0.7, 1.0])
+@pytest.mark.parametrize(("shape", "roughness"), crossed(SHAPES, [0.5, 0.7, 1.0]))
 def test_light_sampling_alone_and_mis_agree(shape, roughness):
     """On its last bounce a rough surface uses light sampling only; with one more bounce both, with MIS."""
     kind, _, values = SHAPES[shape]

@@ -10,6 +10,7 @@ from tests.render import scenes
 from tests.render.images import EXACT
 from tests.render.lights import light_oracle
 from tests.render.materials.test_materials import Looks, T
+from tests.sampled_cases import crossed
 from usdsdg.stage.poses.transforms import local_to_world
 from usdsdg_render.renderer import WarpRenderer
 from usdsdg_render.settings import PathSettings
@@ -57,8 +58,7 @@ def floor_irradiance(stage: Usd.Stage, samples: int) -> float:
     return float(film.radiance().mean() * np.pi / ALBEDO)
 
 
-@pytest.mark.parametrize("normalize", [False, True])
-@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize(("normalize", "scale"), crossed([False, True], SCALES))
 @pytest.mark.parametrize("kind", KINDS)
 def test_irradiance_on_a_floor_matches_the_surface_integral_of_the_light(kind, scale, normalize):
     shape, size, inputs = KINDS[kind]

@@ -9,6 +9,7 @@ from pxr import Sdf
 from tests.render import scenes
 from tests.render.materials.test_materials import Looks, Mdl, material_x
 from tests.render.materials.test_scattering import hemisphere, scattered
+from tests.sampled_cases import crossed
 
 COPPER = (0.9, 0.6, 0.3)
 
@@ -69,8 +70,7 @@ class Facets:
         return h / np.linalg.norm(h, axis=1, keepdims=True)
 
 
-@pytest.mark.parametrize("cosine", [0.2, 0.5, 0.95])
-@pytest.mark.parametrize("roughness", [0.4, 0.7, 1.0])
+@pytest.mark.parametrize(("cosine", "roughness"), crossed([0.2, 0.5, 0.95], [0.4, 0.7, 1.0]))
 def test_rough_metals_send_back_what_walks_from_facet_to_facet_bring(roughness, cosine):
     shares = Facets(roughness).bounces(cosine)
     walked = [(shares * color ** np.arange(len(shares))).sum() for color in COPPER]

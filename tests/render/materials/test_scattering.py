@@ -9,6 +9,7 @@ import pytest
 import warp as wp
 
 from tests.render import scenes
+from tests.sampled_cases import crossed
 from usdsdg_render.device.albedo_table import albedo_table
 from usdsdg_render.kernels.bsdf.bsdf import evaluate_bsdf, make_bsdf, sample_bsdf
 from usdsdg_render.kernels.scene.surface import Surface
@@ -160,8 +161,7 @@ def test_the_whole_is_reciprocal_to_a_known_bound(name, typical, worst):
     assert off.max() < worst
 
 
-@pytest.mark.parametrize("cosine", [0.1, 0.3, 0.7, 1.0])
-@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.parametrize(("cosine", "name"), crossed([0.1, 0.3, 0.7, 1.0], MATERIALS))
 def test_no_surface_gives_more_than_it_gets(name, cosine):
     """All directions together: the energy that leaves is at most what came, and directions are drawn by the density."""
     material = scenes.material(**MATERIALS[name])

@@ -7,6 +7,7 @@ import pytest
 
 from tests.render import scenes
 from tests.render.images import EXACT, renderer_of
+from tests.sampled_cases import crossed
 from usdsdg_render.device.camera import camera_array
 from usdsdg_render.kernels.path.environment_weight import MIN_WEIGHT
 from usdsdg_render.path import path_tracer
@@ -74,8 +75,10 @@ def test_the_weight_counts_distant_lights():
     assert weight_of(room(sun=1e4, window=1.0), VIEW) > behind_the_wall
 
 
-@pytest.mark.parametrize("scene", [room(), room(window=0.3), room(window=1.0, sun=2.0)], ids=["closed", "ajar", "open"])
-@pytest.mark.parametrize("share", [MIN_WEIGHT, 0.25])
+@pytest.mark.parametrize(
+    ("scene", "share"),
+    crossed([room(), room(window=0.3), room(window=1.0, sun=2.0)], [MIN_WEIGHT, 0.25]),
+)
 def test_images_converge_to_the_same_mean_with_any_weight(scene, share, monkeypatch):
     def mean(value):
         set_weights(monkeypatch, value)

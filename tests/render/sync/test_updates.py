@@ -55,7 +55,7 @@ def test_the_stage_shows_everything(stage, renderer):
 
 
 @pytest.mark.filterwarnings("ignore::usdsdg.errors.UsdsdgWarning")
-@pytest.mark.parametrize("name", sampled(ALL_EDITS, 20))
+@pytest.mark.parametrize("name", sampled(ALL_EDITS, 12))
 def test_after_an_edit_the_frame_is_that_of_a_new_renderer(name, stage, renderer):
     time = Usd.TimeCode(12)
     before = frame(renderer, stage, time)

@@ -11,6 +11,7 @@ import yaml
 from click.testing import CliRunner
 from pxr import Gf
 
+from tests.demo_assets import share_demo_assets
 from tests.sampled_cases import in_soak, sampled
 from tests.scenarios.jobs.own_meshes import write_three
 from tests.scenarios.jobs.page import documented
@@ -206,6 +207,7 @@ TORN = {
 @pytest.mark.parametrize("name", sampled(TORN))
 def test_a_torn_mesh_among_good_ones_ends_the_job_before_any_work(tmp_path, monkeypatch, name):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    share_demo_assets(tmp_path / "cache")
     monkeypatch.chdir(tmp_path)
     (write_three(tmp_path / "parts") / name).write_bytes(TORN[name])
     command = ["generate", str(CONFIG), "--set", f"meshes={tmp_path / 'parts'}"]

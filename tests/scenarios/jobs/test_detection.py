@@ -12,6 +12,7 @@ import yaml
 from PIL import Image
 
 from tests import forked
+from tests.sampled_cases import sampled
 from tests.scenarios.jobs.own_meshes import write_three
 from tests.scenarios.jobs.page import documented
 from usdsdg.scenarios.detection.arrangement import CUT, HIDDEN, Arranger
@@ -116,14 +117,15 @@ def arranged(config: DetectionConfig, frames: int):
         yield [each for each in measure(scene.camera, size, [body.prim for body in bodies]) if each.pixels]
 
 
-def test_what_is_hidden_and_cut_off_is_as_wanted(stage, tmp_path):
+@pytest.mark.parametrize("frames", sampled([16, 40]))
+def test_what_is_hidden_and_cut_off_is_as_wanted(frames, stage, tmp_path):
     changes = [
         f"meshes={write_three(tmp_path)}", "occlusion={share: 0.5, most: 0.6}", "truncation={share: 0.3, most: 0.4}",
-        "distractors.meshes=''", "backgrounds.share_of_pictures=0",
+        "distractors.meshes=''", "backgrounds.share_of_pictures=0", "resolution=[320, 240]",
     ]  # fmt: skip
     _, config = load_job(ROOT / "configs" / "detection.yaml", changes)
-    seen = [each for frame in arranged(config, 40) for each in frame]
-    assert len(seen) > 140  # of 160: the others found no place
+    seen = [each for frame in arranged(config, frames) for each in frame]
+    assert len(seen) > 3.5 * frames  # of 4 in each: the others found no place
     assert max(each.occlusion for each in seen) <= 0.6
     assert max(each.truncation for each in seen) <= 0.4
     assert np.mean([each.occlusion > HIDDEN for each in seen]) == pytest.approx(0.5, abs=0.15)

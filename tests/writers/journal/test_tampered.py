@@ -9,6 +9,7 @@ from contextlib import suppress
 import pytest
 
 from tests.cli.datasets import content
+from tests.sampled_cases import crossed
 from tests.writers.journal.test_folders import recipe, run, write_frame
 from usdsdg.errors import DatasetError, UsdsdgError
 from usdsdg.session import session
@@ -108,8 +109,7 @@ def test_parts_that_nobody_touched_are_joined(datasets, tmp_path):
     session.restart()
 
 
-@pytest.mark.parametrize("use", USES)
-@pytest.mark.parametrize("which", ["whole", "parts"])
+@pytest.mark.parametrize(("use", "which"), crossed(USES, ["whole", "parts"]))
 def test_what_was_tampered_with_is_refused_or_used_but_never_a_crash(datasets, tmp_path, use, which):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

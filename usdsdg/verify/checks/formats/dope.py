@@ -50,7 +50,7 @@ def _agrees(seen: Seen, poses: Poses, posed: Posed) -> Faults:
         return
     if not poses.exact or seen.size is None or not ((posed.pixels > 0) & (posed.pixels < seen.size)).all():
         return
-    if seen.truth is not None and _may_be_bent(poses, posed, seen.truth):
+    if seen.truth is not None and _may_be_bent(posed, seen.truth):
         return
     off = _off_any_box(posed, poses.camera["intrinsics"])
     if beyond(off, _PIXEL):
@@ -60,7 +60,7 @@ def _agrees(seen: Seen, poses: Poses, posed: Posed) -> Faults:
         )  # fmt: skip
 
 
-def _may_be_bent(poses: Poses, posed: Posed, truth: Truth) -> bool:
+def _may_be_bent(posed: Posed, truth: Truth) -> bool:
     """Return whether an object of this name is sheared or mirrored, which the writer has warned of."""
     things = truth.things(truth.filter_of(_BOXES))
     return any(_name(each) == posed.name and not _is_rigid(each.local_to_world) for each in things)
