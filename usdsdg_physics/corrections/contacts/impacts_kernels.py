@@ -20,6 +20,9 @@ MARGIN = wp.constant(1.5)
 # below the center of mass, and of the height of that above the plane.
 SLOPE = wp.constant(0.5)
 SLACK = wp.constant(0.1)
+# Ratio of the distance along the plane and the height from which on a lever is long: cubes that slide against a low
+# step stop there, and what has an end is turned by it.
+LONG = wp.constant(1.5)
 PATCH = wp.constant(8)  # contacts of the same shapes before and after one that are taken for its patch
 
 
@@ -67,7 +70,7 @@ def find_levers(
     center_of_mass = wp.where(moves1, point1, point0) - arm
     margin = wp.where(moves1, contacts.margin0[contact], contacts.margin1[contact])
     above = wp.dot(center_of_mass - wp.where(moves1, point0, point1), normal) - margin
-    if -wp.dot(normal, velocity) <= MIN_SPEED or above <= 0.0:
+    if -wp.dot(normal, velocity) <= MIN_SPEED or above <= 0.0 or wp.length(tangent) < LONG * above:
         return
     reach = (1.0 + SLACK) * above + SLOPE * wp.length(tangent)
     if is_supported(wp.where(moves1, first, second), center_of_mass, normal, reach, fixed_shapes, body_q):
