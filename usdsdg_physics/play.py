@@ -60,6 +60,7 @@ class PlaySession:
         # Factor on the usual capacity of the contact buffers.
         self._capacity = 1.0
         self._must_rebuild = False
+        self._joints_moved = False  # by states that were set since the world was built
         self._broken: set[str] = set()  # joints, until the end of the play
         self._unwritten = False  # whether the world is a step ahead of the stage
         self.world: World | None = None
@@ -154,8 +155,8 @@ class PlaySession:
     def show_edits(self) -> None:
         """Apply the edits of the stage, and write there where joints move other bodies to."""
         self._apply_stage_edits()
-        if self.world is not None and self.scene.joints:
-            self._write_back(self.world)
+        if self.scene.joints and (self.world is not None or self._joints_moved):
+            self._write_back(self._built_world())
 
     def current_scene(self) -> Scene:
         """Return the scene with the edits of the stage applied."""
@@ -170,13 +171,9 @@ class PlaySession:
     def _built_world(self) -> World:
         """Return the world; build it where there is none."""
         if self.world is None:
-            self.world = World(
-                self.scene,
-                device=self._device,
-                capacity=self._capacity,
-                progress=self._progress,
-                continued=self._continued,
-            )
+            options = {"device": self._device, "capacity": self._capacity, "progress": self._progress}
+            self.world = World(self.scene, **options, continued=self._continued)
+            self._joints_moved = False
             self.world.put_to_sleep([self.world.body_index[path] for path in self._asleep & self.scene.bodies.keys()])
             self._simulated |= self.scene.bodies.keys()
             self._kinematic.resume(self.world)
@@ -215,6 +212,8 @@ class PlaySession:
     def _read_stage(self, changes: Changes | None = None) -> None:
         """Read all of the stage again, after `changes`."""
         changes = changes or Changes()
+        names = {name for names in changes.by_names for name in names if self._simulated}
+        self._joints_moved |= any(name.startswith("state:") for name in names)
         self.units = Units.of(self._stage)
         scene = parse(self._stage, self._hulls, time=self._time, broken=self._broken)
         # An instancer has the velocities of its instances only where it has arrays of them.

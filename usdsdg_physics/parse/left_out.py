@@ -41,8 +41,9 @@ def warn_filled(paths: list[str]) -> None:
 def _warn_left_out(found: PhysicsPrims) -> None:
     if found.nonfinite:
         warn_once(
-            f"these have a transform that is not a number, or has one above {LARGEST:g}, and are not simulated: "
-            f"{listed(found.nonfinite)}. Author a finite translation, rotation and scale on them and above them."
+            "these have a transform that is not a number, has an op of another type than its name says, or a number "
+            f"above {LARGEST:g}, and are not simulated: {listed(found.nonfinite)}. Author a finite translation, "
+            "rotation and scale on them and above them."
         )
     if found.instanced_bodies:
         warn_once(

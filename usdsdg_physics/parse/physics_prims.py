@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Sdf, Tf, Usd, UsdGeom
 
 from usdsdg.errors import warn_once
 from usdsdg.stage.physics.joints import ARTICULATION_ROOT
@@ -46,7 +46,7 @@ class PhysicsPrims:
     left_behind: list[str] = field(default_factory=list)  # rigid bodies that are disabled, below others that move
     loose_materials: list[Usd.Prim] = field(default_factory=list)  # with a physics MaterialAPI, and no Materials
     without_scene: list[str] = field(default_factory=list)  # bodies and colliders that no PhysicsScene simulates
-    nonfinite: list[str] = field(default_factory=list)  # with a transform that is not finite, or too large
+    nonfinite: list[str] = field(default_factory=list)  # whose transform is not finite, too large, or no numbers
     unread: UnreadNames = field(default_factory=UnreadNames)  # schemas and attributes without effect
 
 
@@ -74,7 +74,7 @@ def find_physics_prims(stage: Usd.Stage, root: Sdf.Path) -> PhysicsPrims:
         found.unread.visit(prim)
         owner = _owner_from_above(prim, applied, owners.get(prim.GetPath().GetParentPath(), _STATIC), found)
         is_body = _is_body(prim, applied)
-        if (is_body or COLLISION in applied) and not _is_numeric(cache.GetLocalToWorldTransform(prim)):
+        if (is_body or COLLISION in applied) and not _has_pose(prim, cache):
             found.nonfinite.append(str(prim.GetPath()))
             prims.PruneChildren()
             continue
@@ -189,8 +189,12 @@ def _add_by_type(prim: Usd.Prim, found: PhysicsPrims) -> None:
         found.joints.append(prim)
 
 
-def _is_numeric(matrix: Gf.Matrix4d) -> bool:
-    """Whether a matrix can be inverted as one of numbers; NaN is no number."""
+def _has_pose(prim: Usd.Prim, cache: UsdGeom.XformCache) -> bool:
+    """Whether the matrix of a prim can be inverted as one of numbers; NaN is no number."""
+    try:
+        matrix = cache.GetLocalToWorldTransform(prim)
+    except Tf.ErrorException:  # a file may declare an op with another type
+        return False
     return bool((np.abs(matrix) <= LARGEST).all())
 
 

@@ -10,6 +10,9 @@ that lacks a translate or a full rotation gets the op added, as PhysX does.
 
 `usdsdg.stage.poses.xform_ops` sets the ops of one prim to a local pose. Here they are chosen once per play, and each
 step computes the values of all bodies together in NumPy: 10 ms instead of 160 ms for 1000 bodies.
+
+A file may declare an op with another type than its name says, such as a text, or name one in xformOpOrder that is not
+there. USD leaves these out, and so does this module.
 """
 
 from dataclasses import dataclass
@@ -22,6 +25,16 @@ from usdsdg.stage.poses.xform_ops import EULER_ORDERS, SINGLE_AXES
 from usdsdg.stage.time_code import current_time
 
 _OP = UsdGeom.XformOp
+
+# Of the ops that are added where a name is taken.
+_SUFFIX = "simulated"
+# Attributes that `choose_pose_ops` may make.
+ADDED_OPS = tuple(f"xformOp:{kind}{suffix}" for kind in ("translate", "orient") for suffix in ("", f":{_SUFFIX}"))
+# The types that a value has in C++, which those of roles share, such as double3 and point3d.
+_VECTORS = {"GfVec3d", "GfVec3f", "GfVec3h"}
+_QUATERNIONS = {"GfQuatd", "GfQuatf", "GfQuath"}
+_NUMBERS = {"double", "float", "GfHalf"}
+_MATRICES = {"GfMatrix4d"}
 
 
 @dataclass(frozen=True)
@@ -41,7 +54,7 @@ def choose_pose_ops(prim: Usd.Prim) -> PoseOps:
     xformable = UsdGeom.Xformable(prim)
     ops = xformable.GetOrderedXformOps()
     translate = _find_translate(ops)
-    matrix = next((i for i, op in enumerate(ops) if op.GetOpType() == _OP.TypeTransform and not op.IsInverseOp()), None)
+    matrix = next((i for i, op in enumerate(ops) if _is_matrix(op)), None)
     if translate is None and matrix is not None:
         return _pose_ops(ops, matrix, matrix, (), "matrix")
     if translate is None:
@@ -62,19 +75,31 @@ def choose_pose_ops(prim: Usd.Prim) -> PoseOps:
 
 def _find_translate(ops: list[UsdGeom.XformOp]) -> int | None:
     for index, op in enumerate(ops):
-        if op.GetOpType() == _OP.TypeTranslate and not op.IsInverseOp() and not op.GetOpName().endswith(":pivot"):
+        if op.GetOpType() == _OP.TypeTranslate and _holds(op, _VECTORS) and not op.GetOpName().endswith(":pivot"):
             return index
     return None
 
 
+def _holds(op: UsdGeom.XformOp, types: set[str]) -> bool:
+    """Return whether an op can be given values of some types."""
+    return not op.IsInverseOp() and op.GetTypeName().cppTypeName in types
+
+
+def _is_matrix(op: UsdGeom.XformOp) -> bool:
+    return op.GetOpType() == _OP.TypeTransform and _holds(op, _MATRICES)
+
+
 def _is_full_rotation(op: UsdGeom.XformOp) -> bool:
-    return not op.IsInverseOp() and (op.GetOpType() == _OP.TypeOrient or op.GetOpType() in EULER_ORDERS)
+    if op.GetOpType() == _OP.TypeOrient:
+        return _holds(op, _QUATERNIONS)
+    return op.GetOpType() in EULER_ORDERS and _holds(op, _VECTORS)
 
 
 def _single_axes(ops: list[UsdGeom.XformOp], translate: int) -> tuple[int, str] | None:
     """Return index and Euler order of three consecutive single-axis rotations; the op listed last is applied first."""
     for first in range(translate + 1, len(ops) - 2):
-        axes = [SINGLE_AXES.get(op.GetOpType(), "") if not op.IsInverseOp() else "" for op in ops[first : first + 3]]
+        three = ops[first : first + 3]
+        axes = [SINGLE_AXES.get(op.GetOpType(), "") if _holds(op, _NUMBERS) else "" for op in three]
         if sorted(axes) == ["X", "Y", "Z"]:
             return first, "".join(reversed(axes))
     return None
@@ -103,7 +128,8 @@ def _product(ops: list[UsdGeom.XformOp]) -> np.ndarray:
 def _insert(xformable: UsdGeom.Xformable, ops: list[UsdGeom.XformOp], index: int, kind: str) -> list[UsdGeom.XformOp]:
     """Add a translate or orient op at an index of the order; pxr itself can only append."""
     resets = xformable.GetResetXformStack()
-    suffix = "simulated" if any(op.GetName() == f"xformOp:{kind}" for op in ops) else ""
+    named = xformable.GetXformOpOrderAttr().Get() or ()  # also what is not there
+    suffix = _SUFFIX if f"xformOp:{kind}" in named else ""
     add = xformable.AddTranslateOp if kind == "translate" else xformable.AddOrientOp
     added = add(opSuffix=suffix)
     identity = Sdf.ValueTypeNames.Quatf if kind == "orient" else Sdf.ValueTypeNames.Double3

@@ -19,7 +19,7 @@ from usdsdg_physics.scene.records import Body
 from usdsdg_physics.writeback.freeze import freeze
 from usdsdg_physics.writeback.moved_parents import MovedParents
 from usdsdg_physics.writeback.pose_matrices import PoseMatrices
-from usdsdg_physics.writeback.pose_ops import PoseOps, choose_pose_ops
+from usdsdg_physics.writeback.pose_ops import ADDED_OPS, PoseOps, choose_pose_ops
 from usdsdg_physics.writeback.restore import Backup, attribute_spec
 from usdsdg_physics.writeback.shown import is_strongest, warn_if_deformed, warn_if_overridden
 
@@ -190,7 +190,7 @@ class StageWriter:
 
     def _add(self, row: int, prim: Usd.Prim, cache: UsdGeom.XformCache, *, is_kinematic: bool) -> None:
         path = str(prim.GetPath())
-        for name in ("xformOpOrder", "xformOp:translate", "xformOp:orient"):  # which `choose_pose_ops` may make
+        for name in ("xformOpOrder", *ADDED_OPS):
             self._keep(prim, name)
         ops = choose_pose_ops(prim)
         parent_to_world = np.array(cache.GetParentToWorldTransform(prim))
@@ -247,7 +247,7 @@ class StageWriter:
 
     def _make_specs(self) -> None:
         """Find the specs of all attributes that were opened, and make those that are missing with one notice."""
-        types = [str(attribute.GetTypeName()) for _, attribute, _ in self._opened]
+        types = [attribute.GetTypeName().cppTypeName for _, attribute, _ in self._opened]
         with Sdf.ChangeBlock():
             specs = [attribute_spec(self._target, attribute) for _, attribute, _ in self._opened]
         for (row, attribute, role), kind, spec in zip(self._opened, types, specs):
@@ -270,18 +270,18 @@ def _from_numpy(array: type, dtype: type) -> Callable[[np.ndarray], Iterable[obj
     return lambda numbers: array.FromNumpy(np.ascontiguousarray(numbers, dtype))
 
 
+# By the type of a value in C++, which those of roles share.
 _TO_VALUES: dict[str, Callable[[np.ndarray], Iterable[object]]] = {
-    "double3": _from_numpy(Vt.Vec3dArray, np.float64),
-    "float3": _from_numpy(Vt.Vec3fArray, np.float32),
-    "half3": _from_numpy(Vt.Vec3hArray, np.float16),
-    "vector3f": _from_numpy(Vt.Vec3fArray, np.float32),
-    "quatd": _from_numpy(Vt.QuatdArray, np.float64),
-    "quatf": _from_numpy(Vt.QuatfArray, np.float32),
-    "quath": _from_numpy(Vt.QuathArray, np.float16),
-    "matrix4d": _from_numpy(Vt.Matrix4dArray, np.float64),
+    "GfVec3d": _from_numpy(Vt.Vec3dArray, np.float64),
+    "GfVec3f": _from_numpy(Vt.Vec3fArray, np.float32),
+    "GfVec3h": _from_numpy(Vt.Vec3hArray, np.float16),
+    "GfQuatd": _from_numpy(Vt.QuatdArray, np.float64),
+    "GfQuatf": _from_numpy(Vt.QuatfArray, np.float32),
+    "GfQuath": _from_numpy(Vt.QuathArray, np.float16),
+    "GfMatrix4d": _from_numpy(Vt.Matrix4dArray, np.float64),
     "double": lambda numbers: numbers.tolist(),
     "float": lambda numbers: numbers.tolist(),
-    "half": lambda numbers: numbers.tolist(),
+    "GfHalf": lambda numbers: numbers.tolist(),
 }
 
 

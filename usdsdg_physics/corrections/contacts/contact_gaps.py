@@ -28,5 +28,11 @@ def is_first_of_pair(contact: int, contacts: ContactArrays):
     """Return whether the contact before this one, if any, is of other shapes."""
     if contact == 0:
         return True
-    same0 = contacts.shape0[contact] == contacts.shape0[contact - 1]
-    return not (same0 and contacts.shape1[contact] == contacts.shape1[contact - 1])
+    return not is_same_pair(contact, contact - 1, contacts)
+
+
+@wp.func
+def is_same_pair(contact: int, other: int, contacts: ContactArrays):
+    """Return whether two contacts are of the same shapes."""
+    same0 = contacts.shape0[contact] == contacts.shape0[other]
+    return same0 and contacts.shape1[contact] == contacts.shape1[other]

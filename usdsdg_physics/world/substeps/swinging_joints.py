@@ -20,6 +20,11 @@ if TYPE_CHECKING:
 MAX_TURN = 0.025
 MAX_FACTOR = 16  # so many substeps in place of one, at most
 SHORTEST_ARM = 1e-6  # m
+# Newton keeps the energy of the spin about a center of mass, but not what a ball joint far from that adds, on which a
+# spinning top falls or climbs: from this ratio of mass * arm² and the largest inertia on, arms must turn about
+# themselves by no more than twice `MAX_TURN`, too.
+FAR_ARM = 0.3
+SPIN_SHARE = 0.5
 TRIPLE = 3
 
 
@@ -38,6 +43,12 @@ class SwingingJoints:
         arms = np.concatenate([joint["X_c"][held, :3], joint["X_p"][on_bodies, :3]]) - centers[self._bodies]
         lengths = np.linalg.norm(arms, axis=1)
         long = lengths > SHORTEST_ARM
+        inertia = np.linalg.eigvalsh(model.body_inertia.numpy().astype(np.float64).reshape(-1, 3, 3))[:, 2]
+        mass = model.body_mass.numpy().astype(np.float64)
+        is_ball = joint["type"] == int(newton.JointType.BALL)
+        spins = np.concatenate([is_ball[held], is_ball[on_bodies]])
+        spins &= mass[self._bodies] * lengths**2 > FAR_ARM * inertia[self._bodies]
+        self._tops = np.unique(self._bodies[long & spins])
         self._bodies, self._arms = self._bodies[long], arms[long] / lengths[long, None]
         # Where two of three axes nearly coincide, they turn faster than their body.
         turning = model.joint_dof_dim.numpy().reshape(-1, 2)[:, 1]
@@ -55,7 +66,8 @@ class SwingingJoints:
         """
         arms = rotated(poses[self._bodies, 3:].astype(np.float64), self._arms)
         rates = np.linalg.norm(np.cross(velocities[self._bodies, 3:], arms), axis=1)
-        fastest = np.nan_to_num(np.concatenate([rates, np.abs(speeds)])).max(initial=0.0)
+        spins = SPIN_SHARE * np.linalg.norm(velocities[self._tops, 3:], axis=1)
+        fastest = np.nan_to_num(np.concatenate([rates, spins, np.abs(speeds)])).max(initial=0.0)
         turn, factor = float(fastest) * substep, 1
         while factor < MAX_FACTOR and turn > factor * MAX_TURN:
             factor *= 2
