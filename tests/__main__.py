@@ -68,8 +68,8 @@ def is_compiled(environment: Mapping[str, str]) -> bool:
 def _prepare_tests(environment: dict[str, str]) -> None:
     """Do once, on the CPU beside pyright, what else each process that runs tests would do.
 
-    That is to compile all tests, of which those that cannot be imported are told of when they run, and to import the
-    product for programs that are forked.
+    Collecting the tests once compiles their modules; a test that cannot be imported is reported when it runs. The fork
+    server imports the product once for all programs that tests fork.
     """
     if not is_compiled(environment):
         command = [sys.executable, "-m", "pytest", "--collect-only", "-qq", *sys.argv[1:]]

@@ -183,7 +183,7 @@ class SceneExtractor:
             self._handles.forget()  # point instancers may draw other prims, whose moves then concern them
         if self._animation.is_animated and (dirty.has_other_gprims or not self._animation.is_surveyed):
             self._animation.survey(tree, self._gprims)
-        replaced = dirty.concerns_gprims and self._read_gprims(tree, everything=dirty.has_other_gprims)
+        replaced = dirty.concerns_gprims and self._read_gprims(everything=dirty.has_other_gprims)
         if replaced or dirty.has_other_transforms:
             self._instances.write(tree.world, self._index_of, self._materials.first_slots, always=replaced)
         if dirty.has_other_prims or dirty.lights or dirty.emissions or dirty.has_other_transforms:
@@ -199,7 +199,7 @@ class SceneExtractor:
             tree.resync(subtrees)
         tree.show(dirty.visibility)
 
-    def _read_gprims(self, tree: StageTree, *, everything: bool) -> bool:
+    def _read_gprims(self, *, everything: bool) -> bool:
         """Read what is missing of the drawn gprims; return whether instances may be other ones, or have other columns.
 
         everything: other gprims may be drawn than before.

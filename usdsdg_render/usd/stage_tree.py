@@ -91,7 +91,6 @@ class StageTree:
         self._transforms = TransformHierarchy(stage, time)
         self._nodes: list[Node] = []
         self._are_parents: list[bool] = []
-        self._levels: Levels = ()
         self._own_hidden = self._hidden = np.zeros(0, bool)  # nodes that are hidden by their own, or any, visibility
         self.resync({Sdf.Path.absoluteRootPath})
 
@@ -109,7 +108,7 @@ class StageTree:
 
     def _hide_below(self) -> None:
         self._hidden = self._own_hidden.copy()
-        for children, parents in self._levels:
+        for children, parents in self._transforms.levels:
             self._hidden[children] |= self._hidden[parents]
 
     def is_hidden(self, node: int) -> bool:
@@ -253,12 +252,11 @@ class StageTree:
         self.index = {path: k for k, path in enumerate(self.paths)}
         self._handles.forget()
         self._movable = set()
-        self._levels = _levels(nodes)
         own_hidden = np.zeros(len(nodes), bool)  # those that were traversed are not
         own_hidden[new] = self._own_hidden[old]
         self._own_hidden = own_hidden
+        self._transforms.rebuild(self.prims, _levels(nodes), new, old)
         self._hide_below()
-        self._transforms.rebuild(self.prims, self._levels, new, old)
 
     def _is_hidden(self, prim: Usd.Prim, path: Sdf.Path) -> bool:
         attribute = prim.GetAttribute("visibility")

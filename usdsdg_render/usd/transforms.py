@@ -25,7 +25,7 @@ class TransformHierarchy:
         self._cache = UsdGeom.XformCache(time)
         self._moved_prims = MovedPrims()
         self._resets = np.zeros(0, bool)  # nodes with !resetXformStack!
-        self._levels: Levels = ()
+        self.levels: Levels = ()  # (children, their parents) for each depth below the first, top down
 
     def set_time(self, time: Usd.TimeCode) -> None:
         """Read matrices at `time` from now on."""
@@ -38,7 +38,7 @@ class TransformHierarchy:
             levels: (children, their parents) for each depth below the first, top down.
             new, old: index after and before the change of the nodes that stayed; all others are read.
         """
-        self._levels = levels
+        self.levels = levels
         self._moved_prims.forget()  # nodes are others
         local, resets = np.broadcast_to(np.eye(4), (len(prims), 4, 4)).copy(), np.zeros(len(prims), bool)
         local[new], resets[new] = self.local[old], self._resets[old]
@@ -78,7 +78,7 @@ class TransformHierarchy:
         sampled = self._cache.GetTime().IsDefault() and self._stage.HasAuthoredTimeCodeRange()
         self._take(prims, nodes, local_matrices(self._cache, [prims[k] for k in nodes], sampled))
         self.world[...] = self.local
-        for children, parents in self._levels:
+        for children, parents in self.levels:
             worlds = matrix_product(self.local[children], self.world[parents])
             self.world[children] = np.where(self._resets[children, None, None], self.local[children], worlds)
 
@@ -94,7 +94,7 @@ class TransformHierarchy:
         moved: nodes, whose local matrices are (worlds or 1, moved, 4, 4). ends: of their subtrees, exclusive.
         """
         worlds = WorldTransforms(count, self.world, moved, ends)
-        worlds.compose(self.local, local, self._resets, self._levels)
+        worlds.compose(self.local, local, self._resets, self.levels)
         return worlds
 
 

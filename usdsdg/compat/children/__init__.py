@@ -1,7 +1,7 @@
 """What makes foreign names importable in the processes that a script starts: `sitecustomize`, beside this.
 
-`usdsdg run` puts this folder on PYTHONPATH, so that every Python that the script starts runs that at its start. The
-command's own options, such as --assets-root, are told by a variable of the environment (`options`).
+`usdsdg run` puts this folder on PYTHONPATH, so that every Python that the script starts runs that at its start. An
+environment variable holds the options of the command, such as --assets-root, which `options` writes and reads.
 """
 
 from __future__ import annotations

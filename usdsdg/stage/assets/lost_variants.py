@@ -16,6 +16,7 @@ class LostVariants:
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._messages: list[str] | None = None
+        # Not a ChangeTracker: it reads the paths of each notice, of which whether any prim was resynced is enough here.
         # pxr holds the method weakly.
         self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._note, stage)
 
