@@ -144,16 +144,26 @@ def is_constant(name: str, value: object) -> bool:
     return name.startswith("__") or isinstance(value, CONSTANT) or library in LIBRARIES
 
 
-def keep_modules() -> None:
-    """Leave the modules whole that all forks share: to take them apart takes longer than a short program.
+class KeptModules:
+    """Leaves the modules whole that all forks share: to take them apart takes longer than a short program.
 
     What ours hold goes, as in any process, and so do modules that the fork was the first to load.
     """
-    for name in SHARED:
-        sys.modules.pop(name, None)
-    for held, keys in HELD:
-        for key in keys:
-            held[key] = None
+
+    def __del__(self) -> None:
+        for name in SHARED:
+            sys.modules.pop(name, None)
+        for held, keys in HELD:
+            for key in keys:
+                held[key] = None
+
+
+def keep_modules() -> None:
+    """Have modules kept where Python begins to take them apart, by which time daemon threads run no more.
+
+    Of what `sys` holds, its prompts are the first to go. While functions of `atexit` run, threads still do.
+    """
+    sys.ps1 = KeptModules()
 
 
 def main() -> None:
