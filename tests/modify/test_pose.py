@@ -10,6 +10,8 @@ import usdsdg as rep
 from tests.stage.poses.euler import compose_euler
 from usdsdg.errors import BadPrim, GraphError
 from usdsdg.graph import evaluate
+from usdsdg.modify import poses
+from usdsdg.session.stage_context import current_stage, new_stage
 from usdsdg.session.timeline import get_timeline
 from usdsdg.stage.cameras.camera_view import read_camera
 from usdsdg.stage.poses import transforms
@@ -238,6 +240,72 @@ def test_targets_that_are_drawn_may_be_items_prims_or_paths(stage, kind):
         evaluate.graph().evaluate(preview=True)
         child = stage.GetPrimAtPath(camera.prims[0]).GetChildren()[0].GetPath()
         np.testing.assert_allclose(-matrix(stage, child)[2, :3], np.eye(3)[axis], atol=1e-6)
+
+
+def anywhere():
+    return rep.distribution.uniform((-5, -5, -5), (5, 5, 5))
+
+
+def looking(target):
+    """Make prims of many kinds that are moved and look at what `target` returns of their items and paths."""
+    rep.set_global_seed(3)
+    arm = UsdGeom.Xform.Define(current_stage(), "/World/arm")
+    arm.AddRotateXYZOp().Set(Gf.Vec3f(30, 40, 50))
+    arm.AddScaleOp().Set(Gf.Vec3f(2, 3, 2))
+    far = UsdGeom.Xform.Define(current_stage(), "/World/arm/far")
+    far.SetResetXformStack(True)
+    turned = UsdGeom.Cube.Define(current_stage(), "/World/arm/turned")
+    turned.AddOrientOp()
+    placed = UsdGeom.Cube.Define(current_stage(), "/World/placed")
+    placed.AddTransformOp().Set(Gf.Matrix4d(Gf.Rotation((1, 2, 3), 40.0), Gf.Vec3d(1, 2, 3)))
+    paths = [str(each.GetPath()) for each in (far, turned, placed)]
+    items = [
+        rep.create.camera(count=2), rep.create.stereo_camera(stereo_baseline=0.1), rep.create.cube(count=3),
+        rep.create.cone(position=(3, 4, 5)), rep.create.light(light_type="sphere", parent="/World/arm"),
+        rep.create.camera(parent="/World/arm"),
+    ]  # fmt: skip
+    with rep.trigger.on_frame():
+        moved = [*paths, *(path for item in (*items[:3], *items[4:]) for path in item.prims)]
+        options = {} if target == "point" else {"look_at_up_axis": rep.distribution.uniform((1, 1, 1), (2, 2, 2))}
+        rep.modify.pose(input_prims=moved, position=anywhere(), look_at=TARGETS[target](items), **options)
+
+
+TARGETS = {
+    "point": lambda items: (0.5, 0.25, 0),
+    "points": lambda items: anywhere(),
+    "a prim that stays": lambda items: items[3],
+    "prims of them": lambda items: items[2],
+    "any of two": lambda items: rep.distribution.choice([items[3], items[2]]),
+}
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_prims_that_look_in_one_batch_do_what_one_does_after_the_other(target, monkeypatch):
+    texts = []
+    for batch in (poses._pose_all, lambda *_: False):
+        monkeypatch.setattr(poses, "_pose_all", batch)
+        stage = new_stage()
+        looking(target)
+        texts.append([])
+        for capture in range(3):
+            evaluate.graph().evaluate(capture=capture)
+            texts[-1].append(stage.GetRootLayer().ExportToString())
+    assert texts[0] == texts[1]
+    assert len(set(texts[0])) == 3
+
+
+def test_prims_below_others_that_are_posed_look_from_where_they_are_then(stage):
+    arms = rep.create.group([rep.create.xform(name="arm"), rep.create.xform(name="other")])
+    cameras = [rep.create.camera(parent=path, position=(1, 0, 0)) for path in arms.prims]
+    everything = [*arms.prims, *(path for camera in cameras for path in camera.prims)]
+    with rep.trigger.on_frame():
+        rep.modify.pose(input_prims=everything, position=anywhere(), look_at=(0, 0, 9))
+    for capture in (1, 2):
+        evaluate.graph().evaluate(capture=capture)
+        for camera in cameras:
+            path = f"{camera.prims[0]}/Camera"
+            forward = (0, 0, 9) - matrix(stage, path)[3, :3]
+            np.testing.assert_allclose(view_direction(stage, path), forward / np.linalg.norm(forward), atol=1e-5)
 
 
 def test_look_at_works_for_a_target_straight_below(stage):

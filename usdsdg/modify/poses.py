@@ -1,10 +1,10 @@
 """Poses of prims: `rep.modify.pose`."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from pxr import Gf, Usd
+from pxr import Gf, Sdf, Usd
 
 from usdsdg.arguments.prims import prim_at
 from usdsdg.arguments.values import up_axis_vector, vector
@@ -20,9 +20,10 @@ from usdsdg.session.session import current
 from usdsdg.session.timeline import picture_time
 from usdsdg.stage.geometry.instancers import is_instancer
 from usdsdg.stage.poses import pivots, transforms
-from usdsdg.stage.poses.look_at import author_look_at
+from usdsdg.stage.poses.look_at import author_look_at, author_look_ats
 from usdsdg.stage.poses.pose_batch import Rotations, author_poses
 from usdsdg.stage.poses.rotations import ROTATION_ORDERS, euler_from_matrix, matrix_from_euler
+from usdsdg.stage.poses.transforms import up_vector
 from usdsdg.stage.poses.xform_ops import author_pose, local_euler, local_translation
 
 _AXES = "xyz"
@@ -33,7 +34,7 @@ _OPTIONAL = (
     *("rotation_order", "scale", "size", "pivot", "look_at", "look_at_up_axis"),
 )
 # Inputs that can be written for all prims in one batch.
-_BATCHED = ("position", "rotation", "scale")
+_BATCHED = ("position", "rotation", "scale", "look_at", "look_at_up_axis")
 
 
 def pose(
@@ -136,26 +137,38 @@ def _is_turned_later(target: Any, later: dict[str, Any]) -> bool:
 def write_pose(node: Node, execution: int) -> None:
     """Write the poses that an "OgnWritePose" node samples for one execution."""
     order = node.inputs.get("rotation_order", "XYZ")
-    prims, have_instancers, are_distinct = _targets(node)
-    if have_instancers:
-        _pose_objects(node, prims, execution, order)
+    targets = _targets(node)
+    if targets.have_instancers:
+        _pose_objects(node, targets.prims, execution, order)
         return
     drawn = _columns(node, execution)
-    if are_distinct and _pose_all(prims, drawn, order):
+    if _pose_all(targets, drawn, order):
         return
-    for index, prim in enumerate(prims):
+    for index, prim in enumerate(targets.prims):
         _pose_one(prim, {role: column[index] for role, column in drawn.items()}, order)
 
 
-def _targets(node: Node) -> tuple[list[Usd.Prim], bool, bool]:
-    """Return the prims of a node, whether there are PointInstancers among them, and whether all are different ones.
+class _Targets(NamedTuple):
+    """The prims of a node."""
 
-    It is what they are when they are looked up: no prim becomes an instancer later.
-    """
+    prims: list[Usd.Prim]
+    have_instancers: bool  # PointInstancers are among them
+    are_distinct: bool
+    are_apart: bool  # distinct, and none is below another one
+
+
+def _targets(node: Node) -> _Targets:
+    """Return the prims of a node; what they are is that of when they are looked up: none becomes an instancer later."""
     prims = target_prims(node)
     targets = node.state.get("targets")
-    if targets is None or targets[0] is not prims:
-        targets = node.state["targets"] = prims, any(map(is_instancer, prims)), len(set(prims)) == len(prims)
+    if targets is None or targets.prims is not prims:
+        apart = Sdf.Path.RemoveDescendentPaths([prim.GetPath() for prim in prims])
+        targets = node.state["targets"] = _Targets(
+            prims,
+            have_instancers=any(map(is_instancer, prims)),
+            are_distinct=len(set(prims)) == len(prims),
+            are_apart=len(apart) == len(prims),
+        )
     return targets
 
 
@@ -175,19 +188,52 @@ def _columns(node: Node, execution: int) -> dict[str, Any]:
     return {role: _column(role, value, node, execution) for role, value in node.inputs.items() if role not in _SETTINGS}
 
 
-def _pose_all(prims: list[Usd.Prim], drawn: dict[str, Any], order: str) -> bool:
-    """Write position, rotation and scale of all prims in one batch; return False, writing nothing, for other inputs."""
-    columns = {role: _rows(column) for role, column in drawn.items() if role in _BATCHED}
-    if len(columns) < len(drawn) or order != "XYZ" or any(column is None for column in columns.values()):
+def _pose_all(targets: _Targets, drawn: dict[str, Any], order: str) -> bool:
+    """Write position, rotation, scale and look-at of all prims in batches; return False, writing nothing, for others.
+
+    Also for prims of which one may change where another one is, or where it looks.
+    """
+    if not drawn.keys() <= set(_BATCHED) or order != "XYZ" or not targets.are_distinct:
+        return False
+    columns = {role: _rows(column) for role, column in drawn.items() if role != "look_at"}
+    if "look_at" in drawn:
+        columns["look_at"] = _points(drawn["look_at"], targets)
+    if any(column is None for column in columns.values()):
         return False
     rotation = columns.get("rotation")
     author_poses(
-        prims,
+        targets.prims,
         translate=columns.get("position"),
         rotate=None if rotation is None else Rotations(degrees=rotation),
         scale=columns.get("scale"),
     )
+    if (points := columns.get("look_at")) is not None:
+        stage = targets.prims[0].GetStage()
+        up = columns.get("look_at_up_axis")
+        author_look_ats(targets.prims, points, up_vector(stage) if up is None else up, picture_time(stage))
     return True
+
+
+def _points(column: Sequence[Any] | np.ndarray, targets: _Targets) -> np.ndarray | None:
+    """Return points of the world, (N, 3) or (1, 3) for all prims; None where one has to be found after the other.
+
+    That is where what a prim looks at, or the prim itself, moves with one that is posed.
+    """
+    if isinstance(column, np.ndarray):
+        return _rows(column) if targets.are_apart else None
+    if not targets.prims or not targets.are_apart:
+        return None
+    values = column[:1] if all(each is column[0] for each in column) else column
+    posed = {prim.GetPath() for prim in targets.prims}
+    for path in {path for each in values for path in _paths(plain(each))}:
+        if posed.intersection(Sdf.Path(path).GetAncestorsRange()):
+            return None
+    return np.array([tuple(point_of("look_at", each)) for each in values])
+
+
+def _paths(target: Any) -> Sequence[str]:
+    paths = [target] if isinstance(target, str) else target
+    return paths if is_paths(paths) else ()
 
 
 def _rows(column: Sequence[Any] | np.ndarray) -> np.ndarray | None:
@@ -270,8 +316,7 @@ def point_of(role: str, target: Any) -> Gf.Vec3d:
     Distributions draw prims as they were listed: paths, prims of the stage, or items.
     """
     target = plain(target)
-    paths = [target] if isinstance(target, str) else target
-    if is_paths(paths):
+    if paths := _paths(target):
         prims = [prim_at(path) for path in paths]
         time = picture_time(prims[0].GetStage())
         origins = [tuple(transforms.local_to_world(prim, time).ExtractTranslation()) for prim in prims]

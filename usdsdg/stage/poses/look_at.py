@@ -1,6 +1,7 @@
 """Rotations that make cameras, lights and other prims look at a point.
 
-`look_at_rotations` is the computation, for whole batches; `look_at_quaternions` and `author_look_at` apply it to prims.
+`look_at_rotations` is the computation, for whole batches; `look_at_quaternions`, `author_look_at` and `author_look_ats`
+apply it to prims.
 `look_at_matrix` is the plain camera matrix, which refuses a view along the up direction.
 """
 
@@ -13,12 +14,12 @@ from pxr import Gf, Usd, UsdGeom
 
 from usdsdg.errors import DegenerateFrame
 from usdsdg.stage.cameras.stereo_pairs import stereo_pair
+from usdsdg.stage.poses.pose_batch import Rotations, author_poses
 from usdsdg.stage.poses.rotations import decompose, euler_xyz_from_quat, matrix_from_quat, quat_from_matrix
 from usdsdg.stage.poses.transforms import (
     as_array,
     local_matrices,
-    local_to_world,
-    parent_to_world,
+    parent_in,
     parents_to_world,
     up_axis,
     up_vector,
@@ -138,9 +139,6 @@ def author_look_at(
 ) -> None:
     """Rotate a prim in place so that its camera child (or its own -Z) looks at a point of the world.
 
-    It differs from `look_at_quaternions` in the last bits, because it inverts whole matrices and not rotations; saved
-    datasets depend on both.
-
     Args:
         up: direction of the world that is up in the image; None for the stage's up axis.
         time: at which the position of the prim, and what is above it, are read.
@@ -149,16 +147,48 @@ def author_look_at(
         BadPrim: the prim has no transform.
         DegenerateFrame: the prim is at `point`, or `up` is the zero vector.
     """
-    stage = prim.GetStage()
-    eye = local_to_world(prim, time).ExtractTranslation()
-    upwards = up_vector(stage) if up is None else tuple(up)
-    turn = look_at_rotations([tuple(eye)], [tuple(point)], upwards, stage_up_axis=up_axis(stage))[0]
-    to_world = Gf.Matrix4d(Gf.Matrix3d(*turn.ravel().tolist()), eye)
-    # The child camera of a Replicator camera object is rotated against the object; undo that rotation.
-    if (camera := _camera_in_object(prim)) is not None:
-        to_world = camera.GetInverse() * to_world
-    rotation = decompose(as_array(to_world * parent_to_world(prim, time).GetInverse())).rotation
-    author_pose(prim, rotate_xyz=Gf.Vec3d(*euler_xyz_from_quat(rotation).tolist()))
+    upwards = up_vector(prim.GetStage()) if up is None else tuple(up)
+    (angles,) = _look_at_angles([prim], [tuple(point)], upwards, time)
+    author_pose(prim, rotate_xyz=Gf.Vec3d(*angles.tolist()))
+
+
+def author_look_ats(
+    prims: Sequence[Usd.Prim],
+    points: ArrayLike,
+    up: ArrayLike,
+    time: Usd.TimeCode = Usd.TimeCode.Default(),  # noqa: B008
+) -> None:
+    """Do what `author_look_at` does for each of N prims of one stage, none of which is below another one.
+
+    Args:
+        points: (N, 3) of the world.
+        up: direction of the world, or one per prim.
+    """
+    author_poses(prims, rotate=Rotations(degrees=_look_at_angles(prims, points, up, time)))
+
+
+def _look_at_angles(
+    prims: Sequence[Usd.Prim], points: ArrayLike, up: ArrayLike, time: Usd.TimeCode
+) -> NDArray[np.float64]:
+    """Return the angles (N, 3) about x, y, z [degrees] with which prims look at points, for their own rotations.
+
+    They differ from `look_at_quaternions` in the last bits, because whole matrices are inverted and not rotations;
+    saved datasets depend on both.
+    """
+    cache = UsdGeom.XformCache(time)
+    eyes = [cache.GetLocalToWorldTransform(prim).ExtractTranslation() for prim in prims]
+    turns = look_at_rotations(
+        [tuple(eye) for eye in eyes], points, up, stage_up_axis=up_axis(prims[0].GetStage())
+    ).reshape(-1, 9)
+    matrices = []
+    for prim, eye, turn in zip(prims, eyes, turns.tolist(), strict=True):
+        to_world = Gf.Matrix4d(Gf.Matrix3d(*turn), eye)
+        # The child camera of a Replicator camera object is rotated against the object; undo that rotation.
+        if (camera := _camera_in_object(prim)) is not None:
+            to_world = camera.GetInverse() * to_world
+        above = parent_in(cache, prim)
+        matrices.append(as_array(to_world * above.GetInverse()))
+    return euler_xyz_from_quat(decompose(np.stack(matrices)).rotation)
 
 
 def _camera_in_object(prim: Usd.Prim) -> Gf.Matrix4d | None:

@@ -50,9 +50,14 @@ def world_to_local(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) 
 
 def parent_to_world(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Gf.Matrix4d:  # noqa: B008
     """Return the matrix from the space of the prim's local matrix to the world; identity if it resets the stack."""
+    return parent_in(UsdGeom.XformCache(time), prim)
+
+
+def parent_in(cache: UsdGeom.XformCache, prim: Usd.Prim) -> Gf.Matrix4d:
+    """Return `parent_to_world` at the time of a cache, which keeps the matrices of what is above other prims, too."""
     if UsdGeom.Xformable(prim).GetResetXformStack():
         return Gf.Matrix4d(1)
-    return UsdGeom.XformCache(time).GetParentToWorldTransform(prim)
+    return cache.GetParentToWorldTransform(prim)
 
 
 def parents_to_world(prims: Sequence[Usd.Prim], time: Usd.TimeCode = Usd.TimeCode.Default()) -> Array:  # noqa: B008
