@@ -223,22 +223,25 @@ _PART_OF_KIND = {
 EMISSION = {
     f"inputs:{name}" for name in ("color", "intensity", "exposure", "enableColorTemperature", "colorTemperature")
 }
+# Namespaces of properties with which gprims are read: those of meshes that are lights, which change the material, too,
+# of skeletons, and of draw modes. Others, such as a script's own, change no image.
+_GPRIM_NAMESPACES = {"primvars", "inputs", "outputs", "light", "shadow", "shaping", "texture", "skel", "model"}
 # Parts that gprims below a gprim may inherit.
 PRIMVARS = ("primvars", "colors", "opacities")
 
 
 def _stale_part_of_gprim(name: str) -> str:
-    # UsdGeom's attributes of shape have no namespace; primvars and light inputs, which change the material too, have
-    # one.
-    if ":" not in name:
+    namespace, separator, _ = name.partition(":")
+    if not separator:  # as UsdGeom's attributes of shape
         return "geometry"
     whole = name.removesuffix(":indices")
     if whole == "primvars:displayColor":
         return "colors"
     if whole == "primvars:displayOpacity":
         return "opacities"
-    is_primvar = name.startswith("primvars:") and name != "primvars:doNotCastShadows"
-    return "primvars" if is_primvar else "gprims"
+    if namespace == "primvars" and name != "primvars:doNotCastShadows":
+        return "primvars"
+    return "gprims" if namespace in _GPRIM_NAMESPACES else ""
 
 
 _OF_SUBTREES = {"visibility": "visibility", "purpose": "purposes"}

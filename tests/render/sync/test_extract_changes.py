@@ -431,6 +431,23 @@ def test_hiding_and_showing_again_traverses_nothing(stage, extractor, monkeypatc
     assert_fresh(extractor, stage)
 
 
+def test_attributes_of_a_script_are_no_reason_to_read_a_gprim_again(stage, extractor, monkeypatch):
+    def read(gprims, *, everything):
+        raise AssertionError("gprims are read again")
+
+    ball = stage.GetPrimAtPath("/World/b0")
+    assert ball.IsA(UsdGeom.Gprim)
+    values = [ball.CreateAttribute(name, Sdf.ValueTypeNames.Float) for name in ("mine:weight", "omni:isaac:score")]
+    extractor.update()
+    with monkeypatch.context() as patched:
+        patched.setattr(extractor, "_read_gprims", read)
+        for value in (1.0, 2.0):
+            for attribute in values:
+                attribute.Set(value)
+            extractor.update()
+    assert_fresh(extractor, stage)
+
+
 def test_a_layer_that_moves_prims_before_their_siblings(stage, extractor):
     """USD tells of the new prims alone, and orders their ancestors anew."""
     UsdGeom.Cube.Define(stage, "/World/last/box")
