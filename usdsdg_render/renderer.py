@@ -25,7 +25,7 @@ from usdsdg_render.sync.rigid_motion import RigidMotion
 from usdsdg_render.worlds import WorldRenderer
 
 if TYPE_CHECKING:
-    from pxr import Usd
+    from pxr import Sdf, Usd
 
     from usdsdg.stage.cameras.camera_view import CameraView
     from usdsdg.stage.world_values import WorldValues
@@ -80,6 +80,15 @@ class WarpRenderer(LabelRenderer):
         from pxr import Usd
 
         return Usd.TimeCode.Default() if self._extractor is None else self._extractor.time
+
+    def places(self, paths: Sequence[Sdf.Path]) -> tuple[np.ndarray, np.ndarray]:
+        """Return which of some prims the last sync has read, as rows, and the matrices (N, 4, 4) of these to the world.
+
+        Float64, row vectors; USD would have to compose them again. Hidden prims may be missing.
+        """
+        if self._extractor is None:
+            return np.zeros(0, np.int64), np.zeros((0, 4, 4))
+        return self._extractor.places(paths)
 
     def look_at_files(self) -> None:
         """Let the next `sync` also read what has changed on disk of images and light profiles, as for a new frame."""

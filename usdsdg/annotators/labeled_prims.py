@@ -22,7 +22,7 @@ from usdsdg.annotators.ownership import (
     parse_filter,
     warn_of_empty_selection,
 )
-from usdsdg.annotators.point_instances import PointFrames, Steps, lasting_name, prim_path
+from usdsdg.annotators.point_instances import Places, PointFrames, Steps, lasting_name, prim_path
 from usdsdg.annotators.prims.keypoint_prims import KeypointPrim, KeypointReader
 from usdsdg.annotators.prims.label_tables import FrameClasses, PrimTable
 from usdsdg.annotators.prims.possible_labels import possible_outputs
@@ -140,6 +140,7 @@ class LabeledPrimReader:
         *,
         time: Usd.TimeCode | None = None,
         poses: bool = True,
+        places: Places | None = None,
     ) -> LabeledPrims:
         """Return the labeled prims that own `gprims` (paths as in the renderer's table), at `time` (default: the
         default time).
@@ -147,11 +148,12 @@ class LabeledPrimReader:
         filters: label filters that will be selected from the result. Filters given here are exact for nested labeled
             prims: rows are added for the groups of gprims that they make.
         poses: whether to read bounds and transforms, of which there are none else.
+        places: gives the transforms of prims at `time` that are known already, as `WarpRenderer.places`.
         """
         time = Usd.TimeCode.Default() if time is None else time
         owned = self._owned(tuple(gprims), filters, time)
         cache = UsdGeom.XformCache(time)
-        frames = PointFrames(self._stage, cache)
+        frames = PointFrames(self._stage, cache, places)
         bounds, local_to_world = np.zeros((0, 2, 3)), np.zeros((0, 4, 4))
         if poses:
             bounds = self._bounds.read(owned.owners, owned.groups, owned.gprims, owned.steps, cache, frames)

@@ -4,7 +4,7 @@ The renderer lists a gprim of a point instance by a name of `point_names`.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -161,11 +161,18 @@ def _steps(path: Sdf.Path, points: Sequence[tuple[Sdf.Path | None, int]], protot
     return tuple(steps)
 
 
-class PointFrames:
-    """World transforms of point instances at one time."""
+# Gives the rows of some prims whose matrices (N, 4, 4) to the world it knows, and these.
+Places = Callable[[Sequence[Sdf.Path]], tuple[np.ndarray, np.ndarray]]
 
-    def __init__(self, stage: Usd.Stage, cache: UsdGeom.XformCache) -> None:
-        self._stage, self._cache = stage, cache
+
+class PointFrames:
+    """World transforms of point instances, and of other prims, at one time.
+
+    places: knows the matrices of prims at that time without asking USD.
+    """
+
+    def __init__(self, stage: Usd.Stage, cache: UsdGeom.XformCache, places: Places | None = None) -> None:
+        self._stage, self._cache, self._places = stage, cache, places
         self._points: dict[Sdf.Path, dict[int, np.ndarray]] = {}
 
     def to_world(self, path: Sdf.Path, steps: Steps) -> np.ndarray:
@@ -180,9 +187,7 @@ class PointFrames:
         """Return `to_world` of many prims, (N, 4, 4)."""
         matrices = np.empty((len(places), 4, 4))
         alone = [row for row, (_, steps) in enumerate(places) if not steps]
-        prims = [self._stage.GetPrimAtPath(places[row][0]) for row in alone]
-        # One array of USD's for all: NumPy takes matrices one by one slowly.
-        matrices[alone] = np.array(Vt.Matrix4dArray(list(map(self._cache.GetLocalToWorldTransform, prims))))
+        matrices[alone] = self._of_prims([places[row][0] for row in alone])
         # Points of one instancer that draw one prim differ in their own matrices alone.
         rows: defaultdict[tuple[Sdf.Path, Sdf.Path, Sdf.Path, Steps], list[int]] = defaultdict(list)
         for row, (path, steps) in enumerate(places):
@@ -192,6 +197,18 @@ class PointFrames:
             known = self._points_of(instancer)
             points = np.array([known[places[row][1][0].point] for row in some])
             matrices[some] = self._to_parent(path, prototype) @ points @ self.to_world(instancer, outer)
+        return matrices
+
+    def _of_prims(self, paths: Sequence[Sdf.Path]) -> np.ndarray:
+        """Return the matrices (N, 4, 4) from prims to the world."""
+        matrices, missing = np.empty((len(paths), 4, 4)), np.ones(len(paths), bool)
+        if self._places is not None:
+            rows, known = self._places(paths)
+            matrices[rows], missing[rows] = known, False
+        rest = np.flatnonzero(missing).tolist()
+        prims = [self._stage.GetPrimAtPath(paths[row]) for row in rest]
+        # One array of USD's for all: NumPy takes matrices one by one slowly.
+        matrices[rest] = np.array(Vt.Matrix4dArray(list(map(self._cache.GetLocalToWorldTransform, prims))))
         return matrices
 
     def _to_parent(self, path: Sdf.Path, prototype: Sdf.Path) -> np.ndarray:

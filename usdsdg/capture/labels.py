@@ -41,7 +41,7 @@ def render_labels(
     labels = {}
     filters = {each for _, _, own, _ in batches for each in own}  # all, so that which product is first decides no row
     for (aovs, amodal_masks, _, poses), paths in batches.items():
-        labeled_prims = reader.read(table.gprims, filters, time=renderer.time, poses=poses)
+        labeled_prims = reader.read(table.gprims, filters, time=renderer.time, poses=poses, places=renderer.places)
         cameras = [camera for path in paths for camera in views_of(views[path])]
         if amodal_masks:
             arrays, masks = renderer.labels_and_masks(

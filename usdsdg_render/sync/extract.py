@@ -6,6 +6,7 @@ id of the point (its index where no ids are authored). `point_instancer.source_p
 
 from collections.abc import Sequence, Set
 
+import numpy as np
 from pxr import Sdf, Usd
 
 from usdsdg.errors import Unsupported
@@ -112,6 +113,11 @@ class SceneExtractor:
         if node is None or self._tree.is_hidden(node):
             raise Unsupported(f"worlds: {path} is hidden, so its pose is not read. Show it.")
         return node
+
+    def places(self, paths: Sequence[Sdf.Path]) -> tuple[np.ndarray, np.ndarray]:
+        """Return what `StageTree.places` returns, as of the last update."""
+        assert self._tree is not None
+        return self._tree.places(paths)
 
     def close(self) -> None:
         """Stop listening to the stage."""

@@ -99,6 +99,12 @@ class StageTree:
         """(nodes, 4, 4) float64 local-to-world."""
         return self._transforms.world
 
+    def places(self, paths: Sequence[Sdf.Path]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the rows of `paths` that are in the tree, and the matrices (N, 4, 4) from these prims to the world."""
+        nodes = np.array([self.index.get(path, -1) for path in paths], np.int64)
+        rows = np.flatnonzero(nodes >= 0)
+        return rows, self.world[nodes[rows]]
+
     def show(self, paths: Iterable[Sdf.Path]) -> None:
         """Read the visibility of prims again that are in the tree."""
         for path in paths:
