@@ -34,10 +34,15 @@ def extents(prim: Usd.Prim, time: Usd.TimeCode = Usd.TimeCode.Default()) -> Arra
     Raises:
         BadPrim: the prim has no extent.
     """
+    return np.array(_box(prim, time).GetSize(), np.float64)
+
+
+def _box(prim: Usd.Prim, time: Usd.TimeCode) -> Gf.Range3d:
+    """Return `bounds`; raises BadPrim if they are empty."""
     box = bounds(prim, time)
     if box.IsEmpty():
         raise BadPrim(f"{prim.GetPath()} has no extent (no geometry below it), so it has neither a size nor a pivot")
-    return np.array(box.GetSize(), np.float64)
+    return box
 
 
 def set_pivot(prim: Usd.Prim, relative: Sequence[float], time: Usd.TimeCode = Usd.TimeCode.Default()) -> None:  # noqa: B008
@@ -46,8 +51,7 @@ def set_pivot(prim: Usd.Prim, relative: Sequence[float], time: Usd.TimeCode = Us
     Raises:
         BadPrim: the prim has no extent, or no transform.
     """
-    extents(prim, time)
-    box = bounds(prim, time)
+    box = _box(prim, time)
     author_pose(prim)
     half = np.array(box.GetSize(), np.float64) / 2
     point = np.array(box.GetMidpoint(), np.float64) + half * np.asarray(relative, np.float64)
