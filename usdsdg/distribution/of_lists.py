@@ -1,6 +1,6 @@
 """Distributions of values that are listed: choices, and sequences."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from numbers import Integral
 from typing import Any, Self
 
@@ -17,9 +17,15 @@ class _Listed(Distribution):
     """Draws from listed values."""
 
     _items: list[Any]
+    _part_key: str  # of what distributions among the items draw for
 
     def held(self) -> Sequence[Any]:
         return self._items
+
+    def parts(self, consumer: str) -> Iterator[tuple[Distribution, str]]:
+        for item in self._items:
+            if isinstance(item, Distribution):
+                yield item, f"{consumer}/{self._part_key}"
 
     def rename_held(self, renamed: Callable[[Any], Any]) -> None:
         self._items = [renamed(item) for item in self._items]
@@ -37,6 +43,8 @@ class _Listed(Distribution):
 
 
 class Choice(_Listed):
+    _part_key = "choice"
+
     def __init__(self, choices: Any, weights: Any, with_replacements: bool, seed: int | None, name: str | None) -> None:
         super().__init__("OgnSampleChoice", seed, name, weights=weights, withReplacements=with_replacements)
         items = self._listed("choices", [choices] if isinstance(choices, Distribution) else choices)
@@ -65,7 +73,7 @@ class Choice(_Listed):
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
         picked = self._picked(consumer, execution, prims)
         return [
-            item.sample(f"{consumer}/choice", execution, _seen_by(item, prims, row))[-1]
+            item.sample(f"{consumer}/{self._part_key}", execution, _seen_by(item, prims, row))[-1]
             if isinstance(item, Distribution)
             else item
             for row, item in enumerate(picked)
@@ -77,7 +85,7 @@ class Choice(_Listed):
         for row, item in enumerate(self._picked(consumer, execution, prims)):
             if isinstance(item, Distribution):
                 seen = _seen_by(item, prims, row)
-                for name, rows in item.named_samples(f"{consumer}/choice", execution, seen).items():
+                for name, rows in item.named_samples(f"{consumer}/{self._part_key}", execution, seen).items():
                     found[name][row] = rows[-1]
         return found
 
@@ -100,13 +108,15 @@ class Choice(_Listed):
         return as_columns([self._items])[0][self._picks(self._uniforms(consumer, executions, prims))]
 
     def _uniforms(self, consumer: str, execution: int | np.ndarray, prims: Sequence[str]) -> np.ndarray:
-        return uniforms(self.seed(), self.key(consumer), execution, self.rows(prims), 1)[..., 0]
+        return uniforms(self.seed(), self.key(consumer), execution, self.rows(consumer, prims), 1)[..., 0]
 
     def _picks(self, u: np.ndarray) -> np.ndarray:
         return np.minimum(np.searchsorted(np.cumsum(self._weights), u, side="right"), len(self._items) - 1)
 
 
 class Sequence_(_Listed):
+    _part_key = "sequence"
+
     def __init__(self, items: Any, ordered: bool, stride: int | None, seed: int | None, name: str | None) -> None:
         super().__init__("OgnSampleSequence", seed, name, ordered=ordered, stride=stride)
         self._items, self._ordered, self._stride = self._listed("items", items), ordered, stride
@@ -127,7 +137,7 @@ class Sequence_(_Listed):
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> Any:
         if self._has_distributions:
-            return self._taken(consumer, execution).sample(f"{consumer}/sequence", execution, prims)
+            return self._taken(consumer, execution).sample(f"{consumer}/{self._part_key}", execution, prims)
         step = self._stride or (len(prims) if self._has_vectors else 1)
         # As many items as the stride are taken at once; prims beyond them begin again with the first of these.
         taken = [self._items[self._index(consumer, execution * step + i)] for i in range(min(len(prims), max(step, 1)))]
@@ -136,7 +146,7 @@ class Sequence_(_Listed):
     def named_parts(self, consumer: str, execution: int, prims: Sequence[str]) -> dict[str, Any]:
         if not (found := self._no_rows(prims)):
             return {}
-        return found | self._taken(consumer, execution).named_samples(f"{consumer}/sequence", execution, prims)
+        return found | self._taken(consumer, execution).named_samples(f"{consumer}/{self._part_key}", execution, prims)
 
     def _taken(self, consumer: str, execution: int) -> Distribution:
         """Return the distribution of which all prims draw."""

@@ -100,6 +100,7 @@ class Graph:
         starter = trigger.node.path if trigger else author_impulse()
         author(node, after=nodes[-1].path if nodes else starter)
         nodes.append(node)
+        _note_uses(node, trigger)
         return node
 
     def add_trigger(self, trigger: Trigger) -> ReplicatorItem:
@@ -110,6 +111,7 @@ class Graph:
     def adopt(self, node: Node, trigger: Trigger | None) -> None:
         """Add a node of a saved graph, which has its key and its prim already."""
         (trigger.nodes if trigger else self.impulses).append(node)
+        _note_uses(node, trigger)
         base, _, number = node.key.rpartition("#")
         self._keys[base] = max(self._keys[base], int(number) + 1 if number.isdigit() else 0)
 
@@ -129,6 +131,9 @@ class Graph:
     def update_input(self, node: Node, name: str) -> None:
         """Author the changed input of a node."""
         author_input(node, name)
+        for trigger in self.triggers:
+            if node in trigger.nodes:
+                _note_uses(node, trigger)
 
     def retarget(self, node: Node, prims: tuple[str, ...]) -> None:
         """Set and author the target prims of a node, which it acts on from its next execution on."""
@@ -211,6 +216,13 @@ class Graph:
         for trigger in self.triggers:
             for node in trigger.nodes:
                 node.executions = 0
+
+
+def _note_uses(node: Node, trigger: Trigger | None) -> None:
+    """Tell the distributions among the inputs of a node that it draws from them."""
+    for role, value in node.inputs.items():
+        if isinstance(value, ReplicatorItem):
+            value.note_use(f"{node.key}/{value.node.name or role}", node, trigger)
 
 
 def run(node: Node) -> None:

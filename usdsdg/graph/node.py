@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -249,6 +249,9 @@ class ReplicatorItem:
         None is the row of a prim for which `choice` or `sequence` took another one.
         """
         return {}
+
+    def note_use(self, consumer: str, node: Node, trigger: Hashable) -> None:
+        """Note that `node` takes its values under `trigger` (None: once), by the key `consumer`."""
 
     def rename_held(self, renamed: Callable[[Any], Any]) -> None:
         """Replace the values that the item keeps beside the inputs of its node by `renamed` of each."""
