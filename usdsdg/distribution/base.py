@@ -12,7 +12,7 @@ from usdsdg.arguments.registry import near_misses
 from usdsdg.arguments.values import shown
 from usdsdg.distribution.shared_draws import SharedDraws
 from usdsdg.errors import GraphError, UnknownInput
-from usdsdg.graph.node import Node, ReplicatorItem, plain, script_line
+from usdsdg.graph.node import Node, ReplicatorItem, item_of, plain, script_line
 from usdsdg.graph.sampling import get_global_seed, own_seed
 
 # Input of a node: its seed is that of the randomizer that it is for.
@@ -138,13 +138,18 @@ class Distribution(ReplicatorItem, abc.ABC):
         inner = [name for each in self.held() if isinstance(each, Distribution) for name in each.names()]
         return [*filter(None, [self.node.name]), *inner]
 
-    def _listed(self, name: str, given: Any) -> list[Any]:
-        """Return the values of an argument that is a list, prims as their paths; those of an item are its prims."""
+    def _listed(self, name: str, given: Any, *, groups_count_as_one: bool = False) -> list[Any]:
+        """Return the values of an argument that is a list, prims as their paths; those of items are their prims.
+
+        groups_count_as_one: items in the list stay items, as where there is a weight for each.
+        """
         if isinstance(given, ReplicatorItem) and not isinstance(given, Distribution):
             given = given.prims
         # A string is iterable, but its characters are not the values.
         if isinstance(given, (str, bytes, Distribution)) or not isinstance(given, Iterable):
             raise GraphError(f"{self.node.describe()}: {name} is {shown(given)}; expected a list")
+        if not groups_count_as_one:
+            given = [each for value in given for each in (_prims_of(value) or [value])]
         if not (items := [str(item.GetPath()) if hasattr(item, "GetPath") else item for item in given]):
             raise GraphError(f"{self.node.describe()}: {name} is empty; give at least one")
         for index, item in enumerate(items):
@@ -162,6 +167,12 @@ class Distribution(ReplicatorItem, abc.ABC):
     def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:
         """Draw for many executions: (executions, prims, ...), objects where values are no numbers of one shape."""
         return as_columns([list(self.sample(consumer, int(each), prims)) for each in executions])
+
+
+def _prims_of(value: Any) -> Sequence[str]:
+    """Return the prims of an item that is no distribution; none of other values."""
+    value = item_of(value)
+    return value.prims if isinstance(value, ReplicatorItem) and not isinstance(value, Distribution) else ()
 
 
 def _distributions_in(values: Iterable[Any]) -> Iterator[Distribution]:

@@ -6,10 +6,13 @@ from typing import Any, Self
 
 import numpy as np
 
-from usdsdg.arguments.values import shown
+from usdsdg.arguments.values import shown, whole_number
 from usdsdg.distribution.base import Distribution, InputsDiffer, add_kind, all_seeded, as_columns
+from usdsdg.distribution.drawn_prims import DrawnPrims
 from usdsdg.errors import GraphError, counted, let_pass
-from usdsdg.graph.node import plain
+from usdsdg.graph.evaluate import graph
+from usdsdg.graph.live_prims import LivePrims
+from usdsdg.graph.node import are_prims, plain
 from usdsdg.graph.sampling import generator, uniforms
 
 
@@ -18,6 +21,18 @@ class _Listed(Distribution):
 
     _items: list[Any]
     _part_key: str  # of what distributions among the items draw for
+    _target_count: Any = 1  # prims that are drawn for nodes to act on
+    _targets: DrawnPrims | None = None
+
+    @property
+    def prims(self) -> tuple[str, ...]:
+        """The prims that are drawn, where all items are prims: nodes act on others at each execution."""
+        if self._targets is None:
+            if not are_prims(self._items):
+                return ()
+            count = self._checked(lambda: whole_number("num_samples", self._target_count, least=1))
+            self._targets = DrawnPrims(self, graph().next_key("|".join(["prims", *self._items])), count)
+        return LivePrims([self._targets], self.node.state.get("targets", 0))
 
     def held(self) -> Sequence[Any]:
         return self._items
@@ -45,9 +60,20 @@ class _Listed(Distribution):
 class Choice(_Listed):
     _part_key = "choice"
 
-    def __init__(self, choices: Any, weights: Any, with_replacements: bool, seed: int | None, name: str | None) -> None:
+    def __init__(
+        self,
+        choices: Any,
+        weights: Any,
+        with_replacements: bool,
+        seed: int | None,
+        name: str | None,
+        *,
+        target_count: Any = 1,
+    ) -> None:
         super().__init__("OgnSampleChoice", seed, name, weights=weights, withReplacements=with_replacements)
-        items = self._listed("choices", [choices] if isinstance(choices, Distribution) else choices)
+        listed = [choices] if isinstance(choices, Distribution) else choices
+        items = self._listed("choices", listed, groups_count_as_one=weights is not None)
+        self._target_count = target_count
         self.node.inputs["choices"] = plain(items)
         self._items, self._with_replacements = items, with_replacements
         try:
@@ -210,16 +236,19 @@ def choice(
 ):
     """Sample one of `choices` per prim: values, paths, prims, a group, distributions, or the draws of one distribution.
 
+    Of prims it is an item of those that are drawn: `with` it, or with it as `input_prims`, nodes act at each execution
+    on `num_samples` prims.
+
     Args:
         weights: Relative probabilities, numbers >= 0 with any sum; by default equal.
         with_replacements: False draws no choice twice in one execution.
-        seed: As in `uniform`, as are `num_samples` and `name`.
+        seed: As in `uniform`, as are `name` and, for values, `num_samples`.
 
     Raises:
         GraphError: there are no choices, or the weights do not fit them. At execution, without replacements: there are
             more prims than choices.
     """
-    return Choice(choices, weights, with_replacements, seed, name)
+    return Choice(choices, weights, with_replacements, seed, name, target_count=num_samples)
 
 
 def sequence(

@@ -124,9 +124,13 @@ class Graph:
         # not change it. Nodes with the same trigger, kind, attribute and targets are numbered. A name replaces these.
         targets = [node.prims.text()] if isinstance(node.prims, LivePrims) else node.prims
         about = node.name or "|".join([node.kind, str(node.inputs.get("attribute", "")), *targets])
-        base = f"{trigger}/{about}"
-        node.key = f"{base}#{self._keys[base]}"
+        node.key = self.next_key(f"{trigger}/{about}")
+
+    def next_key(self, base: str) -> str:
+        """Return `base` with a number that no other key with it has."""
+        key = f"{base}#{self._keys[base]}"
         self._keys[base] += 1
+        return key
 
     def update_input(self, node: Node, name: str) -> None:
         """Author the changed input of a node."""
@@ -230,7 +234,7 @@ def run(node: Node) -> None:
     action = action_of(node.kind)
     if action is None:
         return
-    if isinstance(node.prims, LivePrims) and (found := node.prims.again()) != node.prims:
+    if isinstance(node.prims, LivePrims) and (found := node.prims.again(node.executions)) != node.prims:
         graph().retarget(node, found)
     if isinstance(node.prims, LivePrims) and not node.prims:
         node.executions += 1
