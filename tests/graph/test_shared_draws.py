@@ -98,11 +98,11 @@ def test_triggers_draw_on_their_own():
         assert not set(first) & set(second)
 
 
-def test_objects_that_are_made_once_share_a_draw():
+def test_objects_that_are_made_one_after_the_other_have_places_of_their_own():
     place = rep.distribution.uniform((0, 0, 0), (9, 9, 9))
-    ball, lamp = rep.create.sphere(position=place), rep.create.light(light_type="sphere", position=place)
+    balls = [rep.create.sphere(position=place) for _ in range(4)]
     graph().evaluate()
-    assert _places(ball) == _places(lamp) != [(0, 0, 0)]
+    assert len({tuple(_places(ball)) for ball in balls}) == 4
 
 
 def test_targets_that_are_set_later_keep_sharing():

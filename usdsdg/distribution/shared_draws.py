@@ -13,7 +13,7 @@ class SharedDraws:
     """
 
     def __init__(self) -> None:
-        self._first: dict[Hashable, tuple[str, Node]] = {}  # by trigger; None: nodes that run once
+        self._first: dict[Hashable, tuple[str, Node]] = {}  # by trigger
         self._others: dict[str, tuple[str, Node, Node]] = {}  # by consumer: that of the first node, it, and its own
 
     def note(self, consumer: str, node: Node, trigger: Hashable) -> None:

@@ -223,8 +223,9 @@ class Graph:
 
 
 def _note_uses(node: Node, trigger: Trigger | None) -> None:
-    """Tell the distributions among the inputs of a node that it draws from them."""
-    for role, value in node.inputs.items():
+    """Tell the distributions among the inputs of a node under a trigger that it draws from them."""
+    # Objects that are made once, as in a loop, draw on their own: else all would be in one place.
+    for role, value in node.inputs.items() if trigger is not None else ():
         if isinstance(value, ReplicatorItem):
             value.note_use(f"{node.key}/{value.node.name or role}", node, trigger)
 

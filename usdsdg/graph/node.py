@@ -256,7 +256,7 @@ class ReplicatorItem:
         return {}
 
     def note_use(self, consumer: str, node: Node, trigger: Hashable) -> None:
-        """Note that `node` takes its values under `trigger` (None: once), by the key `consumer`."""
+        """Note that `node` takes its values under `trigger`, by the key `consumer`."""
 
     def rename_held(self, renamed: Callable[[Any], Any]) -> None:
         """Replace the values that the item keeps beside the inputs of its node by `renamed` of each."""
