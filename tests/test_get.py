@@ -4,7 +4,7 @@ import pytest
 
 import usdsdg as rep
 from usdsdg import get
-from usdsdg.errors import BadPrim, GraphError, Unsupported
+from usdsdg.errors import BadPrim, GraphError
 from usdsdg.graph import evaluate
 from usdsdg.session import stage_context
 from usdsdg.stage.semantics import labels
@@ -114,6 +114,6 @@ def test_functions_of_scripts_can_be_registered_in_get(stage):
     del get.crates
 
 
-def test_prims_are_not_drawn(stage):
-    with pytest.raises(Unsupported, match=r"looked up once, when the line runs.*randomizer\.instantiate"):
-        get.prim_at_path(rep.distribution.choice(["/Replicator/Cube_Xform"]))
+def test_a_distribution_of_what_is_no_prim_is_an_error(stage):
+    with pytest.raises(BadPrim, match=r"does not draw from prims that are on the stage.*randomizer\.instantiate"):
+        get.prim_at_path(rep.distribution.choice(["/Replicator/Nowhere"]))

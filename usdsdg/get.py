@@ -10,7 +10,7 @@ from typing import Any
 
 from usdsdg.arguments.parameters import name_parameters
 from usdsdg.arguments.registry import register_function
-from usdsdg.errors import BadPrim, Unsupported, let_pass
+from usdsdg.errors import BadPrim, let_pass
 from usdsdg.functional import get as find
 from usdsdg.graph.live_prims import LivePrims, search
 from usdsdg.graph.node import Node, ReplicatorItem, prim_paths
@@ -69,17 +69,19 @@ def _search(function: str, **conditions: Any) -> tuple[str, ...]:
 def prim_at_path(path: Any, name: str | None = None) -> ReplicatorItem:
     """Return an item of the prims at a path, or of those in a list of paths, prims or items.
 
+    Of a choice or sequence of prims it is an item of those that are drawn at each execution.
+
     Raises:
         BadPrim: one of them is not on the stage; the message names near misses.
-        Unsupported: `path` is a distribution.
     """
-    if hasattr(path, "sample"):
-        raise Unsupported(
-            "get.prim_at_path: path is a distribution, but prims are looked up once, when the line runs. Give all of "
-            "them, and draw what is done to them, as modify.visibility(rep.distribution.choice([True, False])), or "
-            "draw assets by randomizer.instantiate"
-        )
     wanted = prim_paths(path)
+    if hasattr(path, "sample"):
+        if not wanted:
+            raise BadPrim(
+                f"get.prim_at_path: path is {path.node.describe()}, which does not draw from prims that are on the "
+                "stage. Give it their paths, or draw assets by randomizer.instantiate"
+            )
+        return ReplicatorItem(Node(kind="OgnGetPrimAtPath", prims=wanted, name=name))
     if not wanted:
         raise BadPrim(f"get.prim_at_path: path is {path!r}; give at least one")
     found = tuple(each for each in wanted if _is_there(each))

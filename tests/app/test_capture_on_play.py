@@ -42,6 +42,27 @@ def test_every_update_of_a_playing_timeline_is_one_frame(writer):
     assert rep.orchestrator.get_is_stopped()
 
 
+def test_randomizers_fire_while_the_timeline_plays_without_a_writer(stage):
+    cube = rep.create.cube()
+    with rep.trigger.on_frame(), cube:
+        rep.modify.pose(position=rep.distribution.sequence([(0, 0, i) for i in range(10)]))
+    op = cube.get_output_prims()["prims"][0].GetAttribute("xformOp:translate")
+    get_timeline().play()
+    heights = []
+    for _ in range(4):
+        get_app().update()
+        heights.append(op.Get()[2])
+    assert heights == [0, 1, 2, 3]
+    get_timeline().pause()
+    get_app().update()
+    assert op.Get()[2] == 3
+    get_timeline().stop()
+    rep.orchestrator.set_capture_on_play(False)
+    get_timeline().play()
+    get_app().update()
+    assert op.Get()[2] == 3
+
+
 def test_without_capture_on_play_only_steps_capture(writer):
     rep.orchestrator.set_capture_on_play(False)
     get_timeline().play()

@@ -262,6 +262,15 @@ def test_items_return_their_inputs_and_outputs():
         item.get_input("color")
 
 
+def test_nodes_tell_their_types():
+    made = [rep.distribution.normal(0, 1), rep.trigger.on_frame(), rep.trigger.on_custom_event("go")]
+    assert [item.node.get_type_name() for item in made] == [
+        "omni.replicator.core.OgnSampleNormal",
+        "omni.replicator.core.OgnOnFrame",
+        "omni.graph.action.OnCustomEvent",
+    ]
+
+
 @pytest.mark.parametrize("family", ["distribution", "trigger"])
 def test_functions_can_be_registered_in_a_family(family):
     module = getattr(rep, family)

@@ -123,6 +123,22 @@ def other_intervals():
     return camera
 
 
+def draws_of_several_nodes():
+    """Poses, colors and parts of vectors that take one distribution."""
+    camera = rep.create.camera(position=(0, 0, 9), look_at=(0, 0, 0))
+    rep.create.light(light_type="dome")
+    boxes = rep.create.cube(count=2, semantics=[("class", "box")], scale=0.4)
+    balls = rep.create.sphere(count=3, semantics=[("class", "ball")], scale=0.4)
+    with rep.trigger.on_frame():
+        place, shade = uniform((-3, -2, -1), (3, 2, 1)), rep.distribution.choice([0.2, 0.5, 0.9])
+        with boxes:
+            rep.modify.pose(position=place)
+            rep.randomizer.color(rep.distribution.combine([shade, uniform(0, 1), shade]))
+        with balls:
+            rep.modify.pose(position=place, scale=shade)
+    return camera
+
+
 def begin(build):
     """Open a new stage with a scene; return its render product."""
     session.restart()

@@ -20,6 +20,7 @@ SCENES = (
     scenes.materials_and_lists,
     scenes.orbits_and_nested_prims,
     scenes.other_intervals,
+    scenes.draws_of_several_nodes,
 )
 
 

@@ -15,14 +15,13 @@ from pxr import Usd
 from usdsdg import rng
 from usdsdg.app.app import get_app
 from usdsdg.app.frames_of_others import FramesOfOthers
-from usdsdg.app.run_ends import all_ended, ends_without_picture, triggers_remain, triggers_that_end
+from usdsdg.app.run_ends import all_ended, are_frames_due, ends_without_picture, triggers_remain, triggers_that_end
 from usdsdg.app.saved_graph import author_run
 from usdsdg.app.status import OrchestratorError, Status, StatusCallback
 from usdsdg.capture.capture import Capture
 from usdsdg.capture.output import close_writers, drain, in_spite_of_failures
 from usdsdg.capture.pictures_ahead import PicturesAhead
 from usdsdg.capture.render_settings import RenderMode, opens_shutter, render_mode
-from usdsdg.capture.requests import is_watched
 from usdsdg.capture.worlds import WorldTap
 from usdsdg.errors import Unsupported, called_for_script, warn_once
 from usdsdg.graph import evaluate
@@ -214,13 +213,13 @@ class Orchestrator:
 
     # --- many frames ---
     def capture_on_play(self) -> None:
-        """Capture an app update of a playing timeline if capture on play is set and a writer or annotator attached.
+        """Capture an app update of a playing timeline if capture on play is set, and something waits for frames.
 
         When all triggers have reached their limits, the run ends and the timeline stops.
         """
         timeline = get_timeline()
         plays = timeline.is_playing() and timeline.is_auto_updating() and self.status is not Status.PAUSED
-        if plays and captures_on_play() and is_watched():
+        if plays and captures_on_play() and are_frames_due():
             if self.status is Status.STOPPED:
                 evaluate.graph().renew_limits()
             # Time triggers fire in the update, before its picture.

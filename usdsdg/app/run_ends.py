@@ -1,6 +1,7 @@
 """When the triggers of a graph end a run: those with `max_execs`, once they have reached it."""
 
 from usdsdg.app.status import OrchestratorError
+from usdsdg.capture.requests import is_watched
 from usdsdg.graph import evaluate
 from usdsdg.writers.base import attached_writers, trigger_of
 
@@ -12,6 +13,13 @@ def all_ended() -> bool:
     """Return whether there are triggers, all of which have reached their `max_execs`."""
     triggers = evaluate.graph().triggers
     return bool(triggers) and all(trigger.max_execs and trigger.exhausted for trigger in triggers)
+
+
+def are_frames_due() -> bool:
+    """Return whether a writer, an annotator or a trigger that fires by frames waits for those of a playing timeline."""
+    # The nodes of the trigger write the stage, which scripts read without a writer, too.
+    waiting = [trigger for trigger in evaluate.graph().triggers if trigger.kind == "OgnOnFrame" and trigger.nodes]
+    return is_watched() or any(not trigger.exhausted for trigger in waiting)
 
 
 def ends_without_picture(fired: list[evaluate.Trigger]) -> bool:

@@ -2,7 +2,7 @@
 
 import abc
 import copy
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -10,8 +10,9 @@ import numpy as np
 
 from usdsdg.arguments.registry import near_misses
 from usdsdg.arguments.values import shown
+from usdsdg.distribution.shared_draws import SharedDraws
 from usdsdg.errors import GraphError, UnknownInput
-from usdsdg.graph.node import Node, ReplicatorItem, plain, script_line
+from usdsdg.graph.node import Node, ReplicatorItem, item_of, plain, script_line
 from usdsdg.graph.sampling import get_global_seed, own_seed
 
 # Input of a node: its seed is that of the randomizer that it is for.
@@ -33,6 +34,7 @@ class Distribution(ReplicatorItem, abc.ABC):
         self._seed = self._checked(lambda: own_seed(seed))
         # Draws with one seed go together in Replicator, whichever nodes they are for: scripts move several cameras so.
         self.goes_by_seed = self._seed is not None
+        self._shared = SharedDraws()
 
     def get_outputs(self) -> dict[str, Any]:
         """Return the outputs of the node, with the values drawn last, one per prim: [] before the first execution."""
@@ -51,18 +53,29 @@ class Distribution(ReplicatorItem, abc.ABC):
         if own is not None and own != seed:
             raise GraphError(f"{self.node.describe()} has seed={own}, its randomizer seed={seed}; give one of them")
         twin = copy.copy(self)
-        twin._seed = seed
+        twin._seed, twin._shared = seed, SharedDraws()
         inputs = {**self.node.inputs, "seed": seed} | ({} if self.goes_by_seed else {OF_RANDOMIZER: True})
         twin.node = replace(self.node, inputs=inputs, path=None)
         return twin
 
     def key(self, consumer: str) -> str:
         """Return what the draws for the node with key `consumer` are keyed by, next to the seed."""
-        return "" if self.goes_by_seed else consumer
+        return "" if self.goes_by_seed else self._shared.key(consumer)
 
-    def rows(self, prims: Sequence[str]) -> Sequence[str]:
+    def rows(self, consumer: str, prims: Sequence[str]) -> Sequence[str]:
         """Return what the rows of draws are keyed by: their prims, or their places where the seed is the script's."""
-        return [str(place) for place in range(len(prims))] if self.goes_by_seed else prims
+        if self.goes_by_seed:
+            return [str(place) for place in range(len(prims))]
+        return self._shared.rows(consumer, prims)
+
+    def note_use(self, consumer: str, node: Node, trigger: Hashable) -> None:
+        self._shared.note(consumer, node, trigger)
+        for part, its_consumer in self.parts(consumer):
+            part.note_use(its_consumer, node, trigger)
+
+    def parts(self, consumer: str) -> Iterator[tuple["Distribution", str]]:
+        """Yield the distributions that it draws from, each with the key by which it draws for `consumer`."""
+        yield from ()
 
     def set_input(self, name: str, value: Any) -> None:
         """Set a bound, choice or seed from the next execution on.
@@ -86,7 +99,7 @@ class Distribution(ReplicatorItem, abc.ABC):
             return
         super().set_input(name, value)
         self._misfit = None
-        self.__dict__.update({key: own for key, own in changed.__dict__.items() if key != "node"})
+        self.__dict__.update({key: own for key, own in changed.__dict__.items() if key not in ("node", "_shared")})
 
     def _check_fit(self) -> None:
         """Raise what keeps the inputs that were set last from being drawn from."""
@@ -125,13 +138,18 @@ class Distribution(ReplicatorItem, abc.ABC):
         inner = [name for each in self.held() if isinstance(each, Distribution) for name in each.names()]
         return [*filter(None, [self.node.name]), *inner]
 
-    def _listed(self, name: str, given: Any) -> list[Any]:
-        """Return the values of an argument that is a list, prims as their paths; those of an item are its prims."""
+    def _listed(self, name: str, given: Any, *, groups_count_as_one: bool = False) -> list[Any]:
+        """Return the values of an argument that is a list, prims as their paths; those of items are their prims.
+
+        groups_count_as_one: items in the list stay items, as where there is a weight for each.
+        """
         if isinstance(given, ReplicatorItem) and not isinstance(given, Distribution):
             given = given.prims
         # A string is iterable, but its characters are not the values.
         if isinstance(given, (str, bytes, Distribution)) or not isinstance(given, Iterable):
             raise GraphError(f"{self.node.describe()}: {name} is {shown(given)}; expected a list")
+        if not groups_count_as_one:
+            given = [each for value in given for each in (_prims_of(value) or [value])]
         if not (items := [str(item.GetPath()) if hasattr(item, "GetPath") else item for item in given]):
             raise GraphError(f"{self.node.describe()}: {name} is empty; give at least one")
         for index, item in enumerate(items):
@@ -149,6 +167,12 @@ class Distribution(ReplicatorItem, abc.ABC):
     def sample_worlds(self, consumer: str, executions: np.ndarray, prims: Sequence[str]) -> np.ndarray:
         """Draw for many executions: (executions, prims, ...), objects where values are no numbers of one shape."""
         return as_columns([list(self.sample(consumer, int(each), prims)) for each in executions])
+
+
+def _prims_of(value: Any) -> Sequence[str]:
+    """Return the prims of an item that is no distribution; none of other values."""
+    value = item_of(value)
+    return value.prims if isinstance(value, ReplicatorItem) and not isinstance(value, Distribution) else ()
 
 
 def _distributions_in(values: Iterable[Any]) -> Iterator[Distribution]:

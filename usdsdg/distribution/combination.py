@@ -1,6 +1,6 @@
 """Vectors of which axes have distributions of their own."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from numbers import Real
 from typing import Any, Self
 
@@ -25,6 +25,11 @@ class Combine(Distribution):
         twin = super().seeded(seed)
         twin._parts = twin.node.inputs["distributions"] = all_seeded(self._parts, seed)
         return twin
+
+    def parts(self, consumer: str) -> Iterator[tuple[Distribution, str]]:
+        for axis, part in enumerate(self._parts):
+            if isinstance(part, Distribution):
+                yield part, f"{consumer}/{axis}"
 
     def held(self) -> Sequence[Any]:
         return self._parts

@@ -1,15 +1,18 @@
 """Distributions of values that are listed: choices, and sequences."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from numbers import Integral
 from typing import Any, Self
 
 import numpy as np
 
-from usdsdg.arguments.values import shown
+from usdsdg.arguments.values import shown, whole_number
 from usdsdg.distribution.base import Distribution, InputsDiffer, add_kind, all_seeded, as_columns
+from usdsdg.distribution.drawn_prims import DrawnPrims
 from usdsdg.errors import GraphError, counted, let_pass
-from usdsdg.graph.node import plain
+from usdsdg.graph.evaluate import graph
+from usdsdg.graph.live_prims import LivePrims
+from usdsdg.graph.node import are_prims, plain
 from usdsdg.graph.sampling import generator, uniforms
 
 
@@ -17,9 +20,27 @@ class _Listed(Distribution):
     """Draws from listed values."""
 
     _items: list[Any]
+    _part_key: str  # of what distributions among the items draw for
+    _target_count: Any = 1  # prims that are drawn for nodes to act on
+    _targets: DrawnPrims | None = None
+
+    @property
+    def prims(self) -> tuple[str, ...]:
+        """The prims that are drawn, where all items are prims: nodes act on others at each execution."""
+        if self._targets is None:
+            if not are_prims(self._items):
+                return ()
+            count = self._checked(lambda: whole_number("num_samples", self._target_count, least=1))
+            self._targets = DrawnPrims(self, graph().next_key("|".join(["prims", *self._items])), count)
+        return LivePrims([self._targets], self.node.state.get("targets", 0))
 
     def held(self) -> Sequence[Any]:
         return self._items
+
+    def parts(self, consumer: str) -> Iterator[tuple[Distribution, str]]:
+        for item in self._items:
+            if isinstance(item, Distribution):
+                yield item, f"{consumer}/{self._part_key}"
 
     def rename_held(self, renamed: Callable[[Any], Any]) -> None:
         self._items = [renamed(item) for item in self._items]
@@ -37,9 +58,22 @@ class _Listed(Distribution):
 
 
 class Choice(_Listed):
-    def __init__(self, choices: Any, weights: Any, with_replacements: bool, seed: int | None, name: str | None) -> None:
+    _part_key = "choice"
+
+    def __init__(
+        self,
+        choices: Any,
+        weights: Any,
+        with_replacements: bool,
+        seed: int | None,
+        name: str | None,
+        *,
+        target_count: Any = 1,
+    ) -> None:
         super().__init__("OgnSampleChoice", seed, name, weights=weights, withReplacements=with_replacements)
-        items = self._listed("choices", [choices] if isinstance(choices, Distribution) else choices)
+        listed = [choices] if isinstance(choices, Distribution) else choices
+        items = self._listed("choices", listed, groups_count_as_one=weights is not None)
+        self._target_count = target_count
         self.node.inputs["choices"] = plain(items)
         self._items, self._with_replacements = items, with_replacements
         try:
@@ -65,7 +99,7 @@ class Choice(_Listed):
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> list[Any]:
         picked = self._picked(consumer, execution, prims)
         return [
-            item.sample(f"{consumer}/choice", execution, _seen_by(item, prims, row))[-1]
+            item.sample(f"{consumer}/{self._part_key}", execution, _seen_by(item, prims, row))[-1]
             if isinstance(item, Distribution)
             else item
             for row, item in enumerate(picked)
@@ -77,7 +111,7 @@ class Choice(_Listed):
         for row, item in enumerate(self._picked(consumer, execution, prims)):
             if isinstance(item, Distribution):
                 seen = _seen_by(item, prims, row)
-                for name, rows in item.named_samples(f"{consumer}/choice", execution, seen).items():
+                for name, rows in item.named_samples(f"{consumer}/{self._part_key}", execution, seen).items():
                     found[name][row] = rows[-1]
         return found
 
@@ -100,13 +134,15 @@ class Choice(_Listed):
         return as_columns([self._items])[0][self._picks(self._uniforms(consumer, executions, prims))]
 
     def _uniforms(self, consumer: str, execution: int | np.ndarray, prims: Sequence[str]) -> np.ndarray:
-        return uniforms(self.seed(), self.key(consumer), execution, self.rows(prims), 1)[..., 0]
+        return uniforms(self.seed(), self.key(consumer), execution, self.rows(consumer, prims), 1)[..., 0]
 
     def _picks(self, u: np.ndarray) -> np.ndarray:
         return np.minimum(np.searchsorted(np.cumsum(self._weights), u, side="right"), len(self._items) - 1)
 
 
 class Sequence_(_Listed):
+    _part_key = "sequence"
+
     def __init__(self, items: Any, ordered: bool, stride: int | None, seed: int | None, name: str | None) -> None:
         super().__init__("OgnSampleSequence", seed, name, ordered=ordered, stride=stride)
         self._items, self._ordered, self._stride = self._listed("items", items), ordered, stride
@@ -127,7 +163,7 @@ class Sequence_(_Listed):
 
     def sample(self, consumer: str, execution: int, prims: Sequence[str]) -> Any:
         if self._has_distributions:
-            return self._taken(consumer, execution).sample(f"{consumer}/sequence", execution, prims)
+            return self._taken(consumer, execution).sample(f"{consumer}/{self._part_key}", execution, prims)
         step = self._stride or (len(prims) if self._has_vectors else 1)
         # As many items as the stride are taken at once; prims beyond them begin again with the first of these.
         taken = [self._items[self._index(consumer, execution * step + i)] for i in range(min(len(prims), max(step, 1)))]
@@ -136,7 +172,7 @@ class Sequence_(_Listed):
     def named_parts(self, consumer: str, execution: int, prims: Sequence[str]) -> dict[str, Any]:
         if not (found := self._no_rows(prims)):
             return {}
-        return found | self._taken(consumer, execution).named_samples(f"{consumer}/sequence", execution, prims)
+        return found | self._taken(consumer, execution).named_samples(f"{consumer}/{self._part_key}", execution, prims)
 
     def _taken(self, consumer: str, execution: int) -> Distribution:
         """Return the distribution of which all prims draw."""
@@ -200,16 +236,19 @@ def choice(
 ):
     """Sample one of `choices` per prim: values, paths, prims, a group, distributions, or the draws of one distribution.
 
+    Of prims it is an item of those that are drawn: `with` it, or with it as `input_prims`, nodes act at each execution
+    on `num_samples` prims.
+
     Args:
         weights: Relative probabilities, numbers >= 0 with any sum; by default equal.
         with_replacements: False draws no choice twice in one execution.
-        seed: As in `uniform`, as are `num_samples` and `name`.
+        seed: As in `uniform`, as are `name` and, for values, `num_samples`.
 
     Raises:
         GraphError: there are no choices, or the weights do not fit them. At execution, without replacements: there are
             more prims than choices.
     """
-    return Choice(choices, weights, with_replacements, seed, name)
+    return Choice(choices, weights, with_replacements, seed, name, target_count=num_samples)
 
 
 def sequence(

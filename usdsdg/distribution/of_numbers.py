@@ -47,7 +47,7 @@ class _Numeric(Distribution):
     def _uniforms(
         self, consumer: str, execution: int | np.ndarray, prims: Sequence[str], components: int
     ) -> np.ndarray:
-        return uniforms(self.seed(), self.key(consumer), execution, self.rows(prims), components)
+        return uniforms(self.seed(), self.key(consumer), execution, self.rows(consumer, prims), components)
 
 
 class Uniform(_Numeric):

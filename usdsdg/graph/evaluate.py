@@ -100,6 +100,7 @@ class Graph:
         starter = trigger.node.path if trigger else author_impulse()
         author(node, after=nodes[-1].path if nodes else starter)
         nodes.append(node)
+        _note_uses(node, trigger)
         return node
 
     def add_trigger(self, trigger: Trigger) -> ReplicatorItem:
@@ -110,6 +111,7 @@ class Graph:
     def adopt(self, node: Node, trigger: Trigger | None) -> None:
         """Add a node of a saved graph, which has its key and its prim already."""
         (trigger.nodes if trigger else self.impulses).append(node)
+        _note_uses(node, trigger)
         base, _, number = node.key.rpartition("#")
         self._keys[base] = max(self._keys[base], int(number) + 1 if number.isdigit() else 0)
 
@@ -122,13 +124,20 @@ class Graph:
         # not change it. Nodes with the same trigger, kind, attribute and targets are numbered. A name replaces these.
         targets = [node.prims.text()] if isinstance(node.prims, LivePrims) else node.prims
         about = node.name or "|".join([node.kind, str(node.inputs.get("attribute", "")), *targets])
-        base = f"{trigger}/{about}"
-        node.key = f"{base}#{self._keys[base]}"
+        node.key = self.next_key(f"{trigger}/{about}")
+
+    def next_key(self, base: str) -> str:
+        """Return `base` with a number that no other key with it has."""
+        key = f"{base}#{self._keys[base]}"
         self._keys[base] += 1
+        return key
 
     def update_input(self, node: Node, name: str) -> None:
         """Author the changed input of a node."""
         author_input(node, name)
+        for trigger in self.triggers:
+            if node in trigger.nodes:
+                _note_uses(node, trigger)
 
     def retarget(self, node: Node, prims: tuple[str, ...]) -> None:
         """Set and author the target prims of a node, which it acts on from its next execution on."""
@@ -213,12 +222,20 @@ class Graph:
                 node.executions = 0
 
 
+def _note_uses(node: Node, trigger: Trigger | None) -> None:
+    """Tell the distributions among the inputs of a node under a trigger that it draws from them."""
+    # Objects that are made once, as in a loop, draw on their own: else all would be in one place.
+    for role, value in node.inputs.items() if trigger is not None else ():
+        if isinstance(value, ReplicatorItem):
+            value.note_use(f"{node.key}/{value.node.name or role}", node, trigger)
+
+
 def run(node: Node) -> None:
     """Execute one node; errors name the script line that made it."""
     action = action_of(node.kind)
     if action is None:
         return
-    if isinstance(node.prims, LivePrims) and (found := node.prims.again()) != node.prims:
+    if isinstance(node.prims, LivePrims) and (found := node.prims.again(node.executions)) != node.prims:
         graph().retarget(node, found)
     if isinstance(node.prims, LivePrims) and not node.prims:
         node.executions += 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +15,7 @@ from pxr import Usd
 from usdsdg.errors import NotAPrim, UnknownInput, Unsupported, counted, warn_once
 from usdsdg.graph.live_prims import LivePrims, joined
 from usdsdg.graph.node_attributes import NodeAttribute
+from usdsdg.graph.node_prims import type_name
 from usdsdg.graph.prim_path import PrimPath
 from usdsdg.session.session import current
 from usdsdg.session.stage_context import current_stage
@@ -92,6 +93,10 @@ class Node:
         except UnknownInput:
             return False
         return True
+
+    def get_type_name(self) -> str:
+        """Return the type of the node, as `omni.replicator.core.OgnSampleUniform`."""
+        return type_name(self.kind)
 
     def get_prim_path(self) -> str:
         """Return the path of the prim that holds the node.
@@ -250,6 +255,9 @@ class ReplicatorItem:
         """
         return {}
 
+    def note_use(self, consumer: str, node: Node, trigger: Hashable) -> None:
+        """Note that `node` takes its values under `trigger`, by the key `consumer`."""
+
     def rename_held(self, renamed: Callable[[Any], Any]) -> None:
         """Replace the values that the item keeps beside the inputs of its node by `renamed` of each."""
 
@@ -302,6 +310,12 @@ def prim_paths(items: Any) -> tuple[str, ...]:
     if isinstance(items, Sequence):
         return joined([prim_paths(item) for item in items])
     raise NotAPrim(f"expected an item, prim, path or a list of these, got {type(items).__name__}: {items!r}")
+
+
+def are_prims(values: Sequence[Any]) -> bool:
+    """Return whether all values are paths of prims on the stage."""
+    stage = current_stage()
+    return all(isinstance(value, str) and value.startswith("/") and stage.GetPrimAtPath(value) for value in values)
 
 
 def plain(value: Any) -> Any:

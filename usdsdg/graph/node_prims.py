@@ -53,6 +53,11 @@ class NodeRecord:
     metadata: dict[str, str] = field(default_factory=dict)  # under `usdsdg:`
 
 
+def type_name(kind: str) -> str:
+    """Return the type of nodes in full, as OmniGraph names it."""
+    return _OMNIGRAPH.get(kind, TYPE_PREFIX + kind)
+
+
 def define_node(stage: Usd.Stage, path: str, node: NodeRecord) -> Usd.Prim:
     """Author a node at a free path below a graph.
 
@@ -60,7 +65,7 @@ def define_node(stage: Usd.Stage, path: str, node: NodeRecord) -> Usd.Prim:
         TypeError: an input is of a type that USD cannot hold; the message names it.
     """
     prim = stage.DefinePrim(path, "OmniGraphNode")
-    _attribute(prim, "node:type", Sdf.ValueTypeNames.Token, _OMNIGRAPH.get(node.kind, TYPE_PREFIX + node.kind))
+    _attribute(prim, "node:type", Sdf.ValueTypeNames.Token, type_name(node.kind))
     _attribute(prim, "node:typeVersion", Sdf.ValueTypeNames.Int, 1)
     for name, value in node.inputs.items():
         write_input(prim, name, value)

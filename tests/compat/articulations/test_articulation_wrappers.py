@@ -198,3 +198,59 @@ def test_a_floating_robot_is_placed_by_its_base_while_physics_plays(arms):
     view.set_local_poses([[1.0, 0.0, 0.0]])
     assert view.get_local_poses()[0].numpy() == pytest.approx(np.array([[1, 0, 0]]), abs=1e-5)
     assert view.jacobian_matrix_shape == (4, 6, 9)
+
+
+def _authored(stage):
+    """Return the values of all joints and drives that the stage holds."""
+    joints = [prim for prim in stage.Traverse() if prim.IsA(UsdPhysics.Joint)]
+    values = [attribute for joint in joints for attribute in joint.GetAuthoredAttributes() if attribute.HasValue()]
+    return {str(each.GetPath()): each.Get() for each in values if each.HasAuthoredValue()}
+
+
+@pytest.mark.parametrize("experimental_form", [True, False])
+def test_what_joints_are_given_while_physics_plays_ends_with_it(arms, experimental_form):
+    UsdPhysics.Scene.Define(arms, "/scene")
+    path = "/World/env_1/arm"
+    drive = UsdPhysics.DriveAPI(arms.GetPrimAtPath(f"{path}/shoulder"), "angular")
+    drive.CreateMaxForceAttr()  # a spec without a value
+    view = experimental.Articulation(path) if experimental_form else core.Articulation(path)
+    before = _authored(arms)
+    get_timeline().play()
+    get_app().update()
+    all_equal, three = np.ones((1, 3), np.float32), np.full((1, 3), 3.0, np.float32)
+    if experimental_form:
+        view.set_dof_gains(7 * all_equal, 2 * all_equal)
+        view.set_dof_max_efforts(three)
+        view.set_dof_armatures(three)
+        view.set_dof_max_velocities(three)
+        view.set_dof_limits(-0.1 * all_equal, 0.1 * all_equal)
+        view.set_dof_position_targets(0.05 * all_equal)
+        view.set_dof_velocity_targets(0.2 * all_equal)
+    else:
+        view.set_gains(7 * all_equal, 2 * all_equal)
+        view.set_max_efforts(three)
+        view.set_armatures(three)
+        view.set_max_joint_velocities(three)
+        view.set_friction_coefficients(0.1 * all_equal)
+        view.set_joint_position_targets(0.05 * all_equal)
+        view.set_joint_velocity_targets(0.2 * all_equal)
+        view.switch_control_mode("velocity")
+    get_app().update()
+    assert drive.GetMaxForceAttr().Get() == 3.0
+    assert _authored(arms) != before
+    get_timeline().stop()
+    assert _authored(arms) == before
+
+
+def test_gains_that_are_saved_to_the_stage_stay(arms):
+    UsdPhysics.Scene.Define(arms, "/scene")
+    drive = UsdPhysics.DriveAPI(arms.GetPrimAtPath("/World/env_1/arm/shoulder"), "angular")
+    view = core.Articulation("/World/env_1/arm")
+    view.set_gains(kps=[[90.0]], joint_indices=[0])  # physics does not play yet
+    get_timeline().play()
+    get_app().update()
+    view.set_gains(kds=[[45.0]], joint_indices=[0], save_to_usd=True)
+    view.set_gains(kps=[[1.0]], joint_indices=[0])
+    get_timeline().stop()
+    gains = drive.GetStiffnessAttr().Get(), drive.GetDampingAttr().Get()
+    assert gains == pytest.approx((np.radians(90.0), np.radians(45.0)))

@@ -1,6 +1,7 @@
 """Drives of the joints of articulations, as arrays with one row per robot.
 
-Targets are in rad and stage units; stiffness and damping per rad or stage unit.
+Targets are in rad and stage units; stiffness and damping per rad or stage unit. What is set while physics plays acts
+until it stops, as in PhysX, which puts back what the stage had.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from usdsdg.articulations.articulation import read_drive
 from usdsdg.articulations.joint_tree import drive_of
 from usdsdg.compat.used_stage import current_stage
 from usdsdg.compat.wrappers.joints import JointRows
+from usdsdg.compat.wrappers.runtime_values import keep_joint_until_stop
 from usdsdg.errors import warn_once
 from usdsdg.stage.physics.joints import Joint
 
@@ -64,16 +66,18 @@ class JointDrives:
         damping: np.ndarray | None,
         *,
         usual: bool = True,
+        on_stage: bool = False,
     ) -> None:
-        """Set stiffness and damping (n, d), and with `usual` let `switch_mode` return to them; None keeps them."""
+        """Set stiffness and damping (n, d); None keeps them.
+
+        usual: let `switch_mode` return to them. on_stage: they stay after physics has stopped.
+        """
         for number, values in enumerate((stiffness, damping)):
             if values is None:
                 continue
-            table = self.usual_gains()[number]
+            table, name = self.usual_gains()[number], "Damping" if number else "Stiffness"
             for row, column, joint, value in self._joints.chosen(rows, columns, values):
-                drive = self._drive(joint)
-                attribute = drive.CreateDampingAttr() if number else drive.CreateStiffnessAttr()
-                attribute.Set(value * joint.unit)
+                self._set(self._drive(joint), joint, name, value * joint.unit, on_stage=on_stage)
                 if usual:
                     table[row, column] = value
 
@@ -104,7 +108,7 @@ class JointDrives:
     def set_max_efforts(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
         """Set the largest torques and forces (n, d)."""
         for _, _, joint, number in self._joints.chosen(rows, columns, values):
-            self._drive(joint).CreateMaxForceAttr().Set(number)
+            self._set(self._drive(joint), joint, "MaxForce", number)
 
     def types(self) -> list[list[str]]:
         """Return "force" or "acceleration" of each joint (N, D); "acceleration" without a drive."""
@@ -151,7 +155,7 @@ class JointDrives:
         for _, _, joint, number in self._joints.chosen(rows, columns, values):
             drive = drive_of(current_stage(), joint)
             if drive:
-                getattr(drive, f"Create{name}Attr")().Set(number / joint.unit)
+                self._set(drive, joint, name, number / joint.unit)
                 continue
             self._waiting[joint.path, name] = number
             if number:
@@ -166,5 +170,14 @@ class JointDrives:
         for name in ("TargetPosition", "TargetVelocity"):
             waiting = self._waiting.pop((joint.path, name), None)
             if waiting is not None:
-                getattr(drive, f"Create{name}Attr")().Set(waiting / joint.unit)
+                self._set(drive, joint, name, waiting / joint.unit)
         return drive
+
+    def _set(
+        self, drive: UsdPhysics.DriveAPI, joint: Joint, name: str, value: float, *, on_stage: bool = False
+    ) -> None:
+        """Set an attribute of a drive, such as "MaxForce"."""
+        if not on_stage:
+            attribute = f"drive:{joint.drive}:physics:{name[0].lower()}{name[1:]}"
+            keep_joint_until_stop(drive.GetPrim(), attribute)
+        getattr(drive, f"Create{name}Attr")().Set(value)

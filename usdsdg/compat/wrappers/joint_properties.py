@@ -1,6 +1,7 @@
 """Limits, friction, armature and greatest velocities of the joints of articulations, in rad and stage units.
 
-What is set is authored on the stage. While physics plays, the next step rebuilds the simulation with it.
+What is set is authored on the stage. While physics plays, the next step rebuilds the simulation with it, and stop puts
+back what the stage had, as in PhysX.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from pxr import Sdf, Usd
 
 from usdsdg.compat.used_stage import current_stage
 from usdsdg.compat.wrappers.joints import JointRows
+from usdsdg.compat.wrappers.runtime_values import keep_joint_until_stop
 from usdsdg.stage.physics.joints import Joint
 from usdsdg.stage.schemas import physx
 
@@ -31,6 +33,7 @@ class JointProperties:
         """Set limits (n, d); None keeps them."""
         for end, values in (("lower", lower), ("upper", upper)):
             for _, _, joint, number in self._joints.chosen(rows, columns, values) if values is not None else ():
+                keep_joint_until_stop(_prim(joint), f"physics:{end}Limit")
                 _prim(joint).GetAttribute(f"physics:{end}Limit").Set(number / joint.unit)
 
     def armatures(self) -> np.ndarray:
@@ -40,6 +43,7 @@ class JointProperties:
     def set_armatures(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
         """Set (n, d)."""
         for _, _, joint, number in self._joints.chosen(rows, columns, values):
+            keep_joint_until_stop(_prim(joint), "physxJoint:armature")
             _api(joint).CreateArmatureAttr().Set(number)
 
     def max_velocities(self) -> np.ndarray:
@@ -55,6 +59,7 @@ class JointProperties:
     def set_max_velocities(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
         """Set (n, d)."""
         for _, _, joint, number in self._joints.chosen(rows, columns, values):
+            keep_joint_until_stop(_prim(joint), "physxJoint:maxJointVelocity")
             _api(joint).CreateMaxJointVelocityAttr().Set(number / joint.unit if number < NO_LIMIT else NO_LIMIT)
 
     def friction_coefficients(self) -> np.ndarray:
@@ -64,6 +69,7 @@ class JointProperties:
     def set_friction_coefficients(self, rows: Sequence[int], columns: Sequence[int], values: np.ndarray) -> None:
         """Set (n, d)."""
         for _, _, joint, number in self._joints.chosen(rows, columns, values):
+            keep_joint_until_stop(_prim(joint), "physxJoint:jointFriction")
             _api(joint).CreateJointFrictionAttr().Set(number)
 
     def frictions(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -95,6 +101,7 @@ class JointProperties:
                 prim.AddAppliedSchema(f"PhysxJointAxisAPI:{joint.drive}")
                 value = number * joint.unit if name.startswith("viscous") else number
                 full = f"physxJointAxis:{joint.drive}:{name}"
+                keep_joint_until_stop(prim, full)
                 prim.CreateAttribute(full, Sdf.ValueTypeNames.Float, custom=False).Set(value)
 
 

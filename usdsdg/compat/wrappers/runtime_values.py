@@ -15,7 +15,7 @@ _ABSENT = object()
 
 
 class RuntimeValues:
-    """Opinions of attributes from before a script set them for bodies that are simulated."""
+    """Opinions of attributes from before a script set them for bodies and joints that are simulated."""
 
     def __init__(self) -> None:
         self._before: dict[tuple[Sdf.Layer, Sdf.Path], object] = {}
@@ -25,8 +25,9 @@ class RuntimeValues:
         """Remember the opinion of an attribute in the layer that is edited, before it is set for the first time."""
         target = prim.GetStage().GetEditTarget()
         layer, path = target.GetLayer(), target.MapToSpecPath(prim.GetPath().AppendProperty(attribute))
-        spec = layer.GetAttributeAtPath(path)
-        self._before.setdefault((layer, path), _ABSENT if spec is None else spec.default)
+        if (layer, path) not in self._before:
+            spec = layer.GetAttributeAtPath(path)
+            self._before[layer, path] = _ABSENT if spec is None else spec.default
 
     def _follow(self, event: str) -> None:
         if event == "stop":
@@ -40,8 +41,10 @@ class RuntimeValues:
                     continue
                 if value is _ABSENT:
                     spec.owner.RemoveProperty(spec)
+                elif value is None:
+                    spec.ClearDefaultValue()
                 else:
-                    spec.default = Sdf.ValueBlock() if value is None else value
+                    spec.default = value
         self._before.clear()
 
 
@@ -55,3 +58,11 @@ def keep_until_stop(prims: Sequence[Usd.Prim], attributes: Iterable[str]) -> Non
         if str(prim.GetPath()) in simulated:
             for name in names:
                 current().runtime_values.keep(prim, name)
+
+
+def keep_joint_until_stop(joint: Usd.Prim, *attributes: str) -> None:
+    """Let what a script sets next on a joint act until physics stops, where it plays."""
+    physics = engines.physics_if_made()
+    if physics is not None and physics.is_playing:
+        for name in attributes:
+            current().runtime_values.keep(joint, name)

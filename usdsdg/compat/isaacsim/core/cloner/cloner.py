@@ -13,6 +13,7 @@ from usdsdg.compat.wrappers import poses
 from usdsdg.compat.wrappers.arrays import as_numpy
 from usdsdg.compat.wrappers.prim_paths import existing_prim
 from usdsdg.errors import BadPrim, counted
+from usdsdg.stage import paths
 
 if TYPE_CHECKING:
     from usdsdg.compat.wrappers.arrays import Values
@@ -56,6 +57,8 @@ class Cloner:
             positions: (N, 3) of the copies relative to their parents; by default those of the source.
             orientations: (N, 4), w, x, y, z.
             copy_from_source: Copy what is authored; otherwise copies inherit from the source and follow its changes.
+            enable_env_ids: With `replicate_physics`, let no copy collide with another one or the source, as where all
+                are in one place; they collide with everything else.
 
         Raises:
             BadPrim: there is no source.
@@ -70,11 +73,14 @@ class Cloner:
                 raise ValueError(f"{given} given for {counted(len(prim_paths), 'copy', 'copies')}")
         poses.reset_ops([source])
         self._place(self._copies(source, list(prim_paths), copy_from_source), positions, orientations)
+        if replicate_physics and enable_env_ids:
+            root = UsdGeom.Scope.Define(self._stage, paths.next_free_path(self._stage, "/EnvironmentCollisions"))
+            self._keep_apart(str(root.GetPath()), list(dict.fromkeys([source_prim_path, *map(str, prim_paths)])))
 
-    def _copies(self, source: Usd.Prim, paths: list[str], copy_specs: bool) -> list[Usd.Prim]:
+    def _copies(self, source: Usd.Prim, prim_paths: list[str], copy_specs: bool) -> list[Usd.Prim]:
         layer = self._stage.GetRootLayer()
         with Sdf.ChangeBlock():
-            for path in paths:
+            for path in prim_paths:
                 if path == str(source.GetPath()):
                     continue
                 spec = Sdf.CreatePrimInLayer(layer, path)
@@ -82,7 +88,7 @@ class Cloner:
                     Sdf.CopySpec(layer, source.GetPath(), layer, Sdf.Path(path))
                 else:
                     spec.inheritPathList.Prepend(source.GetPath())
-        return [self._stage.GetPrimAtPath(path) for path in paths]
+        return [self._stage.GetPrimAtPath(path) for path in prim_paths]
 
     def _place(self, prims: list[Usd.Prim], positions: Values | None, orientations: Values | None) -> None:
         places, turns = poses.local_poses(prims)
@@ -102,13 +108,17 @@ class Cloner:
         """Let the colliders of each copy collide only with each other and with those of `global_paths`."""
         existing_prim(physicsscene_path)
         UsdGeom.Scope.Define(self._stage, collision_root_path)
-        groups = [self._group(f"{collision_root_path}/group{i}", [path]) for i, path in enumerate(prim_paths)]
+        self._keep_apart(collision_root_path, prim_paths)
+        if global_paths:
+            self._group(f"{collision_root_path}/global_group", global_paths)
+
+    def _keep_apart(self, root_path: str, prim_paths: Sequence[str]) -> None:
+        """Let nothing at or below one of the prims collide with another one of them, by groups below `root_path`."""
+        groups = [self._group(f"{root_path}/group{i}", [path]) for i, path in enumerate(prim_paths)]
         # PhysX's inverted filter, which names the groups that do collide, has no counterpart in UsdPhysics.
         for group in groups:
             others = [other.GetPath() for other in groups if other is not group]
             group.CreateFilteredGroupsRel().SetTargets(others)
-        if global_paths:
-            self._group(f"{collision_root_path}/global_group", global_paths)
 
     def _group(self, path: str, members: Sequence[str]) -> UsdPhysics.CollisionGroup:
         group = UsdPhysics.CollisionGroup.Define(self._stage, path)

@@ -67,7 +67,10 @@ class GridCloner(Cloner):
     ) -> list[list[float]]:
         """Copy a prim to several paths in a grid, see `Cloner.clone`; return the positions."""
         places, turns = self.get_clone_transforms(len(prim_paths), position_offsets, orientation_offsets)
-        super().clone(source_prim_path, prim_paths, places, turns, copy_from_source=copy_from_source)
+        super().clone(
+            source_prim_path, prim_paths, places, turns, replicate_physics,
+            copy_from_source=copy_from_source, enable_env_ids=enable_env_ids,
+        )  # fmt: skip
         return places
 
     def _grid(self, count: int) -> np.ndarray:

@@ -31,10 +31,10 @@ class ArticulationDrives(ArticulationJoints):
         joint_names: Names = None,
         save_to_usd: bool = False,
     ) -> None:
-        """Set stiffness and damping (N, D) of the drives, on the stage in any case."""
+        """Set stiffness and damping (N, D) of the drives: until physics stops where it plays, unless `save_to_usd`."""
         where, which = chosen(indices, self.count), self._columns(joint_indices, joint_names)
         stiffness, damping = (None if each is None else grid(each, (len(where), len(which))) for each in (kps, kds))
-        self._drives.set_gains(where, which, stiffness, damping)
+        self._drives.set_gains(where, which, stiffness, damping, on_stage=save_to_usd)
 
     def get_gains(
         self, indices: Indices = None, joint_indices: Indices = None, joint_names: Names = None, clone: bool = True

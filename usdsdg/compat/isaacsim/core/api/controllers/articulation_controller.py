@@ -53,8 +53,8 @@ class ArticulationController:
 
     # --- gains and limits ---
     def set_gains(self, kps: Values | None = None, kds: Values | None = None, save_to_usd: bool = False) -> None:
-        """Set stiffness and damping (D,) of the drives, on the stage in any case."""
-        self._view.set_gains(kps, kds)
+        """Set stiffness and damping (D,) of the drives: until physics stops where it plays, unless `save_to_usd`."""
+        self._view.set_gains(kps, kds, save_to_usd=save_to_usd)
 
     def get_gains(self) -> tuple[np.ndarray, np.ndarray]:
         """Return stiffness and damping (D,)."""
