@@ -86,7 +86,7 @@ def _parse(
         bodies |= instances.bodies
         colliders |= instances.colliders
     warn_filled(hulls.take_filled())
-    warn_no_collider(bodies, {collider.body for collider in colliders.values() if not collider.trigger})
+    warn_no_collider(bodies, colliders.values())
     if root == Sdf.Path.absoluteRootPath:
         warn_unbound(found.loose_materials, (collider.material for collider in colliders.values()))
     forces = [read_force(prim, owner, cache, units) for prim, owner in found.forces]
