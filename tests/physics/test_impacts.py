@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pxr import Gf, UsdGeom, UsdPhysics
+from pxr import Gf, UsdGeom, UsdPhysics, UsdShade
 
 from tests.physics.scenes import add, collide, mesh, new_stage, physics_material, playing, set_value, velocity
 
@@ -106,3 +106,38 @@ def test_a_cube_that_falls_on_its_corner_lies_down_also_beside_a_seam(tile):
         heights.append(UsdGeom.XformCache().GetLocalToWorldTransform(cube).ExtractTranslation()[2])
     low = int(np.flatnonzero(np.diff(heights) >= 0.0)[0])
     assert max(heights[low:]) < 2.0 * half
+
+
+@pytest.mark.parametrize("kind", ["box", "hull", "mesh"])
+@pytest.mark.parametrize("arm", [0.02, 0.05, 0.08])
+def test_a_cube_that_falls_beside_a_table_turns_about_its_edge(kind, arm):
+    """Without friction, which would act on its spin; it stopped in the air, its center beyond the edge."""
+    half = 0.1
+    stage = new_stage()
+    smooth = physics_material(stage, "/World/smooth", friction=0.0)
+    UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath("/World")).Bind(smooth, materialPurpose="physics")
+    _table(stage, kind)
+    cube = add(stage, "/World/cube", at=(arm, 0, 0.5 + half), scale=(half,) * 3)
+    engine = playing(stage)
+    seconds = _step_until_hit(engine, cube)
+    impulse = G * seconds / (1 + arm**2 / (half**2 * 2 / 3))
+    assert velocity(cube)[2] == pytest.approx(impulse - G * seconds, abs=0.03 * G * seconds)
+    assert _spin(cube) == pytest.approx([0, impulse * arm / (half**2 * 2 / 3), 0], rel=0.03, abs=0.05)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 15.0, 25.0])
+def test_a_cube_that_falls_between_slats_lies_on_both(tilt):
+    """Nothing is below its center, but it does not turn about the slat that it hits first, and hop."""
+    half, pitch = 0.1, 0.15
+    stage = new_stage()
+    for row in range(-4, 5):
+        add(stage, f"/World/slat{row + 4}", at=((row + 0.5) * pitch, 0, -0.02), scale=(0.04, 1, 0.02), body=False)
+    cube = add(stage, "/World/cube", at=(0.01, 0, 1.0), rotate=(0, tilt, 0), scale=(half,) * 3)
+    engine = playing(stage)
+    heights = []
+    for _ in range(120):
+        engine.step(1 / 60)
+        heights.append(UsdGeom.XformCache().GetLocalToWorldTransform(cube).ExtractTranslation()[2])
+    low = int(np.flatnonzero(np.diff(heights) >= 0.0)[0])
+    assert max(heights[low:]) < 1.5 * half
+    assert heights[-1] == pytest.approx(half, abs=2e-3)

@@ -404,6 +404,37 @@ def test_filtered_pairs_and_groups_pass_through_each_other():
     assert position(other)[2] == pytest.approx(0.1, abs=2e-3)
 
 
+@pytest.mark.parametrize("filters", ["box", "floor", "empty"])
+def test_collision_groups_of_the_same_name_are_as_one(filters):
+    """Both what they hold and what they filter counts for all; a group of another name stays by itself."""
+    stage = new_stage()
+    add(stage, "/World/floor", at=(0, 0, -0.1), scale=(9, 9, 0.1), body=False)
+    box, other = (add(stage, f"/World/{name}", at=at) for name, at in (("box", (0, 0, 1)), ("other", (3, 0, 1))))
+    groups = {}
+    for name, merged in (("box", "things"), ("more", "things"), ("floor", "grounds"), ("empty", "grounds")):
+        groups[name] = UsdPhysics.CollisionGroup.Define(stage, f"/World/{name}_group")
+        groups[name].CreateMergeGroupNameAttr(merged)
+        if name in ("box", "floor"):
+            groups[name].GetCollidersCollectionAPI().CreateIncludesRel().AddTarget(f"/World/{name}")
+    others = UsdPhysics.CollisionGroup.Define(stage, "/World/other_group")
+    others.CreateMergeGroupNameAttr("others")
+    others.GetCollidersCollectionAPI().CreateIncludesRel().AddTarget("/World/other")
+    source, target, alone = {
+        "box": ("more", "empty", "empty"), "floor": ("empty", "box", "empty"), "empty": ("floor", "more", "more"),
+    }[filters]  # fmt: skip
+    groups[source].CreateFilteredGroupsRel().AddTarget(f"/World/{target}_group")
+    assert not warnings_of(stage)
+    engine = playing(stage)
+    engine.advance(1.0)
+    assert position(box)[2] < -1
+    assert position(other)[2] == pytest.approx(0.1, abs=2e-3)
+    groups[alone].GetMergeGroupNameAttr().Set("")
+    box.GetAttribute("xformOp:translate").Set((0, 0, 1))
+    box.GetAttribute("physics:velocity").Set((0, 0, 0))
+    engine.advance(1.0)
+    assert position(box)[2] == pytest.approx(0.1, abs=2e-3)
+
+
 @pytest.mark.parametrize("far", [1e16, 1e300, float("inf"), float("nan")])
 def test_a_body_too_far_away_is_named_and_the_others_are_simulated(far):
     """A rotation beside 1e18 was a singular matrix for NumPy, and ended everything."""

@@ -235,6 +235,7 @@ _ELSEWHERE = {
     "physxTrigger:triggeredCollisions": "written, not read: test_triggers",
     "physics:filteredGroups": "test_parse",
     "physics:filteredPairs": "test_parse",
+    "physics:mergeGroup": "test_parse",
 }
 # Likewise of joints, where the instance of a schema is part of the name; values of relationships are targets.
 _OTHER_OF_JOINTS = {

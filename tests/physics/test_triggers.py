@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdGeom, UsdPhysics
 
-from tests.physics.scenes import add, fallen, make_body, mesh, new_stage, playing, position
+from tests.physics.scenes import add, fallen, make_body, mesh, new_stage, playing, position, warnings_of
 from usdsdg.stage.schemas import physx
 
 STEP = 1 / 60
@@ -122,3 +122,22 @@ def test_the_last_body_leaves_when_it_is_removed():
     assert _run(engine, 2) == [(1, True, "/World/gate", "/World/box")]
     stage.RemovePrim("/World/box")
     assert _run(engine, 3) == [(1, False, "/World/gate", "/World/box")]
+
+
+@pytest.mark.parametrize(
+    ("kinematic", "trigger", "follows"),
+    [
+        (True, True, None),
+        (True, False, "so nothing meets it"),
+        (False, True, "so it falls through everything"),
+        (False, False, "so it falls through everything"),
+    ],
+)
+def test_a_moving_trigger_needs_no_other_collider_unless_it_falls(kinematic, trigger, follows):
+    """A kinematic one was said to fall through everything."""
+    stage = new_stage()
+    prim = _trigger(stage, body=True) if trigger else stage.DefinePrim("/World/gate", "Xform")
+    UsdPhysics.RigidBodyAPI.Apply(prim).CreateKinematicEnabledAttr(kinematic)
+    told = warnings_of(stage)
+    assert len(told) == (follows is not None)
+    assert all(f"/World/gate has RigidBodyAPI but no collider below it, {follows}" in text for text in told)

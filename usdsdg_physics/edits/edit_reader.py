@@ -17,7 +17,7 @@ from usdsdg_physics.parse.body_transforms import BodyXformCache
 from usdsdg_physics.parse.colliders import collider_shapes, frame_from_prim
 from usdsdg_physics.parse.forces import read_force
 from usdsdg_physics.parse.joints.joints import read_joint
-from usdsdg_physics.parse.materials import bound_materials
+from usdsdg_physics.parse.materials import bound_materials, default_material
 from usdsdg_physics.parse.point_instancers import read_instances
 from usdsdg_physics.parse.scene import read_gravity
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
@@ -58,6 +58,7 @@ _REBUILD_PREFIXES = (
     "material:binding:physics",
 )
 _SCENE_SETTINGS = frozenset({"physxScene:bounceThreshold", "physxScene:invertCollisionGroupFilter"})
+_BINDINGS = frozenset({"material:binding", "material:binding:physics"})
 _SHAPE_ATTRIBUTES = frozenset(
     {"size", "radius", "radiusTop", "radiusBottom", "height", "width", "length", "axis"}
     | {"points", "faceVertexIndices", "faceVertexCounts", "holeIndices", "orientation"}
@@ -75,6 +76,7 @@ _NEW_PRIM_PREFIXES = (
     "physics:filteredGroups",
     "physics:filteredPairs",
     "physics:invertFilteredGroups",
+    "physics:mergeGroup",
     "physics:jointEnabled",
     "physics:body0",
     "physics:body1",
@@ -173,7 +175,7 @@ class EditReader:
         if any(name.startswith("xformOp") for name in names):
             edits.rebuild |= any(at_or_below(p, path) or at_or_below(path, p) for p in self._scene.prototypes)
             self._read_poses(path, cache, edits)
-        if "material:binding" in names:
+        if names & _BINDINGS:
             edits.rebuild |= self._material_changed(path)
         edits.rebuild |= any(name.startswith(_CONTACT_REPORT) for name in names)
         if path in self._scene.forces and any(name.startswith((_FORCE, "xformOp")) for name in names):
@@ -238,7 +240,9 @@ class EditReader:
 
     def _read_instances(self, path: str, names: set[str], cache: UsdGeom.XformCache, edits: Edits) -> None:
         """Read new poses and velocities of the instances of a PointInstancer; other changes need a rebuild."""
-        now = read_instances(self._stage.GetPrimAtPath(path), cache, self._units, self._hulls)
+        now = read_instances(
+            self._stage.GetPrimAtPath(path), cache, self._units, self._hulls, self._scene.default_material
+        )
         before = self._of_instancer(path, self._scene.bodies)
         counted = names & _INSTANCE_COUNTS or set(now.bodies) != before
         if counted or not now.colliders.keys() <= self._scene.colliders.keys():
@@ -308,7 +312,12 @@ class EditReader:
 
     def _material_changed(self, path: str) -> bool:
         colliders = paths_below(self._subtrees.colliders, path)
-        materials = bound_materials([self._stage.GetPrimAtPath(name) for name in colliders], self._units)
+        prims, default = [self._stage.GetPrimAtPath(name) for name in colliders], self._scene.default_material
+        materials = bound_materials(prims, self._units, default)
+        if at_or_below(self._scene.scene_path, path):
+            scene_prim = self._stage.GetPrimAtPath(self._scene.scene_path)
+            if default_material(scene_prim, self._units) != default:
+                return True
         return any(self._scene.colliders[name].material != new for name, new in zip(colliders, materials))
 
 

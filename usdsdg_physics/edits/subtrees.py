@@ -41,7 +41,7 @@ class SubtreeReader:
                 return None
             if any(at_or_below(p, path) or at_or_below(path, p) for p in self._scene.prototypes):
                 return None
-            now = parse(self._stage, self._hulls, root=root, time=current_time())
+            now = parse(self._stage, self._hulls, root=root, time=current_time(), default=self._scene.default_material)
             if now.scene_path or now.filtered or now.instancers or at_or_below(self._scene.scene_path, path):
                 return None
             if set(now.relations) != {each for each in self._scene.relations if at_or_below(each, path)}:

@@ -84,6 +84,11 @@ BESIDE = wp.constant(1.0e-3)
 ALONG = wp.constant(0.9999)
 HOLDS = wp.constant(0.7)
 APART = wp.constant(0.02)
+# Likewise the normal of what lies on its round side, of which the axis is at most this much along that of the face.
+ROUND_ALONG = wp.constant(1.0 - 1.0e-6)
+LYING = wp.constant(0.5)
+# How much nearer [m] to the face than a contact the lowest part of a round side is, more where numbers are coarser.
+NEARER = wp.constant(2.0e-6)
 
 
 @wp.kernel(enable_backward=False)
@@ -96,6 +101,7 @@ def turn_hulls_to_faces(
     transform: wp.array[wp.transform],
     shape_body: wp.array[wp.int32],
     middle: wp.array[wp.vec3],
+    is_turned: wp.array[wp.int32],
     # body
     body_q: wp.array[wp.transform],
     # in and out
@@ -103,8 +109,9 @@ def turn_hulls_to_faces(
 ):
     """Give contacts of flat shapes whose normal leads along a face of the mesh, where nothing stands, that of the face.
 
-    What lies on some triangles of a plane is in front of the edges of the next ones, where it would stop. `middle` is
-    that of each shape, in its own frame.
+    What lies on some triangles of a plane is in front of the edges of the next ones, where it would stop. What rolls
+    is held where it is lowest alone. `middle` is that of each shape, in its own frame; those that `is_turned` are round
+    about their z axis.
     """
     contact = wp.tid()
     if contact >= contacts.count[0]:
@@ -127,11 +134,24 @@ def turn_hulls_to_faces(
     lip = (LIP + LIP_BY_SIZE * wp.length(point)) / size
     beside = BESIDE / size
     at = wp.transform_point(to_mesh, point) / size
-    at, up = level_face(mesh[triangles], at, normal, wp.transform_point(to_mesh, center) / size, lip, beside)
+    center = wp.transform_point(to_mesh, center) / size
+    below = wp.transform_point(to_mesh, on_other) / size
+    if is_turned[other] != 0:
+        axis = wp.transform_vector(shape_to_world(other, transform, shape_body, body_q), wp.vec3(0.0, 0.0, 1.0))
+        nearer = (NEARER + LIP_BY_SIZE * wp.length(point)) / size
+        foot, rolls_on = lower_side(
+            mesh[triangles], at, normal, below, center, wp.transform_vector(to_mesh, axis), lip, nearer
+        )
+        if wp.length_sq(rolls_on) > 0.0:
+            foot = below - wp.dot(below - foot, rolls_on) * rolls_on
+            rolls_on = wp.transform_vector(to_world, rolls_on)
+            foot = wp.transform_point(to_world, foot * size) - APART * rolls_on
+            turn(contact, side, rolls_on, foot, shape_body[triangles], body_q, contacts)
+            return
+    at, up = level_face(mesh[triangles], at, normal, center, lip, beside)
     if wp.length_sq(up) == 0.0:
         return
     # Beyond the edge of the mesh nothing holds the other shape.
-    below = wp.transform_point(to_mesh, on_other) / size
     below = below - wp.dot(below - at, up) * up
     if not wp.mesh_query_point_no_sign(mesh[triangles], below, beside).result:
         return
@@ -172,5 +192,48 @@ def level_face(mesh: wp.uint64, point: wp.vec3, normal: wp.vec3, center: wp.vec3
     if wp.dot(next_to - at, aside) < 0.3 * beside:
         return at, none
     if wp.mesh_query_ray(mesh, at + lip * up + beside * aside, -aside, 2.0 * beside).result:
+        return at, none
+    return at, up
+
+
+@wp.func
+def lower_side(
+    mesh: wp.uint64,
+    point: wp.vec3,
+    normal: wp.vec3,
+    on_side: wp.vec3,
+    center: wp.vec3,
+    axis: wp.vec3,
+    lip: float,
+    nearer: float,
+):
+    """Return the point of a mesh that is nearest to one, and the normal of the face there if a round side rolls on it.
+
+    That is where the lowest part of the side, at the same place along its `axis` as the point `on_side` of a contact,
+    is nearer to the face than that: the part ahead comes down as it moves on, and meets the face when it is the lowest.
+    Otherwise the normal is zero.
+    """
+    none = wp.vec3(0.0, 0.0, 0.0)
+    nearest = wp.mesh_query_point_no_sign(mesh, point, 1.0e6)
+    if not nearest.result:
+        return point, none
+    at = wp.mesh_eval_position(mesh, nearest.face, nearest.u, nearest.v)
+    up = wp.mesh_eval_face_normal(mesh, nearest.face)
+    if wp.dot(up, center - at) < 0.0:
+        up = -up
+    along = wp.dot(normal, up)
+    if along <= 0.0 or along > ROUND_ALONG or wp.abs(wp.dot(axis, up)) > LYING:
+        return at, none
+    arm = on_side - center
+    out = arm - wp.dot(arm, axis) * axis
+    lowest = on_side - out - wp.length(out) * wp.normalize(up - wp.dot(up, axis) * axis)
+    gap = wp.dot(on_side - at, up)
+    found = wp.mesh_query_point_no_sign(mesh, lowest, wp.length(on_side - at) + wp.length(out))
+    if not found.result:
+        return at, none
+    foot = wp.mesh_eval_position(mesh, found.face, found.u, found.v)
+    lowest_gap = wp.dot(lowest - foot, up)
+    is_below = wp.length(lowest - foot - lowest_gap * up) <= lip and wp.abs(wp.dot(foot - at, up)) <= lip
+    if not is_below or lowest_gap > gap - nearer:
         return at, none
     return at, up

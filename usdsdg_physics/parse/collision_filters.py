@@ -35,10 +35,11 @@ def read_filtered_pairs(
             _add(pairs, own, _below(target, colliders))
     for prim in groups:
         _warn_missing(prim, "physics:filteredGroups", kind="PhysicsCollisionGroup")
-    members = {prim.GetPath(): _members(prim, colliders) for prim in groups}
-    for (path_a, in_a), (path_b, in_b) in combinations_with_replacement(sorted(members.items()), 2):
-        if _groups_filtered(stage.GetPrimAtPath(path_a), stage.GetPrimAtPath(path_b)) != inverted:
-            _add(pairs, in_a, in_b)
+    merged = _merged(groups)
+    members = [sorted({path for group in each for path in _members(group, colliders)}) for each in merged]
+    for a, b in combinations_with_replacement(range(len(merged)), 2):
+        if (_filters(merged[a], merged[b]) or _filters(merged[b], merged[a])) != inverted:
+            _add(pairs, members[a], members[b])
     return frozenset(pairs)
 
 
@@ -64,13 +65,20 @@ def _members(group: Usd.Prim, colliders: Mapping[str, Collider]) -> list[str]:
     return [path for path in colliders if query.IsPathIncluded(Sdf.Path(prim_of(path)))]
 
 
-def _groups_filtered(a: Usd.Prim, b: Usd.Prim) -> bool:
-    return _filters(a, b.GetPath()) or _filters(b, a.GetPath())
+def _merged(groups: list[Usd.Prim]) -> list[list[Usd.Prim]]:
+    """Return the groups in path order, those of the same physics:mergeGroup together: they are as one."""
+    found: dict[str, list[Usd.Prim]] = {}
+    for group in sorted(groups, key=lambda prim: prim.GetPath()):
+        # No name of a merged group begins as a path does.
+        found.setdefault(str(value(group, "physics:mergeGroup", "")) or str(group.GetPath()), []).append(group)
+    return list(found.values())
 
 
-def _filters(group: Usd.Prim, other: Sdf.Path) -> bool:
-    listed = other in group.GetRelationship("physics:filteredGroups").GetTargets()
-    return listed != bool(value(group, "physics:invertFilteredGroups", False))
+def _filters(groups: list[Usd.Prim], others: list[Usd.Prim]) -> bool:
+    """Return whether groups that are as one filter others that are."""
+    targets = {path for group in groups for path in group.GetRelationship("physics:filteredGroups").GetTargets()}
+    listed = any(other.GetPath() in targets for other in others)
+    return listed != any(value(group, "physics:invertFilteredGroups", False) for group in groups)
 
 
 def _add(pairs: set[tuple[str, str]], some: list[str], others: list[str]) -> None:

@@ -1,6 +1,6 @@
 """Warn of prims that physics leaves out, or does not simulate as authored."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from pxr import Usd
 
@@ -9,6 +9,7 @@ from usdsdg_physics.parse.attributes import MASS, RIGID_BODY, has_api, value
 from usdsdg_physics.parse.name_lists import listed
 from usdsdg_physics.parse.physics_prims import LARGEST, PhysicsPrims
 from usdsdg_physics.parse.simulation_owners import warn_several_scenes, warn_without_scene
+from usdsdg_physics.scene.records import Body, Collider
 
 
 def warn_unsupported(found: PhysicsPrims) -> None:
@@ -17,12 +18,14 @@ def warn_unsupported(found: PhysicsPrims) -> None:
     _warn_left_out(found)
 
 
-def warn_no_collider(bodies: Collection[str], owners: Collection[str]) -> None:
-    """Warn of the bodies that own no collider."""
-    for path in bodies:
-        if path not in owners:
+def warn_no_collider(bodies: Mapping[str, Body], colliders: Collection[Collider]) -> None:
+    """Warn of the bodies that own no collider; a trigger is enough for those that are kinematic, and do not fall."""
+    solid, all_owners = ({each.body for each in colliders if keep or not each.trigger} for keep in (False, True))
+    for path, body in bodies.items():
+        if path not in (all_owners if body.kinematic else solid):
+            follows = "nothing meets it" if body.kinematic else "it falls through everything"
             warn_once(
-                f"{path} has RigidBodyAPI but no collider below it, so it falls through everything. Apply "
+                f"{path} has RigidBodyAPI but no collider below it, so {follows}. Apply "
                 "UsdPhysics.CollisionAPI to a gprim at or under it."
             )
 

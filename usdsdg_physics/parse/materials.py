@@ -14,8 +14,13 @@ from usdsdg_physics.scene.records import COMBINE_MODES, CombineMode, Material
 MOST_FRICTION = 1e6
 
 
-def bound_materials(prims: list[Usd.Prim], units: Units) -> list[Material]:
-    """Return the physics material bound to each prim or its ancestors; PhysX's defaults where there is none."""
+def default_material(scene: Usd.Prim | None, units: Units) -> Material:
+    """Return what colliders without a physics material have: what is bound to the PhysicsScene, or PhysX's defaults."""
+    return bound_materials([scene], units, Material())[0] if scene else Material()
+
+
+def bound_materials(prims: list[Usd.Prim], units: Units, default: Material) -> list[Material]:
+    """Return the physics material bound to each prim or its ancestors, `default` where there is none."""
     if not prims:
         return []
     bound, _ = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(prims, "physics")
@@ -24,7 +29,7 @@ def bound_materials(prims: list[Usd.Prim], units: Units) -> list[Material]:
     for collider, material in zip(prims, bound):
         prim = bindings.loose_material(collider) or material.GetPrim()
         if not prim or not has_api(prim, MATERIAL):
-            materials.append(Material())
+            materials.append(default)
             continue
         if prim.GetPath() not in known:
             known[prim.GetPath()] = _read_material(prim, units)

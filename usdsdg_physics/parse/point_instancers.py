@@ -46,13 +46,15 @@ def prototype_paths(instancers: Sequence[Usd.Prim]) -> list[Sdf.Path]:
     return [*(path for paths in targets for path in paths), *(prim.GetPath() for prim in instancers)]
 
 
-def read_instances(prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units, hulls: HullCache) -> Instances:
+def read_instances(
+    prim: Usd.Prim, cache: UsdGeom.XformCache, units: Units, hulls: HullCache, default: Material
+) -> Instances:
     """Read the instances of a PointInstancer; those that are inactive are left out.
 
-    A rigid body is simulated where it is the root of its prototype.
+    A rigid body is simulated where it is the root of its prototype. `default` is the material of colliders without one.
     """
     instancer, found = UsdGeom.PointInstancer(prim), Instances()
-    prototypes = [_prototype(prim, path, units) for path in instancer.GetPrototypesRel().GetForwardedTargets()]
+    prototypes = [_prototype(prim, path, units, default) for path in instancer.GetPrototypesRel().GetForwardedTargets()]
     if not any(map(_has_physics, prototypes)):
         return found  # grass and gravel that are only drawn may be millions
     time = current_time()
@@ -100,7 +102,7 @@ def _warn_invalid(instancer: UsdGeom.PointInstancer) -> None:
     )
 
 
-def _prototype(instancer: Usd.Prim, path: Sdf.Path, units: Units) -> _Prototype | None:
+def _prototype(instancer: Usd.Prim, path: Sdf.Path, units: Units, default: Material) -> _Prototype | None:
     root = instancer.GetStage().GetPrimAtPath(path)
     if not root:
         return None
@@ -128,7 +130,7 @@ def _prototype(instancer: Usd.Prim, path: Sdf.Path, units: Units) -> _Prototype 
             f"bodies and instancers below the root of a prototype of {instancer.GetPath()} do not move by themselves: "
             f"{', '.join(below[:5])}. Apply RigidBodyAPI to the prototype itself."
         )
-    materials = bound_materials(colliders, units)
+    materials = bound_materials(colliders, units, default)
     suffixes = (str(prim.GetPath()).removeprefix(str(path)) for prim in colliders)
     return _Prototype(root, is_body, list(zip(colliders, suffixes, materials)))
 

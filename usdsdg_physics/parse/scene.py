@@ -23,13 +23,13 @@ from usdsdg_physics.parse.joints.jointed_bodies import (
     read_joints,
 )
 from usdsdg_physics.parse.left_out import warn_filled, warn_no_collider, warn_unsupported
-from usdsdg_physics.parse.materials import bound_materials, warn_unbound
+from usdsdg_physics.parse.materials import bound_materials, default_material, warn_unbound
 from usdsdg_physics.parse.name_lists import listed
 from usdsdg_physics.parse.physics_prims import find_physics_prims
 from usdsdg_physics.parse.point_instancers import prototype_paths, read_instances
 from usdsdg_physics.parse.shapes.convex_hulls import HullCache
 from usdsdg_physics.parse.units import Units, scaled_vector
-from usdsdg_physics.scene.records import Body, Scene, Vec3
+from usdsdg_physics.scene.records import Body, Material, Scene, Vec3
 from usdsdg_physics.scene.rigid_frames import split_together
 
 FAR = 2.0**14  # m from the origin, from which on neighboring numbers of 32 bits are 2 mm apart
@@ -43,19 +43,23 @@ def parse(
     root: Sdf.Path = Sdf.Path.absoluteRootPath,
     time: Usd.TimeCode = _DEFAULT_TIME,
     broken: Collection[str] = (),
+    default: Material | None = None,
 ) -> Scene:
     """Read every rigid body, collider and joint at or below `root`, instance proxies included.
 
     Bodies with a joint that cannot be simulated are kinematic. Bodies inside instances and prims whose transform is not
     finite are named in warnings and left out. Everything is as it is at `time`, but for what steps write of dynamic
     bodies: of that the default values count where there are any. Static colliders that time samples move become
-    kinematic bodies. Joints at paths in `broken` are left out.
+    kinematic bodies. Joints at paths in `broken` are left out. `default` is the material of colliders without one;
+    None: that of the PhysicsScene below `root`.
     """
     with time_context(time):
-        return _parse(stage, hulls, root, broken)
+        return _parse(stage, hulls, root, broken, default)
 
 
-def _parse(stage: Usd.Stage, hulls: HullCache, root: Sdf.Path, broken: Collection[str]) -> Scene:
+def _parse(
+    stage: Usd.Stage, hulls: HullCache, root: Sdf.Path, broken: Collection[str], default: Material | None
+) -> Scene:
     units = Units.of(stage)
     found = find_physics_prims(stage, root)
     warn_unsupported(found)
@@ -68,7 +72,8 @@ def _parse(stage: Usd.Stage, hulls: HullCache, root: Sdf.Path, broken: Collectio
     if root == Sdf.Path.absoluteRootPath:
         bodies, joints = hold_unsupported(found, bodies, joints)
         joints = mark_articulated(found, bodies, joints)
-    materials = bound_materials([prim for prim, _ in found.colliders], units)
+    default = default_material(scene_prim, units) if default is None else default
+    materials = bound_materials([prim for prim, _ in found.colliders], units, default)
     colliders = {}
     for (prim, owner), material in zip(found.colliders, materials):
         if owner is None and prim.GetPath() in animated:
@@ -77,11 +82,11 @@ def _parse(stage: Usd.Stage, hulls: HullCache, root: Sdf.Path, broken: Collectio
         else:
             read = read_collider(prim, owner, material, cache, units, hulls)
         colliders |= {collider.path: collider for collider in read}
-    for instances in (read_instances(prim, cache, units, hulls) for prim in found.instancers):
+    for instances in (read_instances(prim, cache, units, hulls, default) for prim in found.instancers):
         bodies |= instances.bodies
         colliders |= instances.colliders
     warn_filled(hulls.take_filled())
-    warn_no_collider(bodies, {collider.body for collider in colliders.values() if not collider.trigger})
+    warn_no_collider(bodies, colliders.values())
     if root == Sdf.Path.absoluteRootPath:
         warn_unbound(found.loose_materials, (collider.material for collider in colliders.values()))
     forces = [read_force(prim, owner, cache, units) for prim, owner in found.forces]
@@ -91,6 +96,7 @@ def _parse(stage: Usd.Stage, hulls: HullCache, root: Sdf.Path, broken: Collectio
         gravity=read_gravity(stage, scene_prim, units),
         scene_path=str(scene_prim.GetPath()) if scene_prim else "",
         bounce_threshold=_bounce_threshold(scene_prim, units),
+        default_material=default,
         filtered=read_filtered_pairs(
             stage,
             colliders,

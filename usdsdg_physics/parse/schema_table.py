@@ -24,9 +24,10 @@ READ: dict[str, str] = {
     "PhysicsCollisionAPI": "physics:collisionEnabled physics:simulationOwner",
     "PhysicsMeshCollisionAPI": "physics:approximation",
     "PhysicsMaterialAPI": "physics:dynamicFriction physics:staticFriction physics:restitution physics:density",
-    "PhysicsCollisionGroup": "physics:filteredGroups physics:invertFilteredGroups collection:colliders "
-    "collection:colliders:includes collection:colliders:excludes collection:colliders:expansionRule "
-    "collection:colliders:includeRoot collection:colliders:membershipExpression collection:colliders:mode",
+    "PhysicsCollisionGroup": "physics:filteredGroups physics:invertFilteredGroups physics:mergeGroup "
+    "collection:colliders collection:colliders:includes collection:colliders:excludes "
+    "collection:colliders:expansionRule collection:colliders:includeRoot "
+    "collection:colliders:membershipExpression collection:colliders:mode",
     "PhysicsFilteredPairsAPI": "physics:filteredPairs",
     "PhysicsArticulationRootAPI": "",
     "PhysicsJoint": _JOINT,
@@ -210,7 +211,6 @@ UNREAD: tuple[Unread, ...] = (
         "physxMaterial:compliantContactAccelerationSpring physxMaterial:dampingCombineMode",
         "contacts are stiff, not springs",
     ),
-    Unread("physics:mergeGroup", "collision groups are not merged: write the filter on each group of that name"),
     # scenes
     Unread(
         "PhysxSceneQuasistaticAPI physxSceneQuasistatic:* collection:quasistaticactors*",

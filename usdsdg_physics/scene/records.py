@@ -234,6 +234,7 @@ class Scene:
     gravity: Vec3  # m/s²
     scene_path: str  # of the PhysicsScene prim, "" for none
     bounce_threshold: float = 0.5  # m/s of approach from which contacts bounce
+    default_material: Material = Material()  # of colliders to which no physics material is bound
     # Pairs of colliders that never collide, each in path order.
     filtered: frozenset[tuple[str, str]] = frozenset()
     forces: dict[str, Force] = field(default_factory=dict)  # by prim path

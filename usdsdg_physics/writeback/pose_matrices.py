@@ -45,6 +45,7 @@ class PoseMatrices:
         self._left = np.linalg.inv(self._after) @ self._body_from_prim
         self._right = np.linalg.inv(self._parent_to_world) @ self._before_inverse
         self._between_inverse = np.linalg.inv(self.between[:, :3, :3])
+        self._deformed = np.flatnonzero(self.deforms)
 
     def move_in_ancestor(self, row: int, parent_from_ancestor: np.ndarray) -> None:
         """Set where the parent of a body is now in the body that it follows."""
@@ -71,7 +72,21 @@ class PoseMatrices:
         matrices = self._left @ frames @ self._right
         rotations = matrices[:, :3, :3] @ self._between_inverse
         rotations /= np.linalg.norm(rotations, axis=2, keepdims=True)
+        if len(self._deformed):
+            u, _, v = np.linalg.svd(rotations[self._deformed])
+            rotations[self._deformed] = u @ v  # the nearest ones
         return matrices, rotations
+
+    def translations(self, matrices: np.ndarray, rotations: np.ndarray) -> np.ndarray:
+        """Return the translations (N, 3) that bring the origins of the bodies to where the matrices have them.
+
+        Of a body that is drawn deformed the rotation cannot make the matrix, which shows where it has a pivot.
+        """
+        found, rows = matrices[:, 3, :3] - self.between[:, 3, :3], self._deformed
+        if len(rows):
+            missing = matrices[rows, :3, :3] - rotations[rows] @ self.between[rows, :3, :3]
+            found[rows] += (self._after[rows, 3:, :3] @ missing)[:, 0]
+        return found
 
     def follow_ancestors(self, changed: np.ndarray) -> None:
         """Mark in `changed` (N,) the bodies below a body that is marked."""

@@ -172,7 +172,7 @@ class StageWriter:
         roles = {
             VELOCITY: lambda: velocities[:, :3] / self._meters_per_unit,
             ANGULAR_VELOCITY: lambda: np.degrees(velocities[:, 3:]),
-            "translate": lambda: matrices[:, 3, :3] - self._matrices.between[:, 3, :3],
+            "translate": lambda: self._matrices.translations(matrices, rotations),
             "matrix": lambda: matrices,
             "quat": lambda: quat_from_matrix(rotations),
         }

@@ -59,7 +59,7 @@ class Impacts:
         wp.launch(
             find_levers,
             dim=visited,
-            inputs=[model.shape_body, self._fixed, self._contacts, *bodies],
+            inputs=[model.shape_body, self._fixed, self._contacts, model.gravity, *bodies],
             outputs=[self._lever],
             device=model.device,
         )

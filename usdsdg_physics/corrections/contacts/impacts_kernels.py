@@ -21,8 +21,10 @@ MARGIN = wp.constant(1.5)
 SLOPE = wp.constant(0.5)
 SLACK = wp.constant(0.1)
 # Ratio of the distance along the plane and the height from which on a lever is long: cubes that slide against a low
-# step stop there, and what has an end is turned by it.
+# step stop there, and what has an end is turned by it. What falls needs none.
 LONG = wp.constant(1.5)
+# Cosine of the angle to gravity up to which a normal is that of something below.
+BELOW = wp.constant(0.7)
 PATCH = wp.constant(8)  # contacts of the same shapes before and after one that are taken for its patch
 
 
@@ -32,6 +34,7 @@ def find_levers(
     shape_body: wp.array[wp.int32],
     fixed_shapes: FixedShapes,
     contacts: ContactArrays,
+    gravity: wp.array[wp.vec3],
     # body
     free: wp.array[wp.int32],
     center: wp.array[wp.vec3],
@@ -43,7 +46,8 @@ def find_levers(
     """Find about what bodies turn that hit something with an end alone, since nothing fixed is below their middle.
 
     `lever` (C,) is a unit vector along the plane of a contact, from below the center of mass to the middle of all
-    contacts of the two shapes; zero where the body will lie on what is below.
+    contacts of the two shapes; zero where the body will lie on what is below its center of mass, or on something there
+    and something else as far beyond it, as on slats.
     """
     contact = wp.tid()
     if contact >= contacts.count[0]:
@@ -70,10 +74,16 @@ def find_levers(
     center_of_mass = wp.where(moves1, point1, point0) - arm
     margin = wp.where(moves1, contacts.margin0[contact], contacts.margin1[contact])
     above = wp.dot(center_of_mass - wp.where(moves1, point0, point1), normal) - margin
-    if -wp.dot(normal, velocity) <= MIN_SPEED or above <= 0.0 or wp.length(tangent) < LONG * above:
+    if -wp.dot(normal, velocity) <= MIN_SPEED or above <= 0.0:
+        return
+    falls = wp.dot(normal, gravity[0]) < -BELOW * wp.length(gravity[0])
+    if not falls and wp.length(tangent) < LONG * above:
         return
     reach = (1.0 + SLACK) * above + SLOPE * wp.length(tangent)
-    if is_supported(wp.where(moves1, first, second), center_of_mass, normal, reach, fixed_shapes, body_q):
+    hit = wp.where(moves1, first, second)
+    if is_supported(hit, center_of_mass, normal, reach, fixed_shapes, body_q):
+        return
+    if falls and is_supported(hit, center_of_mass - tangent, normal, reach, fixed_shapes, body_q):
         return
 
     middle = tangent
