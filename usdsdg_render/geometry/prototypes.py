@@ -11,6 +11,7 @@ from usdsdg import errors
 from usdsdg.stage.geometry.skinning import Skinning
 from usdsdg_render.geometry import shapes, tubes
 from usdsdg_render.geometry.color_atlas import atlas_uvs, element_colors
+from usdsdg_render.geometry.element_uvs import element_uvs
 from usdsdg_render.geometry.mesh_source import MeshSource, read_mesh
 from usdsdg_render.geometry.meshes import build_prototype, repainted
 from usdsdg_render.geometry.primvar_faults import warn_of_excess
@@ -94,10 +95,14 @@ class PrototypeCache:
         if surface is None:
             return None
         colors = None
+        # One value for each point or curve; curves with `vertex` or `varying` colors get the mean.
+        elements = ("uniform",) if kind == CURVES else ("vertex", "varying")
         if colored:
-            # One color for each point or curve; curves with `vertex` or `varying` colors get the mean.
-            elements = ("uniform",) if kind == CURVES else ("vertex", "varying")
             colors = element_colors(prim, time, surface.owners, elements)
+        elif uv_names:
+            places = element_uvs(prim, time, uv_names[0], surface.owners, elements)
+            if places is not None:
+                surface = surface._replace(uvs=np.repeat(places[:, None], 3, axis=1))
         return self._share_tessellation(str(prim.GetPath()), surface, colors)
 
     def _share_tessellation(self, path: str, surface: tubes.Tessellation, colors: np.ndarray | None) -> Prototype:

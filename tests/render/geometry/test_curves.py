@@ -147,6 +147,26 @@ def test_widths_of_every_interpolation():
     np.testing.assert_allclose(radii * 2, [1, 1.5, 2, 3, 4])
 
 
+@pytest.mark.parametrize(("order", "knots"), [(2, [0, 0, 1, 1.1, 7, 7.2, 9, 9]), (3, [0, 0, 0, 1, 1, 7, 9, 9, 9])])
+def test_nurbs_reach_their_corners_wherever_the_knots_are(order, knots):
+    vertices = ZIGZAG[:6]
+    _, prim = make("NurbsCurves", vertices, order=[order], knots=knots, ranges=[Gf.Vec2d(0, 9)])
+    found, _, _ = only_line(prim)
+    spline = BSpline(np.array(knots, float), vertices, order - 1)
+    corners = spline(np.clip(np.unique(knots), 0, 9 - 1e-12))
+    away = np.linalg.norm(found[:, None] - corners[None], axis=2).min(axis=0)
+    np.testing.assert_allclose(away, 0, atol=1e-6)
+    assert order > 2 or len(found) == 6, "a polygon needs no samples between its vertices"
+
+
+def test_varying_widths_of_nurbs_are_those_at_their_knots():
+    knots = [0, 0, 0, 0, 1, 4, 4, 4, 4]
+    widths = {"widths": [1, 2, 5], "interpolation": "varying"}
+    _, prim = make("NurbsCurves", ZIGZAG[:5], order=[4], knots=knots, ranges=[Gf.Vec2d(0, 4)], **widths)
+    _, radii, _ = only_line(prim, steps=3)
+    np.testing.assert_allclose(radii * 2, [1, 4 / 3, 5 / 3, 2, 3, 4, 5], atol=1e-6)
+
+
 # How they are drawn
 
 
@@ -224,6 +244,20 @@ def test_deforming_curves_keep_their_topology():
     assert len(counts) == 1
 
 
+def test_deforming_curves_keep_their_triangles_at_corners():
+    bent = np.array([(0, 0, 0), (1, 0, 0), (1, 0, 1), (2, 0, 1)], float)
+    _, prim = make(vertices=bent, type="linear")
+    points = prim.GetAttribute("points")
+    rng = np.random.default_rng(0)
+    for time in range(6):
+        moved = bent + rng.uniform(-0.2, 0.2, bent.shape) * (time > 0)
+        points.Set(Vt.Vec3fArray.FromNumpy(moved.astype(np.float32)), time)
+    first = tessellate_curves(prim, Usd.TimeCode(0), Skinning())
+    for time in (1, 2.5, 5):
+        surface = tessellate_curves(prim, Usd.TimeCode(time), Skinning())
+        np.testing.assert_array_equal(surface.triangles, first.triangles)
+
+
 def test_bent_tubes_keep_their_thickness():
     angle = np.linspace(0, np.pi, 50)
     arc = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
@@ -232,6 +266,53 @@ def test_bent_tubes_keep_their_thickness():
     # Pappus: the area of the section times the way of its middle.
     section = 8 * 0.1**2 * np.sin(2 * np.pi / 16)
     assert mesh.volume == pytest.approx(section * np.pi, rel=2e-3)
+
+
+@pytest.mark.parametrize("wrap", ["nonperiodic", "periodic"])
+@pytest.mark.parametrize(
+    "vertices",
+    [
+        [(0, 0, 0), (2, 0, 0), (2, 2, 0)],
+        [(0, 0, 0), (2, 0.3, 0), (0, 0.6, 0), (2, 0.9, 0)],
+        [(0, 0, 0), (4, 0, 0), (4, 0.6, 0), (4.6, 0.6, 0)],
+        [(0, 0, 0), (2, 0, 0), (1, 0, 0), (1, 1, 0)],  # turns back
+        [(0, 0, 0), (1, 0, 0), (1, 0, 0), (1, 1, 0)],  # twice the same place
+    ],
+)
+def test_tubes_are_as_thick_along_chords_at_corners(vertices, wrap):
+    """Seen from above, a tube covers what is nearer to its chords than the radius of the circle in its section."""
+    vertices, radius = np.array(vertices, float), 0.1
+    _, prim = make(vertices=vertices, type="linear", wrap=wrap, widths=[2 * radius])
+    surface = tessellate_curves(prim, DEFAULT, Skinning())
+    chords = list(zip(vertices, np.roll(vertices, -1, axis=0)))[: None if wrap == "periodic" else -1]
+    x, y = np.random.default_rng(0).uniform(vertices.min(0) - 0.2, vertices.max(0) + 0.2, (4000, 3))[:, :2].T
+    places = np.stack([x, y, np.full_like(x, 5.0)], axis=-1)
+    mesh = trimesh.Trimesh(surface.points, surface.triangles, process=False)
+    drawn = mesh.ray.intersects_any(places, np.tile([0.0, 0.0, -1.0], (len(x), 1)))
+    off_chords, off_ends = np.full(len(x), np.inf), np.full(len(x), np.inf)
+    for start, end in chords:
+        along = end[:2] - start[:2]
+        share = (places[:, :2] - start[:2]) @ along / max(along @ along, 1e-12)
+        distance = np.linalg.norm(places[:, :2] - start[:2] - np.clip(share, 0, 1)[:, None] * along, axis=1)
+        off_chords = np.minimum(off_chords, distance)
+        off_ends = np.minimum(off_ends, np.where((share > 0) & (share < 1), distance, np.inf))
+    inside, outside = radius * np.cos(np.pi / 16), radius * 1.001  # sections have 16 sides
+    assert drawn[off_ends < inside * 0.99].all()
+    assert not drawn[off_chords > outside].any()
+    inner = vertices if wrap == "periodic" else vertices[1:-1]
+    at_corners = np.linalg.norm(places[:, None, :2] - inner[None, :, :2], axis=2).min(axis=1)
+    # Facets of the ball, too.
+    assert drawn[(at_corners < inside * np.cos(np.pi / 16) * 0.99)].all()
+
+
+def test_textures_run_evenly_along_tubes_with_corners():
+    _, prim = make(vertices=[(0, 0, 0), (2, 0, 0), (2, 2, 0)], type="linear", widths=[0.2])
+    surface = tessellate_curves(prim, DEFAULT, Skinning())
+    side = surface.uvs[: -2 * 16].reshape(-1, 2)
+    places = surface.points[surface.triangles[: -2 * 16]].reshape(-1, 3)
+    np.testing.assert_allclose(side[places[:, 0] < 0.1, 1], 0.0)
+    np.testing.assert_allclose(side[places[:, 1] > 1.9, 1], 1.0)
+    np.testing.assert_allclose(side[np.linalg.norm(places - (2, 0, 0), axis=1) < 0.2, 1], 0.5)
 
 
 def test_points_are_spheres_of_their_widths():
