@@ -275,8 +275,8 @@ class StageTree:
             self.skel_roots.add(path)
         if _LEVELS in node.schemas:
             errors.warn_once(
-                f"{path}: LODRootAPI is not supported; all of its levels of detail are drawn, in one place. Make all but "
-                f"one of its children invisible, or deactivate them."
+                f"{path}: LODRootAPI is not supported; all of its levels of detail are drawn, in one place. Make all "
+                f"but one of its children invisible, or deactivate them."
             )
         if prim.HasAPI(UsdGeom.ModelAPI):
             mode = prim.GetAttribute("model:drawMode").Get()
