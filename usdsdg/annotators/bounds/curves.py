@@ -18,7 +18,8 @@ _TO_BEZIER = {
 def along_curves(prim: Usd.Prim, time: Usd.TimeCode, values: np.ndarray) -> np.ndarray:
     """Return values (N, D) along curves, interpolated as positions are, of those at their vertices (V, D).
 
-    Beside the position, values of Hermite curves are interpolated linearly, as they are drawn. Those of curves that are linear, of NURBS and of what cannot be drawn are the values at the vertices.
+    Beside the position, values of Hermite curves are interpolated linearly, as they are drawn. Those of curves that are
+    linear, of NURBS and of what cannot be drawn are the values at the vertices.
     """
     counts = np.maximum(np.asarray(UsdGeom.Curves(prim).GetCurveVertexCountsAttr().Get(time) or (), np.int64), 0)
     if not len(counts) or counts.sum() > len(values):
