@@ -179,6 +179,20 @@ def _sample_basis(prim: Usd.Prim, time: Usd.TimeCode, group: _Group, steps: int)
     return [Polylines(samples[..., :3], radii, closed, group.numbers, steps)]
 
 
+def varying_counts(prim: Usd.Prim, time: Usd.TimeCode) -> np.ndarray | None:
+    """Return the number of varying values of each curve; None of NURBS, whose ends of segments are their knots."""
+    counts = read_array(prim, "curveVertexCounts", time, ())
+    kind = str(prim.GetTypeName())
+    if counts is None or kind not in ("BasisCurves", "HermiteCurves"):
+        return None
+    counts = np.maximum(counts.astype(np.int64), 0)
+    if kind == "HermiteCurves":
+        return counts
+    linear = UsdGeom.BasisCurves(prim).GetTypeAttr().Get(time) == UsdGeom.Tokens.linear
+    basis = "linear" if linear else token(prim, "basis", time, tuple(BASES))
+    return _varying_counts(basis, token(prim, "wrap", time, ("nonperiodic", "periodic", "pinned")), counts)
+
+
 def _varying_counts(basis: str, wrap: str, counts: np.ndarray) -> np.ndarray:
     """(curves,) number of varying values of each curve: one for each end of a segment."""
     if wrap == "periodic":

@@ -153,7 +153,7 @@ def _caps(polylines: Polylines, tangent: np.ndarray, rings: np.ndarray) -> list[
     caps = []
     count, sides = len(rings), rings.shape[2]
     fan = np.stack([np.zeros(sides, int), 1 + np.arange(sides), 1 + (np.arange(sides) + 1) % sides], axis=-1)
-    for end, sign in ((0, -1.0), (-1, 1.0)):
+    for end, sign, v in ((0, -1.0, 0.0), (-1, 1.0, 1.0)):
         vertices = np.concatenate([polylines.points[:, end, None], rings[:, end]], axis=1)
         faces = fan if sign > 0 else fan[:, ::-1]
         triangles = faces + (sides + 1) * np.arange(count)[:, None, None]
@@ -163,7 +163,7 @@ def _caps(polylines: Polylines, tangent: np.ndarray, rings: np.ndarray) -> list[
                 vertices.reshape(-1, 3).astype(np.float32),
                 triangles.reshape(-1, 3).astype(np.int32),
                 normal.reshape(-1, 3, 3).astype(np.float32),
-                np.full((count * sides, 3, 2), 0.5, np.float32),
+                np.broadcast_to(np.array([0.5, v], np.float32), (count * sides, 3, 2)),
                 np.repeat(polylines.curves, sides).astype(np.int32),
             )
         )

@@ -315,6 +315,67 @@ def test_textures_run_evenly_along_tubes_with_corners():
     np.testing.assert_allclose(side[np.linalg.norm(places - (2, 0, 0), axis=1) < 0.2, 1], 0.5)
 
 
+def painted(prim, interpolation, count, name="displayColor"):
+    """Random colors along the curves of a prim, and the prototype that shows them."""
+    colors = np.random.default_rng(1).uniform(0.1, 0.9, (count, 3)).astype(np.float32)
+    primvar = UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, Sdf.ValueTypeNames.Color3fArray, interpolation)
+    primvar.Set(Vt.Vec3fArray.FromNumpy(colors))
+    extractor = SceneExtractor(prim.GetStage())
+    extractor.update()
+    (prototype,) = extractor.scene.prototypes
+    assert prototype.colors is not None
+    return colors, prototype.points[prototype.triangles].reshape(-1, 3), prototype.colors.reshape(-1, 4)[:, :3]
+
+
+@pytest.mark.parametrize(
+    ("kind", "interpolation"),
+    [
+        *((kind, each) for kind in ("linear", "catmullRom", "HermiteCurves") for each in ("vertex", "varying")),
+        ("NurbsCurves", "vertex"),  # varying values belong to knots
+    ],
+)
+def test_colors_run_along_curves(kind, interpolation):
+    """Vertices of straight curves that these pass have their colors; between them colors run evenly."""
+    heights = np.array([0, 1, 2, 3, 4.0])
+    straight = np.concatenate([heights[:, None] * (0, 1, 0) + (x, 0, 0) for x in (0, 5)])
+    common = {"vertices": straight, "counts": [5, 5]}
+    if kind == "HermiteCurves":
+        _, prim = make(kind, tangents=[Gf.Vec3f(0, 1, 0)] * 10, **common)
+    elif kind == "NurbsCurves":
+        _, prim = make(kind, order=[2, 2], knots=[0, 0, 1, 2, 3, 4, 4] * 2, **common)
+    elif kind == "linear":
+        _, prim = make(type="linear", **common)
+    else:
+        _, prim = make(type="cubic", basis=kind, wrap="pinned", **common)
+    colors, at, found = painted(prim, interpolation, 10)
+    for x, own in ((0, colors[:5]), (5, colors[5:])):
+        here = np.abs(at[:, 0] - x) < 1
+        expected = np.stack([np.interp(at[here, 1], heights, own[:, k]) for k in range(3)], axis=-1)
+        np.testing.assert_allclose(found[here], expected, atol=1e-5)
+
+
+def test_vertex_colors_of_b_splines_are_blended_as_their_points_are():
+    vertices = np.arange(6.0)[:, None] * (0, 1, 0)
+    _, prim = make(vertices=vertices, type="cubic", basis="bspline", wrap="nonperiodic")
+    colors, at, found = painted(prim, "vertex", 6)
+    spline = BSpline(np.arange(10.0), colors, 3)
+    for height in (1, 2, 3, 4):  # where segments meet
+        here = np.abs(at[:, 1] - height) < 1e-5
+        assert here.any()
+        np.testing.assert_allclose(found[here], np.broadcast_to(spline(height + 2.0), (here.sum(), 3)), atol=1e-5)
+
+
+def test_colors_of_closed_curves_run_through_their_start():
+    square = [(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)]
+    _, prim = make(vertices=square, type="linear", wrap="periodic")
+    colors, at, found = painted(prim, "varying", 4)
+    on_last = (np.abs(at[:, 0]) < 0.2) & (at[:, 1] > 0.2) & (at[:, 1] < 3.8)
+    assert not on_last.any(), "there are corners only"
+    for corner, color in zip(square, colors):
+        here = np.linalg.norm(at - corner, axis=1) < 0.3
+        np.testing.assert_allclose(found[here], np.broadcast_to(color, (here.sum(), 3)), atol=1e-5)
+
+
 def test_points_are_spheres_of_their_widths():
     centers = [(0, 0, 0), (5, 0, 0), (0, 5, 0)]
     _, prim = make("Points", centers, widths=[1, 2, 3], interpolation="vertex")

@@ -280,18 +280,43 @@ def test_curves_and_points_have_one_place_of_a_picture_each(kind, interpolation,
     np.testing.assert_array_equal(prototype.uvs, np.repeat(wanted[:, None], 3, axis=1))
 
 
-@pytest.mark.parametrize(("kind", "interpolation"), [("BasisCurves", "vertex"), ("Points", "uniform")])
-def test_texture_coordinates_along_curves_are_named(kind, interpolation, tmp_path):
+@pytest.mark.parametrize("interpolation", ["vertex", "varying"])
+def test_texture_coordinates_run_along_curves(interpolation, tmp_path):
+    """As those of leaves and ropes."""
+    stage = make_stage()
+    prim = stage.DefinePrim("/Rope", "BasisCurves")
+    prim.GetAttribute("points").Set([Gf.Vec3f(0, k, 0) for k in range(3)])
+    prim.GetAttribute("curveVertexCounts").Set([3])
+    prim.GetAttribute("type").Set("linear")
+    UsdGeom.PrimvarsAPI(prim).CreatePrimvar("widths", Sdf.ValueTypeNames.FloatArray, "constant").Set([0.1])
+    bind(prim, add_textured_material(stage, tmp_path / "a.png"))
+    st = UsdGeom.PrimvarsAPI(prim).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, interpolation)
+    st.Set([Gf.Vec2f(0.25, 0), Gf.Vec2f(0.25, 0.75), Gf.Vec2f(0.75, 0.5)])
+    (prototype,) = extract(stage).prototypes
+    heights = prototype.points[prototype.triangles][..., 1]
+    for k, own in enumerate(([0.25, 0.25, 0.75], [0, 0.75, 0.5])):
+        np.testing.assert_allclose(prototype.uvs[..., k], np.interp(heights, [0, 1, 2], own), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "interpolation", "said"),
+    [
+        ("BasisCurves", "faceVarying", r"for each curve \(uniform\) or vertex"),
+        ("BasisCurves", "vertex", r"for each curve \(uniform\) or vertex"),
+        ("Points", "uniform", r"for each point \(vertex\)"),
+    ],
+)
+def test_texture_coordinates_that_do_not_fit_curves_and_points_are_named(kind, interpolation, said, tmp_path):
     stage = make_stage()
     prim = stage.DefinePrim("/Fur", kind)
-    prim.GetAttribute("points").Set([Gf.Vec3f(0, k, 0) for k in range(2)])
+    prim.GetAttribute("points").Set([Gf.Vec3f(0, k, 0) for k in range(3)])
     if kind == "BasisCurves":
-        prim.GetAttribute("curveVertexCounts").Set([2])
+        prim.GetAttribute("curveVertexCounts").Set([3])
         prim.GetAttribute("type").Set("linear")
     bind(prim, add_textured_material(stage, tmp_path / "a.png"))
     st = UsdGeom.PrimvarsAPI(prim).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, interpolation)
     st.Set([Gf.Vec2f(0, 0), Gf.Vec2f(0, 1)])
-    with pytest.warns(UserWarning, match=f"/Fur: its {interpolation} texture coordinates do not count"):
+    with pytest.warns(UserWarning, match=f"/Fur: its {interpolation} texture coordinates, 2 values, .*{said}"):
         (prototype,) = extract(stage).prototypes
     assert np.ptp(prototype.uvs) == pytest.approx(1.0)
 
