@@ -101,6 +101,11 @@ def _read(prim: Usd.Prim, time: Usd.TimeCode, points: np.ndarray | None) -> _Cur
             f"{errors.counted(len(points), 'entry', 'entries')}, so the curves are not drawn. Correct them."
         )
         return None
+    if left := len(points) - int(counts.sum()):
+        errors.warn_once(
+            f"{prim.GetPath()}: the last {errors.counted(left, 'point belongs', 'points belong')} to no curve and are "
+            f"not drawn, since curveVertexCounts sum to {int(counts.sum())}. Correct them."
+        )
     if read_array(prim, "normals", time, (3,)) is not None:
         errors.warn_once(f"{prim.GetPath()}: curves with normals are drawn as round tubes, not as ribbons.")
     return _Curves(np.asarray(points, np.float64), counts.astype(np.int64), read_widths(prim, time))

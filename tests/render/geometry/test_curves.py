@@ -421,6 +421,7 @@ def test_they_come_into_the_scene_like_every_gprim():
     ("changes", "said"),
     [
         ({"counts": [99]}, "sum to 99"),
+        ({"counts": [4], "type": "linear"}, "the last 3 points belong to no curve .* sum to 4"),
         ({"vertices": ZIGZAG[:3], "type": "cubic"}, "need 4 or more"),
         ({"vertices": ZIGZAG[:1], "type": "linear"}, "curves of 1 vertex are not drawn"),
         ({"widths": None}, "no widths"),
