@@ -18,7 +18,7 @@ _KINDS = {
 _ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
 _BINARY = "format binary_little_endian 1.0"
 _PICTURE = "texnumber"  # of a face, among the pictures of the file
-_CORNERS = ("vertex_indices", "vertex_index")
+CORNERS = ("vertex_indices", "vertex_index")
 
 
 class Property(NamedTuple):
@@ -134,7 +134,7 @@ def _cut(lines: list[str], order: str, elements: list[Element], body: bytes) -> 
     names = [each.name for each in elements]
     faces = elements[names.index("face")]
     before = elements[: names.index("face")]
-    corners = next(each.name for each in faces.properties if each.name in _CORNERS and each.count_kind)
+    corners = next(each.name for each in faces.properties if each.name in CORNERS and each.count_kind)
     if not all(each.is_fixed for each in before):
         return None
     start = sum(each.count * row_width(each, order) for each in before)
