@@ -286,6 +286,12 @@ def _normal(network: Network, shader: UsdShade.Shader, names: Names) -> TextureU
     if source.shader is None:
         return None
     if shader_id(source.shader).startswith("ND_normalmap"):
+        if network.value(source.shader, "space") == "object":
+            network.warn(
+                source.shader,
+                "inputs:space object is not supported; the map counts as one of tangent space. Bake a map of tangent "
+                "space.",
+            )
         source = network.source(source.shader, "in")
     found = _image(network, source, color=False)
     return found and replace(found[0], color_space="raw", fallback=(0.5, 0.5, 1.0, 1.0))

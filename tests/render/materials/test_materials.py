@@ -1086,6 +1086,18 @@ def test_place2d_that_is_computed_is_named(tmp_path):
         looks.row()
 
 
+def test_normal_maps_of_object_space_are_named(tmp_path):
+    looks = material_x("standard_surface")
+    image = looks.shader("/Looks/M/Image", "ND_image_vector3")
+    image.CreateInput("file", T.Asset).Set(str(save(tmp_path / "a.png", (128, 128, 255))))
+    bump = looks.shader("/Looks/M/Bump", "ND_normalmap")
+    bump.CreateInput("in", T.Float3).ConnectToSource(image.ConnectableAPI(), "out")
+    bump.CreateInput("space", T.String).Set("object")
+    looks.connect("normal", bump, "out")
+    with pytest.warns(UserWarning, match="/Looks/M/Bump: inputs:space object is not supported"):
+        looks.row()
+
+
 def test_other_material_x_nodes_are_named():
     looks = material_x("standard_surface")
     looks.connect("base_color", looks.shader("/Looks/M/Noise", "ND_noise2d_color3"), "out")
